@@ -8,11 +8,11 @@ from collections.abc import Awaitable, Callable
 
 from harness import Case, Goal, Sample, measure, report, timed
 
-from maya_un.galil.commands import parse
-from maya_un.galil.driver import Driver
-from maya_un.galil.framing import LineSplitter
-from maya_un.galil.record import AxisRecord, DataRecord, decode, encode
-from maya_un.galil.transport import TcpTransport
+from dmc41x3.driver import Driver
+from dmc41x3.language.commands import parse
+from dmc41x3.language.record import AxisRecord, DataRecord, decode, encode
+from dmc41x3.wire.framing import LineSplitter
+from dmc41x3.wire.transport import TcpTransport
 
 REQUESTS = 2_000
 RATE = 50.0

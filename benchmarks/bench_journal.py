@@ -24,7 +24,7 @@ from maya_un.config import Config
 from maya_un.process.job import Job
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import JobRow, Options, Owner
+from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.states import TaskState
 
@@ -45,8 +45,8 @@ SERVED = f"Service.submit, {SUBMITTERS} submitters"
 def job(number: int, state: TaskState = TaskState.QUEUED) -> JobRow:
     """Return a job of four steps, as small ones are."""
     steps = [{"pick": [0.5, 1.1]}, {"place": [1.1, 0.5]}] * 2
-    owner = Owner(f"student {number % 20}", "10.0.0.7")
-    options = Options(notes="of the second group, with the blue cubes")
+    owner = RequestOwner(f"student {number % 20}", "10.0.0.7")
+    options = JobOptions(notes="of the second group, with the blue cubes")
     body = {"name": f"tray {number}", "steps": steps}
     return JobRow(number, f"tray {number}", body, options, owner, state, float(number), "2026-03-01T08:00:00Z", 4)
 

@@ -12,8 +12,8 @@ from itertools import count
 
 from harness import Case, Goal, Sample, measure, report
 
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
 
 COMMANDS = 500
 """As many as there is room for segments."""

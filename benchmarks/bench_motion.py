@@ -24,7 +24,7 @@ from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
 from maya_un.motion.path import Path
 from maya_un.robot.gripper_state import GripperState
-from maya_un.robot.plan import Pose, Travel
+from maya_un.robot.plan import Pose, TravelAction
 from maya_un.robot.plan_builder import PlanBuilder
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
@@ -119,7 +119,7 @@ def _pick_and_place(controller: GalilController, source: Point, target: Point) -
     builder = PlanBuilder(controller, Pose(START, GripperState.OPEN))
     Pick(source).plan(builder)
     Place(target).plan(builder)
-    return [action.path for action in builder.build().actions if isinstance(action, Travel)]
+    return [action.path for action in builder.build().actions if isinstance(action, TravelAction)]
 
 
 async def carried_out() -> list[Standard]:

@@ -14,21 +14,21 @@ from typing import Any
 from bench_driver import Answerer, over
 from harness import Case, Goal, Sample, measure, report, timed
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.config import Config, RecorderConfig
 from maya_un.events import MotionEnded
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport
 from maya_un.interpreter import quiet_collector
-from maya_un.recorder.header import Origin
+from maya_un.recorder.header import RecordingOrigin
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.ring import Way
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.ring import WireDirection
+from maya_un.recorder.shelf import RecordingStore
 from maya_un.values import Joints, Mode, Point, State
 
 REQUESTS, ROUNDS = 100, 200
 """Short samples, bare and recorded in turn: what else the machine does hits both alike, and the median tells."""
 
-SENT, RECEIVED = Way(1, "client"), Way(1, "controller")
+SENT, RECEIVED = WireDirection(1, "client"), WireDirection(1, "controller")
 BARE = "driver, a question and a record"
 RECORDED = "the same, recorded"
 SHORT = "driver, request and reply"
@@ -72,7 +72,9 @@ def filled(loop: asyncio.AbstractEventLoop, folder: Path) -> Recorder:
     """Return a recorder that holds ten minutes of beats, records and states, as `maya up` makes them."""
 
     async def fill() -> Recorder:
-        recorder = Recorder(RecorderConfig(), Origin.of(Config(), "sim"), Shelf(folder, 3, 10**9, time.time_ns))
+        recorder = Recorder(
+            RecorderConfig(), RecordingOrigin.of(Config(), "sim"), RecordingStore(folder, 3, 10**9, time.time_ns)
+        )
         ring, record = recorder.ring, bytes(range(190)) + b":"
         while not ring.contents([]).dropped and ring.size < 38 << 20:
             for _ in range(1000):

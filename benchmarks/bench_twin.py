@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 from harness import Case, Goal, Sample, measure, report
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.controller.guard_program import BEAT, OUT, START, THREAD, merged
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.server import VirtualController
 
 ECHO = "bare asyncio echo"
 PIPELINED = 20_000

@@ -61,11 +61,11 @@ def listens() -> None:
 
 def sensors() -> None:
     from maya_un.config import Config
-    from maya_un.graph.doors.sensors import SensorsDoor
+    from maya_un.graph.doors.sensors import SensorServer
     from maya_un.kinematics.mechanism import Mechanism
     from maya_un.kinematics.workspace import Workspace
     from maya_un.ros.controlling import ros_time
-    from maya_un.ros.node import Node, run
+    from maya_un.ros.node import RosNode, run
     from maya_un.values import Joints, Mode, State
 
     config = Config()
@@ -94,8 +94,8 @@ def sensors() -> None:
                 await asyncio.sleep(due - now)
                 now = asyncio.get_running_loop().time()
 
-    async def serve(node: Node) -> None:
-        async with SensorsDoor(Moving(), config, clock=ros_time).open(node.graph):
+    async def serve(node: RosNode) -> None:
+        async with SensorServer(Moving(), config, clock=ros_time).open(node.graph):
             print("ready", flush=True)
             await asyncio.Event().wait()
 

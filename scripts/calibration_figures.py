@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from maya_un.config import Config, Units
 from maya_un.kinematics import Workspace
-from maya_un.kinematics.calibration import Calibration, Observations, Parameters, calibrate, model
+from maya_un.kinematics.calibration import Calibration, FittedConstants, Observations, calibrate, model
 from maya_un.plots.calibration import residuals_figure
 from maya_un.values import Joints
 
@@ -19,7 +19,7 @@ MISREAD, BY = 17, 0.05
 def example() -> Calibration:
     """Return the calibration of a machine that is millimetres off its configuration, measured to 0.3 mm."""
     config = Config()
-    told = Parameters.of(config)
+    told = FittedConstants.of(config)
     true = told._replace(
         height=told.height + 0.004, length=told.length - 0.006, delta=told.delta + 0.003, zero_b=0.005, zero_c=-0.003
     )

@@ -23,7 +23,7 @@ from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
 from maya_un.plots.style import rendered
-from maya_un.plots.workspace import View, workspace_figure
+from maya_un.plots.workspace import WorkspaceView, workspace_figure
 from maya_un.process.files import load_job
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -69,11 +69,11 @@ def same(old: str, new: str) -> bool:
 
 
 def section() -> Figure:
-    return workspace_figure(Workspace.of(Config()), Config().cell.grasp_height, View.SECTION)
+    return workspace_figure(Workspace.of(Config()), Config().cell.grasp_height, WorkspaceView.SECTION)
 
 
 def plan() -> Figure:
-    return workspace_figure(Workspace.of(Config()), Config().cell.grasp_height, View.PLAN)
+    return workspace_figure(Workspace.of(Config()), Config().cell.grasp_height, WorkspaceView.PLAN)
 
 
 def job() -> Figure:

@@ -23,11 +23,11 @@ import typer
 from maya_un import messages
 from maya_un.cli.app import app
 from maya_un.cli.help import OVERVIEW, QUICK
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.twin import parts_of
 from maya_un.config import Config
 from maya_un.graph import types
-from maya_un.graph.table import TABLE, Form
+from maya_un.graph.table import TABLE, Kind
 from maya_un.process.files import load_job
 from maya_un.process.process import Process
 from maya_un.robot.robot import MayaRobot
@@ -113,10 +113,10 @@ def sentences() -> str:
 def graph() -> str:
     """Return the rows of the ROS graph, and text and md5 of every type in it."""
     rows = [f"{row.form.name.lower()} {row.name} {row.type}" for row in TABLE]
-    kinds = sorted({row.type for row in TABLE if row.form is Form.TOPIC})
-    actions = sorted({row.type for row in TABLE if row.form is Form.ACTION})
+    kinds = sorted({row.type for row in TABLE if row.form is Kind.TOPIC})
+    actions = sorted({row.type for row in TABLE if row.form is Kind.ACTION})
     kinds += [f"{action}{part}" for action in actions for part in ("Goal", "Result", "Feedback")]
-    services = sorted({row.type for row in TABLE if row.form is Form.SERVICE})
+    services = sorted({row.type for row in TABLE if row.form is Kind.SERVICE})
     return as_json(
         {
             "rows": rows,
@@ -138,7 +138,7 @@ def wire(name: str) -> str:
 
 async def _carried_out(path: Path) -> bytes:
     job, config = load_job(path), Config()
-    async with rig(config, parts=parts_of(job, config, Settings())) as bench:
+    async with rig(config, parts=parts_of(job, config, OutputSettings())) as bench:
         return await _sent(bench, Process(MayaRobot(bench.controller, config), bench.controller, config), job)
 
 

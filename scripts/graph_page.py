@@ -11,7 +11,7 @@ from maya_un.graph.doors.acting import FEEDBACK_RATE
 from maya_un.graph.doors.sensors import DRAWING_RATE
 from maya_un.graph.events import REFUSED, words
 from maya_un.graph.goals import KEPT, PERIOD
-from maya_un.graph.table import TABLE, Form, Row
+from maya_un.graph.table import TABLE, Kind, Row
 
 DEFINITIONS = Path(maya_un.graph.__file__).parent / "definitions"
 SUFFIXES = {"msg": "Message", "srv": "Service", "action": "Action"}
@@ -140,7 +140,7 @@ def _table(rows: Iterator[Row]) -> Iterator[str]:
     yield "| name | type | what | from | to | kept | asks for |"
     yield "|---|---|---|---|---|---|---|"
     for row in rows:
-        kind = row.type if row.form is Form.TOPIC else f"{row.form.value} {row.type}"
+        kind = row.type if row.form is Kind.TOPIC else f"{row.form.value} {row.type}"
         sources, sinks = (", ".join(nodes) or "anyone" for nodes in (row.sources, row.sinks))
         yield f"| `{row.name}` | {kind} | {row.summary} | {sources} | {sinks} | {_kept(row)} | {_asks(row)} |"
 
@@ -150,7 +150,7 @@ def _asks(row: Row) -> str:
 
 
 def _kept(row: Row) -> str:
-    if row.form is not Form.TOPIC:
+    if row.form is not Kind.TOPIC:
         return ""
     latched = "latched, " if row.latch else ""
     rate = f", {row.rate:g} Hz" if row.rate else ""

@@ -23,7 +23,7 @@ from maya_un.server.exchange import LONG
 from maya_un.server.guard import BODY_LIMIT, BODY_PATIENCE
 from maya_un.server.openapi import ruled
 from maya_un.server.problems import AGAIN
-from maya_un.server.routes import Rule
+from maya_un.server.routes import RouteRule
 
 INTRODUCTION = f"""\
 # HTTP
@@ -139,14 +139,14 @@ def _lines() -> Iterator[str]:
     yield LOG.rstrip("\n")
 
 
-def _row(route: APIRoute, rule: Rule) -> str:
+def _row(route: APIRoute, rule: RouteRule) -> str:
     method = next(iter(route.methods or ()))
     query = f"?{'&'.join(rule.query)}" if rule.query else ""
     words = " ".join((inspect.getdoc(route.endpoint) or "").split())
     return f"| `{method} {route.path_format}{query}` | {_who(rule)} | {words} |"
 
 
-def _who(rule: Rule) -> str:
+def _who(rule: RouteRule) -> str:
     if not rule.operations:
         return "anybody"
     needed = [RULES[operation] for operation in rule.operations]
@@ -155,7 +155,7 @@ def _who(rule: Rule) -> str:
     return f"{needed[0].role.word}, drives" if needed[0].drives else needed[0].role.word
 
 
-def _examples(routes: list[tuple[APIRoute, Rule]]) -> Iterator[str]:
+def _examples(routes: list[tuple[APIRoute, RouteRule]]) -> Iterator[str]:
     told = [(route, name, value) for route, rule in routes for name, value in rule.examples.items()]
     if told:
         yield ""

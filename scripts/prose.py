@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CLEAN = (
     "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/maya_un/messages", "src/maya_un/errors",
     "src/maya_un/config", "src/maya_un/events.py", "src/maya_un/assembly.py", "src/maya_un/values.py",
-    "src/maya_un/loops.py", "src/maya_un/files.py", "src/maya_un/address.py", "src/maya_un/schema", "src/maya_un/robot",
+    "src/maya_un/loops.py", "src/maya_un/address.py", "src/maya_un/schema", "src/maya_un/robot",
     "src/maya_un/kinematics", "src/maya_un/motion", "src/maya_un/client", "src/maya_un/server", "src/maya_un/process",
     "src/maya_un/cli/help.py", "src/maya_un/cli/words.py", "src/maya_un/cli/waiting.py",
 )  # fmt: skip

@@ -12,10 +12,10 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from maya_un.virtual.handles import Handle
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.server import VirtualController
+from dmc41x3.twin.handles import Handle
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.server import VirtualController
 
 EXCHANGE = 0.002
 """What one exchange takes on the virtual controller's clock [s]."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
 from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.entrance import AccessControl
 from maya_un.api.access.hashing import Hasher
 from maya_un.api.access.store import Store
-from maya_un.api.leasing import Leasing
-from maya_un.api.people import People
+from maya_un.api.leasing import LeaseService
+from maya_un.api.people import UserService
 from maya_un.events import EventLog
 from maya_un.process.journal.rows import AuditRow
-from maya_un.process.lease import Lease
+from maya_un.process.lease import ControlLease
 
 FIRST_DAY = datetime(2026, 11, 21, 9, 0, 0, tzinfo=UTC)
 
@@ -38,9 +38,9 @@ class Days:
 class House:
     """Everything about who asks, with nobody yet; `halts` counts how often held jogs were stopped."""
 
-    entrance: Entrance
-    people: People
-    leasing: Leasing
+    entrance: AccessControl
+    people: UserService
+    leasing: LeaseService
     events: EventLog
     days: Days
     audit: list[AuditRow]
@@ -65,11 +65,11 @@ def house(store: Store | None = None, speed: float = 1.0) -> House:
     """Return a house; `await house.entrance.register.open()` reads a store."""
     events, days, rows, halts = EventLog(asyncio.get_running_loop().time), Days(), list[AuditRow](), list[str]()
     cheap = Hasher(memory=8, passes=1)
-    entrance = Entrance.new(
-        Lease(events, speed), store=store, calendar=days, note=rows.append, speed=speed, hasher=cheap
+    entrance = AccessControl.new(
+        ControlLease(events, speed), store=store, calendar=days, note=rows.append, speed=speed, hasher=cheap
     )
-    leasing = Leasing(entrance, lambda: halts.append("halt"))
-    return House(entrance, People(entrance, leasing.rights_ended), leasing, events, days, rows, halts)
+    leasing = LeaseService(entrance, lambda: halts.append("halt"))
+    return House(entrance, UserService(entrance, leasing.rights_ended), leasing, events, days, rows, halts)
 
 
 def somebody(role: Role, name: str = "", lease: str = "") -> Caller:

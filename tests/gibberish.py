@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from random import Random
 
-from maya_un.galil.commands import CONTROL, FORMS
-from maya_un.virtual import registers
-from maya_un.virtual.commands import TABLE
+from dmc41x3.language.commands import CONTROL, FORMS
+from dmc41x3.twin import registers
+from dmc41x3.twin.commands import TABLE
 
 MNEMONICS = sorted({*FORMS, *TABLE} - {"="} - set(CONTROL.values()))
 REGISTERS = sorted({*registers.AXIS, *registers.PLANE})

@@ -13,13 +13,13 @@ from maya_un.graph.apart import robot_floor, tasks_handed_on
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.robot import GraphRobot
-from maya_un.graph.doors.controller import ControllerDoor
-from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.graph.doors.controller import ControllerServer
+from maya_un.graph.doors.sensors import SensorServer
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
 from maya_un.process.process import Process
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
 from tests.unit.controller.bench import HERE, _take_over
 from tests.virtual_time import turn
 
@@ -54,8 +54,8 @@ async def below(
     node = bus.node("hw_simulator")
     async with (
         bench_of(config, parts, homed=homed) as bench,
-        ControllerDoor(bench.controller).open(node),
-        SensorsDoor(bench.controller, bench.controller.config).open(node),
+        ControllerServer(bench.controller).open(node),
+        SensorServer(bench.controller, bench.controller.config).open(node),
     ):
         yield Below(bench, bus, node)
 
@@ -65,7 +65,7 @@ async def bench_of(
     config: Config, parts: Mapping[str, Point] | None = None, *, homed: bool = False
 ) -> AsyncIterator[Rig]:
     """Open the controller floor of a twin alone; one that is `homed` stands at `HERE`, with an open gripper."""
-    start = Start(*HERE) if homed else None
+    start = StartPose(*HERE) if homed else None
     async with rig(config, parts=parts, start=start, live=True) as bench:
         if homed:
             await _take_over(bench)

@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, Options, Owner, StepRow
+from maya_un.process.journal.rows import AuditRow, EventRow, JobOptions, JobRow, RequestOwner, StepRow
 from maya_un.schema.states import TaskState
 
 DATE = "2026-03-01T08:00:00Z"
@@ -19,8 +19,8 @@ def job_row(number: int, **changes: Any) -> JobRow:
     plain: dict[str, Any] = {
         "name": f"job {number}",
         "body": {"name": f"job {number}", "steps": ["home", {"pick": [0.5, 1.1]}]},
-        "options": Options(),
-        "owner": Owner("ann", "cli"),
+        "options": JobOptions(),
+        "owner": RequestOwner("ann", "cli"),
         "state": TaskState.QUEUED,
         "position": float(number),
         "submitted": DATE,

@@ -10,17 +10,17 @@ from random import Random
 
 import numpy as np
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.config.zones import AnyZone, BoxConfig, CylinderConfig
 from maya_un.controller.monitor import OFF_SWITCH
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
-from maya_un.virtual.wire.server import VirtualController
 from tests.judge.mechanism import Frame
 from tests.judge.paths import Opinion, judged
 from tests.judge.zones import Behind, Block, Column, Solid
@@ -40,7 +40,7 @@ class Machine:
     """A configuration, and the same facts for the twin and for the judge."""
 
     config: Config
-    truth: Truth
+    truth: TrueConstants
     frame: Frame
     zones: tuple[Solid, ...]
     rates: Rates
@@ -53,7 +53,7 @@ class Machine:
         """
         geometry, axes, scale = config.geometry, (config.axes.a, config.axes.b, config.axes.c), config.scale
         a, b, c = ((axis.minimum, axis.maximum) for axis in axes)
-        truth = Truth(
+        truth = TrueConstants(
             height=geometry.height,
             length=geometry.length,
             delta=geometry.delta,
@@ -242,14 +242,14 @@ def _zone(rng: Random, machine: Machine, number: int) -> dict[str, object]:
 @asynccontextmanager
 async def homed(machine: Machine, place: Joints) -> AsyncIterator[Rig]:
     """Give a rig of the machine that stands at `place`, homed without moving, whose mechanics keep samples."""
-    async with rig(machine.config, truth=machine.truth, start=Start(*place), trace=True) as bench:
+    async with rig(machine.config, truth=machine.truth, start=StartPose(*place), trace=True) as bench:
         await take_over(bench, machine, place)
         yield bench
 
 
 def twin_of(machine: Machine, place: Joints) -> tuple[VirtualController, MayaMechanics]:
     """Return the machine's twin, switched on at `place`, and its mechanics, which keep samples."""
-    mechanics = MayaMechanics(machine.truth, Start(*place), trace=True)
+    mechanics = MayaMechanics(machine.truth, StartPose(*place), trace=True)
     return VirtualController(VirtualDmc(mechanics)), mechanics
 
 

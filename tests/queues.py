@@ -13,10 +13,10 @@ from maya_un.events import Event, JobAdvanced, StepAdvanced
 from maya_un.process.job import Job
 from maya_un.process.journal import tables
 from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.rows import JobRow, Options, Owner, StepRow
-from maya_un.process.lease import Lease
+from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner, StepRow
+from maya_un.process.lease import ControlLease
 from maya_un.process.process import Process
-from maya_un.process.submitting import Asked
+from maya_un.process.submitting import SubmitRequest
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.states import TRANSITIONS, TaskState
 from tests.fakes import FakeController
@@ -32,9 +32,9 @@ def job(*steps: Any, name: str = "job", repeat: int = 1) -> Job:
     return Job.parse({"name": name, "parts": CUBE, "places": TRAY, "steps": list(steps), "repeat": repeat})
 
 
-def asked(owner: str = "ana", *, key: str = "", proposal: bool = False, **options: Any) -> Asked:
+def asked(owner: str = "ana", *, key: str = "", proposal: bool = False, **options: Any) -> SubmitRequest:
     """Return who asks and how."""
-    return Asked(Owner(owner, "test"), Options(**options), key, proposal=proposal)
+    return SubmitRequest(RequestOwner(owner, "test"), JobOptions(**options), key, proposal=proposal)
 
 
 class FrailJournal(MemoryJournal):
@@ -85,7 +85,7 @@ class Floor:
     controller: FakeController
     robot: MayaRobot
     journal: FrailJournal
-    lease: Lease
+    lease: ControlLease
     process: Process
 
     def check_announcements(self) -> None:
@@ -144,7 +144,7 @@ class Machine:
         """Start the program."""
         controller = FakeController(homed=self.homed, closed=self.closed)
         robot = MayaRobot(controller, controller.config)
-        lease = Lease(controller.events)
+        lease = ControlLease(controller.events)
         process = Process(robot, controller, controller.config, journal=self.journal, lease=lease)
         floor = Floor(controller, robot, self.journal, lease, process)
         await process.open()

@@ -8,18 +8,18 @@ from contextlib import asynccontextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
 from maya_un.config import Config, RecorderConfig, Units
 from maya_un.controller.controller import GalilController
-from maya_un.galil.transport import Transport
-from maya_un.recorder.header import Origin, TwinSource
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
+from maya_un.recorder.header import RecordingOrigin, TwinSource
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.shelf import RecordingStore
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
-from maya_un.virtual.wire.server import VirtualController
 
 HERE = Joints(0.3, 1.5, 1.3)
 """Where the robot stands, homed, when a test begins."""
@@ -28,9 +28,9 @@ UTC = 1_795_289_120_339_000_000
 """What the clock of the tests says: 2026-11-21T19:25:20.339Z, in ns."""
 
 
-def shelf(folder: Path) -> Shelf:
+def shelf(folder: Path) -> RecordingStore:
     """Return the recordings in a folder."""
-    return Shelf(folder, 50, 500_000_000, lambda: UTC)
+    return RecordingStore(folder, 50, 500_000_000, lambda: UTC)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +55,11 @@ async def recorded(
     Unless its twin is `known`, the recording takes it for a machine.
     """
     chosen = Config() if config is None else config
-    truth, start = Truth(), Start(*HERE)
+    truth, start = TrueConstants(), StartPose(*HERE)
     born = asyncio.get_running_loop().time()
     virtual = VirtualController(VirtualDmc(MayaMechanics(truth, start)))
     source = TwinSource(0, asdict(truth), (start.a, start.b, start.c), {}, born) if known else None
-    origin = Origin.of(chosen, "sim" if known else "10.0.0.5:23", twin=source)
+    origin = RecordingOrigin.of(chosen, "sim" if known else "10.0.0.5:23", twin=source)
     recorder = Recorder(settings or RecorderConfig(), origin, None if folder is None else shelf(folder))
 
     async def dial() -> Transport:

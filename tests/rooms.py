@@ -1,4 +1,4 @@
-"""How the tests are shared between workers: file by file, those of ROS as one, and first what starts programs."""
+"""Share the tests between workers file by file. Files that start programs come first, in a mix of folders."""
 
 from __future__ import annotations
 
@@ -8,26 +8,41 @@ from typing import Any
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-TOGETHER = "tests/ros/"
-"""A folder that is one worker's: a launch starts ten processes at once, with a robot much faster than real time."""
-FIRST = (TOGETHER, "tests/system/")
-"""Folders whose tests start programs and wait for them: minutes a file. The others fill the end."""
+TOGETHER = "tests/ros/together/"
+"""A folder that one worker runs: its files share a launch."""
+
+FIRST = ("tests/ros/", "tests/system/")
+"""Folders whose tests start programs and wait for them: up to minutes a file. Shorter files fill the end."""
 
 
 class Rooms(LoadScopeScheduling):
-    """Hands out the tests of a file together, so that what a module sets up is set up once."""
+    """Hands out the tests of a file together, so that the fixtures of a module are set up once."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return TOGETHER if nodeid.startswith(TOGETHER) else nodeid.partition("::")[0]
+        return _scope(nodeid)
 
 
 def in_order(items: Sequence[pytest.Item]) -> list[pytest.Item]:
-    """Return tests in the order in which workers take them."""
+    """Return tests in the order in which workers take them.
 
-    def rank(item: pytest.Item) -> int:
-        return next((number for number, folder in enumerate(FIRST) if item.nodeid.startswith(folder)), len(FIRST))
+    The files of ROS lie evenly among those of tests/system: a launch starts ten processes at once, and two launches
+    side by side would keep each other waiting.
+    """
+    folders: dict[str, list[str]] = {}
+    for scope in dict.fromkeys(_scope(item.nodeid) for item in items):
+        folders.setdefault(_folder(scope), []).append(scope)
+    late = folders.pop("", [])
+    ranks = {scope: (place / len(of), folder) for folder, of in folders.items() for place, scope in enumerate(of)}
+    ranks |= dict.fromkeys(late, (1.0, ""))
+    return sorted(items, key=lambda item: ranks[_scope(item.nodeid)])
 
-    return sorted(items, key=rank)
+
+def _folder(scope: str) -> str:
+    return next((folder for folder in FIRST if scope.startswith(folder)), "")
+
+
+def _scope(nodeid: str) -> str:
+    return TOGETHER if nodeid.startswith(TOGETHER) else nodeid.partition("::")[0]
 
 
 def scheduler(config: Any, log: Any) -> Rooms:

@@ -11,12 +11,12 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.rosbridge.client import Client
-from maya_un.rosbridge.outgoing import Press
+from maya_un.rosbridge.client import RosbridgeClient
+from maya_un.rosbridge.outgoing import MessageEncoder
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.sending import Sender
-from maya_un.rosbridge.session import Session
-from maya_un.rosbridge.turns import Turns
+from maya_un.rosbridge.session import RosbridgeSession
+from maya_un.rosbridge.turns import MessageScheduler
 from tests.virtual_time import turn
 
 Said = dict[str, Any]
@@ -76,11 +76,11 @@ def unframed(data: bytes) -> list[tuple[int, bytes]]:
 class Talker:
     """A client in the loop of its bus: what it says is carried out at once, as far as nothing has to be awaited."""
 
-    def __init__(self, bus: Bus, press: Press, node: BusNode, turns: Turns | None = None) -> None:
+    def __init__(self, bus: Bus, press: MessageEncoder, node: BusNode, turns: MessageScheduler | None = None) -> None:
         self.mouth = Mouth()
         self.node = node
-        self.client = Client(node, Sender(self.mouth), press)
-        self.session = Session(self.client, Rosapi(node, press.now), turns or Turns())
+        self.client = RosbridgeClient(node, Sender(self.mouth), press)
+        self.session = RosbridgeSession(self.client, Rosapi(node, press.now), turns or MessageScheduler())
         self.bus = bus
 
     def say(self, op: str, **message: Any) -> None:
@@ -110,8 +110,8 @@ class Room:
     def __init__(self) -> None:
         self.bus = Bus()
         self.robot = self.bus.node("robot")
-        self.press = Press(lambda: DATE)
-        self.turns = Turns()
+        self.press = MessageEncoder(lambda: DATE)
+        self.turns = MessageScheduler()
         self._talkers: list[Talker] = []
 
     def talker(self) -> Talker:

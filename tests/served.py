@@ -9,14 +9,14 @@ from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import TypeVar
 
-from maya_un.galil.framing import Kind, LineSplitter, Record, Reply, ReplySplitter
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.server import VirtualController
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.framing import LineSplitter, RecordReply, Reply, ReplyKind, ReplySplitter
 
 T = TypeVar("T")
 
-_KINDS = {"QR": Kind.RECORD, "UL": Kind.LISTING, "QU": Kind.LISTING}
+_KINDS = {"QR": ReplyKind.RECORD, "UL": ReplyKind.LISTING, "QU": ReplyKind.LISTING}
 
 
 class Conversation:
@@ -33,12 +33,12 @@ class Conversation:
         if way == "rx":
             for command in self._lines.feed(data):
                 self._open.append(command)
-                self._replies.expect(_KINDS.get(command[:2], Kind.TEXT))
+                self._replies.expect(_KINDS.get(command[:2], ReplyKind.TEXT))
             return
         for received in self._replies.feed(data):
             if isinstance(received, Reply):
                 self.pairs.append((self._open.pop(0), received.text if received.ok else "?"))
-            elif isinstance(received, Record):
+            elif isinstance(received, RecordReply):
                 self.pairs.append((self._open.pop(0), "a record"))
 
 

@@ -20,11 +20,11 @@ from maya_un.assembly import Stack, stack
 from maya_un.config import load
 from maya_un.loops import ScaledLoop
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.rosbridge.alone import Place, endpoint
+from maya_un.rosbridge.alone import EndpointOptions, endpoint
 from maya_un.server import dates
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 from maya_un.server.limits import Rate
 from maya_un.server.thread import bound_socket, served
 from tests.system.processes import CALM_FILE
@@ -100,9 +100,9 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
         ) as running:
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)
-            app = create_app(bridge, Edge(near=_UNBOUNDED))
+            app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))
             with bound_socket(0) as near, bound_socket(0) as door:
-                place = Place(door, Edge(near=_UNBOUNDED), state / "steps.db")
+                place = EndpointOptions(door, OriginPolicy(near=_UNBOUNDED), state / "steps.db")
                 beside = partial(endpoint, running, bridge, place, speed=SPEED)
                 async with served(app, near, beside=beside) as url:
                     rosbridge = "ws://{}:{}".format(*door.getsockname())

@@ -18,12 +18,12 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import State as Phase
 from websockets.uri import parse_uri
 
-from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.entrance import AccessControl
 from maya_un.api.gate import Gate
-from maya_un.api.leasing import Leasing
-from maya_un.api.people import People
+from maya_un.api.leasing import LeaseService
+from maya_un.api.people import UserService
 from maya_un.api.service import Service
-from maya_un.controller.latest import Latest
+from maya_un.controller.latest import StateBroadcaster
 from maya_un.events import Event, EventLog, PhaseBegun
 from maya_un.schema.robot import EventMessage
 from maya_un.server.bridge import Bridge
@@ -74,13 +74,13 @@ class Watched:
         self.run = run
         self.speed = speed
         self.log = EventLog(lambda: asyncio.get_running_loop().time())
-        self.latest = Latest(REST)
+        self.latest = StateBroadcaster(REST)
         self.shown: dict[str, Any] = {"mode": "running"}
         self.views = 0
         self.forgotten = 0
-        self.entrance = Entrance.alone(self.log)
-        self.lease = Leasing(self.entrance, lambda: None)
-        self.users = People(self.entrance, self.lease.rights_ended)
+        self.entrance = AccessControl.alone(self.log)
+        self.lease = LeaseService(self.entrance, lambda: None)
+        self.users = UserService(self.entrance, self.lease.rights_ended)
 
     @property
     def service(self) -> Service:

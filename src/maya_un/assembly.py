@@ -10,9 +10,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.address import SIM, meant, split
 from maya_un.api import previews
-from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.entrance import AccessControl
 from maya_un.api.access.register import Calendar
 from maya_un.api.access.store import FileStore, Store
 from maya_un.api.gate import Gate
@@ -23,32 +27,28 @@ from maya_un.controller.controller import GalilController
 from maya_un.controller.link import Dial
 from maya_un.controller.protocol import Controller
 from maya_un.events import Event, EventLog
-from maya_un.galil.transport import TcpTransport, Transport
-from maya_un.process.book import Book
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import legal_start
+from maya_un.machine.truth import TrueConstants
+from maya_un.process.book import PoseStore
 from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.process.lease import Lease
+from maya_un.process.lease import ControlLease
 from maya_un.process.process import Process
-from maya_un.recorder.header import Origin, TwinSource
+from maya_un.recorder.header import RecordingOrigin, TwinSource
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.shelf import RecordingStore
 from maya_un.robot.protocol import Robot
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.robot import plain
 from maya_un.values import Point
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import legal_start
-from maya_un.virtual.maya.truth import Truth
-from maya_un.virtual.memory import Memory
-from maya_un.virtual.wire.server import VirtualController
-from maya_un.workers import Bounds, Staff, Workers
+from maya_un.workers import ComputeLimits, Workers, WorkerSet
 
-OWN_BOUNDS = Bounds(seconds=60.0, most=256, each=128)
+OWN_BOUNDS = ComputeLimits(seconds=60.0, most=256, each=128)
 """Bounds of the work that the robot waits for: those of a job; it is requested in pieces."""
 
-PEOPLE_BOUNDS = Bounds(seconds=30.0, most=256, each=4, nicer=5)
+PEOPLE_BOUNDS = ComputeLimits(seconds=30.0, most=256, each=4, nicer=5)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class Twin:
 
 
 @dataclass(frozen=True, slots=True)
-class ControllerFloor:
+class ControllerAssembly:
     """The controller layer at an address; `twin` is None on a real machine, `recorder` if nothing is recorded."""
 
     address: str
@@ -80,7 +80,7 @@ class ControllerFloor:
 
 
 @dataclass(frozen=True, slots=True)
-class ProcessFloor:
+class ProcessAssembly:
     """The process layer on some robot.
 
     Edges that somebody else may use call `service` through the `gate` and ask `entrance` who asks.
@@ -89,12 +89,12 @@ class ProcessFloor:
     process: Process
     service: Service
     gate: Gate
-    entrance: Entrance
-    lease: Lease
+    entrance: AccessControl
+    lease: ControlLease
     journal: Journal
 
 
-class Storage(NamedTuple):
+class StackStorage(NamedTuple):
     """Data that outlives a program: the queue's journal, and the users; None for what is not kept."""
 
     journal: Journal | None
@@ -102,7 +102,7 @@ class Storage(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Stack(ProcessFloor):
+class Stack(ProcessAssembly):
     """All layers of one robot: the process layer, and the layers below it. `twin` is None on a real machine."""
 
     config: Config
@@ -115,7 +115,7 @@ class Stack(ProcessFloor):
 def make_twin(
     *,
     seed: int = 0,
-    truth: Truth | None = None,
+    truth: TrueConstants | None = None,
     parts: Mapping[str, Point] | None = None,
     memory: Memory | None = None,
     firmware: str | None = None,
@@ -125,7 +125,7 @@ def make_twin(
     `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m), `memory` is what
     is burned, `firmware` the line it answers to ^R^V.
     """
-    real = truth if truth is not None else Truth()
+    real = truth if truth is not None else TrueConstants()
     start = legal_start(random.Random(seed), real)
     mechanics = MayaMechanics(real, start, parts=parts or {})
     machine = VirtualDmc(mechanics, memory=memory, firmware=firmware)
@@ -139,7 +139,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     *,
     seed: int = 0,
     parts: Mapping[str, Point] | None = None,
-    truth: Truth | None = None,
+    truth: TrueConstants | None = None,
     live: bool = True,
     skip_home: bool = False,
     take_over: bool = False,
@@ -148,8 +148,8 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     journal: Journal | None = None,
     calendar: Calendar | None = None,
     users: Store | None = None,
-    recordings: Shelf | None = None,
-    staff: Staff | None = None,
+    recordings: RecordingStore | None = None,
+    staff: WorkerSet | None = None,
 ) -> AsyncIterator[Stack]:
     """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
@@ -214,15 +214,15 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller laye
     *,
     seed: int = 0,
     parts: Mapping[str, Point] | None = None,
-    truth: Truth | None = None,
+    truth: TrueConstants | None = None,
     live: bool = True,
     skip_home: bool = False,
     take_over: bool = False,
     speed: float = 1.0,
-    recordings: Shelf | None = None,
+    recordings: RecordingStore | None = None,
     heard: Callable[[EventLog], None] | None = None,
     workers: Workers | None = None,
-) -> AsyncIterator[ControllerFloor]:
+) -> AsyncIterator[ControllerAssembly]:
     """Open the controller layer alone at `address` for the length of the block; options and errors are as in `stack`.
 
     `heard` is given the events before the first of them. Motions are planned in `workers`, where there are any.
@@ -239,7 +239,7 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller laye
             await controller.open(take_over=take_over)
             if skip_home:
                 await controller.skip_home()
-            yield ControllerFloor(address, controller, twin, recorder)
+            yield ControllerAssembly(address, controller, twin, recorder)
     finally:
         await controller.close()
         if twin is not None:
@@ -259,15 +259,15 @@ async def process_floor(  # noqa: PLR0913 - every option of a process layer is a
     calendar: Calendar | None = None,
     users: Store | None = None,
     recorder: Recorder | None = None,
-    staff: Staff | None = None,
-) -> AsyncIterator[ProcessFloor]:
+    staff: WorkerSet | None = None,
+) -> AsyncIterator[ProcessAssembly]:
     """Connect the process layer and its service to any robot and controller for the length of the block.
 
     They may run in this process or at the other end of a graph. The other parameters are as in `stack`. Raises
     `StorageFailed` where what the journal knows cannot be taken up.
     """
-    book = Book(controller.mechanism, places)
-    lease = Lease(controller.events, speed)
+    book = PoseStore(controller.mechanism, places)
+    lease = ControlLease(controller.events, speed)
     dates = None if calendar is None else calendar.after
     process = Process(
         robot,
@@ -281,7 +281,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process layer is a
         staff=staff,
     )
     note = process.journal.note
-    entrance = Entrance.new(lease, store=users, calendar=calendar, note=note, speed=speed)
+    entrance = AccessControl.new(lease, store=users, calendar=calendar, note=note, speed=speed)
     try:
         await entrance.register.open()
         await process.open()
@@ -298,7 +298,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process layer is a
             workers=None if staff is None else staff.people,
         )
         gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
-        yield ProcessFloor(process, service, gate, entrance, lease, process.journal)
+        yield ProcessAssembly(process, service, gate, entrance, lease, process.journal)
     finally:
         await run_to_end(process.close())
         await entrance.register.close()
@@ -306,29 +306,29 @@ async def process_floor(  # noqa: PLR0913 - every option of a process layer is a
 
 
 @contextmanager
-def staffed(config: Config) -> Iterator[Staff]:
+def staffed(config: Config) -> Iterator[WorkerSet]:
     """Keep worker processes for a machine, begun when they are needed, while the block runs."""
     own = Workers("motion", OWN_BOUNDS, previews.prepare, config)
     people = Workers("previews", PEOPLE_BOUNDS, previews.prepare, config)
     try:
-        yield Staff(own, people)
+        yield WorkerSet(own, people)
     finally:
         own.close()
         people.close()
 
 
 @asynccontextmanager
-async def storage(path: Path | None, keep: StorageConfig) -> AsyncIterator[Storage]:
+async def storage(path: Path | None, keep: StorageConfig) -> AsyncIterator[StackStorage]:
     """Open what outlives this program, and close it last; without a `path` nothing does.
 
     Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`.
     """
     if path is None:
-        yield Storage(None, None)
+        yield StackStorage(None, None)
         return
     journal = await SqliteJournal.open(path, keep)
     try:
-        yield Storage(journal, FileStore(path))
+        yield StackStorage(journal, FileStore(path))
     finally:
         await journal.close()
 
@@ -354,7 +354,7 @@ def _patient(config: Config, speed: float) -> Config:
 
 
 def _recorder(
-    config: Config, address: str, speed: float, twin: Twin | None, seed: int, recordings: Shelf | None
+    config: Config, address: str, speed: float, twin: Twin | None, seed: int, recordings: RecordingStore | None
 ) -> Recorder | None:
     """Return a flight recorder for the robot, None where nothing is to be recorded."""
     if recordings is None or not config.recorder.enabled:
@@ -364,7 +364,7 @@ def _recorder(
         a, b, c = twin.mechanics.start
         born = asyncio.get_running_loop().time() - twin.controller.machine.now
         source = TwinSource(seed, asdict(twin.mechanics.truth), (a, b, c), twin.mechanics.parts, born)
-    return Recorder(config.recorder, Origin.of(config, address, speed=speed, twin=source), recordings)
+    return Recorder(config.recorder, RecordingOrigin.of(config, address, speed=speed, twin=source), recordings)
 
 
 def _watched(recorder: Recorder | None, controller: GalilController) -> AbstractAsyncContextManager[None]:

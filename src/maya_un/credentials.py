@@ -24,7 +24,7 @@ LEASE_FILE = "lease.json"
 _MOST_BYTES = 4096
 
 
-class Held(NamedTuple):
+class StoredLease(NamedTuple):
     """A lease that was taken in the shell, at the service `url`."""
 
     id: str
@@ -68,11 +68,11 @@ def origin() -> str:
     return f"${TOKEN}" if TOKEN in os.environ else str(token_file())
 
 
-def held() -> Held | None:
+def held() -> StoredLease | None:
     """Return the lease that was taken in the shell, None where there is none."""
     found = runtime.read(runtime.folder() / LEASE_FILE)
     try:
-        return Held(_plain(str(found["id"])), str(found["url"]))
+        return StoredLease(_plain(str(found["id"])), str(found["url"]))
     except (KeyError, TypeError):
         return None
 

@@ -14,8 +14,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmc41x3.files import open_own
 from maya_un.errors import AlreadyRunning, FileUnwritable
-from maya_un.files import open_own
 from maya_un.namespace import own
 
 _MOST_BYTES = 4096

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import os
 
-from maya_un.cli.conform import Socket
-from maya_un.galil.conformance import Demand
+from dmc41x3.conformance import Demand
+from maya_un.cli.conform import TcpChannel
 
 ADDRESS = os.environ.get("MAYA_CONTRACT_ADDRESS", "")
 MOVES = os.environ.get("MAYA_CONTRACT_MOVES", "") == "1"
@@ -22,6 +22,6 @@ def place() -> tuple[str, int]:
     return host, int(port or 23)
 
 
-def box() -> Socket:
+def box() -> TcpChannel:
     """Open a connection to the box."""
-    return Socket(*place())
+    return TcpChannel(*place())

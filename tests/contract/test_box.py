@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.conformance import ControllerChannel, Vector, load, run
+from dmc41x3.language.record import DataRecord, decode
 from maya_un.cli.conform import axes_of
-from maya_un.galil.conformance import Channel, Vector, load, run
-from maya_un.galil.record import DataRecord, decode
 from tests.channels import Bench
 from tests.contract.conftest import ADDRESS, ALLOWED, box, place
 
@@ -18,11 +18,11 @@ def talkers() -> list[str]:
     return ["virtual", *(["box"] if ADDRESS else [])]
 
 
-def opened(talker: str) -> Channel:
+def opened(talker: str) -> ControllerChannel:
     return box() if talker == "box" else Bench(AXES).dial()
 
 
-def record(channel: Channel) -> DataRecord:
+def record(channel: ControllerChannel) -> DataRecord:
     channel.send(b"QR\r")
     data = b""
     while len(data) < 4 or len(data) <= int.from_bytes(data[2:4], "little"):
@@ -32,7 +32,7 @@ def record(channel: Channel) -> DataRecord:
     return decode(data[:-1])
 
 
-def value(channel: Channel, operand: str) -> float:
+def value(channel: ControllerChannel, operand: str) -> float:
     channel.send(f"MG {operand}\r".encode("ascii"))
     answer = b""
     while answer[-1:] != b":":

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
-from maya_un.galil.conformance import Demand, Difference, Vector, load, run
-from maya_un.galil.conformance.fresh import freshen, restart
-from maya_un.galil.conformance.runner import coalesced
-from maya_un.galil.conformance.vectors import sources
+from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
+from dmc41x3.conformance.fresh import freshen, restart
+from dmc41x3.conformance.runner import coalesced
+from dmc41x3.conformance.vectors import sources
 from tests.campaign import Campaign
 from tests.channels import Bench, Cut, at, byte_by_byte, whole, wire
 
@@ -69,12 +69,12 @@ def test_table_holds_in_a_row_on_a_controller_that_was_used(axes: int) -> None:
     assert not found
 
 
-def differences(group: str, talk: Callable[[Vector, int], Difference | None]) -> list[str]:
+def differences(group: str, talk: Callable[[Vector, int], VectorDifference | None]) -> list[str]:
     """Return how the vectors of a group differ, each on the first controller of `AXES` it fits."""
     return [str(found) for vector in TABLE if vector.group == group and (found := talk(vector, sizes(vector)[0]))]
 
 
-def over_tcp(vector: Vector, axes: int, cut: Cut = whole) -> Difference | None:
+def over_tcp(vector: Vector, axes: int, cut: Cut = whole) -> VectorDifference | None:
     with wire(axes, cut) as controller:
         return run(vector, controller.tcp, axes)
 
@@ -86,7 +86,7 @@ def test_in_as_few_pieces_as_possible(group: str) -> None:
 
 @every_group
 def test_byte_by_byte(group: str) -> None:
-    def talk(vector: Vector, axes: int) -> Difference | None:
+    def talk(vector: Vector, axes: int) -> VectorDifference | None:
         return run(vector, Bench(axes, whole if vector.whole else byte_by_byte).dial, axes)
 
     assert not differences(group, talk)
@@ -94,7 +94,7 @@ def test_byte_by_byte(group: str) -> None:
 
 @every_group
 def test_cut_in_two_at_every_place(group: str) -> None:
-    def talk(vector: Vector, axes: int) -> Difference | None:
+    def talk(vector: Vector, axes: int) -> VectorDifference | None:
         found = (run(vector, Bench(axes, at(place)).dial, axes) for place in places(vector))
         return next((difference for difference in found if difference), None)
 
@@ -118,7 +118,7 @@ def test_over_tcp_in_as_few_pieces_as_possible(group: str) -> None:
 
 @every_group
 def test_over_udp(group: str) -> None:
-    def talk(vector: Vector, axes: int) -> Difference | None:
+    def talk(vector: Vector, axes: int) -> VectorDifference | None:
         if vector.udp:
             return None
         with wire(axes) as controller:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGE = ROOT / "src" / "maya_un"
+PACKAGES = [ROOT / "src" / name for name in ("dmc41x3", "maya_un")]
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -61,8 +61,8 @@ def _parse(path: Path, base: Path) -> Module:
 
 @functools.cache
 def modules() -> tuple[Module, ...]:
-    """Return every module of the package."""
-    return tuple(_parse(path, PACKAGE.parent) for path in sorted(PACKAGE.rglob("*.py")))
+    """Return every module of the packages."""
+    return tuple(_parse(path, ROOT / "src") for package in PACKAGES for path in sorted(package.rglob("*.py")))
 
 
 @functools.cache
@@ -76,5 +76,5 @@ test_modules.__test__ = False  # type: ignore[attr-defined]
 
 
 def floor(module: Module) -> str:
-    """Return the floor (or leaf) a module belongs to; empty for the package itself."""
+    """Return the floor (or leaf) a module belongs to; empty for a package itself."""
     return [*module.name.split("."), ""][1]

@@ -86,14 +86,17 @@ def test_the_command_hands_seed_and_size_on_and_keeps_the_rest(words: list[str],
     assert said.stdout == f"5 {long} -m pytest {quiet}x y\n"
 
 
-def test_workers_share_files_of_which_the_longest_come_first() -> None:
-    found = ["unit/a.py::a", "system/a.py::b", "system/b.py::c", "ros/a.py::d", "ros/b.py::e", "unit/a.py::f"]
+def test_workers_share_files_and_mix_those_that_start_programs() -> None:
+    found = ["unit/a.py::a", "system/a.py::b", "system/b.py::c", "ros/a.py::d", "ros/together/b.py::e", "unit/a.py::f"]
     items: list[Any] = [SimpleNamespace(nodeid=f"tests/{nodeid}") for nodeid in found]
-    assert [item.nodeid[-1] for item in in_order(items)] == ["d", "e", "b", "c", "a", "f"]
+    assert [item.nodeid[-1] for item in in_order(items)] == ["d", "b", "e", "c", "a", "f"]
     shared = scheduler(SimpleNamespace(option=SimpleNamespace(), getvalue=lambda _: ["popen"]), None)
     scopes = [shared._split_scope(item.nodeid) for item in in_order(items)]
-    system, unit = [f"tests/system/{name}.py" for name in "ab"], "tests/unit/a.py"
-    assert scopes == ["tests/ros/"] * 2 + [*system, unit, unit]
+    assert (
+        scopes
+        == [f"tests/{name}" for name in ("ros/a.py", "system/a.py", "ros/together/", "system/b.py")]
+        + ["tests/unit/a.py"] * 2
+    )
 
 
 def test_the_seed_must_be_a_number_or_random() -> None:

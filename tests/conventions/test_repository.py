@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.virtual.coverage import COVERAGE, Class
-from tests.conventions.source import ROOT
+import dmc41x3
+import maya_un
+from dmc41x3.twin.coverage import COVERAGE, CoverageClass
+from tests.conventions.source import PACKAGES, ROOT
 
 COMMANDS = ["run", "test"] + [f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros")]
 LOCKS = ["requirements.lock", "requirements-dev.lock", "requirements-clients.lock"]
@@ -115,7 +117,7 @@ def test_every_page_is_found_from_the_index_of_the_documentation() -> None:
 
 
 def test_the_readme_tells_how_much_of_the_language_the_twin_does() -> None:
-    done = sum(coverage.kind is Class.IMPLEMENTED for coverage in COVERAGE.values())
+    done = sum(coverage.kind is CoverageClass.IMPLEMENTED for coverage in COVERAGE.values())
     assert f"[{done} of {len(COVERAGE)} entries of the language]" in text("README.md")
 
 
@@ -124,5 +126,10 @@ def test_the_licence_is_apache_2() -> None:
     assert tomllib.loads(text("pyproject.toml"))["project"]["license"] == "Apache-2.0"
 
 
-def test_the_package_is_typed() -> None:
-    assert (ROOT / "src" / "maya_un" / "py.typed").exists()
+def test_the_packages_are_typed() -> None:
+    assert [package for package in PACKAGES if not (package / "py.typed").exists()] == []
+
+
+def test_the_packages_have_the_version_of_the_project() -> None:
+    version = tomllib.loads(text("pyproject.toml"))["project"]["version"]
+    assert (dmc41x3.__version__, maya_un.__version__) == (version, version)

@@ -16,7 +16,7 @@ from maya_un import __version__
 from maya_un.config.load import parse
 from maya_un.graph import types
 from maya_un.graph.events import words
-from maya_un.graph.table import TABLE, Form, Row
+from maya_un.graph.table import TABLE, Kind, Row
 from maya_un.ros.constants import constants
 from tests.conventions.source import ROOT
 
@@ -138,9 +138,9 @@ def test_the_manuals_names_have_the_manuals_types() -> None:
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
 def test_every_type_of_the_table_exists(row: Row) -> None:
-    if row.form is Form.TOPIC:
+    if row.form is Kind.TOPIC:
         assert types.known(row.type)
-    elif row.form is Form.SERVICE:
+    elif row.form is Kind.SERVICE:
         assert row.type in types.services()
     else:
         assert all(types.known(f"{row.type}{part}") for part in ("Action", "Goal", "Result", "Feedback"))

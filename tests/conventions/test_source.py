@@ -4,32 +4,30 @@ from __future__ import annotations
 
 import ast
 import importlib
-import inspect
-from collections.abc import Iterator
 
 from tests.conventions import source
-from tests.conventions.source import Function, Module
 
 MAX_LINES = 600
 
 IO = {"asyncio", "selectors", "socket", "ssl", "subprocess", "threading"}
 IO_MODULES = {
-    "maya_un.galil.driver",
-    "maya_un.galil.emergency",
-    "maya_un.galil.gclib.api",
-    "maya_un.galil.gclib.connection",
-    "maya_un.galil.gclib.session",
-    "maya_un.galil.gclib.shim.gclib",
-    "maya_un.galil.stream",
-    "maya_un.galil.transport",
-    "maya_un.virtual.wire.control",
-    "maya_un.virtual.wire.dialing",
-    "maya_un.virtual.wire.link",
-    "maya_un.virtual.wire.listening",
-    "maya_un.virtual.wire.server",
-    "maya_un.virtual.wire.udp",
+    "dmc41x3.driver",
+    "dmc41x3.listening",
+    "dmc41x3.wire.emergency",
+    "dmc41x3.gclib.api",
+    "dmc41x3.gclib.connection",
+    "dmc41x3.gclib.session",
+    "dmc41x3.gclib.shim.gclib",
+    "dmc41x3.wire.stream",
+    "dmc41x3.wire.transport",
+    "dmc41x3.twin.wire.control",
+    "dmc41x3.twin.wire.dialing",
+    "dmc41x3.twin.wire.link",
+    "dmc41x3.twin.wire.listening",
+    "dmc41x3.twin.wire.server",
+    "dmc41x3.twin.wire.udp",
 }
-"""The modules of `galil` and `virtual` that carry bytes; all others are functions of bytes and time."""
+"""The modules of `dmc41x3` that carry bytes; all others are functions of bytes and time."""
 
 CLOCKS = {"time", "datetime", "sched", "timeit"}
 MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "server", "supervisor", "loops"}
@@ -37,72 +35,6 @@ MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "server", "supervisor", "loops"}
 
 COMPARES_DATES = {"maya_un.graph.step"}
 """They read dates that a command carries, and are given the present one."""
-
-
-def public_definitions(body: list[ast.stmt], prefix: str) -> Iterator[tuple[str, Function | ast.ClassDef]]:
-    for node in body:
-        if isinstance(node, Function | ast.ClassDef) and not node.name.startswith("_"):
-            yield prefix + node.name, node
-            if isinstance(node, ast.ClassDef):
-                yield from public_definitions(node.body, f"{prefix}{node.name}.")
-
-
-def inherits_docstring(module: Module, dotted: str) -> bool:
-    *owner, _ = dotted.split(".")
-    if not owner:
-        return False
-    found: object = importlib.import_module(module.name)
-    for part in dotted.split("."):
-        found = getattr(found, part)
-    return not isinstance(found, type) and bool(inspect.getdoc(found))
-
-
-def is_overload(node: Function | ast.ClassDef) -> bool:
-    return any(isinstance(item, ast.Name) and item.id == "overload" for item in node.decorator_list)
-
-
-def test_every_module_is_documented() -> None:
-    assert [module.name for module in source.modules() if not ast.get_docstring(module.tree)] == []
-
-
-def test_every_public_name_is_documented() -> None:
-    bare = [
-        f"{module.name}: {name}"
-        for module in source.modules()
-        for name, node in public_definitions(module.tree.body, "")
-        if not ast.get_docstring(node) and not is_overload(node) and not inherits_docstring(module, name)
-    ]
-    assert not bare, f"public names without a docstring: {bare}"
-
-
-def unannotated(function: Function, *, method: bool) -> Iterator[str]:
-    arguments = function.args
-    positional = [*arguments.posonlyargs, *arguments.args]
-    static = any(isinstance(item, ast.Name) and item.id == "staticmethod" for item in function.decorator_list)
-    if method and not static:
-        positional = positional[1:]
-    others = [arguments.vararg, arguments.kwarg]
-    for argument in (*positional, *arguments.kwonlyargs, *(item for item in others if item)):
-        if argument.annotation is None:
-            yield f"{function.name}({argument.arg})"
-    if function.returns is None:
-        yield f"{function.name} ->"
-
-
-def methods(tree: ast.Module) -> set[ast.AST]:
-    classes = (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
-    return {node for owner in classes for node in owner.body}
-
-
-def without_annotation(module: Module) -> list[str]:
-    inside = methods(module.tree)
-    bare = [name for node in module.functions() for name in unannotated(node, method=node in inside)]
-    return [f"{module.name}: {name}" for name in bare]
-
-
-def test_everything_is_annotated() -> None:
-    bare = [name for module in (*source.modules(), *source.test_modules()) for name in without_annotation(module)]
-    assert not bare, f"without annotation: {bare}"
 
 
 def test_a_module_stays_readable_in_one_sitting() -> None:
@@ -132,12 +64,22 @@ def test_nothing_below_the_edges_looks_at_a_clock() -> None:
 def test_bytes_are_carried_only_by_the_modules_named_for_it() -> None:
     forbidden = IO | IO_MODULES | {"maya_un.events", "maya_un.loops"}
     silent = [
-        module
-        for module in source.modules()
-        if source.floor(module) in {"galil", "virtual"} and module.name not in IO_MODULES
+        module for module in source.modules() if module.name.startswith("dmc41x3.") and module.name not in IO_MODULES
     ]
     assert silent
     assert [module.name for module in silent if module.imports() & forbidden] == []
+
+
+def test_the_command_line_names_no_path_of_the_service() -> None:
+    modules = [module for module in source.modules() if source.floor(module) == "cli"]
+    assert modules
+    paths = [
+        f"{module.name}:{node.lineno}: {node.value}"
+        for module in modules
+        for node in ast.walk(module.tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith("/v1")
+    ]
+    assert not paths, f"`maya_un.client.requests` has a function for each operation: {paths}"
 
 
 def test_tests_do_not_sleep() -> None:
@@ -171,7 +113,7 @@ WRITES_BY_ITSELF = {
     "maya_un.recorder.shelf": "a draft that nobody else has",
     "maya_un.runtime": "the runtime file, opened by `files.open_own`",
 }
-"""The modules that write files other than by `maya_un.files`, and why."""
+"""The modules that write files other than by `dmc41x3.files`, and why."""
 
 
 def writes_a_file(node: ast.AST) -> bool:
@@ -192,5 +134,5 @@ def writes_a_file(node: ast.AST) -> bool:
 def test_files_are_written_by_the_one_module_for_it() -> None:
     writers = {
         module.name for module in source.modules() if any(writes_a_file(node) for node in ast.walk(module.tree))
-    } - {"maya_un.files"}
+    } - {"dmc41x3.files"}
     assert writers == set(WRITES_BY_ITSELF)

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from tests.campaign import Campaign
-from tests.unit.virtual.bench import Bench
+from tests.unit.dmc41x3.twin.bench import Bench
 
 AXES = "ABCD"
 FASTEST = 400_000.0

@@ -8,8 +8,8 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.galil.framing import Kind, LineSplitter, Message, Received, Record, Reply, ReplySplitter
-from maya_un.galil.record import AxisRecord, DataRecord, PlaneRecord, decode, encode
+from dmc41x3.language.record import AxisRecord, DataRecord, PlaneRecord, decode, encode
+from dmc41x3.wire.framing import LineSplitter, Message, Received, RecordReply, Reply, ReplyKind, ReplySplitter
 
 u8, u16, u32 = (st.integers(0, 2**bits - 1) for bits in (8, 16, 32))
 s8, s32 = st.integers(-128, 127), st.integers(-(2**31), 2**31 - 1)
@@ -35,7 +35,7 @@ printable = st.text(st.characters(min_codepoint=32, max_codepoint=126), min_size
 lines = printable.filter(lambda text: text[0] not in ":?")
 accepted = st.lists(lines, max_size=3).map(lambda texts: Reply(True, "\r\n".join(texts)))
 answers = st.lists(
-    accepted | st.just(Reply(False)) | records.map(lambda record: Record(encode(record))) | printable.map(Message),
+    accepted | st.just(Reply(False)) | records.map(lambda record: RecordReply(encode(record))) | printable.map(Message),
     max_size=6,
 )
 cuts = st.lists(st.integers(0, 400), max_size=6)
@@ -51,7 +51,7 @@ def wire(answer: Received) -> bytes:
     match answer:
         case Reply(ok, text):
             return (f"{text}\r\n:" if text else ":").encode() if ok else b"?"
-        case Record(data):
+        case RecordReply(data):
             return data + b":"
         case Message(text):
             return bytes(code | 0x80 for code in f"{text}\r\n".encode())
@@ -63,7 +63,7 @@ def splitter_for(expected: list[Received]) -> ReplySplitter:
     splitter = ReplySplitter()
     for answer in expected:
         if not isinstance(answer, Message):
-            splitter.expect(Kind.RECORD if isinstance(answer, Record) else Kind.TEXT)
+            splitter.expect(ReplyKind.RECORD if isinstance(answer, RecordReply) else ReplyKind.TEXT)
     return splitter
 
 

@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import pytest
 
-from maya_un.galil.codes import ERROR_TEXTS
-from maya_un.galil.framing import LineSplitter
-from maya_un.virtual.handles import COUNT, Handle
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.unit import MOST_VARIABLES
+from dmc41x3.language.codes import ERROR_TEXTS
+from dmc41x3.twin.handles import COUNT, Handle
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.unit import MOST_VARIABLES
+from dmc41x3.wire.framing import LineSplitter
 from tests import gibberish
 from tests.campaign import Campaign
 

@@ -7,20 +7,20 @@ from fractions import Fraction
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.galil import numbers
-from maya_un.galil.commands import (
+from dmc41x3.language import numbers
+from dmc41x3.language.commands import (
     ASSIGN,
     CONTROL,
     FORMS,
     QUERY,
     SKIPPED,
+    ArgumentForm,
     Command,
     Expression,
-    Form,
     parse,
     split_line,
 )
-from maya_un.galil.framing import LineSplitter
+from dmc41x3.wire.framing import LineSplitter
 
 raws = st.integers(numbers.RAW_MIN, numbers.RAW_MAX)
 literals = st.integers(-(2**31), 2**31) | st.floats(-1e10, 1e10, allow_nan=False)
@@ -40,21 +40,21 @@ names = st.from_regex(r"[a-z][a-z0-9]{0,7}(\[[a-z0-9]{1,3}\])?", fullmatch=True)
 words = st.sampled_from(['"text",_TPA', "#AUTO,0", "a[],0,2,1", "1", "A", "T=>-3", "_TPA,_TPB", "*"])
 
 
-def mnemonics(form: Form) -> st.SearchStrategy[str]:
+def mnemonics(form: ArgumentForm) -> st.SearchStrategy[str]:
     return st.sampled_from([name for name, its in FORMS.items() if its is form])
 
 
 axes_commands = (
-    st.builds(Command, mnemonics(Form.AXES), masks)
-    | st.builds(Command, mnemonics(Form.AXES), st.just(""), fields)
-    | st.builds(Command, mnemonics(Form.AXES), letters, fields)
+    st.builds(Command, mnemonics(ArgumentForm.AXES), masks)
+    | st.builds(Command, mnemonics(ArgumentForm.AXES), st.just(""), fields)
+    | st.builds(Command, mnemonics(ArgumentForm.AXES), letters, fields)
 )
 segments = st.builds(Command, st.sampled_from(["LI", "VP", "CR"]), st.just(""), fields, modifiers, modifiers)
 others = (
     st.builds(Command, st.sampled_from(sorted(FORMS)))
     | st.builds(Command, st.sampled_from(sorted(CONTROL)))
-    | st.builds(Command, mnemonics(Form.PLAIN), st.just(""), fields)
-    | st.builds(Command, mnemonics(Form.VERBATIM), text=words)
+    | st.builds(Command, mnemonics(ArgumentForm.PLAIN), st.just(""), fields)
+    | st.builds(Command, mnemonics(ArgumentForm.VERBATIM), text=words)
     | st.builds(Command, st.just(ASSIGN), text=names, args=st.tuples(values | st.just(QUERY)))
 )
 commands = axes_commands | segments | others

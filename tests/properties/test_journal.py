@@ -22,7 +22,7 @@ from maya_un.errors import StorageFailed
 from maya_un.loops import JumpingLoop
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter, Journal
-from maya_un.process.journal.rows import EventRow, JobRow, Options, Owner, QueueRow, StepRow
+from maya_un.process.journal.rows import EventRow, JobOptions, JobRow, QueueRow, RequestOwner, StepRow
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.states import TaskState
 from tests.campaign import Campaign
@@ -33,7 +33,7 @@ TEXTS = st.text(st.characters(codec="utf-8"), max_size=8)
 BODIES = st.dictionaries(TEXTS, st.none() | st.booleans() | st.integers(-5, 2**40) | TEXTS, max_size=3)
 
 options = st.builds(
-    Options,
+    JobOptions,
     priority=st.integers(-100, 100),
     held=st.booleans(),
     depends_on=st.lists(NUMBERS, max_size=3).map(tuple),
@@ -47,7 +47,7 @@ jobs = st.builds(
     name=TEXTS,
     body=BODIES,
     options=options,
-    owner=st.builds(Owner, TEXTS, TEXTS),
+    owner=st.builds(RequestOwner, TEXTS, TEXTS),
     state=st.sampled_from(TaskState),
     position=st.floats(-1e6, 1e6),
     submitted=TEXTS,

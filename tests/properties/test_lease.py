@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError
 from maya_un.events import EventLog
-from maya_un.process.lease import LINGER, OFFER, Lease, cancel_once
+from maya_un.process.lease import LINGER, OFFER, ControlLease, cancel_once
 from tests.judge.drivers import driver_at, spans
 from tests.virtual_time import elapse
 
@@ -96,7 +96,7 @@ class Scene:
 
     def __init__(self) -> None:
         self.events = EventLog(asyncio.get_running_loop().time)
-        self.lease = Lease(self.events)
+        self.lease = ControlLease(self.events)
         self.model = Model()
         self.ids: dict[str, str] = {}
         self.tasks: list[asyncio.Task[None]] = []

@@ -7,9 +7,9 @@ from random import Random
 
 import pytest
 
-from maya_un.motion import Profile
-from maya_un.virtual.motion.path import Segment
-from maya_un.virtual.motion.plane import LINEAR, Plane
+from dmc41x3.twin.motion.path import PathSegment
+from dmc41x3.twin.motion.plane import LINEAR, Plane
+from maya_un.motion import SpeedProfile
 from tests.campaign import Campaign
 
 Segments = list[tuple[float, int, int]]
@@ -29,7 +29,7 @@ def begun(segments: Segments, va: int, vd: int, ratio: float) -> Plane:
     plane = Plane("S", {"VS": 25_000.0, "VA": va, "VD": vd, "VR": ratio, "VV": 0.0})
     plane.select(LINEAR, (0,), (0,))
     for length, target, end in segments:
-        plane.append(Segment.of((length,), target, end), 0.0)
+        plane.append(PathSegment.of((length,), target, end), 0.0)
     plane.close()
     plane.begin(0.0, [0], [0])
     return plane
@@ -51,7 +51,7 @@ def test_predictions_hold_through_any_changes_at_any_instants(campaign: Campaign
         rng = campaign.rng(case)
         segments, va, vd = drawn(rng)
         ratio, t = rng.choice([1.0, 0.3]), 0.0
-        plane, profile = begun(segments, va, vd, ratio), Profile.along(segments, va, vd, ratio)
+        plane, profile = begun(segments, va, vd, ratio), SpeedProfile.along(segments, va, vd, ratio)
         for _ in range(rng.randint(1, 6)):
             t = rng.uniform(t, min(profile.duration, t + 3.0))
             if t >= plane.end:  # a pause in the last ramp: by the last digit it ends there or stands there
@@ -70,7 +70,7 @@ def test_a_pause_anywhere_and_a_resume_lead_to_the_end(campaign: Campaign) -> No
     for case in range(campaign.size(ci=200, long=5000)):
         rng = campaign.rng(case)
         segments, va, vd = drawn(rng)
-        plain = Profile.along(segments, va, vd)
+        plain = SpeedProfile.along(segments, va, vd)
         told = rng.uniform(0.0, plain.duration)
         paused = plain.changed(told, 0.0)
         if paused.duration < inf:  # it was in its last ramp
@@ -88,7 +88,7 @@ def test_a_way_is_reached_when_it_says(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=200, long=5000)):
         rng = campaign.rng(case)
         segments, va, vd = drawn(rng)
-        profile = Profile.along(segments, va, vd)
+        profile = SpeedProfile.along(segments, va, vd)
         for _ in range(2):
             profile = profile.changed(rng.uniform(0.0, profile.duration), rng.uniform(0.05, 1.0))
         for way in (rng.uniform(0.0, profile.length) for _ in range(10)):

@@ -8,12 +8,12 @@ from random import Random
 
 import pytest
 
-from maya_un.virtual.language.expressions import evaluate
-from maya_un.virtual.operands import Names
-from maya_un.virtual.refusal import Refused
+from dmc41x3.twin.language.expressions import evaluate
+from dmc41x3.twin.operands import OperandScope
+from dmc41x3.twin.refusal import Rejection
 from tests.campaign import Campaign
 from tests.second_interpreter import ARRAY, AXIS_VARIABLE, OUTPUTS, SERIES, STEP, VARIABLES, VOLTS, second
-from tests.unit.virtual.bench import Bench
+from tests.unit.dmc41x3.twin.bench import Bench
 
 
 class Writer:
@@ -72,7 +72,7 @@ class Writer:
 
 
 @pytest.fixture(scope="module")
-def names() -> Names:
+def names() -> OperandScope:
     """A controller on which the same things are defined."""
     bench = Bench()
     bench.do("DM arr[4]", "SPC=1000", f"~a={AXIS_VARIABLE}", *(f"SB {bit}" for bit in OUTPUTS))
@@ -81,17 +81,17 @@ def names() -> Names:
     unit.arrays.row("arr")[:] = [int(value * 65536) for value in ARRAY]
     for number, value in VOLTS.items():
         unit.analog[number - 1] = float(value)
-    return Names(unit)
+    return OperandScope(unit)
 
 
-def twin(text: str, names: Names) -> Fraction | None:
+def twin(text: str, names: OperandScope) -> Fraction | None:
     try:
         return Fraction(evaluate(text, names), 65536)
-    except Refused:
+    except Rejection:
         return None
 
 
-def test_both_interpreters_come_to_the_same_number(campaign: Campaign, names: Names) -> None:
+def test_both_interpreters_come_to_the_same_number(campaign: Campaign, names: OperandScope) -> None:
     writer = Writer(campaign.rng())
     refused = 0
     size = campaign.size(ci=5_000, long=100_000)
@@ -103,7 +103,7 @@ def test_both_interpreters_come_to_the_same_number(campaign: Campaign, names: Na
     assert 0.1 < refused / size < 0.6
 
 
-def test_both_interpreters_refuse_the_same_texts(campaign: Campaign, names: Names) -> None:
+def test_both_interpreters_refuse_the_same_texts(campaign: Campaign, names: OperandScope) -> None:
     writer = Writer(campaign.rng())
     accepted = 0
     size = campaign.size(ci=5_000, long=100_000)
@@ -117,7 +117,7 @@ def test_both_interpreters_refuse_the_same_texts(campaign: Campaign, names: Name
     assert 0.1 < accepted / size < 0.9
 
 
-def test_both_interpreters_agree_on_angles_and_roots(campaign: Campaign, names: Names) -> None:
+def test_both_interpreters_agree_on_angles_and_roots(campaign: Campaign, names: OperandScope) -> None:
     rng = campaign.rng()
     writer = Writer(rng)
     for _ in range(campaign.size(ci=2_000, long=40_000)):

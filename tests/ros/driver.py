@@ -109,13 +109,25 @@ def call(service: str, request: dict[str, Any]) -> dict[str, Any]:
 
 def goal(goal: str, action: str, type: str, message: dict[str, Any]) -> None:
     """Send a goal to an action."""
-    if action not in _clients:
-        _clients[action] = ActionClient(action, _message_class(f"{type}Action"))
-    client = _clients[action]
-    if not client.wait_for_server(rospy.Duration.from_sec(PATIENCE)):
-        raise LookupError(f"nobody serves {action}")
-    wish = _filled(_message_class(f"{type}Goal")(), message)
-    _goals[goal] = client.send_goal(wish, _when_it_changes(goal), _when_it_goes_on(goal))
+    client = _connected_client(action, type)
+    filled = _filled(_message_class(f"{type}Goal")(), message)
+    _goals[goal] = client.send_goal(filled, _when_it_changes(goal), _when_it_goes_on(goal))
+
+
+def _connected_client(action: str, type: str) -> ActionClient:
+    """Return a client that is connected to the action's server; raises `LookupError` if there is none.
+
+    rospy matches dead connections by file descriptor (`_TopicImpl.check`), without a lock. If a killed server is
+    started again, rospy may close the new connection for the old one, and does not connect again. So register anew
+    after half of the time, as a person does who starts the program again.
+    """
+    for _ in range(2):
+        if action not in _clients:
+            _clients[action] = ActionClient(action, _message_class(f"{type}Action"))
+        if _clients[action].wait_for_server(rospy.Duration.from_sec(PATIENCE / 2)):
+            return _clients[action]
+        _clients.pop(action).stop()
+    raise LookupError(f"nobody serves {action}")
 
 
 def _when_it_goes_on(name: str) -> Callable[[Any, Any], None]:

@@ -12,7 +12,7 @@ from typing import Any, cast
 from xmlrpc.client import ServerProxy
 
 from maya_un.errors import Stopped
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from maya_un.graph.table import STEP_COMMAND, STEP_STATUS
 from tests.ros.driven import Driver, Feed, Goal, Message
 from tests.ros.harness import Ros
@@ -97,7 +97,7 @@ class Floors:
             goal = self.driver.do("/home", "maya_controller/Home").ended()
             if goal[1]["code"] == str(Stopped.code):
                 goal = self.driver.do("/home", "maya_controller/Home").ended()
-            assert goal == (Outcome.SUCCEEDED, DONE)
+            assert goal == (GoalStatus.SUCCEEDED, DONE)
             self.until_homed()
 
     def ready(self) -> None:

@@ -12,15 +12,15 @@ import threading
 
 from maya_un.errors import Busy, LimitReached, MayaError
 from maya_un.graph.outcome import failure, success
-from maya_un.graph.protocol import Feedback, Message, Refused
-from maya_un.ros.node import Node, run
+from maya_un.graph.protocol import Feedback, GoalRefused, Message
+from maya_un.ros.node import RosNode, run
 from tests.ros.wishes import MOVE, Wish
 
 
 class Peer:
     """What it offers, and what it is asked to do."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: RosNode) -> None:
         self._node = node
         self._graph = graph = node.graph
         self._tasks: set[asyncio.Task[None]] = set()
@@ -49,7 +49,7 @@ class Peer:
     async def _act(self, goal: Message, feedback: Feedback) -> Message:
         wish = Wish(round(goal["a"]))
         if wish is Wish.IS_REFUSED:
-            raise Refused(failure(Busy(doing="something else")))
+            raise GoalRefused(failure(Busy(doing="something else")))
         if wish is Wish.FAILS:
             raise LimitReached(axis="b", side="forward")
         if wish is Wish.BREAKS:
@@ -124,7 +124,7 @@ async def work(seconds: float) -> None:
     await done
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Be there until cancelled, and take a while to come to rest."""
     Peer(node)
     await node.say_ready("ready")

@@ -42,9 +42,7 @@ def test_nodes_are_in_the_devel_space_under_the_python_that_has_maya(workspace: 
             assert os.access(path, os.X_OK)
 
 
-@pytest.mark.timeout(BUILD_TIME)
 def test_what_is_installed_needs_no_source(workspace: Workspace, other_python: str) -> None:
-    workspaces.make(workspace.place, "install")
     space = workspace.place / "install"
     assert all(NODES[name] <= made for name, made in programs(space).items())
     environment = {**sourced(space / "setup.bash"), "PATH": other_python}

@@ -12,7 +12,7 @@ import pytest
 
 from maya_un.graph import types
 from maya_un.graph.catalogue import ANY, SCALAR, Field, is_base, spec
-from maya_un.graph.table import TABLE, Form
+from maya_un.graph.table import TABLE, Kind
 from tests.campaign import Campaign
 from tests.ros import workspace
 
@@ -39,11 +39,11 @@ def in_the_table() -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = [("message", kind) for kind in STANDARD]
     for row in TABLE:
         match row.form:
-            case Form.TOPIC:
+            case Kind.TOPIC:
                 found.append(("message", row.type))
-            case Form.SERVICE:
+            case Kind.SERVICE:
                 found += [("request", row.type), ("response", row.type)]
-            case Form.ACTION:
+            case Kind.ACTION:
                 parts = ("ActionGoal", "ActionResult", "ActionFeedback", "Goal", "Result", "Feedback")
                 found += [("message", row.type + part) for part in parts]
     return sorted(set(found))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from maya_un.graph.table import STEP_RESULT
 from tests.ros.floors import DONE, HERE, SLOW, THERE, Floors, near, primitive
 
@@ -57,7 +57,7 @@ def works(robot: Floors) -> None:
     """Fail where the robot does not do what it is told."""
     robot.at_speed(1.0)
     place = robot.away()
-    assert robot.task("approach", place).ended() == (Outcome.SUCCEEDED, DONE)
+    assert robot.task("approach", place).ended() == (GoalStatus.SUCCEEDED, DONE)
     assert near(robot.twin()["point"][:2], place[:2])
 
 
@@ -101,7 +101,7 @@ def test_without_primitive_server_the_robot_floor_stops_what_it_asked_for(robot:
     robot.kill("/primitive_server")
     comes_to_rest(robot, before)
     returns_without_motion(robot, "primitive_server", "maya_robot", "Primitives are done")
-    assert goal.status.messages[-1]["state"] in {Outcome.ACTIVE, Outcome.LOST}
+    assert goal.status.messages[-1]["state"] in {GoalStatus.ACTIVE, GoalStatus.LOST}
     works(robot)
 
 
@@ -110,7 +110,7 @@ def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(r
     goal = robot.begun("approach", robot.away())
     robot.kill("/robot_controller")
     outcome, result = goal.ended()
-    assert (outcome, result["code"]) == (Outcome.ABORTED, NODE_GONE)
+    assert (outcome, result["code"]) == (GoalStatus.ABORTED, NODE_GONE)
     comes_to_rest(robot, before)
     assert "robot_controller is not running" in examined(robot)
     returns_without_motion(robot, "robot_controller", "maya_robot", "The robot floor is offered")
@@ -123,7 +123,7 @@ def test_without_hw_simulator_wishes_end_with_the_code_and_a_new_one_is_not_home
     goal = robot.begun("approach", robot.away())
     robot.kill("/hw_simulator")
     outcome, result = goal.ended()
-    assert (outcome, result["code"]) == (Outcome.ABORTED, NODE_GONE)
+    assert (outcome, result["code"]) == (GoalStatus.ABORTED, NODE_GONE)
     before = robot.mark()
     robot.ros.start("rosrun", "maya_controller", "hw_simulator.py").until("is offered to the graph")
     standing = robot.until_told("not_homed", before)

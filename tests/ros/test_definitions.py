@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.graph import types
 from maya_un.graph.catalogue import halves, kinds, services
-from maya_un.graph.table import TABLE, Form
+from maya_un.graph.table import TABLE, Kind
 from tests.ros.harness import Ros
 from tests.ros.workspace import Workspace, python, run
 
@@ -29,13 +29,13 @@ OURS = ("maya_controller/", "maya_robot/", "maya_process/")
 @pytest.fixture(scope="module")
 def classes(workspace: Workspace) -> dict[str, dict[str, tuple[str, str]]]:
     """Return md5 sum and whole text of catkin's classes, by form and type."""
-    actions = {f"{row.type}{part}" for row in TABLE if row.form is Form.ACTION for part in ("Action", "ActionGoal")}
-    topics = {row.type for row in TABLE if row.form is Form.TOPIC}
+    actions = {f"{row.type}{part}" for row in TABLE if row.form is Kind.ACTION for part in ("Action", "ActionGoal")}
+    topics = {row.type for row in TABLE if row.form is Kind.TOPIC}
     parts_of_services = {half for service in services() for half in halves(service)}
     ours = {kind for kind in kinds() if kind.startswith(OURS)} - parts_of_services
     wanted = {
         "messages": sorted(topics | actions | ours),
-        "services": sorted({row.type for row in TABLE if row.form is Form.SERVICE}),
+        "services": sorted({row.type for row in TABLE if row.form is Kind.SERVICE}),
     }
     return json.loads(run([str(python()), "-c", CLASSES, json.dumps(wanted)], workspace.place, workspace.environment()))
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from tests.ros.driven import Driver, Feed, Goal, RefusedError
 from tests.ros.harness import HERE, Ros
 from tests.ros.programs import Program
@@ -149,16 +149,16 @@ def test_call_cancelled_while_it_connects_is_never_sent(ros: Ros, peer: Peer) ->
 
 
 ENDS = [
-    (Wish.SUCCEEDS, Outcome.SUCCEEDED, ""),
-    (Wish.TAKES_A_WHILE, Outcome.SUCCEEDED, ""),
-    (Wish.IS_REFUSED, Outcome.REJECTED, "2104"),
-    (Wish.FAILS, Outcome.ABORTED, "2301"),
-    (Wish.BREAKS, Outcome.ABORTED, "5999"),
+    (Wish.SUCCEEDS, GoalStatus.SUCCEEDED, ""),
+    (Wish.TAKES_A_WHILE, GoalStatus.SUCCEEDED, ""),
+    (Wish.IS_REFUSED, GoalStatus.REJECTED, "2104"),
+    (Wish.FAILS, GoalStatus.ABORTED, "2301"),
+    (Wish.BREAKS, GoalStatus.ABORTED, "5999"),
 ]
 
 
 @pytest.mark.parametrize(("wish", "outcome", "code"), ENDS)
-def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: Outcome, code: str, peer: Peer, driver: Driver) -> None:
+def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: GoalStatus, code: str, peer: Peer, driver: Driver) -> None:
     ended, result = move(driver, wish).ended()
     assert (ended, result["code"], result["success"]) == (outcome, code, not code)
     before = mark(peer.said)
@@ -170,10 +170,10 @@ def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: Outcome, code: str, pe
 def test_a_cancel_ends_a_goal_when_its_act_is_at_rest(peer: Peer, driver: Driver) -> None:
     before = mark(peer.said)
     goal = move(driver, Wish.LASTS)
-    goal.status.until(lambda status: status["state"] == Outcome.ACTIVE)
+    goal.status.until(lambda status: status["state"] == GoalStatus.ACTIVE)
     goal.cancel()
     ended, result = goal.ended()
-    assert (ended, result["code"]) == (Outcome.PREEMPTED, "2202")
+    assert (ended, result["code"]) == (GoalStatus.PREEMPTED, "2202")
     peer.says("cancelled", before)
 
 
@@ -181,9 +181,9 @@ def test_a_cancel_ends_a_goal_when_its_act_is_at_rest(peer: Peer, driver: Driver
 def test_a_cancel_of_everything_ends_all_goals(driver: Driver) -> None:
     goals = [move(driver, Wish.LASTS) for _ in range(3)]
     for goal in goals:
-        goal.status.until(lambda status: status["state"] == Outcome.ACTIVE)
+        goal.status.until(lambda status: status["state"] == GoalStatus.ACTIVE)
     driver.publish("/peer/move/cancel", "actionlib_msgs/GoalID", {"id": ""}, readers=0)
-    assert [goal.ended()[0] for goal in goals] == [Outcome.PREEMPTED] * 3
+    assert [goal.ended()[0] for goal in goals] == [GoalStatus.PREEMPTED] * 3
 
 
 @pytest.mark.usefixtures("peer")
@@ -195,7 +195,7 @@ def test_goals_that_are_cancelled_at_once_all_end(driver: Driver) -> None:
         move(driver, Wish.LASTS).cancel()
     results.until(lambda _: len(results.messages) >= before + 30, after=before)
     ends = {message["status"]["status"] for message in results.messages[before:]}
-    assert ends <= {Outcome.PREEMPTED, Outcome.RECALLED}
+    assert ends <= {GoalStatus.PREEMPTED, GoalStatus.RECALLED}
     assert driver.call("/peer/late")["success"]
 
 
@@ -213,7 +213,7 @@ def test_who_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Drive
     goal = f"{{goal_id: {{id: by_hand}}, goal: {{a: {Wish.TAKES_A_WHILE:d}}}}}"
     ros.tool("rostopic", "pub", "-1", "/peer/move/goal", "maya_controller/MoveActionGoal", goal)
     ended = results.until(lambda message: message["status"]["goal_id"]["id"] == "by_hand")
-    assert ended["status"]["status"] == Outcome.SUCCEEDED
+    assert ended["status"]["status"] == GoalStatus.SUCCEEDED
     assert all(_read(message)["what"] != "cancelled" for message in peer.said.messages[before:])
 
 
@@ -244,7 +244,7 @@ def test_our_client_hears_that_the_server_was_killed(ros: Ros, driver: Driver, p
     peer.do("do", action="/mortal/move", goal={"a": float(Wish.LASTS)})
     peer.says("feedback", before)
     server.kill()
-    assert peer.says("ended", before)["outcome"] == Outcome.LOST
+    assert peer.says("ended", before)["outcome"] == GoalStatus.LOST
 
 
 def _ends_in_time(program: Program) -> None:

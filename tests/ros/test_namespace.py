@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from websockets.sync.client import connect
 
-from maya_un.graph.protocol import Outcome
-from maya_un.graph.table import EVENT, SENSORS, START_QUEUE, STEP_COMMAND, STEP_RESULT, TABLE, Form
+from maya_un.graph.protocol import GoalStatus
+from maya_un.graph.table import EVENT, SENSORS, START_QUEUE, STEP_COMMAND, STEP_RESULT, TABLE, Kind
 from tests.ros.driven import Driver, Feed, Goal, Message
 from tests.ros.floors import DONE, near, primitive, read_event
 from tests.ros.harness import Ros
@@ -98,7 +98,7 @@ def pair(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iter
             maya.events.until()
         pair = Pair(ros, one, *mayas)
         goals = [maya.do("/home", "maya_controller/Home") for maya in pair.both()]
-        assert [goal.ended(90.0) for goal in goals] == [(Outcome.SUCCEEDED, DONE)] * 2
+        assert [goal.ended(90.0) for goal in goals] == [(GoalStatus.SUCCEEDED, DONE)] * 2
         for maya in mayas:
             ros.until(maya.homed, "homed")
         yield pair
@@ -108,10 +108,10 @@ def test_names_of_the_first_are_the_manuals_and_those_of_the_second_below(pair: 
     topics, services, nodes = pair.ros.topics(), pair.ros.services(), pair.ros.nodes()
     for space in ("", "/maya2"):
         for row in set(TABLE) - {SENSORS}:  # the twin's node tells what they mean at once
-            if row.form is Form.SERVICE:
+            if row.form is Kind.SERVICE:
                 assert space + row.name in services
             else:
-                name = row.name if row.form is Form.TOPIC else f"{row.name}/goal"
+                name = row.name if row.form is Kind.TOPIC else f"{row.name}/goal"
                 assert space + name in topics
         assert f"{space}/hw_simulator" in nodes
         assert f"{space}/tf" in topics
@@ -150,17 +150,17 @@ def test_both_carry_out_steps_at_once(pair: Pair) -> None:
 def test_a_stop_of_one_lets_the_other_go_on(pair: Pair, stopped: int) -> None:
     one, other = pair.both()[stopped], pair.both()[1 - stopped]
     for maya in pair.both():
-        assert maya.task("approach", PART[""]).ended()[0] == Outcome.SUCCEEDED
+        assert maya.task("approach", PART[""]).ended()[0] == GoalStatus.SUCCEEDED
         maya.publish("/controller/speed", "std_msgs/Float64", {"data": 0.05})
     marks = {maya.space: len(maya.events.messages) for maya in pair.both()}
     goals = {maya.space: maya.task("approach", THERE) for maya in pair.both()}
     for maya in pair.both():
         maya.events.until(lambda message: read_event(message)[0] == "moving", after=marks[maya.space])
     assert one.call("/controller/stop")["success"]
-    assert goals[one.space].ended()[0] == Outcome.PREEMPTED
+    assert goals[one.space].ended()[0] == GoalStatus.PREEMPTED
     for maya in pair.both():
         maya.publish("/controller/speed", "std_msgs/Float64", {"data": 1.0})
-    assert goals[other.space].ended()[0] == Outcome.SUCCEEDED
+    assert goals[other.space].ended()[0] == GoalStatus.SUCCEEDED
     assert near(other.twin()["point"][:2], THERE[:2], 0.01)
     assert not near(one.twin()["point"][:2], THERE[:2], 0.01)
     assert "stopped" not in [read_event(message)[0] for message in other.events.messages[marks[other.space] :]]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from tests.ros.driven import RefusedError
 from tests.ros.floors import DONE, Floors, floors, primitive
 from tests.ros.harness import Ros, places
@@ -48,16 +48,16 @@ def code_of(robot: Floors, service: str) -> str:
     return "" if answer["success"] else str(answer["message"]).partition(":")[0]
 
 
-def ended(robot: Floors, action: str, kind: str, goal: dict[str, object] | None = None) -> tuple[Outcome, str]:
+def ended(robot: Floors, action: str, kind: str, goal: dict[str, object] | None = None) -> tuple[GoalStatus, str]:
     """Return how a goal ends."""
     outcome, result = robot.driver.do(action, kind, goal).ended()
-    return Outcome(outcome), str(result["code"])
+    return GoalStatus(outcome), str(result["code"])
 
 
 def test_graph_without_a_token_looks_and_stops_and_nothing_else(tmp_path: Path, workspace: Workspace) -> None:
     _, token = owned(tmp_path)
     with floors(tmp_path, workspace) as robot:
-        refused = (Outcome.REJECTED, NOT_SIGNED_IN)
+        refused = (GoalStatus.REJECTED, NOT_SIGNED_IN)
         assert ended(robot, "/home", "maya_controller/Home") == refused
         assert ended(robot, "/task", "maya_robot/Task", {"task": primitive("home")}) == refused
         assert ended(robot, "/robot_controller/task", "maya_robot/Task", {"task": primitive("home")}) == refused
@@ -93,7 +93,7 @@ def test_graph_with_a_token_acts_for_its_user_until_that_is_revoked(tmp_path: Pa
     file.touch(mode=0o600)
     file.write_text(first)
     with floors(tmp_path, workspace, {"MAYA_GRAPH_TOKEN_FILE": str(file)}) as robot:
-        assert ended(robot, "/home", "maya_controller/Home") == (Outcome.SUCCEEDED, DONE["code"])
+        assert ended(robot, "/home", "maya_controller/Home") == (GoalStatus.SUCCEEDED, DONE["code"])
         robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("gripper", open_=True))
         robot.eventually(lambda: maya(owner, "history")["jobs"], "a job")
         (job,) = maya(owner, "history")["jobs"]  # type: ignore[misc]
@@ -102,7 +102,7 @@ def test_graph_with_a_token_acts_for_its_user_until_that_is_revoked(tmp_path: Pa
         revoker = {**owner, "MAYA_TOKEN": str(second["token"])}
         maya(revoker, "user", "revoke", first.split("_")[1])
         robot.eventually(
-            lambda: ended(robot, "/home", "maya_controller/Home") == (Outcome.REJECTED, NOT_SIGNED_IN), "a refusal"
+            lambda: ended(robot, "/home", "maya_controller/Home") == (GoalStatus.REJECTED, NOT_SIGNED_IN), "a refusal"
         )
         assert code_of(robot, "/controller/stop") == ""
 

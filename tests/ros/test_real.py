@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.config import Config, Units
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from maya_un.kinematics.mechanism import Mechanism
 from tests.ros.driven import Driver
 from tests.ros.floors import DONE, near, read_event
@@ -69,8 +69,8 @@ def move(box: Box, a: float, b: float = 1.6, c: float = 1.6) -> tuple[int, str]:
 def test_without_a_mark_of_homing_the_graph_is_up_and_motion_is_refused(box: Box) -> None:
     launched = box.launch(skip_home=True)
     launched.until("skip_home: error 2106")
-    assert move(box, 0.5) == (Outcome.REJECTED, "2103")
-    assert box.driver.do("/home", "maya_controller/Home").ended() == (Outcome.SUCCEEDED, DONE)
+    assert move(box, 0.5) == (GoalStatus.REJECTED, "2103")
+    assert box.driver.do("/home", "maya_controller/Home").ended() == (GoalStatus.SUCCEEDED, DONE)
     assert launched.end() == 0
     assert box.ros.param("/maya/config") == NO_GUARD
 
@@ -95,7 +95,7 @@ def test_its_homing_is_taken_over_and_what_it_measures_is_converted(box: Box) ->
     launched = box.launch(skip_home=True)
     box.until_told("homed", seen)
     a, b, c, *_ = box.driver.subscribe("/joint_states", "sensor_msgs/JointState").until()["position"]
-    assert move(box, a + 0.02, b, c) == (Outcome.SUCCEEDED, "")
+    assert move(box, a + 0.02, b, c) == (GoalStatus.SUCCEEDED, "")
     sensors = box.driver.subscribe("/hardware_sensor", "maya_controller/RawSensorData")
     positions = box.driver.subscribe("/maya_position", "geometry_msgs/Point")
     raw = sensors.until(lambda message: not any(message["moving"]), after=len(sensors.messages))

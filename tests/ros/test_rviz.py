@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from maya_un.values import Joints
 from tests.ros.display import Display, Picture
 from tests.ros.floors import DONE, HERE, THERE, Floors, floors
@@ -66,9 +66,9 @@ def test_rviz_shows_the_model_and_it_moves_with_the_twin(shown: Floors, display:
 def test_rviz_lives_when_a_known_part_is_picked_and_placed(shown: Floors, display: Display) -> None:
     shown.ready()
     for place, back in ((HERE, THERE), (THERE, HERE)):
-        assert shown.task("pick", place).ended() == (Outcome.SUCCEEDED, DONE)
+        assert shown.task("pick", place).ended() == (GoalStatus.SUCCEEDED, DONE)
         assert shown.twin()["carried"] == "part"
-        assert shown.task("place", back).ended() == (Outcome.SUCCEEDED, DONE)
+        assert shown.task("place", back).ended() == (GoalStatus.SUCCEEDED, DONE)
     reached(shown.driver, Joints(0.0, 1.7, 1.6))
     shown.ros.until(lambda: died(shown) or _middle(display.picture()) > 480, "the boom along +y, on the right", DRAWN)
     assert not died(shown)

@@ -69,7 +69,7 @@ def sourced(setup: Path) -> dict[str, str]:
 
 
 def provide() -> Workspace:
-    """Return the workspace for the packages as they are now, built if it is not yet."""
+    """Return the workspace for the packages as they are now; build and install them if that is not done yet."""
     PLACE.mkdir(parents=True, exist_ok=True)
     (PLACE / "CATKIN_IGNORE").touch()  # this checkout may lie in a workspace itself
     workspace = PLACE / fingerprint()
@@ -84,10 +84,10 @@ def provide() -> Workspace:
     return Workspace(workspace)
 
 
-def make(workspace: Path, *targets: str) -> None:
-    """Build the packages in a folder of their own, with messages for Python alone."""
+def make(workspace: Path) -> None:
+    """Build and install the packages in a folder of their own, with messages for Python alone."""
     quick = {"ROS_LANG_DISABLE": "gencpp:geneus:genlisp:gennodejs", "MAYA_PYTHON": str(python())}
-    run(("catkin_make", "--no-color", *targets), workspace, quick)
+    run(("catkin_make", "--no-color", "install"), workspace, quick)
 
 
 def run(command: Sequence[str], place: Path, more: Mapping[str, str] | None = None) -> str:

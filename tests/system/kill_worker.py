@@ -25,6 +25,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un import assembly
 from maya_un.api.access.caller import LOCAL
 from maya_un.assembly import Stack, Twin
@@ -32,16 +34,14 @@ from maya_un.config.load import parse
 from maya_un.errors import AnswerNeeded
 from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBegun, StepAdvanced
 from maya_un.loops import JumpingLoop, run
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.table import PartDrop, PartTable, Place
 from maya_un.process.job import Job
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.jobs import QueueMode, QueueView, Recovery
 from maya_un.schema.states import TaskState
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.table import Drop, Place, Table
-from maya_un.virtual.wire.server import VirtualController
 from tests.machines import Machine, _mark
 from tests.virtual_time import elapse
 
@@ -169,7 +169,7 @@ class Ledger:
         return {line["detail"]["job"] for line in self.of("job") if line["detail"]["state"] in ends}
 
 
-def noting(table: Table, ledger: Ledger) -> None:
+def noting(table: PartTable, ledger: Ledger) -> None:
     """Have the jaws write down what they take and let go."""
     close, open_ = table.close, table.open
 
@@ -179,7 +179,7 @@ def noting(table: Table, ledger: Ledger) -> None:
             ledger.write("close", part=taken, place=gripper)
         return taken
 
-    def opening(gripper: Place, time: float) -> Drop | None:
+    def opening(gripper: Place, time: float) -> PartDrop | None:
         was_closed, let_go = table.closed, table.carried
         drop = open_(gripper, time)
         if was_closed:
@@ -194,7 +194,7 @@ def standing(jobs: Plan, ledger: Ledger, *, powered: bool) -> Twin:
     """Return the machine as the ledger left it; one that kept its power has its jaws as they were, and its mark."""
     parts = {legs[0].part: ledger.place(legs[0].part, legs[0].here) for legs in jobs.values()}
     stand = MACHINE.whole(ledger.joints)
-    mechanics = MayaMechanics(MACHINE.truth, Start(*stand), parts=parts)
+    mechanics = MayaMechanics(MACHINE.truth, StartPose(*stand), parts=parts)
     if ledger.carried is not None:
         mechanics._table._carried = ledger.carried
     virtual = VirtualController(VirtualDmc(mechanics))

@@ -9,11 +9,11 @@ import asyncio
 from multiprocessing.connection import Connection
 from random import Random
 
+from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.address import split
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.errors import ControllerMoves, ControllerOwned, MayaError
-from maya_un.galil.transport import TcpTransport, Transport
 from maya_un.values import Joints
 
 PLACES = (Joints(0.30, 1.50, 1.30), Joints(0.32, 1.49, 1.31), Joints(0.34, 1.50, 1.32), Joints(0.31, 1.48, 1.32))

@@ -6,22 +6,22 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from maya_un.galil.transcript import Piece
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.recording import Recording
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.shelf import RecordingStore
 from tests.unit.recorder.recordings import RECORDING, UTC, state
 
 
 def large() -> Recording:
     """Return a recording whose writing takes a while."""
     states = tuple(state(90.0 + number / 1000.0) for number in range(3_000))
-    wire = tuple(Piece(90.0 + number / 1000.0, 1, "client", b"TP\r") for number in range(3_000))
+    wire = tuple(WirePiece(90.0 + number / 1000.0, 1, "client", b"TP\r") for number in range(3_000))
     return replace(RECORDING, states=states, wire=wire)
 
 
 def main(folder: Path) -> None:
     """Save for ever; say each name once it is kept."""
-    shelf = Shelf(folder, 5, 1_000_000_000, lambda: UTC)
+    shelf = RecordingStore(folder, 5, 1_000_000_000, lambda: UTC)
     recording = large()
     print("begun", flush=True)
     while True:

@@ -22,11 +22,11 @@ from maya_un.assembly import Stack, stack
 from maya_un.cli.main import main
 from maya_un.config import Config, load
 from maya_un.loops import ScaledLoop, run
+from maya_un.machine.truth import TrueConstants
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.thread import bound_socket, served
 from maya_un.values import Point
-from maya_un.virtual.maya.truth import Truth
 
 pytestmark = pytest.mark.system
 
@@ -35,7 +35,7 @@ NOISE = 2e-4
 """What a good measurement of a coordinate is off by [m]."""
 
 TRUTH = replace(
-    Truth(),
+    TrueConstants(),
     height=2.361,
     length=2.294,
     delta=0.304,
@@ -69,7 +69,7 @@ class Robot:
 
 
 @contextmanager
-def robot(config: Config, truth: Truth) -> Iterator[Robot]:
+def robot(config: Config, truth: TrueConstants) -> Iterator[Robot]:
     """Run a twin of `truth` under `config` and its HTTP door, in a thread, many times as fast as real."""
     started: Future[Robot] = Future()
     over = asyncio.Event()

@@ -23,10 +23,11 @@ def wait_for_motion(wire: Wire, *, moving: bool, within: float) -> None:
 def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """300 ms are asked for, of a machine with nothing else to do; the short run shares its processors.
 
-    Without the guard, which would stop the axes of a hanging service by itself.
+    Without the guard, which would stop the axes of a hanging service by itself. The homing is slow, so that its first
+    motion still lasts when a busy machine has started the command.
     """
     config = tmp_path / "unguarded.toml"
-    config.write_text("[safety]\nguard_time = 0.0\n")
+    config.write_text("[safety]\nguard_time = 0.0\n[homing]\nspeed = 0.002\n")
     monkeypatch.setenv("MAYA_CONFIG", str(config))
     budget = 0.3 if campaign.long else 10.0
     with running("dmc serve --port 0 --seed 5") as twin:

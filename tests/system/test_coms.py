@@ -17,7 +17,7 @@ import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
 from maya_un.cli.doctor import house
-from maya_un.cli.doctor.finding import Outcome
+from maya_un.cli.doctor.finding import FindingOutcome
 from maya_un.config.load import parse
 from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
 from maya_un.supervisor import Supervisor as Supervising
@@ -133,7 +133,7 @@ def test_two_robots_with_one_name_do_not_fight_for_its_session(tmp_path: Path) -
             log = (tmp_path / "mosquitto.log").read_text()
             assert log.count("as maya-coms-MAYA (") == 2, log
             (found,) = house.coms(parse({"coms": {"server_address": url}}))
-            assert (found.outcome, found.key) == (Outcome.FAIL, "coms_taken")
+            assert (found.outcome, found.key) == (FindingOutcome.FAIL, "coms_taken")
         finally:
             first.kill()
             second.kill()
@@ -193,9 +193,9 @@ def test_the_name_comes_from_the_line_the_environment_or_the_configuration(
         url = url_in(link.until("Listening"))
         assert asked("GET", url, "/status") == {"status": 200, "state": "idle", "name": name}
         (finding,) = house.coms(parse({"coms": {"server_address": url, "name": name}}))
-        assert (finding.outcome, finding.key) == (Outcome.OK, "coms_idle")
+        assert (finding.outcome, finding.key) == (FindingOutcome.OK, "coms_idle")
         (finding,) = house.coms(parse({"coms": {"server_address": url, "name": "MAYA2"}}))
-        assert (finding.outcome, finding.key) == (Outcome.WARN, "coms_other")
+        assert (finding.outcome, finding.key) == (FindingOutcome.WARN, "coms_other")
     finally:
         link.kill()
 

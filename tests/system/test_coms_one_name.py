@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from maya_un.cli.doctor import house
-from maya_un.cli.doctor.finding import Outcome
+from maya_un.cli.doctor.finding import FindingOutcome
 from maya_un.config.load import parse
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
 from maya_un.messages import en
@@ -143,7 +143,7 @@ def test_no_command_moves_both_robots_and_the_first_gives_way(there: tuple[Cloud
     status = supervisors_of(first.url)
     assert status["waits_for"] == en.SENTENCES[SessionTakenOver.code].format(where=cloud.url, name="MAYA")
     (found,) = house.coms(parse({"coms": {"server_address": first.url}}))
-    assert (found.outcome, found.key) == (Outcome.FAIL, "coms_taken")
+    assert (found.outcome, found.key) == (FindingOutcome.FAIL, "coms_taken")
 
 
 def test_a_step_under_way_is_not_begun_by_the_second_robot(there: tuple[Cloud, Robot, Robot]) -> None:

@@ -11,11 +11,11 @@ from maya_un.config.load import parse
 from maya_un.errors import MachineError
 from maya_un.kinematics import Workspace
 from maya_un.loops import run_virtual
+from maya_un.machine.start import StartPose
 from maya_un.motion.emergency import SLACK
 from maya_un.motion.path import Path
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Point
-from maya_un.virtual.maya.start import Start
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
@@ -57,7 +57,7 @@ def _way(rng: Random) -> Path:
 async def _failure(config: Config, path: Path, letter: str, share: float) -> tuple[float, float]:
     """Let an axis fail at a share of a move's time; return the greatest tension [loads] and slack [m] from then on."""
     here = path.start(Workspace.of(config).mechanism)
-    async with rig(config, start=Start(*here), live=True) as bench:
+    async with rig(config, start=StartPose(*here), live=True) as bench:
         await _homed_at(bench, here)
         move = asyncio.create_task(bench.controller.follow(path))
         await elapse(share * bench.controller.preview(path).duration)

@@ -12,11 +12,13 @@ from typing import NamedTuple
 
 import pytest
 
+from dmc41x3.twin.wire.faults import TABLE, Value
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import MayaError
 from maya_un.events import GripperClosed, HomingBegun, HomingDone, PhaseBegun
 from maya_un.loops import run_virtual
+from maya_un.machine.start import StartPose
 from maya_un.process.job import Job
 from maya_un.process.process import Process
 from maya_un.robot.robot import MayaRobot
@@ -24,8 +26,6 @@ from maya_un.schema.jobs import JobReport
 from maya_un.schema.states import TaskState
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.wire.faults import TABLE, Value
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
@@ -107,7 +107,7 @@ async def _robot(phase: str) -> AsyncIterator[tuple[Rig, Process]]:
     The guard waits longer than usual, so that a minute of motion needs fewer beats.
     """
     config = parse({"safety": {"guard_time": 2.0}})
-    start = Start() if phase == "homing" else Start(*HERE)
+    start = StartPose() if phase == "homing" else StartPose(*HERE)
     async with rig(config, start=start, parts={"cube": PART}, live=True) as bench:
         if phase != "homing":
             handle = bench.virtual.machine.connect()

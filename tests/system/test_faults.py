@@ -9,6 +9,7 @@ from math import inf
 
 import pytest
 
+from dmc41x3.wire.transport import Transport
 from maya_un.controller.controller import GalilController
 from maya_un.errors import (
     AbortInput,
@@ -25,7 +26,6 @@ from maya_un.errors import (
     Stopped,
 )
 from maya_un.events import EmergencyStopped, Event, FaultEntered, LimitHit
-from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
 from tests.unit.controller.bench import FAR, foreign, homed

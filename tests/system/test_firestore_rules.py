@@ -10,7 +10,7 @@ import pytest
 
 from maya_un.coms.firebase_auth import FixedToken
 from maya_un.coms.firestore import Firestore
-from maya_un.coms.transport import Channel, Kind, Report
+from maya_un.coms.transport import Report, ReportKind, SupervisorChannel
 from maya_un.loops import run
 from tests.system.firestore_emulator import HTTP, RULES, emulator, needs_emulator
 from tests.system.rtdb.store import Store
@@ -148,13 +148,13 @@ def test_a_command_that_is_removed_costs_no_connection(
 ) -> None:
     monkeypatch.setenv("FIRESTORE_EMULATOR_HOST", f"127.0.0.1:{port}")
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         first = await channel.receive()
         assert google.commit("owner", remove(f"{ROBOT}/commands/{first.key}")) == 200
-        await channel.send(Report(first.key, Kind.RESULT, '{"id": "old"}', first.key))
+        await channel.send(Report(first.key, ReportKind.RESULT, '{"id": "old"}', first.key))
         assert google.commit("lab", put(f"{ROBOT}/commands/new", command="home")) == 200
         second = await channel.receive()
-        await channel.send(Report(second.key, Kind.RESULT, '{"id": "new"}', second.key))
+        await channel.send(Report(second.key, ReportKind.RESULT, '{"id": "new"}', second.key))
 
     async def main() -> None:
         transport = Firestore("firestore://demo", FixedToken(TOKENS["maya"]), interval=0.01)

@@ -15,7 +15,7 @@ from maya_un.events import Disconnected, Event, GripperClosed, MotionEnded, Phas
 from maya_un.graph.apart import robot_floor, tasks_handed_on
 from maya_un.graph.outcome import error_of
 from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from maya_un.graph.table import FOLLOW, TASK
 from maya_un.process.job import Job
 from maya_un.robot.primitives.approach import Approach
@@ -113,7 +113,7 @@ async def test_what_the_floor_refuses_is_raised_as_it_said_it() -> None:
         there = await floors.nodes["process_controller"].do(TASK.name, TASK.type, task)
         with pytest.raises(Exception, match="cannot be reached") as raised:
             await floors.robot.run(Pick(Point(0.3, 1.0, 2.3)))
-        assert there.outcome is Outcome.REJECTED
+        assert there.outcome is GoalStatus.REJECTED
         assert (str(getattr(raised.value, "code", 0)), str(raised.value)) == (
             there.result["code"],
             there.result["message"],
@@ -213,7 +213,7 @@ async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
         await elapse(10.0)
         for _ in range(3):
             other = await somebody.do(TASK.name, TASK.type, {"task": to_message(Approach(TRAY))})
-            assert other.outcome is Outcome.REJECTED
+            assert other.outcome is GoalStatus.REJECTED
             assert isinstance(error_of(other.result), Busy)
             await elapse(20.0)
         assert await ended(floors, number) == (TaskState.DONE, 0)
@@ -226,7 +226,7 @@ async def test_a_due_job_waits_for_somebody_elses_task() -> None:
         other = asyncio.ensure_future(somebody.do(TASK.name, TASK.type, {"task": to_message(Approach(TRAY))}))
         await elapse(2.0)
         number = await floors.process.submit(PICK_AND_PLACE)
-        assert (await other).outcome is Outcome.SUCCEEDED
+        assert (await other).outcome is GoalStatus.SUCCEEDED
         assert await ended(floors, number) == (TaskState.DONE, 0)
         assert moved(floors)
 
@@ -293,7 +293,7 @@ async def test_whoever_followed_a_path_and_died_has_it_stopped() -> None:
         await elapse(5.0)
         assert floors.controller.state.mode is Mode.MOVING
         somebody.close()
-        assert (await following).outcome is Outcome.LOST
+        assert (await following).outcome is GoalStatus.LOST
         await elapse(2.0)
         assert floors.controller.state.mode is Mode.IDLE
         await stands_still(floors)

@@ -18,9 +18,9 @@ from maya_un.errors import (
     NotHomed,
 )
 from maya_un.loops import run_virtual
+from maya_un.machine.start import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
-from maya_un.virtual.maya.start import Start
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
@@ -164,7 +164,7 @@ def test_change_by_another_program_is_named_and_harmless(name: str, phase: str, 
 
 @asynccontextmanager
 async def _robot(phase: str) -> AsyncIterator[Rig]:
-    start = Start(1.0, 1.5, 1.6) if phase == "in homing" else Start(*HERE)
+    start = StartPose(1.0, 1.5, 1.6) if phase == "in homing" else StartPose(*HERE)
     async with rig(start=start, live=True) as bench:
         if phase != "in homing":
             a, b, c = bench.controller.units.to_counts(HERE)

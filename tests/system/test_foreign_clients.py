@@ -15,9 +15,9 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.twin.handles import HandleProtocol
+from dmc41x3.twin.machine import VirtualDmc
 from maya_un.cli.gclib import SHIM
-from maya_un.virtual.handles import Kind
-from maya_un.virtual.machine import VirtualDmc
 from tests.served import ServedTwin, served
 from tests.system.processes import running
 
@@ -53,7 +53,7 @@ def positions(machine: VirtualDmc) -> list[int]:
 
 def udp_handles(machine: VirtualDmc) -> int:
     """Return how many handles datagrams hold; nobody but their owner can give them back."""
-    return sum(handle is not None and handle.kind is Kind.UDP for handle in machine.unit.handles)
+    return sum(handle is not None and handle.kind is HandleProtocol.UDP for handle in machine.unit.handles)
 
 
 def test_qcodes_drives_motors_planes_and_the_probe_arm(tmp_path: Path) -> None:

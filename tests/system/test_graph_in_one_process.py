@@ -14,16 +14,16 @@ from maya_un.api.access.caller import ROS
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.controller import ControllerDoor
-from maya_un.graph.doors.process import ProcessDoor
-from maya_un.graph.doors.robot import RobotDoor
-from maya_un.graph.events import Told, read
+from maya_un.graph.doors.controller import ControllerServer
+from maya_un.graph.doors.process import ProcessServer
+from maya_un.graph.doors.robot import RobotServer
+from maya_un.graph.events import ReportedEvent, read
 from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import Message, Outcome
-from maya_un.graph.queue import Queue
+from maya_un.graph.protocol import GoalStatus, Message
+from maya_un.graph.queue import GraphQueue
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
-from maya_un.rosbridge.near import NearController, NearRobot, echoed
+from maya_un.rosbridge.near import ControllerProxy, RobotProxy, echoed
 from maya_un.schema.jobs import QueueMode
 from maya_un.server.bridge import Bridge
 from maya_un.values import Mode, Point
@@ -47,7 +47,7 @@ class House:
     stack: Stack
     bus: Bus
     client: BusNode
-    told: list[Told] = field(default_factory=list[Told])
+    told: list[ReportedEvent] = field(default_factory=list[ReportedEvent])
 
     def publish(self, topic: str, kind: str, message: Message) -> None:
         publisher = self.client.advertise(topic, kind)
@@ -56,7 +56,7 @@ class House:
 
     async def do(self, task: Message) -> None:
         ended = await self.client.do("/task", "maya_robot/Task", {"task": task})
-        assert (ended.outcome, ended.result["code"]) == (Outcome.SUCCEEDED, "")
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.SUCCEEDED, "")
 
     async def call(self, task: Message) -> None:
         answer = await self.client.call("/maya_command", {"task": task}, "maya_robot/MayaCommand")
@@ -94,11 +94,11 @@ async def house(*, homed: bool = True) -> AsyncIterator[House]:
         bus = Bus()
         bridge = Bridge(asyncio.get_running_loop(), floors.service, gate=floors.gate)
         echo = await held.enter_async_context(echoed(bridge, 1.0))
-        queue = Queue(bridge.carry, lambda: echo.view, floors.controller)
+        queue = GraphQueue(bridge.carry, lambda: echo.view, floors.controller)
         doors = (
-            ("hw_simulator", ControllerDoor(NearController(floors, bridge, echo))),
-            ("robot_controller", RobotDoor(NearRobot(floors, bridge, echo))),
-            ("process_controller", ProcessDoor(queue)),
+            ("hw_simulator", ControllerServer(ControllerProxy(floors, bridge, echo))),
+            ("robot_controller", RobotServer(RobotProxy(floors, bridge, echo))),
+            ("process_controller", ProcessServer(queue)),
         )
         for name, door in doors:
             await held.enter_async_context(door.open(bus.node(name)))
@@ -199,9 +199,9 @@ async def test_whoever_drives_is_not_driven_past() -> None:
     async with house() as robot:
         robot.stack.lease.take("ana", "http")
         ended = await robot.client.do("/task", "maya_robot/Task", {"task": PICK})
-        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "4103")
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "4103")
         ended = await robot.client.do("/home", "maya_controller/Home", {})
-        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "4103")
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "4103")
         answer = await robot.client.call("/controller/stop", {})
         assert answer["success"]  # which needs no lease
         assert robot.stack.lease.holder is not None
@@ -218,5 +218,5 @@ async def test_a_wish_on_the_graph_is_refused_while_a_job_runs_which_goes_on_unh
             ("/move", "maya_controller/Move", {"b": 1.5, "c": 1.3}),
         ):
             ended = await robot.client.do(name, kind, goal)
-            assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "2104"), name
+            assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "2104"), name
         await robot.until(robot.moved)

@@ -11,18 +11,18 @@ from random import Random
 
 import pytest
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
 from maya_un.assembly import Twin, make_twin
 from maya_un.config import Config, Units
 from maya_un.controller.controller import GalilController
 from maya_un.controller.guard import BEATS
 from maya_un.errors import HostSilent
-from maya_un.galil.transport import Transport
 from maya_un.loops import run_virtual
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.wire.server import VirtualController
 from tests.campaign import Campaign
 from tests.system.processes import Wire, done, running
 from tests.virtual_time import elapse
@@ -193,7 +193,7 @@ async def _trial(rng: Random, silence: float) -> tuple[BaseException | None, May
 
     A host held up for longer than a reply may take (2 s) would find its link lost instead.
     """
-    mechanics = MayaMechanics(start=Start(*HERE))
+    mechanics = MayaMechanics(start=StartPose(*HERE))
     virtual = VirtualController(VirtualDmc(mechanics))
     lines: list[Stalling] = []
 

@@ -18,10 +18,10 @@ from maya_un.config.load import parse
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, MachineError, NotConnected, Stopped, WiringContradictsCn
 from maya_un.loops import run_virtual
+from maya_un.machine.start import PARTS, StartPose, legal_start
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
-from maya_un.virtual.maya.start import PARTS, Start, legal_start
-from maya_un.virtual.maya.truth import Truth
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
@@ -42,12 +42,12 @@ def drawn_config(rng: Random) -> Config:
     return parse(keys)
 
 
-def wired(truth: Truth, config: Config) -> Truth:
+def wired(truth: TrueConstants, config: Config) -> TrueConstants:
     """Return the machine with switches wired as the configuration says."""
     return truth.with_wiring(active_high=config.wiring.limit_active_level == 1)
 
 
-def assert_within_bounds(rig: Rig, start: Start) -> None:
+def assert_within_bounds(rig: Rig, start: StartPose) -> None:
     """Let the mechanics judge the whole time since power-up."""
     record = rig.mechanics.record
     assert record.stall_time == 0.0, f"stalled for {record.stall_time} s from {start}"
@@ -69,7 +69,7 @@ def assert_homed(rig: Rig, config: Config) -> None:
     assert all(abs(x - y) < 1e-3 for x, y in zip(state.joints, homed_pose(config), strict=True))
 
 
-async def _home(truth: Truth, start: Start, config: Config) -> None:
+async def _home(truth: TrueConstants, start: StartPose, config: Config) -> None:
     async with rig(config, truth=truth, start=start) as bench:
         await bench.controller.home()
         assert_homed(bench, config)
@@ -79,32 +79,32 @@ async def _home(truth: Truth, start: Start, config: Config) -> None:
 def test_homes_from_random_legal_starts(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=8, long=300)):
         rng = campaign.rng(case)
-        run_virtual(_home(Truth(), legal_start(rng, Truth()), Config()))
+        run_virtual(_home(TrueConstants(), legal_start(rng, TrueConstants()), Config()))
 
 
 def test_homes_machines_that_nobody_told_it_about(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=8, long=300)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
-        truth = wired(Truth.drawn(rng), config)
+        truth = wired(TrueConstants.drawn(rng), config)
         run_virtual(_home(truth, legal_start(rng, truth), config))
 
 
-def _everything(truth: Truth, config: Config, rng: Random) -> Truth:
+def _everything(truth: TrueConstants, config: Config, rng: Random) -> TrueConstants:
     return truth.with_wiring(active_high=config.wiring.limit_active_level == -1)
 
 
-def _one_axis(truth: Truth, config: Config, rng: Random) -> Truth:
+def _one_axis(truth: TrueConstants, config: Config, rng: Random) -> TrueConstants:
     return wired(truth, config).with_wiring(config.wiring.limit_active_level == -1, axis=rng.randrange(3))
 
 
-def _one_switch(truth: Truth, config: Config, rng: Random) -> Truth:
+def _one_switch(truth: TrueConstants, config: Config, rng: Random) -> TrueConstants:
     return wired(truth, config).with_wiring(
         config.wiring.limit_active_level == -1, axis=rng.randrange(3), switch=rng.choice(("reverse", "forward"))
     )
 
 
-async def _refused(truth: Truth, sound: Truth, start: Start, config: Config) -> None:
+async def _refused(truth: TrueConstants, sound: TrueConstants, start: StartPose, config: Config) -> None:
     async with rig(config, truth=truth, start=start) as bench:
         with pytest.raises(WiringContradictsCn) as refusal:
             await bench.controller.home()
@@ -115,16 +115,16 @@ async def _refused(truth: Truth, sound: Truth, start: Start, config: Config) -> 
 
 @pytest.mark.parametrize("fault", [_everything, _one_axis, _one_switch])
 def test_refuses_wiring_that_contradicts_cn_by_name(
-    fault: Callable[[Truth, Config, Random], Truth], campaign: Campaign
+    fault: Callable[[TrueConstants, Config, Random], TrueConstants], campaign: Campaign
 ) -> None:
     for case in range(campaign.size(ci=12, long=100)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
-        truth = fault(Truth.drawn(rng), config, rng)
+        truth = fault(TrueConstants.drawn(rng), config, rng)
         run_virtual(_refused(truth, wired(truth, config), legal_start(rng, truth), config))
 
 
-async def _home_twice(truth: Truth, start: Start, config: Config, rng: Random) -> None:
+async def _home_twice(truth: TrueConstants, start: StartPose, config: Config, rng: Random) -> None:
     async with rig(config, truth=truth, start=start) as bench:
         home = asyncio.create_task(bench.controller.home())
         await asyncio.wait({home}, timeout=rng.uniform(0.0, 270.0))
@@ -138,7 +138,7 @@ def test_interrupted_homings_start_again(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=5, long=100)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
-        truth = wired(Truth.drawn(rng), config)
+        truth = wired(TrueConstants.drawn(rng), config)
         run_virtual(_home_twice(truth, legal_start(rng, truth), config, rng))
 
 

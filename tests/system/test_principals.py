@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed
 
 from maya_un.api.access import callers
 from maya_un.api.access.caller import LOCAL, Role
-from maya_un.api.people import People
+from maya_un.api.people import UserService
 from maya_un.assembly import Stack
 from maya_un.errors import MayaError
 from maya_un.loops import run
@@ -254,7 +254,7 @@ def id_of(token: str) -> str:
     return token.split("_")[1]
 
 
-REVOKED: dict[str, Callable[[People, str], Awaitable[object]]] = {
+REVOKED: dict[str, Callable[[UserService, str], Awaitable[object]]] = {
     "revoked": lambda users, token: users.revoke(id_of(token), LOCAL),
     "removed": lambda users, _: users.remove("guest"),
     "demoted": lambda users, _: users.change("guest", role="viewer", by=LOCAL),

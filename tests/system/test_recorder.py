@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import pytest
 
+from dmc41x3.twin.wire.faults import Value
 from maya_un.errors import MayaError
 from maya_un.events import Trouble
 from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file
 from maya_un.values import Joints
-from maya_un.virtual.wire.faults import Value
 from tests.campaign import Campaign
 from tests.recorded import recorded, shelf
 from tests.system.processes import CALM, done, running

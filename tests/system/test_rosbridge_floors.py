@@ -16,12 +16,12 @@ from maya_un.api.access.operations import Operation
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.graph.bus import Bus
-from maya_un.graph.protocol import Message, Outcome
+from maya_un.graph.protocol import GoalStatus, Message
 from maya_un.graph.table import POSITION
 from maya_un.rosbridge import near
 from maya_un.rosbridge.alone import graph_of
 from maya_un.rosbridge.endpoint import NODE
-from maya_un.rosbridge.outgoing import Press
+from maya_un.rosbridge.outgoing import MessageEncoder
 from maya_un.server.bridge import Bridge
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
@@ -47,7 +47,7 @@ class Robot:
         self.stack = stack_
         self.bus = bus
         self.bridge = bridge
-        self.press = Press(lambda: DATE)
+        self.press = MessageEncoder(lambda: DATE)
         self.talker = self.come()
 
     def come(self) -> Talker:
@@ -144,7 +144,7 @@ async def by_goal_topic(one: Robot) -> None:
     for number, step in enumerate((task("home"), task("pick", START), task("place", TRAY))):
         one.talker.say("publish", topic="/task/goal", msg={"goal_id": {"id": f"{number}"}, "goal": {"task": step}})
         ended = await one.until(lambda message, name=f"{number}": message["msg"]["status"]["goal_id"]["id"] == name)
-        assert ended["msg"]["status"]["status"] == Outcome.SUCCEEDED
+        assert ended["msg"]["status"]["status"] == GoalStatus.SUCCEEDED
 
 
 async def by_move(one: Robot) -> None:

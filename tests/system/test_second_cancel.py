@@ -11,13 +11,13 @@ import pytest
 
 from maya_un.api.access.caller import LOCAL
 from maya_un.api.access.operations import Operation
-from maya_un.api.direct import Direct
+from maya_un.api.direct import DirectCommands
 from maya_un.api.gate import Gate
 from maya_un.api.service import Service
 from maya_un.graph.clients.asking import called, done
 from maya_un.graph.protocol import Message
-from maya_un.graph.table import MOVE, Floor, Form, Row
-from maya_un.process.lease import Lease
+from maya_un.graph.table import MOVE, Kind, Layer, Row
+from maya_un.process.lease import ControlLease
 from maya_un.robot.primitives.move import MoveJoints
 from maya_un.server.bridge import Bridge
 from tests.campaign import Campaign
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.system
 LAG = 3e-4
 """The axes may still follow a reference that rests by so much [rad, m, m]."""
 
-GO = Row("/go", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "move", (), ())
+GO = Row("/go", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "move", (), ())
 
 
 def by_controller(floors: Apart) -> Awaitable[object]:
@@ -38,11 +38,11 @@ def by_controller(floors: Apart) -> Awaitable[object]:
 
 
 def by_direct(floors: Apart) -> Awaitable[object]:
-    return Direct(floors.process, floors.robot, floors.below.rig.controller, lambda: None).move(FAR)
+    return DirectCommands(floors.process, floors.robot, floors.below.rig.controller, lambda: None).move(FAR)
 
 
 def gate(floors: Apart) -> Gate:
-    return Gate(cast("Service", None), Lease(floors.below.rig.controller.events))
+    return Gate(cast("Service", None), ControlLease(floors.below.rig.controller.events))
 
 
 def by_gate(floors: Apart) -> Awaitable[object]:

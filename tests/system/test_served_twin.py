@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.galil.record import decode
+from dmc41x3.language.record import decode
 from tests.ports import free_port
 from tests.system.processes import Process, done, running
 

@@ -24,9 +24,9 @@ from maya_un.loops import JumpingLoop, run
 from maya_un.process import items
 from maya_un.process.journal import file
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobOptions
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.shelf import RecordingStore
 from maya_un.schema.states import TaskState
 from tests.campaign import Campaign
 from tests.system.kill_worker import MACHINE, Carry, Ledger, standing
@@ -77,7 +77,7 @@ async def fill(robot: Stack) -> None:
     robot.controller.events._kept = EVENTS
     for _ in range(2 * EVENTS):
         robot.controller.events.emit(SpeedChanged(ratio=1.0))
-    held = Options(held=True)
+    held = JobOptions(held=True)
     await asyncio.gather(*(robot.service.submit(CARRY[0], options=held) for _ in range(REMEMBERED)))
     await robot.service.queue.clear()
     await robot.service.wish({"command": "gripper", "open": True})
@@ -100,7 +100,7 @@ async def operate(folder: Path, minutes: float) -> list[Health]:
     """Operate a robot for so long; return how it was after every round."""
     journal = await SqliteJournal.open(folder / "maya.db", CONFIG.storage)
     twin = standing({"job": [Carry("part", HERE, THERE)]}, Ledger(folder), powered=True)
-    shelf = Shelf.of(CONFIG.recorder, folder / "recordings", time.time_ns)
+    shelf = RecordingStore.of(CONFIG.recorder, folder / "recordings", time.time_ns)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "make_twin", lambda **_: twin)
         patch.setattr(items, "REMEMBERED", REMEMBERED)

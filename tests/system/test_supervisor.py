@@ -16,7 +16,7 @@ import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
 from maya_un.errors import KeyReused, SupervisorsNotReached, Unreachable
-from maya_un.graph.step_text import Result, State, content_of
+from maya_un.graph.step_text import StepEnd, StepState, content_of
 from maya_un.supervisor import Supervisor
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
@@ -67,7 +67,7 @@ def test_a_step_returns_its_result_or_raises_its_error(house: House) -> None:
             await presence(lab, "MAYA", "ONLINE")
             maya = lab.robot("MAYA")
             step = maya.home()
-            assert [report.state async for report in step][-1] is State.EXECUTING
+            assert [report.state async for report in step][-1] is StepState.EXECUTING
             assert (await step).error is None
             assert (await maya.pick(0.5, 1.1, 0.4)).id in house.observer.commands()
             with pytest.raises(Unreachable, match="cannot be reached"):
@@ -165,8 +165,8 @@ class Crowd:
     def _answer(self, _client: object, _data: object, message: mqtt.MQTTMessage) -> None:
         robot, id_ = message.topic.split("/")[2], json.loads(message.payload)["id"]
         other = content_of({"command": "gripper", "args": {"open": True}})
-        refusal = Result.refused(id_, KeyReused(key=id_), self.DATE, content=other)
-        for result in (refusal, Result(id_, None, None, self.DATE, self.DATE)):
+        refusal = StepEnd.refused(id_, KeyReused(key=id_), self.DATE, content=other)
+        for result in (refusal, StepEnd(id_, None, None, self.DATE, self.DATE)):
             self._client.publish(f"maya/v1/{robot}/results", result.text, 1)
 
     def close(self) -> None:

@@ -24,6 +24,9 @@ from typing import Final, TypeVar
 
 import pytest
 
+from dmc41x3.language.numbers import SCALE
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.config import Config, Units
 from maya_un.errors import (
     ControllerMoves,
@@ -34,11 +37,8 @@ from maya_un.errors import (
     OwnerErased,
     OwnershipLost,
 )
-from maya_un.galil.numbers import SCALE
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.wire.server import VirtualController
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
 from tests.campaign import Campaign
 from tests.system.processes import Wire
 from tests.system.racing_host import PLACES, host
@@ -153,7 +153,7 @@ class Box:
         self.judge, self.address = self.ask(self._serve())
 
     async def _serve(self) -> tuple[Judge, str]:
-        mechanics = MayaMechanics(start=Start(*PLACES[0]))
+        mechanics = MayaMechanics(start=StartPose(*PLACES[0]))
         virtual = VirtualController(VirtualDmc(mechanics))
         judge = Judge(virtual, mechanics)
         virtual.tap = judge.see

@@ -8,15 +8,15 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.errors import CommandRejected
-from maya_un.galil.driver import Driver
 from maya_un.loops import run
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.server import VirtualController
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from tests.virtual_time import elapse
 
 PICK, PLACE = 8000, 16000
@@ -93,9 +93,11 @@ async def served(machine: VirtualDmc) -> AsyncIterator[tuple[Driver, list[str]]]
 
 @pytest.mark.parametrize("start", [0.4, 1.1, 0.0, -0.02])
 async def test_a_program_homes_picks_and_places(start: float) -> None:
-    truth = Truth()
-    pick, place = (MayaMechanics(truth, Start(a=counts / truth.scale[0])).gripper_point() for counts in (PICK, PLACE))
-    maya = MayaMechanics(truth, Start(a=start), {"part": pick})
+    truth = TrueConstants()
+    pick, place = (
+        MayaMechanics(truth, StartPose(a=counts / truth.scale[0])).gripper_point() for counts in (PICK, PLACE)
+    )
+    maya = MayaMechanics(truth, StartPose(a=start), {"part": pick})
     async with served(VirtualDmc(maya)) as (driver, said):
         await driver.download(PROGRAM)
         assert await driver.upload() == PROGRAM

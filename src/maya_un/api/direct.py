@@ -22,7 +22,7 @@ from maya_un.robot.protocol import OnPhase, Robot
 from maya_un.values import Joints
 
 
-class Direct:
+class DirectCommands:
     """Does wishes past the queue of `process`; `halt_jogs` stops held jogs.
 
     Every wish raises what the floor that does it raises. Cancelling it stops on the path.

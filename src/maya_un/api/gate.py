@@ -14,7 +14,7 @@ from maya_un.api.access.operations import RULES, STOPPING, Operation, require
 from maya_un.api.service import Service
 from maya_un.cancellation import is_caller_cancelled, run_to_rest
 from maya_un.errors import Cancelled, InternalError, LeaseLost, MayaError
-from maya_un.process.lease import Lease
+from maya_un.process.lease import ControlLease
 
 T = TypeVar("T")
 
@@ -44,7 +44,9 @@ class Gate:
     `current` returns the present rights of a caller, because the interface may have checked them earlier.
     """
 
-    def __init__(self, service: Service, lease: Lease, audit: OnAudit = unheard, current: Current = unchanged) -> None:
+    def __init__(
+        self, service: Service, lease: ControlLease, audit: OnAudit = unheard, current: Current = unchanged
+    ) -> None:
         self._service = service
         self._lease = lease
         self._audit = audit

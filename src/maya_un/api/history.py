@@ -17,7 +17,7 @@ MOST_EVENTS = 1000
 """So many events are answered at once."""
 
 
-class History:
+class HistoryService:
     """Reads what the journal of `process` keeps, with what is under way as it is now, and the `events` in memory."""
 
     def __init__(self, process: Process, events: EventLog) -> None:

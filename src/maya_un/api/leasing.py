@@ -6,22 +6,22 @@ from collections.abc import Callable
 from math import isfinite
 
 from maya_un.api.access.caller import Caller, Role
-from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.entrance import AccessControl
 from maya_un.api.access.notes import require_note
 from maya_un.api.access.operations import Operation, require
 from maya_un.errors import InvalidValue, UnknownName
-from maya_un.process.lease import Holder
+from maya_un.process.lease import LeaseHolder
 from maya_un.schema.bodies import LONGEST, PATIENCE
 from maya_un.schema.people import LeaseTaken, LeaseView
 
 
-class Leasing:
+class LeaseService:
     """Asks and changes the lease of an `entrance`.
 
     `halt` stops held jogs: it is called whenever somebody else drives, or nobody.
     """
 
-    def __init__(self, entrance: Entrance, halt: Callable[[], None]) -> None:
+    def __init__(self, entrance: AccessControl, halt: Callable[[], None]) -> None:
         self._lease = lease = entrance.lease
         self._register = entrance.register
         self._halt = halt
@@ -32,7 +32,7 @@ class Leasing:
     async def view(self, by: Caller) -> LeaseView:
         """Return who drives now."""
         lease, holder = self._lease, self._lease.holder
-        nobody = Holder("", "", 0.0)
+        nobody = LeaseHolder("", "", 0.0)
         shown = holder or nobody
         return LeaseView(
             shown.name,
@@ -101,7 +101,7 @@ class Leasing:
         if not token or token == self._token:
             self._lease.drop(name, why)
 
-    def _require_power(self, by: Caller, holder: Holder) -> None:
+    def _require_power(self, by: Caller, holder: LeaseHolder) -> None:
         """Raise `NotAllowed` where `by` may not take the lease from `holder`."""
         lent = bool(holder.lender) and by.role >= Role.OPERATOR
         if holder.name != by.name and not lent:
@@ -116,5 +116,5 @@ class Leasing:
             self._halt()
 
 
-def _shows(by: Caller, holder: Holder) -> bool:
+def _shows(by: Caller, holder: LeaseHolder) -> bool:
     return holder.name == by.name and bool(by.lease) and holder.id == by.lease

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import LOCAL, RESERVED, Caller, Role
-from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.entrance import AccessControl
 from maya_un.api.access.notes import require_note
 from maya_un.api.access.operations import Operation, allowed, require
 from maya_un.api.access.store import Change, Token, User
@@ -35,10 +35,10 @@ OnEnded = Callable[[str, str, str], None]
 """Told that a token is valid no more, or with "" that a user may not drive any more: token, name, why."""
 
 
-class People:
+class UserService:
     """Keeps the users of an `entrance`; `ended` is told of whose rights end."""
 
-    def __init__(self, entrance: Entrance, ended: OnEnded) -> None:
+    def __init__(self, entrance: AccessControl, ended: OnEnded) -> None:
         self._register = entrance.register
         self._callers = entrance.callers
         self._calendar = entrance.calendar

@@ -17,7 +17,7 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import InvalidValue
 from maya_un.kinematics.workspace import Workspace
 from maya_un.process import desk
-from maya_un.process.foresight import Foresight
+from maya_un.process.foresight import JobComputer
 from maya_un.robot.plan import Pose
 from maya_un.schema.encoding import to_json
 from maya_un.schema.previews import Reach
@@ -32,7 +32,7 @@ MOST_SAMPLES = 10_000
 _PIECE = 1 << 18
 
 
-class Previews:
+class PreviewService:
     """Answers for a `controller`, in `workers` if there are any; `start` returns the start of a job.
 
     Every method raises the errors of the computation (`InvalidJob`, `UnknownName`, `Unreachable` …), and with workers
@@ -42,7 +42,7 @@ class Previews:
     def __init__(
         self,
         controller: Controller,
-        foresight: Foresight,
+        foresight: JobComputer,
         start: Callable[[bool], Pose],
         config: Config,
         workers: Workers | None,

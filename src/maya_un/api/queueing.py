@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.access.operations import Operation, require, require_over
 from maya_un.errors import InvalidRequest, InvalidValue, JobChanged
-from maya_un.process.journal.rows import JobRow, Owner
-from maya_un.process.lease import Lease
+from maya_un.process.journal.rows import JobRow, RequestOwner
+from maya_un.process.lease import ControlLease
 from maya_un.process.options import ORDINARY
 from maya_un.process.process import Process
-from maya_un.process.submitting import Asked
+from maya_un.process.submitting import SubmitRequest
 from maya_un.process.written import version_of
 from maya_un.schema.jobs import JobLine, QueueView
 
@@ -22,13 +22,13 @@ _WHEN = ("after step", "now")
 _ENDS = ("first", "last")
 
 
-class Queueing:
+class QueueService:
     """Asks and changes the queue of `process`; every method that changes it returns how that stands then.
 
     What somebody says who is no operator is a proposal, unless he drives by the `lease`.
     """
 
-    def __init__(self, process: Process, lease: Lease) -> None:
+    def __init__(self, process: Process, lease: ControlLease) -> None:
         self._process = process
         self._lease = lease
 
@@ -138,7 +138,7 @@ class Queueing:
 
         Raises `NotFound`, `WrongState`, `InvalidValue`; `NotConnected` and `Faulted` while nothing can run.
         """
-        asked = Asked(Owner(by.name, by.source), ORDINARY, proposal=self.proposes(by))
+        asked = SubmitRequest(RequestOwner(by.name, by.source), ORDINARY, proposal=self.proposes(by))
         new = await self._process.again(number, asked, from_step)
         return await self._process.shown.found_line(new)
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.errors import InvalidRequest, NotFound
-from maya_un.recorder.header import Cause
+from maya_un.recorder.header import SavingCause
 from maya_un.recorder.recorder import Recorder
 from maya_un.schema.robot import Kept
 
 
-class Recordings:
+class RecordingService:
     """Asks the flight recorder; without one, or with one that keeps no files, there are no recordings."""
 
     def __init__(self, recorder: Recorder | None = None) -> None:
@@ -27,7 +27,7 @@ class Recordings:
 
         Raises `FileUnwritable`, and `InvalidRequest` where no recorder runs (`recorder.enabled`, dry runs).
         """
-        cause = Cause(message=f"asked by {by.name}")
+        cause = SavingCause(message=f"asked by {by.name}")
         kept = None if self._recorder is None else await self._recorder.save("asked", cause)
         if kept is None:
             raise InvalidRequest(key="recorder", reason="nothing is recorded here")

@@ -10,18 +10,18 @@ from collections.abc import AsyncIterator, Mapping
 import maya_un
 from maya_un.address import SIM
 from maya_un.api.access.caller import LOCAL, Caller
-from maya_un.api.access.entrance import Entrance
+from maya_un.api.access.entrance import AccessControl
 from maya_un.api.access.operations import Operation
-from maya_un.api.direct import Direct
+from maya_un.api.direct import DirectCommands
 from maya_un.api.held import PATIENCE, HeldJogs
-from maya_un.api.history import History
-from maya_un.api.leasing import Leasing
-from maya_un.api.people import People
-from maya_un.api.previews import Previews, require_samples
-from maya_un.api.queueing import Queueing
+from maya_un.api.history import HistoryService
+from maya_un.api.leasing import LeaseService
+from maya_un.api.people import UserService
+from maya_un.api.previews import PreviewService, require_samples
+from maya_un.api.queueing import QueueService
 from maya_un.api.reach import reach_of
-from maya_un.api.recording import Recordings
-from maya_un.api.teaching import Teaching, at_rest
+from maya_un.api.recording import RecordingService
+from maya_un.api.teaching import TeachingService, at_rest
 from maya_un.api.zoning import drop_zone, put_zone, zones_of
 from maya_un.config import Config
 from maya_un.config.zones import AnyZone
@@ -29,12 +29,12 @@ from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Stopped
 from maya_un.events import Event
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.process.job import Job
-from maya_un.process.journal.rows import Options, Owner
+from maya_un.process.journal.rows import JobOptions, RequestOwner
 from maya_un.process.options import ORDINARY
 from maya_un.process.process import Process
-from maya_un.process.submitting import Asked
+from maya_un.process.submitting import SubmitRequest
 from maya_un.recorder.recorder import Recorder
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
@@ -63,14 +63,14 @@ class Service:
         *,
         address: str = SIM,
         speed: float = 1.0,
-        book: Book | None = None,
-        entrance: Entrance | None = None,
+        book: PoseStore | None = None,
+        entrance: AccessControl | None = None,
         recorder: Recorder | None = None,
         workers: Workers | None = None,
     ) -> None:
-        kept = Book(controller.mechanism) if book is None else book
-        self.teaching = Teaching(kept, config.cell.grasp_height, lambda: at_rest(controller))
-        self.history = History(process, controller.events)
+        kept = PoseStore(controller.mechanism) if book is None else book
+        self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
+        self.history = HistoryService(process, controller.events)
         self._process = process
         self._robot = robot
         self._controller = controller
@@ -78,21 +78,21 @@ class Service:
         self._address = address
         self._speed = speed
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
-        self.direct = Direct(process, robot, controller, self._held.halt)
-        shared = Entrance.alone(controller.events, speed) if entrance is None else entrance
+        self.direct = DirectCommands(process, robot, controller, self._held.halt)
+        shared = AccessControl.alone(controller.events, speed) if entrance is None else entrance
         self.entrance = shared
-        self.queue = Queueing(process, shared.lease)
-        self.lease = Leasing(shared, self._held.halt)
-        self.recorder = Recordings(recorder)
-        self.users = People(shared, self._rights_ended)
-        self.previews = Previews(controller, process.foresight, self._start, config, workers)
+        self.queue = QueueService(process, shared.lease)
+        self.lease = LeaseService(shared, self._held.halt)
+        self.recorder = RecordingService(recorder)
+        self.users = UserService(shared, self._rights_ended)
+        self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 
     async def submit(
         self,
         job: Job | Mapping[str, object] | bytes,
         *,
         by: Caller = LOCAL,
-        options: Options = ORDINARY,
+        options: JobOptions = ORDINARY,
         key: str = "",
     ) -> JobAccepted:
         """Append a job, which may be JSON, to the queue; when its turn comes, it is checked as a whole and starts.
@@ -114,7 +114,7 @@ class Service:
         *,
         wait: bool = True,
         by: Caller = LOCAL,
-        options: Options = ORDINARY,
+        options: JobOptions = ORDINARY,
         key: str = "",
     ) -> JobReport:
         """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
@@ -134,8 +134,8 @@ class Service:
         if not token and name != LOCAL.name:
             self._process.owner_ended(name)
 
-    def _asked(self, by: Caller, options: Options, key: str) -> Asked:
-        return Asked(Owner(by.name, by.source), options, key, proposal=self.queue.proposes(by))
+    def _asked(self, by: Caller, options: JobOptions, key: str) -> SubmitRequest:
+        return SubmitRequest(RequestOwner(by.name, by.source), options, key, proposal=self.queue.proposes(by))
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Jogged:
         """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m) at `speed` (0 to 1).

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, InvalidRequest, InvalidValue, NotConnected, NotHomed, NotTaught
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.process.spots import Grid
 from maya_un.process.taught import TaughtPallet
 from maya_un.schema.places import PalletInfo, TaughtPose
@@ -29,7 +29,7 @@ def at_rest(controller: Controller) -> Joints:
     return state.joints
 
 
-class Teaching:
+class TeachingService:
     """Asks and changes `book`.
 
     `here` tells the joints of the place that is taught and raises why there is none; a corner without z is at
@@ -37,7 +37,7 @@ class Teaching:
     `FileUnwritable`.
     """
 
-    def __init__(self, book: Book, grasp_height: float, here: Callable[[], Joints]) -> None:
+    def __init__(self, book: PoseStore, grasp_height: float, here: Callable[[], Joints]) -> None:
         self._book = book
         self._grasp_height = grasp_height
         self._here = here

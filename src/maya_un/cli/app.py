@@ -20,7 +20,7 @@ from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
 from maya_un.cli.quantities import angle, joints_of, length, point_of, share
 from maya_un.cli.queueing import commands as queueing
-from maya_un.cli.settings import Settings, settings_of
+from maya_un.cli.settings import OutputSettings, settings_of
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.values import JOG_AXES
 
@@ -56,7 +56,7 @@ JobPicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} 
 File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
 
 
-def run(arguments: list[str], settings: Settings) -> int:
+def run(arguments: list[str], settings: OutputSettings) -> int:
     """Carry out a command line and return its exit code; raises `InvalidCommandLine` for one not understood."""
     command = typer.main.get_command(app)
     try:
@@ -104,12 +104,12 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     `maya down` end it.
     """
     from maya_un.cli import up as command
-    from maya_un.cli.remote import Remote
+    from maya_un.cli.remote import RemoteAccess
 
-    remote = Remote(listen, tls_cert, tls_key, plain, origin)
+    remote = RemoteAccess(listen, tls_cert, tls_key, plain, origin)
     finish = on_exit == "finish"
     endpoint = command.ROSBRIDGE_PORT if (rosbridge or coms) and rosbridge_port is None else rosbridge_port
-    options = command.Options(
+    options = command.UpOptions(
         address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint, take_over, coms
     )
     return command.up(options, settings_of(context))
@@ -150,7 +150,7 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
     """
     from maya_un.cli import run as command
 
-    options = command.Options(dry_run, address, speed, seed, skip_home, plot, take_over)
+    options = command.RunOptions(dry_run, address, speed, seed, skip_home, plot, take_over)
     return command.run(job, options, settings_of(context))
 
 
@@ -191,7 +191,7 @@ def abort(context: typer.Context) -> int:
     """Stop without deceleration; the motors may go off, then run `maya recover`."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("abort", "aborted", settings_of(context))
+    return wishes.abort(settings_of(context))
 
 
 @app.command(**_HOW)
@@ -207,7 +207,7 @@ def resume(context: typer.Context) -> int:
     """Continue after `maya pause`."""
     from maya_un.cli import wishes
 
-    return wishes.at_once("resume", "resumed", settings_of(context))
+    return wishes.resume(settings_of(context))
 
 
 @app.command(**_HOW)
@@ -227,6 +227,21 @@ def recover(context: typer.Context, take_over: TakeOver = False) -> int:
     from maya_un.cli import wishes
 
     return wishes.recover(settings_of(context), take_over=take_over)
+
+
+@app.command(**_HOW)
+def call(
+    context: typer.Context,
+    operation: Annotated[str | None, typer.Argument(metavar="[OPERATION]", help="default: list them all")] = None,
+    given: Annotated[list[str], typer.Argument(metavar="[NAME=VALUE]...", help="its parameters, as JSON or text")] = [],  # noqa: B006
+) -> int:
+    """Send any operation of the HTTP interface, by its name, and print the answer as JSON.
+
+    Example: maya call pause_queue when=now
+    """
+    from maya_un.cli import call as command
+
+    return command.call(operation, given, settings_of(context))
 
 
 @app.command(**_HOW)
@@ -270,7 +285,7 @@ def plot_workspace(
     from maya_un.cli import plot as command
 
     high = None if height is None else length(height, "--height")
-    request = command.Request(view, high, None if point is None else point_of(*point), output)
+    request = command.PlotRequest(view, high, None if point is None else point_of(*point), output)
     return command.workspace(request, settings_of(context))
 
 
@@ -326,7 +341,9 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     """
     from maya_un.cli import serve as command
 
-    options = command.Options(host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table, record)
+    options = command.ServeOptions(
+        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table, record
+    )
     return command.serve(options, settings_of(context))
 
 

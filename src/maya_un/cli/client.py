@@ -1,4 +1,7 @@
-"""Talking to the running `maya up`: one request at a time by http.client, errors come back as themselves."""
+"""The client of the command line: sends the generated requests by http.client, and returns JSON as it comes.
+
+It loads neither the messages nor a library for HTTP, so that `maya status` and `maya stop` start at once.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,22 @@ from typing import Any, cast
 from urllib.parse import urlsplit
 
 from maya_un import credentials, runtime
+from maya_un.client import requests
+from maya_un.client.request import TIMEOUT, Request
 from maya_un.errors import LeaseLost, MayaError, NotSignedIn, ServiceNotAnswering, ServiceNotRunning, from_notice
 
+ANSWER = 5.0
+"""Longest wait for an ordinary answer [s]."""
 
-class Client:
-    """A door to the service at `url`.
 
-    `timeout` [s] is how long connecting and each answer may take. Raises `ServiceNotRunning` for what is no URL. A
-    `lease` that is set is shown in place of the shell's.
+class ServiceClient:
+    """A client of the service at `url`.
+
+    `timeout` [s] is the longest wait for the connection and for an ordinary answer. Raises `ServiceNotRunning` if `url`
+    is not a URL. If `lease` is set, it is shown instead of the shell's.
     """
 
-    def __init__(self, url: str, timeout: float = 5.0) -> None:
+    def __init__(self, url: str, timeout: float = ANSWER) -> None:
         try:
             address = urlsplit(url)
             self.host, self.port = address.hostname or "127.0.0.1", address.port or 80
@@ -30,44 +38,41 @@ class Client:
         self._timeout = timeout
 
     @classmethod
-    def find(cls, timeout: float = 5.0) -> Client:
-        """Return the door to the running service; raises `ServiceNotRunning` where no file names one."""
+    def find(cls, timeout: float = ANSWER) -> ServiceClient:
+        """Return a client of the running service; raises `ServiceNotRunning` if no file names one."""
         running = runtime.find()
         if running is None:
             raise ServiceNotRunning
         return cls(running.url, timeout)
 
     @classmethod
-    def running(cls) -> Client | None:
-        """Return the door to the running service, None where none answers; raises `ServiceNotAnswering`."""
+    def running(cls) -> ServiceClient | None:
+        """Return a client of the running service, None if nothing listens; raises `ServiceNotAnswering`."""
         with suppress(ServiceNotRunning):
             client = cls.find()
-            client.get("/v1/health")
+            client.ask(requests.health())
             return client
         return None
 
-    def get(self, path: str, timeout: float | None = None) -> Any:
-        """Return the answer to GET `path`; raises as `request`."""
-        return self.request("GET", path, timeout=timeout)
+    def ask(self, request: Request[Any], timeout: float | None = None) -> Any:
+        """Return the decoded JSON of the answer.
 
-    def post(self, path: str, body: object = None, timeout: float | None = None) -> Any:
-        """Return the answer to POST `path`; raises as `request`."""
-        return self.request("POST", path, body, timeout)
-
-    def request(self, method: str, path: str, body: object = None, timeout: float | None = None) -> Any:
-        """Return the decoded answer.
-
-        Raises `ServiceNotRunning` where nobody listens, `ServiceNotAnswering` without an answer in time or with one of
-        somebody else at our old port (ours has the header `Maya`), and the service's own refusal as the error it is. A
-        lease of the shell that has ended is forgotten.
+        `timeout` [s] is the longest wait; by default the client's, or that of the request if its operation takes longer
+        than most. Raises `ServiceNotRunning` if nothing listens, `ServiceNotAnswering` if no answer comes in time or
+        another program answers (our answers have the header `Maya`), and the errors of the service. A lease of the
+        shell that has ended is forgotten.
         """
-        connection = HTTPConnection(self.host, self.port, timeout=self._timeout if timeout is None else timeout)
+        if timeout is None:
+            timeout = request.timeout if request.timeout > TIMEOUT else self._timeout
+        connection = HTTPConnection(self.host, self.port, timeout=timeout)
         shown = {"Content-Type": "application/json", **credentials.headers(self.url)}
         if self.lease:
             shown["Maya-Lease"] = self.lease
+        if request.key:
+            shown["Idempotency-Key"] = request.key
         try:
-            payload = None if body is None else json.dumps(body)
-            connection.request(method, path, payload, shown)
+            payload = None if request.body is None else json.dumps(request.body)
+            connection.request(request.method, request.target, payload, shown)
             response = connection.getresponse()
             if response.getheader("Maya") is None:
                 raise ServiceNotAnswering(reason="somebody else answers in its place")

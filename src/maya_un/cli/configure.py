@@ -4,36 +4,36 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from dmc41x3.files import unwritable, write
 from maya_un.cli import output
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.config import Config, default_path, load, template, to_toml
 from maya_un.errors import FileUnwritable
-from maya_un.files import unwritable, write
 
 
-def configuration(settings: Settings) -> Config:
+def configuration(settings: OutputSettings) -> Config:
     """Return the configuration in force: --config, else $MAYA_CONFIG, else the user's, else the manual's."""
     return load(None if settings.config is None else Path(settings.config))
 
 
-def taught_places(settings: Settings) -> Path:
+def taught_places(settings: OutputSettings) -> Path:
     """Return the file of taught places: `poses.toml` beside the configuration, wherever that is or would be."""
     return (default_path() if settings.config is None else Path(settings.config)).with_name("poses.toml")
 
 
-def _place(file: str | None, settings: Settings) -> Path:
+def _place(file: str | None, settings: OutputSettings) -> Path:
     named = file or settings.config
     return default_path() if named is None else Path(named)
 
 
-def show(settings: Settings) -> int:
+def show(settings: OutputSettings) -> int:
     """Print every key in force with its meaning and unit; return the exit code."""
     config = configuration(settings)
     return output.answer(config.model_dump(mode="json"), to_toml(config).rstrip(), settings)
 
 
-def check(file: str | None, settings: Settings) -> int:
+def check(file: str | None, settings: OutputSettings) -> int:
     """Say whether a file is a good configuration; raises `FileUnreadable` and `InvalidConfig`."""
     place = _place(file, settings)
     if file is None and settings.config is None and not place.exists():
@@ -46,7 +46,7 @@ def check(file: str | None, settings: Settings) -> int:
     )
 
 
-def init(file: str | None, settings: Settings) -> int:
+def init(file: str | None, settings: OutputSettings) -> int:
     """Write a configuration with every key commented out; raises `FileUnwritable`, also where one stands already."""
     place = _place(file, settings)
     try:

@@ -8,19 +8,19 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
+from dmc41x3.conformance.fresh import freshen, restart
+from dmc41x3.conformance.vectors import sources
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.address import meant
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import host_and_port
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.controller.ownership import living_owner
 from maya_un.errors import ConnectFailed, ControllerOwned, LinkTimeout, MachineError, WrongController
-from maya_un.galil.conformance import Demand, Difference, Vector, load, run
-from maya_un.galil.conformance.fresh import freshen, restart
-from maya_un.galil.conformance.vectors import sources
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport
 
 PATIENCE = 1.0
 """Longest wait for an answer [s]."""
@@ -29,7 +29,7 @@ _ASK = "MG _BV{F1.0}"
 """How many axes there are, in a format of its own, because earlier users of the controller may have set another."""
 
 
-class Socket:
+class TcpChannel:
     """A TCP connection to a controller, in real time.
 
     One that is refused has ended; `connected` tells the two apart.
@@ -94,16 +94,16 @@ class Socket:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ConformanceOutcome:
     """What came of the table: how many vectors were right, which differ, and which were left out."""
 
     axes: int
     right: int
-    differences: list[Difference]
+    differences: list[VectorDifference]
     left_out: list[Vector]
 
 
-def conform(address: str, moves: bool, bench: bool, settings: Settings) -> int:
+def conform(address: str, moves: bool, bench: bool, settings: OutputSettings) -> int:
     """Hold a controller to the table and print what differs; return 0 where nothing does, else 1.
 
     Motors stay as they are unless `moves`; `bench` says that everything may be done to it. Raises `ConnectFailed`,
@@ -116,7 +116,7 @@ def conform(address: str, moves: bool, bench: bool, settings: Settings) -> int:
     return output.FAILED if outcome.differences else output.DONE
 
 
-def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
+def held(host: str, port: int, allowed: set[Demand]) -> ConformanceOutcome:
     """Check the controller at an address with all vectors whose demands are allowed.
 
     With `Demand.FRESH` allowed, restore the factory settings before each vector, and reset before each group.
@@ -126,11 +126,11 @@ def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
     fitting = [vector for vector in load() if vector.fits(axes)]
     chosen = [vector for vector in fitting if vector.demands <= allowed]
 
-    def dial() -> Socket:
-        return Socket(host, port)
+    def dial() -> TcpChannel:
+        return TcpChannel(host, port)
 
     bench = Demand.FRESH in allowed
-    found: list[Difference | None] = []
+    found: list[VectorDifference | None] = []
     group = ""
     for vector in chosen:
         if bench and vector.group != group:
@@ -141,7 +141,7 @@ def held(host: str, port: int, allowed: set[Demand]) -> Outcome:
         found.append(run(vector, dial, axes))
     differences = [difference for difference in found if difference is not None]
     left_out = [vector for vector in fitting if not vector.demands <= allowed]
-    return Outcome(axes, len(chosen) - len(differences), differences, left_out)
+    return ConformanceOutcome(axes, len(chosen) - len(differences), differences, left_out)
 
 
 async def _require_free(host: str, port: int) -> None:
@@ -161,7 +161,7 @@ def axes_of(host: str, port: int) -> int:
 
     Raises `ConnectFailed`, `LinkTimeout`, and `WrongController` where the answer is that of something else.
     """
-    channel = Socket(host, port)
+    channel = TcpChannel(host, port)
     address = f"{host}:{port}"
     if not channel.connected:
         raise ConnectFailed(address=address, reason=channel.reason)
@@ -181,7 +181,7 @@ def axes_of(host: str, port: int) -> int:
     return int(text)
 
 
-def _report(outcome: Outcome) -> dict[str, object]:
+def _report(outcome: ConformanceOutcome) -> dict[str, object]:
     return {
         "axes": outcome.axes,
         "right": outcome.right,
@@ -190,7 +190,7 @@ def _report(outcome: Outcome) -> dict[str, object]:
     }
 
 
-def _difference(difference: Difference) -> dict[str, object]:
+def _difference(difference: VectorDifference) -> dict[str, object]:
     vector = difference.vector
     return {
         "group": vector.group,
@@ -207,7 +207,7 @@ def _count(vectors: list[Vector], demand: Demand) -> int:
     return sum(demand in vector.demands for vector in vectors)
 
 
-def _lines(outcome: Outcome, language: str) -> Iterator[str]:
+def _lines(outcome: ConformanceOutcome, language: str) -> Iterator[str]:
     for difference in outcome.differences:
         vector = difference.vector
         yield f"{vector.group}: {vector.name}"

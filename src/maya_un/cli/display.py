@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from maya_un.cli import output
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class Display:
         """Show that nothing moves."""
 
 
-class Lines(Display):
+class FactLines(Display):
     """One line a fact."""
 
     def note(self, text: str) -> None:
@@ -55,7 +55,7 @@ class Lines(Display):
         self.note(why)
 
 
-class Bars(Display):
+class ProgressBars(Display):
     """Facts as lines, and below them one bar for the motion under way, drawn by a thread of its own."""
 
     def __init__(self, language: str) -> None:
@@ -107,8 +107,8 @@ class Bars(Display):
             self._progress.update(shown, **fields)
 
 
-def chosen(settings: Settings) -> Display:
+def chosen(settings: OutputSettings) -> Display:
     """Return the display that suits the settings and the screen."""
     if settings.json:
         return Display()
-    return Bars(settings.language) if sys.stdout.isatty() else Lines()
+    return ProgressBars(settings.language) if sys.stdout.isatty() else FactLines()

@@ -6,22 +6,22 @@ import asyncio
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import AxisRecord, DataRecord
+from dmc41x3.wire.framing import LineSplitter
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.address import meant
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import host_and_port
-from maya_un.cli.settings import Settings
-from maya_un.galil.driver import Driver
-from maya_un.galil.framing import LineSplitter
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import AxisRecord, DataRecord
-from maya_un.galil.transport import TcpTransport
+from maya_un.cli.settings import OutputSettings
 
 TIMEOUT = 5.0
 """Longest wait for a reply of a controller [s]."""
 
 
-def send(address: str, commands: Sequence[str], settings: Settings) -> int:
+def send(address: str, commands: Sequence[str], settings: OutputSettings) -> int:
     """Send commands one after the other and print their replies; ends at the first that is refused.
 
     Each may be several with `;` between them.
@@ -35,7 +35,7 @@ def send(address: str, commands: Sequence[str], settings: Settings) -> int:
     return output.DONE
 
 
-async def _converse(host: str, port: int, commands: Sequence[str], settings: Settings) -> list[dict[str, object]]:
+async def _converse(host: str, port: int, commands: Sequence[str], settings: OutputSettings) -> list[dict[str, object]]:
     driver = await Driver.open(await TcpTransport.connect(host, port, TIMEOUT), timeout=TIMEOUT)
     replies: list[dict[str, object]] = []
     try:

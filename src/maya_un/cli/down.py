@@ -8,12 +8,12 @@ import signal
 
 from maya_un import runtime
 from maya_un.cli import output
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.errors import ServiceNotRunning
 
 
-def down(settings: Settings, *, finish: bool) -> int:
+def down(settings: OutputSettings, *, finish: bool) -> int:
     """Ask it to end as Ctrl-C would, or with `finish` after the step under way; return when it has ended.
 
     Raises `ServiceNotRunning`.

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 
 from maya_un.assembly import Stack
 from maya_un.cli import output
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import on_end
 from maya_un.cli.words import word
 from maya_un.errors import MayaError
@@ -22,7 +22,7 @@ _MOVING = {Mode.MOVING, Mode.HOMING, Mode.STOPPING}
 _ORDINARY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-class Ending:
+class ShutdownRequest:
     """How the program is to end: `asked` is set with the first word, `hurried` with a second.
 
     With `finish` the step under way is carried to its end, also where somebody asks for that.
@@ -50,7 +50,7 @@ class Ending:
         self.asked.set()
 
 
-async def brought_to_rest(running: Stack, ending: Ending, settings: Settings) -> None:
+async def brought_to_rest(running: Stack, ending: ShutdownRequest, settings: OutputSettings) -> None:
     """End what runs and return when the robot is at rest and all is written down; says which way it ends."""
     under_way = running.process.running
     finish = ending.finish and under_way is not None
@@ -69,7 +69,7 @@ def _words(*, finish: bool, job: int | None) -> str:
     return "ending_finish" if finish else "ending_stop"
 
 
-async def _finished(running: Stack, ending: Ending, settings: Settings) -> None:
+async def _finished(running: Stack, ending: ShutdownRequest, settings: OutputSettings) -> None:
     """Carry the step under way to its end, unless a second word comes."""
     closing = asyncio.ensure_future(running.process.close(finish=True))
     hurrying = asyncio.ensure_future(ending.hurried.wait())

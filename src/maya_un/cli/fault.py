@@ -7,13 +7,13 @@ import socket
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from dmc41x3.twin.wire.control import HOST
+from dmc41x3.twin.wire.faults import TABLE, Fault, Parameter, Value, find
 from maya_un.cli import output, twins
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.errors import InvalidCommandLine, TwinNotFound, from_notice
-from maya_un.virtual.wire.control import HOST
-from maya_un.virtual.wire.faults import TABLE, Fault, Parameter, Value, find
 
 TIMEOUT = 5.0
 """Longest wait for the answer of a virtual controller [s]."""
@@ -21,7 +21,7 @@ TIMEOUT = 5.0
 _COMMAND = "maya dmc fault"
 
 
-def kinds(settings: Settings) -> int:
+def kinds(settings: OutputSettings) -> int:
     """Print every kind of fault with its parameters."""
     text = "\n\n".join(_fault_text(fault) for fault in TABLE)
     return output.answer({"faults": [_fault_data(fault) for fault in TABLE]}, text, settings)
@@ -35,7 +35,7 @@ def check(name: str | None, pairs: Sequence[str], seconds: float | None, *, clea
         raise InvalidCommandLine(reason="--for and parameters are for a fault that begins", command=_COMMAND)
 
 
-def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | None, settings: Settings) -> int:
+def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | None, settings: OutputSettings) -> int:
     """Begin a fault with parameters given as `name=value`, for some seconds or until cleared.
 
     Raises `UnknownName`, `InvalidValue`, `InvalidCommandLine`, `TwinNotFound`, `InvalidRequest`.
@@ -50,14 +50,14 @@ def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | N
     return _told(request, twin, settings)
 
 
-def clear(name: str | None, twin: str | None, settings: Settings) -> int:
+def clear(name: str | None, twin: str | None, settings: OutputSettings) -> int:
     """End all faults, or those of one name; raises `UnknownName` and `TwinNotFound`."""
     if name is not None:
         find(name)
     return _told({"clear": name}, twin, settings)
 
 
-def active(twin: str | None, settings: Settings) -> int:
+def active(twin: str | None, settings: OutputSettings) -> int:
     """Print the faults that last; raises `TwinNotFound`."""
     return _told({}, twin, settings)
 
@@ -69,7 +69,7 @@ def _pair(text: str) -> tuple[str, Value]:
     return name, value
 
 
-def _told(request: Mapping[str, object], address: str | None, settings: Settings) -> int:
+def _told(request: Mapping[str, object], address: str | None, settings: OutputSettings) -> int:
     twin = twins.chosen(address)
     answer = _asked(twin, request)
     if "error" in answer:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from maya_un.cli import waiting
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.display import Display
 from maya_un.cli.narrate import tell
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.events import event_of
 
 PATIENCE = 0.2
@@ -18,7 +19,9 @@ PATIENCE = 0.2
 _ENDED = {"done", "failed", "cancelled"}
 
 
-def follow(client: Client, job: int, since: int, display: Display, settings: Settings) -> tuple[dict[str, Any], bool]:
+def follow(
+    client: ServiceClient, job: int, since: int, display: Display, settings: OutputSettings
+) -> tuple[dict[str, Any], bool]:
     """Show events numbered above `since` and the motion under way until `job` has ended.
 
     Says what the job waits for where it does not go on. Returns its report and whether Ctrl-C ended it: then the job is
@@ -28,30 +31,30 @@ def follow(client: Client, job: int, since: int, display: Display, settings: Set
         return _to_the_end(client, job, since, display, settings.language), False
     except KeyboardInterrupt:
         display.note(word("interrupted", settings.language))
-        return client.request("DELETE", f"/v1/jobs/{job}", timeout=60.0), True
+        return client.ask(requests.cancel(job), timeout=60.0), True
 
 
-def _to_the_end(client: Client, job: int, since: int, display: Display, language: str) -> dict[str, Any]:
-    report: dict[str, Any] = client.get(f"/v1/jobs/{job}")
+def _to_the_end(client: ServiceClient, job: int, since: int, display: Display, language: str) -> dict[str, Any]:
+    report: dict[str, Any] = client.ask(requests.report(job))
     said = ""
     while report["state"] not in _ENDED:
         why = waiting.reason(client, report, language)
         if why and why != said:
             display.wait(why)
         said = why
-        events = client.get(f"/v1/events?since={since}&wait={PATIENCE}")
+        events = client.ask(requests.events(since=since, wait=PATIENCE))
         for event in events:
             since = event["seq"]
             tell(event_of(event["kind"], event["detail"], event["code"]), display, language)
         if events:
-            report = client.get(f"/v1/jobs/{job}")
+            report = client.ask(requests.report(job))
         animate(client, display)
     return report
 
 
-def animate(client: Client, display: Display) -> None:
+def animate(client: ServiceClient, display: Display) -> None:
     """Show how far the motion under way has come."""
-    progress = client.get("/v1/status")["progress"]
+    progress = client.ask(requests.status())["progress"]
     if progress is None:
         display.rest()
     else:

@@ -9,11 +9,11 @@ import sysconfig
 from collections.abc import Sequence
 from pathlib import Path
 
-from maya_un import files
+from dmc41x3 import files
+from dmc41x3.gclib import shim
 from maya_un.cli import output
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileNotOurs, FileUnreadable, FileUnwritable
-from maya_un.galil.gclib import shim
 
 SHIM = Path(shim.__file__).parent
 """The directory that holds the module."""
@@ -22,7 +22,7 @@ _MODULE = "gclib.py"
 _MARK = "The module `gclib` of maya-un"
 
 
-def install(settings: Settings, *, force: bool, site: Path | None = None) -> int:
+def install(settings: OutputSettings, *, force: bool, site: Path | None = None) -> int:
     """Put the module into this environment (or `site`); raises `FileNotOurs` where another one is there.
 
     `force` replaces another module, never a package.
@@ -38,7 +38,7 @@ def install(settings: Settings, *, force: bool, site: Path | None = None) -> int
     return output.answer({"path": str(place)}, f"`import gclib` finds {place} now.", settings)
 
 
-def uninstall(settings: Settings, *, site: Path | None = None) -> int:
+def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
     """Take the module out of this environment again; raises `FileNotOurs` where it is another one."""
     place = _place(site)
     if not place.exists():
@@ -52,7 +52,7 @@ def uninstall(settings: Settings, *, site: Path | None = None) -> int:
     return output.answer({"path": str(place)}, f"{place} is gone.", settings)
 
 
-def status(settings: Settings, *, site: Path | None = None) -> int:
+def status(settings: OutputSettings, *, site: Path | None = None) -> int:
     """Tell what `import gclib` finds in this environment."""
     place = _place(site)
     found = next((path for path in (_package(place), place) if path.exists()), None)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from maya_un.cli import output
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import because
 from maya_un.cli.words import word
 from maya_un.errors import MayaError
@@ -16,7 +16,7 @@ from maya_un.schema.jobs import QueueMode, QueueView
 
 
 @dataclass(frozen=True, slots=True)
-class Greeting:
+class StartupBanner:
     """What there is to say: `far` is the URL for other machines, `rosbridge` that of its endpoint.
 
     `refusal` tells why a homing was not taken over.
@@ -32,7 +32,7 @@ class Greeting:
     rosbridge: str | None = None
 
 
-def greet(greeting: Greeting, settings: Settings) -> None:
+def greet(greeting: StartupBanner, settings: OutputSettings) -> None:
     """Say it."""
     if settings.json:
         output.emit(_data(greeting, settings.language))
@@ -43,7 +43,7 @@ def greet(greeting: Greeting, settings: Settings) -> None:
         output.say(line)
 
 
-def _data(greeting: Greeting, language: str) -> dict[str, object]:
+def _data(greeting: StartupBanner, language: str) -> dict[str, object]:
     refusal, queue = greeting.refusal, greeting.queue
     return {
         "url": greeting.url,
@@ -62,7 +62,7 @@ def _data(greeting: Greeting, language: str) -> dict[str, object]:
     }
 
 
-def _lines(greeting: Greeting, language: str) -> Iterator[str]:
+def _lines(greeting: StartupBanner, language: str) -> Iterator[str]:
     yield word("ready", language, address=greeting.address, speed=greeting.speed, url=greeting.url)
     if greeting.far is not None:
         yield word("ready_far", language, url=greeting.far)

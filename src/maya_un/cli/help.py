@@ -18,6 +18,7 @@ Start
   speed RATIO                                  scale the speed of all motion: 50%
   abort                                        stop without deceleration
   recover                                      clear a fault after its cause is removed; moves nothing
+  call [OPERATION NAME=VALUE ...]              send any operation of the HTTP interface; list them
 
 Robot (commands to the running one; lengths in m, or 120mm; angles in rad, or 30deg)
   home                                         find the switches and define the position

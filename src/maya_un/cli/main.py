@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from maya_un import __version__
 from maya_un.cli import output
-from maya_un.cli.settings import Settings, asks_for_json, from_environment, split
+from maya_un.cli.settings import OutputSettings, asks_for_json, from_environment, split
 from maya_un.errors import MayaError
 from maya_un.interpreter import quiet_collector
 
@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         raise
 
 
-def _dispatch(rest: list[str], settings: Settings) -> int:
+def _dispatch(rest: list[str], settings: OutputSettings) -> int:
     if not rest or rest[0] in {"--help", "-h", "help"}:
         from maya_un.cli.help import OVERVIEW
 
@@ -74,7 +74,7 @@ def _dispatch(rest: list[str], settings: Settings) -> int:
     return app.run(rest, settings)
 
 
-def _complained(error: MayaError, settings: Settings) -> int:
+def _complained(error: MayaError, settings: OutputSettings) -> int:
     """Print an error, on the error line where answers cannot be printed, and return its exit code."""
     try:
         return output.complain(error, settings)

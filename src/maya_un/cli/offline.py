@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.quantities import joints_of, point_of
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.errors import MayaError
 from maya_un.kinematics.ranges import Ranges
@@ -39,20 +39,20 @@ def point_text(point: Point) -> str:
     return "  ".join(f"{name} {value * 1e3:.3f} mm" for name, value in zip("xyz", point, strict=True))
 
 
-def answer(command: str, arguments: list[str], settings: Settings) -> int:
+def answer(command: str, arguments: list[str], settings: OutputSettings) -> int:
     """Carry out `fk` or `ik` with three arguments; raises as those do, and `InvalidValue`."""
     if command == "fk":
         return fk(joints_of(*arguments), settings)
     return ik(point_of(*arguments), settings)
 
 
-def fk(joints: Joints, settings: Settings) -> int:
+def fk(joints: Joints, settings: OutputSettings) -> int:
     """Print where `joints` (rad, m, m) hold the gripper [m]; raises `Unreachable`."""
     point = _fk(joints, settings)
     return output.answer(point._asdict(), point_text(point), settings)
 
 
-def _fk(joints: Joints, settings: Settings) -> Point:
+def _fk(joints: Joints, settings: OutputSettings) -> Point:
     ranges = _manual(settings)
     if ranges is not None and ranges.within(joints):
         return ranges.mechanism.fk(joints)
@@ -64,13 +64,13 @@ def _fk(joints: Joints, settings: Settings) -> Point:
     return ranges.mechanism.fk(joints) if quick else _workspace(config).fk(joints)
 
 
-def ik(point: Point, settings: Settings) -> int:
+def ik(point: Point, settings: OutputSettings) -> int:
     """Print the joints (rad, m, m) that hold the gripper at `point` [m]; raises `Unreachable`."""
     joints = _ik(point, settings)
     return output.answer(joints._asdict(), joints_text(joints), settings)
 
 
-def _ik(point: Point, settings: Settings) -> Joints:
+def _ik(point: Point, settings: OutputSettings) -> Joints:
     ranges = _manual(settings) if runtime.find() is None else None
     if ranges is not None:
         with suppress(MayaError):
@@ -80,7 +80,7 @@ def _ik(point: Point, settings: Settings) -> Joints:
     return _workspace(_in_force(settings)).require(point)
 
 
-def reach(point: Point, settings: Settings) -> int:
+def reach(point: Point, settings: OutputSettings) -> int:
     """Print whether `point` [m] can be reached and how far from every limit, else all that is broken and the nearest.
 
     The zones are those of the running robot, else of the configuration. Exit code 0 where it can, 1 where not: both are
@@ -97,7 +97,7 @@ def reach(point: Point, settings: Settings) -> int:
     return output.DONE if found.reachable else output.FAILED
 
 
-def _manual(settings: Settings) -> Ranges | None:
+def _manual(settings: OutputSettings) -> Ranges | None:
     """Return the ranges of the manual's machine, None where a configuration may say otherwise."""
     if settings.config is not None or os.environ.get("MAYA_CONFIG") or default_path().exists():
         return None
@@ -111,7 +111,7 @@ def _workspace(config: Config) -> Workspace:
     return Workspace.of(config)
 
 
-def _in_force(settings: Settings) -> Config:
+def _in_force(settings: OutputSettings) -> Config:
     """Return the configuration of the running robot, with its zones; without a robot, that of the file.
 
     A file that is named counts, and so does the usual one where the robot does not tell.
@@ -120,10 +120,11 @@ def _in_force(settings: Settings) -> Config:
     from maya_un.config import Config
 
     if settings.config is None:
-        from maya_un.cli.client import Client
+        from maya_un.cli.client import ServiceClient
+        from maya_un.client import requests
 
         with suppress(MayaError):
-            return Config.model_validate(Client.find(_PATIENCE).get("/v1/config"))
+            return Config.model_validate(ServiceClient.find(_PATIENCE).ask(requests.config()))
     return configuration(settings)
 
 

@@ -11,7 +11,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, cast
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileUnwritable, MayaError, StorageUnavailable
 
 DONE = 0
@@ -67,7 +67,7 @@ def forget_unprinted() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def answer(value: Mapping[str, object], text: str, settings: Settings) -> int:
+def answer(value: Mapping[str, object], text: str, settings: OutputSettings) -> int:
     """Print an answer the way it was asked for, as `value` or as `text`, and return the exit code of success."""
     if settings.json:
         emit(value)
@@ -76,7 +76,7 @@ def answer(value: Mapping[str, object], text: str, settings: Settings) -> int:
     return DONE
 
 
-def complain(error: MayaError, settings: Settings) -> int:
+def complain(error: MayaError, settings: OutputSettings) -> int:
     """Print an error, one sentence with its code (or JSON), and return its exit code."""
     text = error.text(settings.language)
     if settings.json:
@@ -88,7 +88,7 @@ def complain(error: MayaError, settings: Settings) -> int:
     return exit_code(error.code)
 
 
-def concluded(report: Mapping[str, Any], settings: Settings) -> int:
+def concluded(report: Mapping[str, Any], settings: OutputSettings) -> int:
     """Say on the error line why a job or wish was not done, and return the exit code; 0 where it was.
 
     `report` is a JobReport as JSON has it. With --json the report itself has said it.

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.errors import InvalidValue
 from maya_un.kinematics.workspace import Workspace
@@ -17,7 +17,7 @@ DEFAULT = "maya-workspace.svg"
 """Where the picture of the workspace goes when nothing is said, in the current folder."""
 
 
-class Request(NamedTuple):
+class PlotRequest(NamedTuple):
     """What `maya plot workspace` was asked for: a view, the height of the plan [m], a place to mark [m], a file."""
 
     view: str = "all"
@@ -26,13 +26,13 @@ class Request(NamedTuple):
     output: str | None = None
 
 
-def workspace(request: Request, settings: Settings) -> int:
+def workspace(request: PlotRequest, settings: OutputSettings) -> int:
     """Draw the workspace of the configuration in force and say where; return the exit code.
 
     Raises `InvalidValue` and `FileUnwritable`.
     """
     from maya_un.plots import style
-    from maya_un.plots.workspace import View, workspace_figure
+    from maya_un.plots.workspace import WorkspaceView, workspace_figure
 
     path = Path(request.output or DEFAULT)
     style.kind_of(path)
@@ -42,7 +42,7 @@ def workspace(request: Request, settings: Settings) -> int:
     if not 0.0 <= height <= config.geometry.height:
         reason = f"the plan is cut between the table and the boom, 0 to {config.geometry.height:g} m"
         raise InvalidValue(key="--height", value=height, reason=reason)
-    style.save(workspace_figure(reachable, height, View(request.view), request.point), path)
+    style.save(workspace_figure(reachable, height, WorkspaceView(request.view), request.point), path)
     nearest = None if request.point is None else reachable.nearest(request.point)
     answer = {
         "path": str(path),

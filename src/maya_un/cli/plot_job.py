@@ -9,7 +9,7 @@ from maya_un.address import SIM
 from maya_un.assembly import stack
 from maya_un.cli import output
 from maya_un.cli.configure import configuration, taught_places
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.client import pictures
 from maya_un.config import Config
@@ -32,7 +32,7 @@ SAMPLES = 300
 _HORIZON = 1e6
 
 
-def plot(file: str, target: str | None, settings: Settings) -> int:
+def plot(file: str, target: str | None, settings: OutputSettings) -> int:
     """Draw the job of `file` as it would be from the homed pose, and return the exit code.
 
     A job that is refused at some step is drawn up to there, and not done. Raises what reading it raises, `InvalidJob`
@@ -58,7 +58,7 @@ def plot(file: str, target: str | None, settings: Settings) -> int:
     return output.concluded({"state": "refused", "code": notice.code, "message": notice.message}, settings)
 
 
-def draw(job: Job, config: Config, path: Path, settings: Settings) -> JobInspection:
+def draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> JobInspection:
     """Write the picture of a job from the homed pose on, and return what it shows; raises as `plot` does."""
     from maya_un.plots import style
 

@@ -8,10 +8,11 @@ from typing import Any
 from maya_un import runtime
 from maya_un.address import REAL
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.help import QUICK
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning
 
 STOP_BUDGET = 0.1
@@ -24,7 +25,7 @@ CONTROLLER_TIMEOUT = 2.0
 """Longest wait for each answer of a controller told directly [s]."""
 
 
-def run(command: str, arguments: list[str], settings: Settings) -> int:
+def run(command: str, arguments: list[str], settings: OutputSettings) -> int:
     """Carry out "stop" or "status" with the rest of its command line; return the exit code."""
     if {"--help", "-h"} & set(arguments):
         output.say(QUICK[command])
@@ -32,7 +33,7 @@ def run(command: str, arguments: list[str], settings: Settings) -> int:
     return stop(arguments, settings) if command == "stop" else status(arguments, settings)
 
 
-def stop(arguments: list[str], settings: Settings) -> int:
+def stop(arguments: list[str], settings: OutputSettings) -> int:
     """Stop by the service, or past it where it does not stop the robot in time.
 
     With --address the controller is told at once; for "real" the configuration is read before. Raises
@@ -46,7 +47,7 @@ def stop(arguments: list[str], settings: Settings) -> int:
         raise ServiceNotRunning
     budget = SERVICE_TIMEOUT if running.controller is None else STOP_BUDGET
     try:
-        report: dict[str, Any] = Client(running.url).post("/v1/stop", timeout=budget)
+        report: dict[str, Any] = ServiceClient(running.url).ask(requests.stop(), timeout=budget)
     except MayaError:
         if running.controller is None:
             raise
@@ -54,7 +55,7 @@ def stop(arguments: list[str], settings: Settings) -> int:
     return output.answer({"service": True, **report}, _stopping(report, settings), settings)
 
 
-def _address(arguments: list[str], settings: Settings) -> tuple[str, int] | None:
+def _address(arguments: list[str], settings: OutputSettings) -> tuple[str, int] | None:
     match arguments:
         case []:
             return None
@@ -73,8 +74,8 @@ def _address(arguments: list[str], settings: Settings) -> tuple[str, int] | None
     return host_and_port(text)
 
 
-def _directly(address: tuple[str, int], settings: Settings) -> int:
-    from maya_un.galil import emergency
+def _directly(address: tuple[str, int], settings: OutputSettings) -> int:
+    from dmc41x3.wire import emergency
 
     outcome = emergency.stop(*address, CONTROLLER_TIMEOUT)
     place = f"{address[0]}:{address[1]}"
@@ -84,7 +85,7 @@ def _directly(address: tuple[str, int], settings: Settings) -> int:
     return output.answer(value, text, settings)
 
 
-def _stopping(report: dict[str, Any], settings: Settings) -> str:
+def _stopping(report: dict[str, Any], settings: OutputSettings) -> str:
     if not report["was_moving"]:
         return word("nothing_moved", settings.language)
     a, b, c = report["distance"]
@@ -93,11 +94,11 @@ def _stopping(report: dict[str, Any], settings: Settings) -> str:
     )
 
 
-def status(arguments: list[str], settings: Settings) -> int:
-    """Tell what the running robot is doing; raises as `Client.request` does."""
+def status(arguments: list[str], settings: OutputSettings) -> int:
+    """Tell what the running robot is doing; raises as `ServiceClient.ask` does."""
     if arguments:
         raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya status")
-    found: dict[str, Any] = Client.find(timeout=2.0).get("/v1/status")
+    found: dict[str, Any] = ServiceClient.find(timeout=2.0).ask(requests.status())
     return output.answer(found, _described(found, settings.language), settings)
 
 

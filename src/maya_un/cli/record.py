@@ -8,16 +8,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TextIO
 
-from maya_un import files
+from dmc41x3 import files
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.config import RecorderConfig
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnreadable, InvalidCommandLine, NotFound
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.shelf import RecordingStore
 
 _SAVING = 60.0
 """Longest wait for a recording to be written [s]."""
@@ -38,12 +39,12 @@ def found(name: str) -> Path:
     raise NotFound(what="recording", number=name)
 
 
-def shelf(settings: RecorderConfig) -> Shelf:
+def shelf(settings: RecorderConfig) -> RecordingStore:
     """Return the recordings on this computer, as many as the configuration wants."""
-    return Shelf.of(settings, folder(), time.time_ns)
+    return RecordingStore.of(settings, folder(), time.time_ns)
 
 
-def listed(settings: Settings) -> int:
+def listed(settings: OutputSettings) -> int:
     """Print the recordings in the folder, newest first; no robot need run."""
     kept = shelf(RecorderConfig()).list()
     head = tuple(word(key, settings.language) for key in ("name", "record_reason", "record_size"))
@@ -53,13 +54,13 @@ def listed(settings: Settings) -> int:
     return output.answer({"folder": str(folder()), "recordings": lines}, text, settings)
 
 
-def save(settings: Settings) -> int:
+def save(settings: OutputSettings) -> int:
     """Have the running robot save its last minutes now; raises `ServiceNotRunning`."""
-    kept = Client.find().post("/v1/recordings", timeout=_SAVING)
+    kept = ServiceClient.find().ask(requests.save_recording(), timeout=_SAVING)
     return output.answer(kept, word("record_saved", settings.language, name=kept["name"]), settings)
 
 
-def show(name: str, settings: Settings) -> int:
+def show(name: str, settings: OutputSettings) -> int:
     """Print what a recording is: why and when it was saved, what of, how much is in it; raises `FileUnreadable`."""
     from maya_un.recorder import mcap_file
 
@@ -95,7 +96,7 @@ def show(name: str, settings: Settings) -> int:
     return output.answer(data, "\n".join(line for line in lines if line), settings)
 
 
-def export(name: str, mcap: str | None, csv: str | None, wire: str | None, settings: Settings) -> int:
+def export(name: str, mcap: str | None, csv: str | None, wire: str | None, settings: OutputSettings) -> int:
     """Write a recording as MCAP, its states and its wire as CSV, as far as files are named.
 
     Raises `InvalidCommandLine` where none is, `FileUnreadable` and `FileUnwritable`.

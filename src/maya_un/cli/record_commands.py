@@ -78,4 +78,4 @@ def replay(
     """
     from maya_un.cli import replay as command
 
-    return command.replay(file, command.Options(counts, seconds, plot), settings_of(context))
+    return command.replay(file, command.ReplayOptions(counts, seconds, plot), settings_of(context))

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from maya_un.errors import InvalidCommandLine, InvalidValue
-from maya_un.server.doors import Door, far_door, tls_of
-from maya_un.server.edge import Edge, host_of, origin_of
+from maya_un.server.doors import ListeningSocket, far_door, tls_of
+from maya_un.server.edge import OriginPolicy, host_of, origin_of
 
 PORT = 4134
 """The usual port for other machines; loopback has one of its own."""
@@ -18,7 +18,7 @@ _COMMAND = "maya up"
 _ANYWHERE = {"0.0.0.0", "::"}
 
 
-class Remote(NamedTuple):
+class RemoteAccess(NamedTuple):
     """What the command line says of other machines; `listen` is None where they are not let in."""
 
     listen: str | None = None
@@ -40,7 +40,7 @@ class Remote(NamedTuple):
             reason = "--listen needs --tls-cert and --tls-key; say --plain where everybody on the network is trusted"
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
 
-    def door(self) -> Door | None:
+    def door(self) -> ListeningSocket | None:
         """Return the open door, None without one; raises `InvalidValue`, `AddressInUse`, `FileUnreadable`."""
         if self.listen is None:
             return None
@@ -50,7 +50,7 @@ class Remote(NamedTuple):
             tls = tls_of(Path(self.certificate), Path(self.key))
         return far_door(host, port, tls)
 
-    def edge(self) -> Edge:
+    def edge(self) -> OriginPolicy:
         """Return whom the doors let in; raises `InvalidValue`."""
         origins = frozenset(map(origin_of, self.origins))
         hosts = {host_of(origin) for origin in origins}
@@ -58,7 +58,7 @@ class Remote(NamedTuple):
             host, _ = host_and_port(self.listen)
             name = socket.gethostname().lower()
             hosts |= {name, f"{name}.local"} | ({host.lower()} - _ANYWHERE)
-        return Edge(remote=self.listen is not None, hosts=frozenset(hosts), origins=origins)
+        return OriginPolicy(remote=self.listen is not None, hosts=frozenset(hosts), origins=origins)
 
 
 def require_users(*, kept: bool, listen: str | None) -> None:

@@ -7,22 +7,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dmc41x3.language.hardware import LETTERS
 from maya_un.cli import output
 from maya_un.cli.record import found
 from maya_un.cli.replay_twin import Replayed
 from maya_un.cli.replay_twin import replay as say_again
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.config import Units
 from maya_un.config.load import parse
 from maya_un.errors import FileUnreadable, InvalidValue
-from maya_un.galil.hardware import LETTERS
 from maya_un.kinematics import Floats
 from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file
-from maya_un.recorder.compare import Comparison, Difference, Tolerances, compare
-from maya_un.recorder.facts import Sample, samples
+from maya_un.recorder.compare import Comparison, ReplayDifference, Tolerances, compare
+from maya_un.recorder.facts import RecordSample, samples
 from maya_un.recorder.recording import Recording
 
 HORIZON = 1e9
@@ -41,7 +41,7 @@ MOST_SHOWN = 40
 """Rows of differences on a screen; --json has all."""
 
 
-class Options(NamedTuple):
+class ReplayOptions(NamedTuple):
     """What `maya replay` was asked for; None stands for the tolerance that belongs to the recording."""
 
     counts: float | None = None
@@ -49,7 +49,7 @@ class Options(NamedTuple):
     plot: str | None = None
 
 
-def replay(file: str, options: Options, settings: Settings) -> int:
+def replay(file: str, options: ReplayOptions, settings: OutputSettings) -> int:
     """Replay a recording and print what differs; return 0 where nothing does, else 1.
 
     Raises `FileUnreadable`, `NotFound`, `InvalidValue`, and `FileUnwritable` for the picture.
@@ -74,7 +74,7 @@ def replay(file: str, options: Options, settings: Settings) -> int:
     return output.FAILED if comparison.differences else output.DONE
 
 
-def tolerated(recording: Recording, options: Options) -> Tolerances:
+def tolerated(recording: Recording, options: ReplayOptions) -> Tolerances:
     """Return what may differ: as asked, else what belongs to a twin or to a machine."""
     header = recording.header
     of_twin = OF_A_TWIN if header.complete else OF_A_LATER_TWIN
@@ -105,7 +105,7 @@ def _as_data(
     }
 
 
-def _as_text(comparison: Comparison, runs: Replayed, options: Options, settings: Settings) -> str:
+def _as_text(comparison: Comparison, runs: Replayed, options: ReplayOptions, settings: OutputSettings) -> str:
     language = settings.language
     lines: list[str] = []
     if comparison.differences:
@@ -128,7 +128,7 @@ def _as_text(comparison: Comparison, runs: Replayed, options: Options, settings:
     return "\n".join(lines)
 
 
-def _row(one: Difference) -> tuple[str, str, str]:
+def _row(one: ReplayDifference) -> tuple[str, str, str]:
     many = f" (× {one.times})" if one.times > 1 else ""
     return f"{one.time:.3f}", f"{one.what}{many}", one.how
 
@@ -155,7 +155,9 @@ def _draw(recording: Recording, runs: Replayed, path: Path) -> None:
     style.save(replay_figure(commanded, before, after, (common, apart), f"{header.reason}, {header.date}"), path)
 
 
-def _course(records: list[Sample], what: str, order: list[int], scale: Floats, begin: float) -> tuple[Floats, Floats]:
+def _course(
+    records: list[RecordSample], what: str, order: list[int], scale: Floats, begin: float
+) -> tuple[Floats, Floats]:
     """Return times (n,) [s] since `begin`, and what records say of the axes, in °, m, m (n, 3)."""
     times = np.array([time - begin for time, _ in records])
     counts = [[getattr(record.axes[place], what) for place in order] for _, record in records]

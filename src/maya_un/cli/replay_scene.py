@@ -6,13 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord, decode
+from dmc41x3.wire.framing import RecordReply, Reply
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.config import Config, Units
 from maya_un.events import HomingBegun
-from maya_un.galil.framing import Record, Reply
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import DataRecord, decode
-from maya_un.galil.transcript import Piece
-from maya_un.recorder.exchanges import Exchange, talk
+from maya_un.recorder.exchanges import RecordedExchange, talk
 from maya_un.recorder.recording import Recording
 
 _AXES, _AXIS, _STOP_CODE = 82, 36, 3
@@ -20,7 +20,7 @@ _AXES, _AXIS, _STOP_CODE = 82, 36, 3
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ReplayScene:
     """From where a recording is played: `pieces` from loop time `begin` [s] on, on a twin made for that instant.
 
     `opening` is what was said to configure the controller, long before; `record` is what the controller was at `begin`,
@@ -28,14 +28,14 @@ class Scene:
     """
 
     begin: float
-    pieces: tuple[Piece, ...]
-    opening: tuple[Piece, ...] = ()
+    pieces: tuple[WirePiece, ...]
+    opening: tuple[WirePiece, ...] = ()
     record: DataRecord | None = None
     homed: bool = False
     lacks: tuple[str, ...] = ()
 
 
-def scene_of(recording: Recording) -> Scene:
+def scene_of(recording: Recording) -> ReplayScene:
     """Return where to begin: at the power-up of a twin that was recorded whole, else where the axes were at rest.
 
     Raises `ValueError` where they never were.
@@ -44,30 +44,30 @@ def scene_of(recording: Recording) -> Scene:
     lacks = ["cannot_datagrams"] if len(wire) < len(recording.wire) else []
     source = header.origin.twin
     if source is not None and header.complete:
-        return Scene(source.born, wire, lacks=tuple(lacks))
+        return ReplayScene(source.born, wire, lacks=tuple(lacks))
     if source is None:
         lacks.append("cannot_machine")
     opening = tuple(piece for piece in wire if piece.time < header.whole)
     rest = wire[len(opening) :]
     resting = _at_rest(talk(rest).exchanges)
-    if resting is None or resting.answered is None or not isinstance(resting.reply, Record):
+    if resting is None or resting.answered is None or not isinstance(resting.reply, RecordReply):
         raise ValueError("it holds no instant at which the axes were at rest")
     homed = _homed(recording, resting.answered)
     if not homed:
         lacks.append("cannot_place")
     record = decode(resting.reply.data)
     if header.complete:
-        return Scene(rest[0].time, rest, (), record, homed, tuple(lacks))
+        return ReplayScene(rest[0].time, rest, (), record, homed, tuple(lacks))
     begin = resting.answered
     later = tuple(piece for piece in rest if piece.time > begin)
     if not opening:
         lacks.append("cannot_opening")
-    return Scene(begin, later, opening, record, homed, tuple(lacks))
+    return ReplayScene(begin, later, opening, record, homed, tuple(lacks))
 
 
-def _at_rest(exchanges: Sequence[Exchange]) -> Exchange | None:
+def _at_rest(exchanges: Sequence[RecordedExchange]) -> RecordedExchange | None:
     for exchange in exchanges:
-        if isinstance(exchange.reply, Record) and exchange.answered is not None:
+        if isinstance(exchange.reply, RecordReply) and exchange.answered is not None:
             record = decode(exchange.reply.data)
             if not any(axis.moving for axis in record.axes):
                 return exchange
@@ -83,7 +83,7 @@ def _homed(recording: Recording, time: float) -> bool:
     return later > time and not any(time <= began <= later for began in begun)
 
 
-def commands_before(scene: Scene, config: Config) -> bytes:
+def commands_before(scene: ReplayScene, config: Config) -> bytes:
     """Return what makes a fresh twin what the recorded controller was when the scene begins.
 
     What configured the controller comes before the state of the scene. Where that is not known, the answers that the
@@ -99,7 +99,7 @@ def _lines(commands: Iterable[str]) -> bytes:
     return "".join(f"{command}\r" for command in commands).encode()
 
 
-def _preparation(scene: Scene, config: Config) -> Iterator[str]:
+def _preparation(scene: ReplayScene, config: Config) -> Iterator[str]:
     """Yield the commands for counts, motors, outputs, and the mark of a homing."""
     record = scene.record
     if record is None:
@@ -119,7 +119,7 @@ def _preparation(scene: Scene, config: Config) -> Iterator[str]:
         yield f"mayaendc={round(config.axes.c.maximum * units.per_unit[2])}"
 
 
-def _earlier_answers(pieces: Sequence[Piece]) -> Iterator[str]:
+def _earlier_answers(pieces: Sequence[WirePiece]) -> Iterator[str]:
     """Yield the commands that make what was asked of a controller, before it was told so, answer as it did.
 
     That is its program (UL), and variables.
@@ -143,15 +143,15 @@ def _earlier_answers(pieces: Sequence[Piece]) -> Iterator[str]:
             yield f"{asked}={reply.text.strip()}"
 
 
-def forget_stop_codes(exchanges: list[Exchange]) -> None:
+def forget_stop_codes(exchanges: list[RecordedExchange]) -> None:
     """Put the code of a twin that was just switched on (1) in the place of why axes stopped before the scene."""
     moved: set[int] = set()
     for number, exchange in enumerate(exchanges):
-        if not isinstance(exchange.reply, Record):
+        if not isinstance(exchange.reply, RecordReply):
             continue
         data = bytearray(exchange.reply.data)
         for place, axis in enumerate(decode(exchange.reply.data).axes):
             moved |= {place} if axis.moving else set()
             if place not in moved:
                 data[_AXES + place * _AXIS + _STOP_CODE] = 1
-        exchanges[number] = exchange._replace(reply=Record(bytes(data)))
+        exchanges[number] = exchange._replace(reply=RecordReply(bytes(data)))

@@ -7,21 +7,21 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from maya_un.cli.replay_scene import Scene, commands_before, forget_stop_codes, scene_of
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import AxisRecord
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transcript import WirePiece
+from dmc41x3.wire.transport import LoopbackTransport
+from maya_un.cli.replay_scene import ReplayScene, commands_before, forget_stop_codes, scene_of
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import AxisRecord
-from maya_un.galil.transcript import Piece
-from maya_un.galil.transport import LoopbackTransport
-from maya_un.recorder.exchanges import Talk, talk
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
+from maya_un.recorder.exchanges import RecordedTalk, talk
 from maya_un.recorder.header import TwinSource
 from maya_un.recorder.recording import Recording
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
-from maya_un.virtual.wire.server import VirtualController
 
 _PAST = 1e-5
 """A switch is tripped, or not, by so much [rad, m]."""
@@ -31,10 +31,10 @@ _SETTLE = 0.01
 
 
 class Replayed(NamedTuple):
-    """Both runs, taken apart, with the same times; `lacks` as in `Scene`."""
+    """Both runs, taken apart, with the same times; `lacks` as in `ReplayScene`."""
 
-    recorded: Talk
-    replayed: Talk
+    recorded: RecordedTalk
+    replayed: RecordedTalk
     begin: float
     lacks: tuple[str, ...]
 
@@ -56,7 +56,7 @@ async def replay(recording: Recording) -> Replayed:
     return Replayed(recorded, talk(pieces), scene.begin, scene.lacks)
 
 
-def _twin(recording: Recording, scene: Scene) -> VirtualController:
+def _twin(recording: Recording, scene: ReplayScene) -> VirtualController:
     header = recording.header
     config, source = parse(header.origin.config), header.origin.twin
     truth = _truth(source, config)
@@ -69,13 +69,13 @@ def _twin(recording: Recording, scene: Scene) -> VirtualController:
     return VirtualController(machine, seed=0 if source is None else source.seed)
 
 
-def _truth(source: TwinSource | None, config: Config) -> Truth:
+def _truth(source: TwinSource | None, config: Config) -> TrueConstants:
     """Return what the twin is made of: what the recorded one was, else what the configuration says of the machine."""
     if source is not None:
-        return TypeAdapter(Truth).validate_python(source.truth)
+        return TypeAdapter(TrueConstants).validate_python(source.truth)
     geometry, scale, axes = config.geometry, config.scale, config.axes
     a, b, c = ((axis.minimum, axis.maximum) for axis in (axes.a, axes.b, axes.c))
-    machine = Truth(
+    machine = TrueConstants(
         height=geometry.height,
         length=geometry.length,
         delta=geometry.delta,
@@ -91,17 +91,17 @@ def _truth(source: TwinSource | None, config: Config) -> Truth:
     return machine.with_wiring(config.wiring.limit_active_level == 1)
 
 
-def _start(source: TwinSource | None, scene: Scene, config: Config, truth: Truth) -> Start:
+def _start(source: TwinSource | None, scene: ReplayScene, config: Config, truth: TrueConstants) -> StartPose:
     """Return where the twin stands: as its counts say once homed, on the switches that were active."""
     record = scene.record
     if source is not None and not scene.homed:
-        return Start(*source.start)
+        return StartPose(*source.start)
     if record is None:
-        return Start()
+        return StartPose()
     axes = [record.axes[LETTERS.index(config.axes[axis].letter)] for axis in range(3)]
     a, b, c = (axis.reference for axis in axes)
-    places = Units.of(config).to_joints((a, b, c)) if scene.homed else Start()
-    return Start(*(_beside(places[i], axes[i], truth.switches[i]) for i in range(3)))
+    places = Units.of(config).to_joints((a, b, c)) if scene.homed else StartPose()
+    return StartPose(*(_beside(places[i], axes[i], truth.switches[i]) for i in range(3)))
 
 
 def _beside(place: float, axis: AxisRecord, switches: tuple[float, float]) -> float:
@@ -121,7 +121,7 @@ _TURNS = 8
 class _Player:
     """Says the pieces of a scene to a twin, and keeps both sides of what is said then."""
 
-    def __init__(self, twin: VirtualController, scene: Scene, config: Config) -> None:
+    def __init__(self, twin: VirtualController, scene: ReplayScene, config: Config) -> None:
         self._twin = twin
         self._scene = scene
         self._config = config
@@ -129,9 +129,9 @@ class _Player:
         self._zero = self._loop.time()
         self._links: dict[int, LoopbackTransport] = {}
         self._readers: dict[int, asyncio.Task[None]] = {}
-        self._said: list[Piece] = []
+        self._said: list[WirePiece] = []
 
-    async def play(self) -> list[Piece]:
+    async def play(self) -> list[WirePiece]:
         """Return all that was said, with the times of the recording."""
         scene = self._scene
         try:
@@ -169,7 +169,7 @@ class _Player:
         if left > 0.0:
             await asyncio.sleep(left)
 
-    async def _do(self, piece: Piece) -> None:
+    async def _do(self, piece: WirePiece) -> None:
         if piece.event == "end":
             for _ in range(_TURNS):
                 await asyncio.sleep(0)
@@ -190,7 +190,7 @@ class _Player:
     async def _read(self, link: int, end: LoopbackTransport) -> None:
         while data := await end.read():
             time = self._scene.begin + (self._loop.time() - self._zero)
-            self._said.append(Piece(time, link, "controller", data))
+            self._said.append(WirePiece(time, link, "controller", data))
 
     async def _end(self, link: int) -> None:
         end, reader = self._links.pop(link, None), self._readers.pop(link, None)

@@ -9,18 +9,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from maya_un.cli.remote import Remote
+from maya_un.cli.remote import RemoteAccess
 from maya_un.server.doors import bound_socket
 
 if TYPE_CHECKING:
-    from maya_un.rosbridge.alone import Place
+    from maya_un.rosbridge.alone import EndpointOptions
 
 STEPS = "steps.db"
 """The file beside the queue's in which steps of others' processes are kept."""
 
 
 @contextmanager
-def rosbridge_at(port: int | None, journal: Path | None, remote: Remote) -> Iterator[Place | None]:
+def rosbridge_at(port: int | None, journal: Path | None, remote: RemoteAccess) -> Iterator[EndpointOptions | None]:
     """Yield where the endpoint is to be served, on loopback only, or None without a port.
 
     Without a `journal` what it keeps ends with the block. Raises `AddressInUse` and `InvalidValue`.
@@ -28,14 +28,14 @@ def rosbridge_at(port: int | None, journal: Path | None, remote: Remote) -> Iter
     if port is None:
         yield None
         return
-    from maya_un.rosbridge.alone import Place
+    from maya_un.rosbridge.alone import EndpointOptions
 
     with bound_socket(port) as door, TemporaryDirectory(prefix="maya-steps-") as folder:
         steps = (Path(folder) if journal is None else journal.parent) / STEPS
-        yield Place(door, replace(remote.edge(), remote=False), steps)
+        yield EndpointOptions(door, replace(remote.edge(), remote=False), steps)
 
 
-def url_of(place: Place) -> str:
+def url_of(place: EndpointOptions) -> str:
     """Return the URL of the endpoint."""
     host, port = place.door.getsockname()[:2]
     return f"ws://{host}:{port}"

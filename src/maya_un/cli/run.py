@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from maya_un.address import SIM
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.display import Display, chosen
 from maya_un.cli.follow import follow
@@ -21,10 +21,11 @@ from maya_un.cli.narrate import tell
 from maya_un.cli.quantities import clock_factor, target_address
 from maya_un.cli.record import shelf
 from maya_un.cli.report import as_data, as_text
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import on_end
 from maya_un.cli.twin import parts_of, require_twin
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.config import Config
 from maya_un.errors import InvalidCommandLine, InvalidJob
 from maya_un.loops import ScaledLoop, run_virtual
@@ -42,7 +43,7 @@ HORIZON = 1e9
 """Longest job that a dry run goes through [s]."""
 
 
-class Options(NamedTuple):
+class RunOptions(NamedTuple):
     """What `maya run` was asked for; None where nothing was said."""
 
     dry_run: bool = False
@@ -59,14 +60,14 @@ class Options(NamedTuple):
         return self.skip_home or self.take_over or (self.address, self.speed, self.seed) != (None, None, None)
 
 
-class Outcome(NamedTuple):
+class RunOutcome(NamedTuple):
     """A report as data, and whether somebody interrupted."""
 
     report: dict[str, Any]
     interrupted: bool = False
 
 
-def run(file: str, options: Options, settings: Settings) -> int:
+def run(file: str, options: RunOptions, settings: OutputSettings) -> int:
     """Carry out the job of `file`, print its report, and return the exit code: 0 only if every step was done."""
     config = configuration(settings)
     address = target_address(options.address or SIM, config.controller.address)
@@ -78,7 +79,7 @@ def run(file: str, options: Options, settings: Settings) -> int:
     if options.dry_run:
         outcome = _dry_run(job, config, address, options, settings)
     else:
-        client = None if options.own_stack else Client.running()
+        client = None if options.own_stack else ServiceClient.running()
         with chosen(settings) as display:
             if client is not None:
                 outcome = _by_service(client, job, display, settings)
@@ -87,7 +88,7 @@ def run(file: str, options: Options, settings: Settings) -> int:
     return _concluded(outcome, settings)
 
 
-def _concluded(outcome: Outcome, settings: Settings) -> int:
+def _concluded(outcome: RunOutcome, settings: OutputSettings) -> int:
     report = outcome.report
     if settings.json:
         output.emit(report)
@@ -98,13 +99,13 @@ def _concluded(outcome: Outcome, settings: Settings) -> int:
     return output.concluded(report, settings)
 
 
-def _dry_run(job: Job, config: Config, address: str, options: Options, settings: Settings) -> Outcome:
+def _dry_run(job: Job, config: Config, address: str, options: RunOptions, settings: OutputSettings) -> RunOutcome:
     """Go through the job on the twin in virtual time; what it predicts of a real machine starts homed."""
     if options.plot is not None:
         _require_format(Path(options.plot))
     if not settings.json:
         output.say(word("dry", settings.language))
-    performance = _Performance(job, Display(), settings, home_first=address != SIM or options.skip_home)
+    performance = _JobRun(job, Display(), settings, home_first=address != SIM or options.skip_home)
     outcome = run_virtual(performance.perform(config, SIM, options.seed or 0), HORIZON)
     if options.plot is not None:
         _draw(job, config, Path(options.plot), settings)
@@ -118,7 +119,7 @@ def _require_format(path: Path) -> None:
     style.kind_of(path)
 
 
-def _draw(job: Job, config: Config, path: Path, settings: Settings) -> None:
+def _draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> None:
     """Write the picture of a job, as far as there is anything to draw; raises `InvalidValue` and `FileUnwritable`."""
     from maya_un.cli import plot_job
 
@@ -129,11 +130,17 @@ def _draw(job: Job, config: Config, path: Path, settings: Settings) -> None:
 
 
 def _own_stack(
-    job: Job, config: Config, address: str, factor: float, options: Options, display: Display, settings: Settings
-) -> Outcome:
+    job: Job,
+    config: Config,
+    address: str,
+    factor: float,
+    options: RunOptions,
+    display: Display,
+    settings: OutputSettings,
+) -> RunOutcome:
     key, details = ("twin", {"speed": factor}) if address == SIM else ("on", {"address": address})
     display.note(word(key, settings.language, **details))
-    performance = _Performance(
+    performance = _JobRun(
         job,
         display,
         settings,
@@ -146,7 +153,7 @@ def _own_stack(
     return run_loop(performance.perform(config, address, options.seed or 0), clock)
 
 
-class _Performance:
+class _JobRun:
     """One job on a stack of its own.
 
     `pace` is the time between two looks at the motion [s, of the stack's clock], None for no looking at all.
@@ -158,7 +165,7 @@ class _Performance:
         self,
         job: Job,
         display: Display,
-        settings: Settings,
+        settings: OutputSettings,
         *,
         factor: float = 1.0,
         pace: float | None = None,
@@ -176,7 +183,7 @@ class _Performance:
         self._take_over = take_over
         self._ending = False
 
-    async def perform(self, config: Config, address: str, seed: int) -> Outcome:
+    async def perform(self, config: Config, address: str, seed: int) -> RunOutcome:
         """Carry the job out and return its report."""
         keep_quiet(asyncio.get_running_loop())
         parts = parts_of(self._job, config, self._settings)
@@ -197,7 +204,7 @@ class _Performance:
             accepted = await robot.service.submit(self._job)
             report, interrupted = await self._watched(robot, accepted.id)
             places = None if robot.twin is None else robot.twin.mechanics.parts
-            return Outcome(as_data(to_data(report), places), interrupted)
+            return RunOutcome(as_data(to_data(report), places), interrupted)
 
     async def _watched(self, robot: Stack, job: int) -> tuple[JobReport, bool]:
         watchers = [asyncio.create_task(self._narrate(robot)), asyncio.create_task(self._animate(robot))]
@@ -251,11 +258,11 @@ def _go_on() -> None:
         task.uncancel()
 
 
-def _by_service(client: Client, job: Job, display: Display, settings: Settings) -> Outcome:
+def _by_service(client: ServiceClient, job: Job, display: Display, settings: OutputSettings) -> RunOutcome:
     url = f"http://{client.host}:{client.port}"
     display.note(word("with_service", settings.language, url=url))
-    since = client.get("/v1/status")["last_event"]
-    accepted = client.post("/v1/jobs", job.model_dump(exclude_none=True, warnings=False))
+    since = client.ask(requests.status())["last_event"]
+    accepted = client.ask(requests.submit(job.model_dump(exclude_none=True, warnings=False)))
     report, interrupted = follow(client, accepted["id"], since, display, settings)
-    places = client.get("/v1/twin")["parts"] if client.get("/v1/status")["address"] == SIM else None
-    return Outcome(as_data(report, places), interrupted)
+    places = client.ask(requests.twin())["parts"] if client.ask(requests.status())["address"] == SIM else None
+    return RunOutcome(as_data(report, places), interrupted)

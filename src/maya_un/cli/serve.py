@@ -10,33 +10,33 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.files import writable_place
+from dmc41x3.listening import reserve_descriptors
+from dmc41x3.twin.bench import ServoBench
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.wire.control import HOST, FaultControlServer
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.address import SIM
 from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import clock_factor
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import on_end
 from maya_un.cli.twin import on_the_table
 from maya_un.cli.twin_record import LineFile, TwinRecord
 from maya_un.cli.twins import ServedTwin, published
 from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
-from maya_un.files import writable_place
-from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
+from maya_un.machine.mechanics import SAMPLE
 from maya_un.values import Point
-from maya_un.virtual.bench import ServoBench
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import SAMPLE
-from maya_un.virtual.memory import Memory
-from maya_un.virtual.wire.control import HOST, ControlDoor
-from maya_un.virtual.wire.server import VirtualController
 
 _COMMAND = "maya dmc serve"
 _MAYAS_AXES = 3
 
 
-class Options(NamedTuple):
+class ServeOptions(NamedTuple):
     """What the command line says. `axes` and `seed` are None where it says nothing."""
 
     host: str
@@ -53,7 +53,7 @@ class Options(NamedTuple):
     record: str | None = None
 
 
-def serve(options: Options, settings: Settings) -> int:
+def serve(options: ServeOptions, settings: OutputSettings) -> int:
     """Serve a virtual controller until Ctrl-C or SIGTERM; prints where it listens once it does.
 
     Raises `AddressInUse`, `FileUnwritable`, `InvalidCommandLine` and `InvalidValue`.
@@ -67,7 +67,7 @@ def serve(options: Options, settings: Settings) -> int:
     return output.DONE
 
 
-def _check(options: Options) -> None:
+def _check(options: ServeOptions) -> None:
     if options.axes not in {None, _MAYAS_AXES} and not options.bench:
         raise InvalidCommandLine(reason="Maya has three axes; --axes is for --bench", command=_COMMAND)
     if options.bench and options.table is not None:
@@ -87,7 +87,7 @@ def _check_memory(text: str) -> None:
     writable_place(path)
 
 
-def _made(options: Options, parts: dict[str, Point]) -> VirtualController | Twin:
+def _made(options: ServeOptions, parts: dict[str, Point]) -> VirtualController | Twin:
     memory = Memory(None if options.memory is None else Path(options.memory).absolute())
     if not options.bench:
         return make_twin(seed=options.seed or 0, parts=parts, memory=memory, firmware=options.firmware)
@@ -97,17 +97,17 @@ def _made(options: Options, parts: dict[str, Point]) -> VirtualController | Twin
 
 
 async def _serve(
-    options: Options, parts: dict[str, Point], record: LineFile | None, speed: float, settings: Settings
+    options: ServeOptions, parts: dict[str, Point], record: LineFile | None, speed: float, settings: OutputSettings
 ) -> None:
     made = _made(options, parts)
     controller = made.controller if isinstance(made, Twin) else made
     kept = TwinRecord(made, record) if record is not None and isinstance(made, Twin) else None
-    door: ControlDoor | None = None
+    door: FaultControlServer | None = None
     try:
         host, port = await controller.serve(options.host, options.port, udp=options.udp)
         for also in options.also_ports:
             await controller.serve(options.host, also, udp=options.udp)
-        door = await ControlDoor.opened(controller.faults)
+        door = await FaultControlServer.opened(controller.faults)
         asked = asyncio.Event()
         end = on_end(asked.set, signal.SIGINT, signal.SIGTERM)
         with end, published(ServedTwin(host, port, door.port, os.getpid())):
@@ -135,7 +135,7 @@ async def _until(asked: asyncio.Event, work: Coroutine[None, None, None]) -> Non
         working.result()
 
 
-def _say(host: str, port: int, control: int, options: Options, settings: Settings) -> None:
+def _say(host: str, port: int, control: int, options: ServeOptions, settings: OutputSettings) -> None:
     address = f"{host}:{port}"
     also = [f"{host}:{also}" for also in options.also_ports]
     value = {"address": address, "also": also, "udp": options.udp, "control": control, "pid": os.getpid()}

@@ -13,7 +13,7 @@ from maya_un.messages import LANGUAGES
 _WITH_VALUE = ("--lang", "--config")
 
 
-class Settings(NamedTuple):
+class OutputSettings(NamedTuple):
     """How to answer: in which language, as JSON or as sentences; `config` is the file named, None without one."""
 
     language: str = "en"
@@ -21,23 +21,23 @@ class Settings(NamedTuple):
     config: str | None = None
 
 
-class Context(Protocol):
+class CommandContext(Protocol):
     """A command's context, which carries the settings of the line."""
 
     obj: Any
 
 
-def settings_of(context: Context) -> Settings:
+def settings_of(context: CommandContext) -> OutputSettings:
     """Return what the whole line says."""
     settings = context.obj
-    assert isinstance(settings, Settings)
+    assert isinstance(settings, OutputSettings)
     return settings
 
 
-def from_environment() -> Settings:
+def from_environment() -> OutputSettings:
     """Return what holds where the command line says nothing: $MAYA_LANG, English for a language we lack."""
     wanted = os.environ.get("MAYA_LANG", "en")[:2].lower()
-    return Settings(language=wanted if wanted in LANGUAGES else "en")
+    return OutputSettings(language=wanted if wanted in LANGUAGES else "en")
 
 
 def asks_for_json(arguments: Sequence[str]) -> bool:
@@ -45,7 +45,7 @@ def asks_for_json(arguments: Sequence[str]) -> bool:
     return "--json" in takewhile(lambda word: word != "--", arguments)
 
 
-def split(arguments: Sequence[str], settings: Settings) -> tuple[Settings, list[str]]:
+def split(arguments: Sequence[str], settings: OutputSettings) -> tuple[OutputSettings, list[str]]:
     """Take the options that hold everywhere out of `arguments`; return them and the rest, in order.
 
     Raises `InvalidCommandLine` for an option without its value and `InvalidValue` for an unknown language.
@@ -65,7 +65,7 @@ def split(arguments: Sequence[str], settings: Settings) -> tuple[Settings, list[
     return settings, rest
 
 
-def _with(settings: Settings, name: str, value: str | None) -> Settings:
+def _with(settings: OutputSettings, name: str, value: str | None) -> OutputSettings:
     if not value:
         raise InvalidCommandLine(reason=f"{name} needs a value", command="maya")
     if name == "--config":

@@ -10,25 +10,25 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from math import degrees
 from typing import Any, NamedTuple, NoReturn
-from urllib.parse import quote
 
-from maya_un.api.teaching import Teaching
+from maya_un.api.teaching import TeachingService
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, NameTaken, ServiceNotRunning
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.process.pallet import check_counts
 from maya_un.process.taught import checked_name
 from maya_un.schema.encoding import to_data
 from maya_un.server.dates import now
 
 
-class Grid(NamedTuple):
+class PalletRequest(NamedTuple):
     """A pallet as asked for; without corners they are asked for one after the other."""
 
     name: str
@@ -37,50 +37,48 @@ class Grid(NamedTuple):
     corners: Sequence[str] = ()
 
 
-def teach(name: str, settings: Settings, *, replacing: bool) -> int:
+def teach(name: str, settings: OutputSettings, *, replacing: bool) -> int:
     """Keep where the running robot is under `name`; raises `ServiceNotRunning` and what the service refuses."""
-    pose = _taught(Client.find(), name, replacing)
+    pose = _taught(ServiceClient.find(), name, replacing)
     return output.answer(pose, _said(pose, settings.language), settings)
 
 
-def keep(client: Client, name: str, language: str, replacing: bool) -> str:
+def keep(client: ServiceClient, name: str, language: str, replacing: bool) -> str:
     """Keep where the robot behind `client` is under `name`, and return what to say of it; raises as `teach`."""
     return _said(_taught(client, name, replacing), language)
 
 
-def poses(settings: Settings) -> int:
+def poses(settings: OutputSettings) -> int:
     """List all taught poses."""
-    found = _asked(settings, lambda client: client.get("/v1/poses"), Teaching.poses)
+    found = _asked(settings, lambda client: client.ask(requests.poses()), TeachingService.poses)
     return output.answer({"poses": found}, _listed(found, settings.language), settings)
 
 
-def remove(what: str, name: str, settings: Settings) -> int:
+def remove(what: str, name: str, settings: OutputSettings) -> int:
     """Forget a pose or a pallet; raises `NotTaught`, and `InvalidValue` for the corner of a pallet."""
-    forget = Teaching.forget_pose if what == "poses" else Teaching.forget_pallet
-    _asked(settings, lambda client: client.request("DELETE", _path(what, name)), lambda book: forget(book, name))
+    forget = TeachingService.forget_pose if what == "poses" else TeachingService.forget_pallet
+    request = requests.forget(name) if what == "poses" else requests.forget_pallet(name)
+    _asked(settings, lambda client: client.ask(request), lambda book: forget(book, name))
     return output.answer({"forgotten": name}, word("forgotten", settings.language, name=name), settings)
 
 
-def rename(what: str, old: str, new: str, settings: Settings) -> int:
+def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:
     """Give a pose or a pallet another name; raises `NotTaught`, `NameTaken` and `InvalidValue`."""
-    change = Teaching.rename_pose if what == "poses" else Teaching.rename_pallet
-    value = _asked(
-        settings,
-        lambda client: client.request("PATCH", _path(what, old), {"name": new}),
-        lambda book: change(book, old, new),
-    )
+    change = TeachingService.rename_pose if what == "poses" else TeachingService.rename_pallet
+    request = requests.rename(old, new) if what == "poses" else requests.rename_pallet(old, new)
+    value = _asked(settings, lambda client: client.ask(request), lambda book: change(book, old, new))
     return output.answer(value, word("renamed", settings.language, old=old, new=new), settings)
 
 
-def pallets(settings: Settings) -> int:
+def pallets(settings: OutputSettings) -> int:
     """List all taught pallets."""
-    found = _asked(settings, lambda client: client.get("/v1/pallets"), Teaching.pallets)
+    found = _asked(settings, lambda client: client.ask(requests.pallets()), TeachingService.pallets)
     lines = [_pallet_text(pallet, settings.language) for pallet in found]
     text = "\n".join(lines) or word("no_pallets", settings.language)
     return output.answer({"pallets": found}, text, settings)
 
 
-def teach_pallet(grid: Grid, settings: Settings, *, replacing: bool) -> int:
+def teach_pallet(grid: PalletRequest, settings: OutputSettings, *, replacing: bool) -> int:
     """Keep a grid under its name; without corners, ask to drive to each of them and keep them as poses of their own.
 
     Raises what teaching poses raises, and `InvalidValue` for corners that span no grid.
@@ -93,18 +91,18 @@ def teach_pallet(grid: Grid, settings: Settings, *, replacing: bool) -> int:
     body: dict[str, object] = {"corners": corners, "rows": grid.rows, "columns": grid.columns}
     pallet = _asked(
         settings,
-        lambda client: client.request("PUT", _path("pallets", grid.name, replacing), body),
+        lambda client: client.ask(requests.teach_pallet(grid.name, body, replace=replacing)),
         lambda book: book.teach_pallet(grid.name, body, now(), replacing=replacing),
     )
     return output.answer(pallet, _pallet_text(pallet, settings.language), settings)
 
 
-def _driven_to(grid: Grid, settings: Settings, replacing: bool) -> list[str]:
+def _driven_to(grid: PalletRequest, settings: OutputSettings, replacing: bool) -> list[str]:
     """Return the names of the poses that a person has driven to and confirmed; an empty line takes the place as it is.
 
     A line with a name takes that pose instead; `-` leaves out the last corner of four, which three imply.
     """
-    client = Client.find()
+    client = ServiceClient.find()
     _require_free(client, checked_name(grid.name), replacing)
     names: list[str] = []
     for number, (row, column) in enumerate(_corners(grid)):
@@ -120,14 +118,14 @@ def _driven_to(grid: Grid, settings: Settings, replacing: bool) -> list[str]:
     return names
 
 
-def _require_free(client: Client, name: str, replacing: bool) -> None:
+def _require_free(client: ServiceClient, name: str, replacing: bool) -> None:
     """Raise `NameTaken` before anybody has driven anywhere."""
-    known = (place["name"] for what in ("poses", "pallets") for place in client.get(f"/v1/{what}"))
+    known = (place["name"] for request in (requests.poses(), requests.pallets()) for place in client.ask(request))
     if not replacing and name in known:
         raise NameTaken(name=name)
 
 
-def _corners(grid: Grid) -> list[tuple[int, int]]:
+def _corners(grid: PalletRequest) -> list[tuple[int, int]]:
     """Return the cells at the corners of a grid, in the order in which one reads, each once."""
     cells = ((1, 1), (1, grid.columns), (grid.rows, 1), (grid.rows, grid.columns))
     return list(dict.fromkeys(cells))
@@ -142,27 +140,25 @@ def _heard(question: str) -> str:
         raise KeyboardInterrupt from None
 
 
-def _aside(text: str, settings: Settings) -> None:
+def _aside(text: str, settings: OutputSettings) -> None:
     if not settings.json:
         output.say(text)
 
 
-def _taught(client: Client, name: str, replacing: bool) -> dict[str, Any]:
-    return client.request("PUT", _path("poses", name, replacing))
+def _taught(client: ServiceClient, name: str, replacing: bool) -> dict[str, Any]:
+    return client.ask(requests.teach(name, replace=replacing))
 
 
-def _path(what: str, name: str, replacing: bool = False) -> str:
-    return f"/v1/{what}/{quote(name, safe='', errors='surrogatepass')}" + "?replace=true" * replacing
-
-
-def _asked(settings: Settings, there: Callable[[Client], Any], here: Callable[[Teaching], object]) -> Any:
+def _asked(
+    settings: OutputSettings, there: Callable[[ServiceClient], Any], here: Callable[[TeachingService], object]
+) -> Any:
     """Return what the running robot answers, without one what the book beside the configuration does."""
-    client = Client.running()
+    client = ServiceClient.running()
     if client is not None:
         return there(client)
     config = configuration(settings)
-    book = Book(Mechanism.of(config), taught_places(settings))
-    return to_data(here(Teaching(book, config.cell.grasp_height, _nowhere)))
+    book = PoseStore(Mechanism.of(config), taught_places(settings))
+    return to_data(here(TeachingService(book, config.cell.grasp_height, _nowhere)))
 
 
 def _nowhere() -> NoReturn:

@@ -51,7 +51,7 @@ def teach_pallet(
     """
     from maya_un.cli import teach as command
 
-    grid = command.Grid(name, rows, columns, corners or ())
+    grid = command.PalletRequest(name, rows, columns, corners or ())
     return command.teach_pallet(grid, settings_of(context), replacing=replace)
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from maya_un.address import SIM
 from maya_un.cli.configure import taught_places
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
 from maya_un.errors import InvalidCommandLine
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.process.files import load_job
 from maya_un.process.job import Job
 from maya_un.process.tasks import starting_parts
@@ -25,7 +25,7 @@ def require_twin(address: str, command: str, **options: object) -> None:
         raise InvalidCommandLine(reason=reason, command=command)
 
 
-def on_the_table(table: str | None, config: Config, settings: Settings) -> dict[str, Point]:
+def on_the_table(table: str | None, config: Config, settings: OutputSettings) -> dict[str, Point]:
     """Return where the parts of a job file stand at its start [m], none without a file.
 
     Raises as `load_job` and `starting_parts`.
@@ -33,7 +33,7 @@ def on_the_table(table: str | None, config: Config, settings: Settings) -> dict[
     return {} if table is None else parts_of(load_job(Path(table)), config, settings)
 
 
-def parts_of(job: Job, config: Config, settings: Settings) -> dict[str, Point]:
+def parts_of(job: Job, config: Config, settings: OutputSettings) -> dict[str, Point]:
     """Return where the parts of a job stand at its start [m]; raises as `starting_parts`."""
-    book = Book(Mechanism.of(config), taught_places(settings))
+    book = PoseStore(Mechanism.of(config), taught_places(settings))
     return starting_parts(job, config.cell.grasp_height, book.taught)

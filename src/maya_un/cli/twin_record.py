@@ -9,11 +9,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
+from dmc41x3.files import open_own
 from maya_un.assembly import Twin
 from maya_un.errors import FileUnwritable
-from maya_un.files import open_own
+from maya_un.machine.chronicle import MechanicsRecordWriter
 from maya_un.server.dates import epoch
-from maya_un.virtual.maya.chronicle import Chronicle
 
 
 class LineFile:
@@ -60,7 +60,7 @@ class TwinRecord:
         self._controller = twin.controller
         self._file = file
         born = epoch() - twin.controller.machine.now
-        self._chronicle = Chronicle(twin.mechanics, file.add, born)
+        self._chronicle = MechanicsRecordWriter(twin.mechanics, file.add, born)
 
     async def keep(self, period: float) -> None:
         """Write motion every `period` [s] until cancelled, and once more then.

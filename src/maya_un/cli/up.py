@@ -11,38 +11,38 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from dmc41x3.listening import reserve_descriptors
 from maya_un import runtime
 from maya_un.address import SIM
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output, supervisor
 from maya_un.cli.coms.beside import coms_beside
 from maya_un.cli.configure import configuration, taught_places
-from maya_un.cli.ending import Ending, brought_to_rest
-from maya_un.cli.greeting import Greeting, greet
+from maya_un.cli.ending import ShutdownRequest, brought_to_rest
+from maya_un.cli.greeting import StartupBanner, greet
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.record import shelf
-from maya_un.cli.remote import Remote, require_users
+from maya_un.cli.remote import RemoteAccess, require_users
 from maya_un.cli.rosbridge import rosbridge_at, url_of
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.twin import on_the_table, require_twin
 from maya_un.config import Config
 from maya_un.config.state import own_state_folder
 from maya_un.errors import MayaError
 from maya_un.interpreter import prompt_loop
-from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop, run
 from maya_un.process.journal.file import remove_new, require_place
 from maya_un.server import dates, log
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import keep_quiet
-from maya_un.server.doors import PORT, Door, bound_socket
+from maya_un.server.doors import PORT, ListeningSocket, bound_socket
 from maya_un.server.metrics import Metrics
 from maya_un.server.thread import served
 from maya_un.values import Point
 
 if TYPE_CHECKING:
-    from maya_un.rosbridge.alone import Place
+    from maya_un.rosbridge.alone import EndpointOptions
 
 ROSBRIDGE_PORT = 9090
 """The usual port of rosbridge."""
@@ -55,7 +55,7 @@ _FILES = 24
 """Number of files, about, that the service opens besides its connections: journal, locks, listeners, workers."""
 
 
-class Options(NamedTuple):
+class UpOptions(NamedTuple):
     """What `maya up` was asked for; `table` is a job file whose parts stand on the twin's table.
 
     `journal` is the file of the queue, "memory" for none, None for the usual one; `finish` ends the step under way
@@ -71,7 +71,7 @@ class Options(NamedTuple):
     skip_home: bool = False
     journal: str | None = None
     finish: bool = False
-    remote: Remote = Remote()
+    remote: RemoteAccess = RemoteAccess()
     rosbridge: int | None = None
     take_over: bool = False
     coms: bool = False
@@ -94,15 +94,15 @@ class _Robot(NamedTuple):
     take_over: bool
 
 
-class _Doors(NamedTuple):
+class _UpListeners(NamedTuple):
     """Where is served: HTTP on loopback, to other machines, and rosbridge; None for what is not."""
 
     near: socket.socket
-    far: Door | None
-    rosbridge: Place | None
+    far: ListeningSocket | None
+    rosbridge: EndpointOptions | None
 
 
-def up(options: Options, settings: Settings) -> int:
+def up(options: UpOptions, settings: OutputSettings) -> int:
     """Run until Ctrl-C or SIGTERM; come to rest, give the link back, remove the runtime file.
 
     Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `StorageInUse`, `ConnectFailed` and their kin.
@@ -130,7 +130,7 @@ def up(options: Options, settings: Settings) -> int:
             robot = robot._replace(config=_told_often(config, speed))
             if options.coms:
                 doors.enter_context(coms_beside(url_of(rosbridge), config.coms))
-        run(_serve(robot, options, _Doors(near, far, rosbridge), settings), clock)
+        run(_serve(robot, options, _UpListeners(near, far, rosbridge), settings), clock)
     return output.DONE
 
 
@@ -144,7 +144,7 @@ def journal_file(named: str | None) -> Path | None:
     return Path(named)
 
 
-async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Settings) -> None:
+async def _serve(robot: _Robot, options: UpOptions, doors: _UpListeners, settings: OutputSettings) -> None:
     keep_quiet(asyncio.get_running_loop())
     metrics = Metrics()
     async with _running(robot) as running:
@@ -155,7 +155,7 @@ async def _serve(robot: _Robot, options: Options, doors: _Doors, settings: Setti
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
         bridge = _bridge(running)
         app = create_app(bridge, options.remote.edge(), metrics)
-        ending = Ending(finish=options.finish)
+        ending = ShutdownRequest(finish=options.finish)
         far = () if doors.far is None else (doors.far,)
         beside = partial(_beside, running, bridge, doors.rosbridge, robot.speed)
         async with served(app, doors.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
@@ -213,7 +213,7 @@ async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
 
 
 def _beside(
-    running: Stack, bridge: Bridge, rosbridge: Place | None, speed: float
+    running: Stack, bridge: Bridge, rosbridge: EndpointOptions | None, speed: float
 ) -> AbstractAsyncContextManager[object]:
     """Return what is served beside HTTP."""
     if rosbridge is None:
@@ -229,11 +229,11 @@ def _told_often(config: Config, speed: float) -> Config:
     return told_often(config, speed)
 
 
-def _greeting(running: Stack, robot: _Robot, url: str, doors: _Doors, refusal: MayaError | None) -> Greeting:
+def _greeting(running: Stack, robot: _Robot, url: str, doors: _UpListeners, refusal: MayaError | None) -> StartupBanner:
     remote = None if doors.far is None else doors.far.url
     rosbridge = None if doors.rosbridge is None else url_of(doors.rosbridge)
     queue = running.service.queue.view()
-    return Greeting(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge)
+    return StartupBanner(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge)
 
 
 def _bridge(running: Stack) -> Bridge:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
+from maya_un.client import requests
 
 _WORDS: dict[str, tuple[str, str]] = {
     "because_asked": ("{by} paused it", "{by} la pausó"),
@@ -54,16 +55,16 @@ def because(view: Mapping[str, Any], language: str) -> str:
     return _word(key, language, by=view["by"]) if key in _WORDS else str(view["reason"])
 
 
-def reason(client: Client, report: Mapping[str, Any], language: str) -> str:
+def reason(client: ServiceClient, report: Mapping[str, Any], language: str) -> str:
     """Return why a job does not go on by itself, "" where it does; `report` is a JobReport as JSON has it."""
     if report["state"] not in {"queued", "paused", "interrupted", "held"}:
         return ""
-    view = client.get("/v1/queue")
+    view = client.ask(requests.queue())
     begun = report["state"] == "queued" and all(line["id"] != report["id"] for line in view["waiting"])
     return "" if begun else _reason(client, view, report, language)
 
 
-def _reason(client: Client, view: Mapping[str, Any], report: Mapping[str, Any], language: str) -> str:
+def _reason(client: ServiceClient, view: Mapping[str, Any], report: Mapping[str, Any], language: str) -> str:
     number = report["id"]
     line = next((line for line in view["waiting"] if line["id"] == number), None)
     direct = line is not None and line["direct"]
@@ -74,7 +75,7 @@ def _reason(client: Client, view: Mapping[str, Any], report: Mapping[str, Any], 
         return _word("waits_interrupted", language, id=number, other=view["recovery"]["job"])
     if view["mode"] == "paused" and not direct:
         return _word("waits_paused", language, id=number, reason=because(view, language))
-    lease = client.get("/v1/lease")
+    lease = client.ask(requests.lease())
     if lease["holder"] and not lease["implicit"] and not lease["yours"]:
         return _word("waits_lease", language, id=number, **lease)
     under_way = view["running"]

@@ -8,27 +8,25 @@ from math import degrees
 from typing import Any
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.display import chosen
 from maya_un.cli.follow import PATIENCE, animate, follow
 from maya_un.cli.report import STEP_KEYS
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import as_ctrl_c
 from maya_un.cli.words import word
-
-LONGEST_JOG = 3600.0
-"""Longest wait for a jog [s]."""
+from maya_un.client import requests
 
 
-def wish(primitive: Mapping[str, object], settings: Settings) -> int:
+def wish(primitive: Mapping[str, object], settings: OutputSettings) -> int:
     """Have the running robot carry out a primitive; return the exit code. Ctrl-C and SIGTERM cancel it.
 
     Raises `ServiceNotRunning` and whatever the service refuses at once.
     """
-    client = Client.find()
+    client = ServiceClient.find()
     with chosen(settings) as display, as_ctrl_c():
-        since = client.get("/v1/status")["last_event"]
-        accepted = client.post("/v1/tasks", primitive)
+        since = client.ask(requests.status())["last_event"]
+        accepted = client.ask(requests.task(primitive), timeout=ANSWER)
         report, interrupted = follow(client, accepted["id"], since, display, settings)
     step = report["steps"][0]
     if settings.json:
@@ -38,18 +36,17 @@ def wish(primitive: Mapping[str, object], settings: Settings) -> int:
     return output.INTERRUPTED if interrupted else output.concluded(report, settings)
 
 
-def jog(axis: str, distance: float, settings: Settings) -> int:
+def jog(axis: str, distance: float, settings: OutputSettings) -> int:
     """Have the robot move along an axis by `distance` (rad or m) and wait for it; Ctrl-C stops it, SIGTERM too."""
-    client = Client.find()
-    body = {"axis": axis, "distance": distance}
+    client = ServiceClient.find()
     with chosen(settings) as display, as_ctrl_c(), ThreadPoolExecutor(1) as other:
-        jogging = other.submit(client.post, "/v1/jog", body, LONGEST_JOG)
+        jogging = other.submit(client.ask, requests.jog_by(axis, distance))
         try:
             while not wait({jogging}, PATIENCE).done:
                 animate(client, display)
         except KeyboardInterrupt:
             display.note(word("interrupted", settings.language))
-            client.post("/v1/stop")
+            client.ask(requests.stop())
             raise
     gone = jogging.result()
     return output.answer(gone, _moved(gone, settings.language), settings)
@@ -62,25 +59,30 @@ def _moved(gone: Mapping[str, Any], language: str) -> str:
     return word(key, language, axis=gone["axis"], way=text, reason=gone["reason"])
 
 
-def pause(settings: Settings) -> int:
+def pause(settings: OutputSettings) -> int:
     """Have the running robot stop on its path and hold all motion; raises `CannotPause`."""
-    report = Client.find().post("/v1/pause")
+    report = ServiceClient.find().ask(requests.pause())
     key = "pausing" if report["was_moving"] else "paused"
     return output.answer(report, word(key, settings.language, seconds=report["duration"]), settings)
 
 
-def speed(ratio: float, settings: Settings) -> int:
+def speed(ratio: float, settings: OutputSettings) -> int:
     """Scale the speed of all motion of the running robot by `ratio` (0.01 to 1)."""
-    answer = Client.find().post("/v1/speed", {"ratio": ratio})
+    answer = ServiceClient.find().ask(requests.speed(ratio))
     return output.answer(answer, word("speed", settings.language, percent=100.0 * answer["ratio"]), settings)
 
 
-def recover(settings: Settings, *, take_over: bool) -> int:
+def recover(settings: OutputSettings, *, take_over: bool) -> int:
     """Have the running robot clear its fault, and take its controller from another program that owns it."""
-    answer = Client.find().post("/v1/recover?take_over=true" if take_over else "/v1/recover")
+    answer = ServiceClient.find().ask(requests.recover(take_over=take_over))
     return output.answer(answer, word("recovered", settings.language), settings)
 
 
-def at_once(name: str, told: str, settings: Settings) -> int:
-    """Say "abort" or "resume" to the running robot; `told` is the key of the words for success."""
-    return output.answer(Client.find().post(f"/v1/{name}"), word(told, settings.language), settings)
+def abort(settings: OutputSettings) -> int:
+    """Have the running robot stop without deceleration."""
+    return output.answer(ServiceClient.find().ask(requests.abort()), word("aborted", settings.language), settings)
+
+
+def resume(settings: OutputSettings) -> int:
+    """Have the running robot resume motion after a pause."""
+    return output.answer(ServiceClient.find().ask(requests.resume()), word("resumed", settings.language), settings)

@@ -5,22 +5,22 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from typing import Any
-from urllib.parse import quote
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.quantities import length
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, InvalidValue
 
 _COMMAND = "maya zones add"
 
 
-def listed(settings: Settings) -> int:
+def listed(settings: OutputSettings) -> int:
     """Print all zones, as `add` takes them; raises `ServiceNotRunning`."""
-    zones = Client.find().get("/v1/zones")
+    zones = ServiceClient.find().ask(requests.zones())
     head = tuple(word(key, settings.language) for key in ("zone", "kind", "as_written"))
     rows = [(zone["name"], zone["kind"], _written(zone)) for zone in zones]
     text = table(head, rows) if rows else word("no_zones", settings.language)
@@ -28,7 +28,7 @@ def listed(settings: Settings) -> int:
     return output.answer({"zones": zones, "note": note}, f"{text}\n{note}", settings)
 
 
-def add(name: str, kind: str, pairs: Sequence[str], settings: Settings) -> int:
+def add(name: str, kind: str, pairs: Sequence[str], settings: OutputSettings) -> int:
     """Keep out of one more zone, its lengths given as `key=value`; one of its name gives way.
 
     Raises `InvalidCommandLine`, `InvalidValue`, `ServiceNotRunning`, and `Busy` while something moves.
@@ -37,23 +37,19 @@ def add(name: str, kind: str, pairs: Sequence[str], settings: Settings) -> int:
     if len(given) != len(dict(given)):
         raise InvalidCommandLine(reason="a key is given twice", command=_COMMAND)
     zone = {key: _value(key, text) for key, text in given}
-    taken = Client.find().request("PUT", _path(name), {"kind": kind, **zone})
+    taken = ServiceClient.find().ask(requests.put_zone(name, {"kind": kind, **zone}))
     return _told(taken, word("zone_added", settings.language, name=name), settings)
 
 
-def remove(name: str, settings: Settings) -> int:
+def remove(name: str, settings: OutputSettings) -> int:
     """Keep out of a zone no longer; raises `NotFound`, `ServiceNotRunning`, and `Busy` while something moves."""
-    answer = Client.find().request("DELETE", _path(name))
+    answer = ServiceClient.find().ask(requests.remove_zone(name))
     return _told(answer, word("zone_removed", settings.language, name=name), settings)
 
 
-def _told(answer: Mapping[str, Any], text: str, settings: Settings) -> int:
+def _told(answer: Mapping[str, Any], text: str, settings: OutputSettings) -> int:
     note = word("zones_of_this_run", settings.language)
     return output.answer({**answer, "note": note}, f"{text} {note}", settings)
-
-
-def _path(name: str) -> str:
-    return f"/v1/zones/{quote(name, safe='', errors='surrogatepass')}"
 
 
 def _pair(text: str) -> tuple[str, str]:

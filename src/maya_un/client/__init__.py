@@ -1,14 +1,32 @@
 """A running Maya from Python, over HTTP and websocket: `maya_un.Client` and `maya_un.AsyncClient`.
 
-Every verb is described once, as a plan (`plans`), and carried out by one of two thin drivers (`blocking`, `awaiting`).
+Each method is described once, as a plan (`plans`), and carried out by one of two thin drivers (`blocking`, `awaiting`).
+The names are loaded when they are first used, so that the command line can use the requests alone.
 """
 
-from maya_un.client.async_client import AsyncClient
-from maya_un.client.client import Client
-from maya_un.client.handle import AsyncJobHandle, JobHandle
-from maya_un.client.jobs import JobBuilder
-from maya_un.client.pictures import Picture
-from maya_un.client.plans.streaming import Event
-from maya_un.client.plans.waiting import StillWaiting
+from __future__ import annotations
 
-__all__ = ["AsyncClient", "AsyncJobHandle", "Client", "Event", "JobBuilder", "JobHandle", "Picture", "StillWaiting"]
+from importlib import import_module
+
+_MODULES = {
+    "AsyncClient": "async_client",
+    "AsyncJobHandle": "handle",
+    "Client": "client",
+    "Event": "plans.streaming",
+    "JobBuilder": "jobs",
+    "JobHandle": "handle",
+    "Picture": "pictures",
+    "StillWaiting": "plans.waiting",
+}
+
+__all__ = [*_MODULES]  # noqa: PLE0604  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def __getattr__(name: str) -> object:
+    if name in _MODULES:
+        return getattr(import_module(f"maya_un.client.{_MODULES[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_MODULES})

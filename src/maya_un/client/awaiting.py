@@ -14,10 +14,11 @@ import httpx
 from websockets.asyncio.client import ClientConnection, connect
 
 from maya_un.client import codec, trouble
-from maya_un.client.course import Course
-from maya_un.client.doors import Door, Finder
-from maya_un.client.driving import Held
-from maya_un.client.steps import TIMEOUT, Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source, Step
+from maya_un.client.course import PlanRunner
+from maya_un.client.doors import Finder, ServiceAddress
+from maya_un.client.driving import HeldLease
+from maya_un.client.request import TIMEOUT, Request
+from maya_un.client.steps import Connect, Emit, Line, Plan, ReadClock, Receive, Send, Sleep, Step, StreamPlan
 from maya_un.client.verb import Awaiting
 from maya_un.errors import ServiceNotRunning
 
@@ -32,7 +33,7 @@ class AwaitingDriver(Awaiting):
         self._trust = trust
         self._http = httpx.AsyncClient(verify=trust, trust_env=False)
         self._urgent = httpx.AsyncClient(verify=trust, trust_env=False)
-        self.held = Held()
+        self.held = HeldLease()
 
     @property
     def address(self) -> str:
@@ -44,20 +45,20 @@ class AwaitingDriver(Awaiting):
 
     async def perform(self, plan: Plan[T]) -> T:
         """Return what a plan comes to; what interrupts it is thrown into it, so that it can clean up."""
-        course: Course[T] = Course(plan)
+        course: PlanRunner[T] = PlanRunner(plan)
         async with AsyncExitStack() as lines:
             while (step := course.step) is not None:
                 await self._advance(course, step, lines)
         return course.result
 
-    async def iterate(self, source: Source[T]) -> AsyncIterator[T]:
+    async def iterate(self, source: StreamPlan[T]) -> AsyncIterator[T]:
         """Yield the items of a source as they come."""
-        course: Course[None] = Course(source)
+        course: PlanRunner[None] = PlanRunner(source)
         with closing(course):
             async with AsyncExitStack() as lines:
                 while (step := course.step) is not None:
-                    if isinstance(step, Item):
-                        yield cast("Item[T]", step).value
+                    if isinstance(step, Emit):
+                        yield cast("Emit[T]", step).value
                         course.answered(None)
                     else:
                         await self._advance(course, step, lines)
@@ -67,7 +68,7 @@ class AwaitingDriver(Awaiting):
         await self._http.aclose()
         await self._urgent.aclose()
 
-    async def _advance(self, course: Course[Any], step: Step | Item[Any], lines: AsyncExitStack) -> None:
+    async def _advance(self, course: PlanRunner[Any], step: Step | Emit[Any], lines: AsyncExitStack) -> None:
         try:
             answer = await self._carry_out(step, lines)
         except BaseException as error:  # noqa: BLE001 - the plan says what becomes of it
@@ -75,19 +76,19 @@ class AwaitingDriver(Awaiting):
         else:
             course.answered(answer)
 
-    async def _carry_out(self, step: Step | Item[Any], lines: AsyncExitStack) -> Any:
+    async def _carry_out(self, step: Step | Emit[Any], lines: AsyncExitStack) -> Any:
         match step:
             case Request():
                 return await self._ask(step)
-            case Rest():
+            case Sleep():
                 return await asyncio.sleep(max(0.0, step.seconds))
-            case Clock():
+            case ReadClock():
                 return time.monotonic()
-            case Dial():
+            case Connect():
                 return await self._dial(step.path, lines)
-            case Say() | Hear():
+            case Send() | Receive():
                 return await _conversed(step)
-            case Item():
+            case Emit():
                 return None
 
     async def _ask(self, request: Request[T]) -> T:
@@ -105,7 +106,7 @@ class AwaitingDriver(Awaiting):
             return Line(await lines.enter_async_context(self._connected(self._find(), path)))
 
     @asynccontextmanager
-    async def _connected(self, door: Door, path: str) -> AsyncIterator[ClientConnection]:
+    async def _connected(self, door: ServiceAddress, path: str) -> AsyncIterator[ClientConnection]:
         """Open a websocket for a block; in a loop that ends there is no time left to take leave, then it is cut."""
         socket = await connect(
             codec.stream_url(door, path),
@@ -125,10 +126,10 @@ class AwaitingDriver(Awaiting):
                 socket.transport.abort()
 
 
-async def _conversed(step: Say | Hear) -> str | bytes | None:
+async def _conversed(step: Send | Receive) -> str | bytes | None:
     socket = cast("ClientConnection", step.line)
     with trouble.translated(), suppress(TimeoutError):
-        if isinstance(step, Hear):
+        if isinstance(step, Receive):
             async with asyncio.timeout(0.0 if step.now else None):
                 return await socket.recv()
         await socket.send(json.dumps(step.message))

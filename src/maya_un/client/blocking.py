@@ -14,10 +14,11 @@ import httpx
 from websockets.sync.client import ClientConnection, connect
 
 from maya_un.client import codec, trouble
-from maya_un.client.course import Course
-from maya_un.client.doors import Door, Finder
-from maya_un.client.driving import Held
-from maya_un.client.steps import TIMEOUT, Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source, Step
+from maya_un.client.course import PlanRunner
+from maya_un.client.doors import Finder, ServiceAddress
+from maya_un.client.driving import HeldLease
+from maya_un.client.request import TIMEOUT, Request
+from maya_un.client.steps import Connect, Emit, Line, Plan, ReadClock, Receive, Send, Sleep, Step, StreamPlan
 from maya_un.client.verb import Blocking
 from maya_un.errors import ServiceNotAnswering, ServiceNotRunning
 
@@ -30,13 +31,13 @@ class BlockingDriver(Blocking):
     Threads may share it. It works inside a running event loop too, as in a notebook, because it needs none.
     """
 
-    def __init__(self, find: Finder, trust: ssl.SSLContext, held: Held | None = None) -> None:
+    def __init__(self, find: Finder, trust: ssl.SSLContext, held: HeldLease | None = None) -> None:
         self._find = find
         self._trust = trust
         self._http = httpx.Client(verify=trust, trust_env=False)
         self._urgent = httpx.Client(verify=trust, trust_env=False)
         self._closed = threading.Event()
-        self.held = Held() if held is None else held
+        self.held = HeldLease() if held is None else held
 
     @property
     def address(self) -> str:
@@ -48,19 +49,19 @@ class BlockingDriver(Blocking):
 
     def perform(self, plan: Plan[T]) -> T:
         """Return what a plan comes to; what interrupts it is thrown into it, so that it can clean up."""
-        course: Course[T] = Course(plan)
+        course: PlanRunner[T] = PlanRunner(plan)
         with ExitStack() as lines:
             while (step := course.step) is not None:
                 self._advance(course, step, lines)
         return course.result
 
-    def iterate(self, source: Source[T]) -> Iterator[T]:
+    def iterate(self, source: StreamPlan[T]) -> Iterator[T]:
         """Yield the items of a source as they come."""
-        course: Course[None] = Course(source)
+        course: PlanRunner[None] = PlanRunner(source)
         with closing(course), ExitStack() as lines:
             while (step := course.step) is not None:
-                if isinstance(step, Item):
-                    yield cast("Item[T]", step).value
+                if isinstance(step, Emit):
+                    yield cast("Emit[T]", step).value
                     course.answered(None)
                 else:
                     self._advance(course, step, lines)
@@ -71,7 +72,7 @@ class BlockingDriver(Blocking):
         self._http.close()
         self._urgent.close()
 
-    def _advance(self, course: Course[Any], step: Step | Item[Any], lines: ExitStack) -> None:
+    def _advance(self, course: PlanRunner[Any], step: Step | Emit[Any], lines: ExitStack) -> None:
         try:
             answer = self._carry_out(step, lines)
         except BaseException as error:  # noqa: BLE001 - the plan says what becomes of it
@@ -79,19 +80,19 @@ class BlockingDriver(Blocking):
         else:
             course.answered(answer)
 
-    def _carry_out(self, step: Step | Item[Any], lines: ExitStack) -> Any:
+    def _carry_out(self, step: Step | Emit[Any], lines: ExitStack) -> Any:
         match step:
             case Request():
                 return self._ask(step)
-            case Rest():
+            case Sleep():
                 return self._rest(step.seconds)
-            case Clock():
+            case ReadClock():
                 return time.monotonic()
-            case Dial():
+            case Connect():
                 return self._dial(step.path, lines)
-            case Say() | Hear():
+            case Send() | Receive():
                 return _conversed(step)
-            case Item():
+            case Emit():
                 return None
 
     def beside(self) -> BlockingDriver:
@@ -116,7 +117,7 @@ class BlockingDriver(Blocking):
         with trouble.translated():
             return Line(lines.enter_context(self._connected(self._find(), path)))
 
-    def _connected(self, door: Door, path: str) -> ClientConnection:
+    def _connected(self, door: ServiceAddress, path: str) -> ClientConnection:
         return connect(
             codec.stream_url(door, path),
             ssl=self._trust if door.url.startswith("https") else None,
@@ -128,10 +129,10 @@ class BlockingDriver(Blocking):
         )
 
 
-def _conversed(step: Say | Hear) -> str | bytes | None:
+def _conversed(step: Send | Receive) -> str | bytes | None:
     socket = cast("ClientConnection", step.line)
     with trouble.translated(), suppress(TimeoutError):
-        if isinstance(step, Hear):
+        if isinstance(step, Receive):
             return socket.recv(timeout=0.0 if step.now else None)
         socket.send(json.dumps(step.message))
     return None

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, TypeVar, cast
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 
-from maya_un.client.doors import Door
-from maya_un.client.steps import Answer, Request
+from maya_un.client.doors import ServiceAddress
+from maya_un.client.request import Answer, Request
 from maya_un.errors import MayaError, ServiceNotAnswering, by_code, from_notice
 
 T = TypeVar("T")
@@ -22,7 +22,7 @@ VERSION_HEADER = "Maya"
 _NOBODY = "somebody else answers in its place"
 
 
-class Written(NamedTuple):
+class EncodedRequest(NamedTuple):
     """A request as it goes over the wire."""
 
     url: str
@@ -35,7 +35,7 @@ def identity(token: str) -> dict[str, str]:
     return {"Authorization": f"Bearer {token}"} if token else {}
 
 
-def written(request: Request[Any], door: Door, lease: str) -> Written:
+def written(request: Request[Any], door: ServiceAddress, lease: str) -> EncodedRequest:
     """Return a request with this control lease, "" for none but that of the service."""
     headers = {"Accept": "application/json", **identity(door.token)}
     if lease or door.lease:
@@ -46,7 +46,7 @@ def written(request: Request[Any], door: Door, lease: str) -> Written:
     if request.body is not None:
         headers["Content-Type"] = "application/json"
         content = to_json(request.body)
-    return Written(door.url + request.target, headers, content)
+    return EncodedRequest(door.url + request.target, headers, content)
 
 
 def read(request: Request[T], status: int, headers: Mapping[str, str], content: bytes) -> T:
@@ -69,7 +69,7 @@ def read(request: Request[T], status: int, headers: Mapping[str, str], content: 
         raise ServiceNotAnswering(reason=reason) from error
 
 
-def stream_url(door: Door, path: str) -> str:
+def stream_url(door: ServiceAddress, path: str) -> str:
     """Return the address of a websocket."""
     return "ws" + door.url.removeprefix("http") + path
 

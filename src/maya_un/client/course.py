@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Any, Generic, TypeVar, cast
 
-from maya_un.client.steps import Item, Plan, Source, Step
+from maya_un.client.steps import Emit, Plan, Step, StreamPlan
 
 T = TypeVar("T")
 
 
-class Course(Generic[T]):
+class PlanRunner(Generic[T]):
     """Walks through a plan; whoever carries it out says after each `step` what came of it, until that is None."""
 
-    def __init__(self, plan: Plan[T] | Source[Any]) -> None:
+    def __init__(self, plan: Plan[T] | StreamPlan[Any]) -> None:
         self._steps: Generator[Any, Any, Any] = iter(plan)
         self._result: object = None
-        self.step: Step | Item[Any] | None = None
+        self.step: Step | Emit[Any] | None = None
         self._go(lambda: next(self._steps))
 
     @property

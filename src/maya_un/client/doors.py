@@ -13,7 +13,7 @@ from maya_un.errors import InvalidValue, ServiceNotRunning
 
 
 @dataclass(frozen=True, slots=True)
-class Door:
+class ServiceAddress:
     """The service's address, like "http://127.0.0.1:4133", and what to show there: a token, a control lease.
 
     Both are "" for none.
@@ -24,7 +24,7 @@ class Door:
     lease: str = ""
 
 
-Finder = Callable[[], Door]
+Finder = Callable[[], ServiceAddress]
 """Looks up the address of the service; a restarted `maya up` may have another port."""
 
 
@@ -37,11 +37,11 @@ def finder(url: str | None, token: str | None) -> Finder:
     named = url or os.environ.get("MAYA_URL")
     checked = _checked(named) if named else None
 
-    def find() -> Door:
+    def find() -> ServiceAddress:
         where = _running() if checked is None else checked
         shown = credentials.token() if token is None else token
         taken = credentials.held()
-        return Door(where, shown, taken.id if taken is not None and taken.url == where else "")
+        return ServiceAddress(where, shown, taken.id if taken is not None and taken.url == where else "")
 
     return find
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from maya_un.errors import LeaseLost
 
 
-class Held:
+class HeldLease:
     """The lease that a client shows, "" while it holds none."""
 
     def __init__(self) -> None:

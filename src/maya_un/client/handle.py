@@ -16,7 +16,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class Of(Described, Generic[P, T]):
+class JobVerb(Described, Generic[P, T]):
     """A verb about a job, as a method of its handle, which knows the number."""
 
     def __init__(self, describe: Callable[Concatenate[int, P], Plan[T]]) -> None:
@@ -24,7 +24,7 @@ class Of(Described, Generic[P, T]):
         self.describe = describe
 
     @overload
-    def __get__(self, handle: None, owner: type[object]) -> Of[P, T]: ...
+    def __get__(self, handle: None, owner: type[object]) -> JobVerb[P, T]: ...
     @overload
     def __get__(self, handle: JobHandle, owner: type[object]) -> Callable[P, T]: ...
     @overload
@@ -37,13 +37,13 @@ class Of(Described, Generic[P, T]):
 class _Job:
     """Methods of one job."""
 
-    report = Of(requests.report)
-    wait = Of(jobs.wait)
-    cancel = Of(requests.cancel)
-    hold = Of(requests.hold_job)
-    release = Of(requests.release_job)
-    move = Of(requests.move_job)
-    change = Of(queue.change)
+    report = JobVerb(requests.report)
+    wait = JobVerb(jobs.wait)
+    cancel = JobVerb(requests.cancel)
+    hold = JobVerb(requests.hold_job)
+    release = JobVerb(requests.release_job)
+    move = JobVerb(requests.move_job)
+    change = JobVerb(queue.change)
 
     def __init__(self, job: JobAccepted) -> None:
         self.id = job.id

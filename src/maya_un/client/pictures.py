@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from maya_un.config import Config
     from maya_un.kinematics.workspace import Workspace
-    from maya_un.plots.job import Phase
+    from maya_un.plots.job import MotionPhase
 
 SAMPLES = 60
 """Samples drawn of every motion: enough for the eye, and a picture of some 100 kB."""
@@ -80,16 +80,16 @@ def figure(title: str, inspection: JobInspection, config: Config, workspace: Wor
     return job_figure(time, joints, velocity, phases(inspection), config, workspace, title)
 
 
-def phases(inspection: JobInspection) -> Sequence[Phase]:
+def phases(inspection: JobInspection) -> Sequence[MotionPhase]:
     """Return the stretches to name in a picture: the phases of a job, or its steps where there are many phases."""
-    from maya_un.plots.job import Phase  # noqa: PLC0415 - as above
+    from maya_un.plots.job import MotionPhase  # noqa: PLC0415 - as above
 
     bands = [band for band in inspection.bands if band.end > band.start]
     if len(bands) <= _MANY:
-        return [Phase(band.phase, band.start, band.end) for band in bands]
+        return [MotionPhase(band.phase, band.start, band.end) for band in bands]
     names = {step.index: step.step for step in inspection.preview.steps}
     ends: dict[int, tuple[float, float]] = {}
     for band in bands:
         begun, _ = ends.get(band.step, (band.start, band.end))
         ends[band.step] = (begun, band.end)
-    return [Phase(names[step], start, end, str(step)) for step, (start, end) in ends.items()]
+    return [MotionPhase(names[step], start, end, str(step)) for step, (start, end) in ends.items()]

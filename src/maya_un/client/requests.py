@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal
 
-from maya_un.client.steps import DATA, NOTHING, Answer, Request, quoted, said
+from maya_un.client.request import DATA, NOTHING, Answer, Request, changed, quoted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,7 +59,7 @@ def events(
         "GET",
         "/v1/events",
         Answer("maya_un.schema.robot", "EventMessage", many=True),
-        query={"since": since, "wait": wait, "run": run, "limit": limit},
+        query=changed({"since": (since, 0), "wait": (wait, 0.0), "run": (run, None), "limit": (limit, 1000)}),
     )
 
 
@@ -105,15 +105,17 @@ def submit(
         "POST",
         "/v1/jobs",
         Answer("maya_un.schema.jobs", "JobAccepted"),
-        query={
-            "priority": priority,
-            "held": held,
-            "depends_on": depends_on,
-            "notes": notes,
-            "on_failure": on_failure,
-            "retries": retries,
-            "stepwise": stepwise,
-        },
+        query=changed(
+            {
+                "priority": (priority, 0),
+                "held": (held, False),
+                "depends_on": (depends_on, ()),
+                "notes": (notes, ""),
+                "on_failure": (on_failure, "continue"),
+                "retries": (retries, 0),
+                "stepwise": (stepwise, False),
+            }
+        ),
         body=job,
         key=key,
     )
@@ -137,15 +139,17 @@ def jobs(
         "GET",
         "/v1/jobs",
         Answer("maya_un.schema.jobs", "JobLine", many=True),
-        query={
-            "state": state,
-            "owner": owner,
-            "text": text,
-            "below": below,
-            "above": above,
-            "limit": limit,
-            "order": order,
-        },
+        query=changed(
+            {
+                "state": (state, ()),
+                "owner": (owner, None),
+                "text": (text, ""),
+                "below": (below, None),
+                "above": (above, None),
+                "limit": (limit, 100),
+                "order": (order, "newest"),
+            }
+        ),
     )
 
 
@@ -178,7 +182,7 @@ def inspect(job: object, *, samples: int = 200) -> Request[JobInspection]:
         "POST",
         "/v1/inspect",
         Answer("maya_un.schema.previews", "JobInspection"),
-        query={"samples": samples},
+        query=changed({"samples": (samples, 200)}),
         body=job,
         timeout=120.0,
     )
@@ -205,16 +209,18 @@ def task(
         "POST",
         "/v1/tasks",
         Answer("maya_un.schema.jobs", "JobReport"),
-        query={
-            "priority": priority,
-            "held": held,
-            "depends_on": depends_on,
-            "notes": notes,
-            "on_failure": on_failure,
-            "retries": retries,
-            "stepwise": stepwise,
-            "wait": wait,
-        },
+        query=changed(
+            {
+                "priority": (priority, 0),
+                "held": (held, False),
+                "depends_on": (depends_on, ()),
+                "notes": (notes, ""),
+                "on_failure": (on_failure, "continue"),
+                "retries": (retries, 0),
+                "stepwise": (stepwise, False),
+                "wait": (wait, False),
+            }
+        ),
         body=primitive,
         timeout=3600.0,
         key=key,
@@ -232,7 +238,11 @@ def pause_queue(when: Literal["after step", "now"] = "after step") -> Request[Qu
     With `when` "now", brake on the path and hold the step under way too.
     """
     return Request(
-        "POST", "/v1/queue/pause", Answer("maya_un.schema.jobs", "QueueView"), body={"when": when}, timeout=120.0
+        "POST",
+        "/v1/queue/pause",
+        Answer("maya_un.schema.jobs", "QueueView"),
+        body=changed({"when": (when, "after step")}),
+        timeout=120.0,
     )
 
 
@@ -274,7 +284,7 @@ def choose_recovery(
         "POST",
         "/v1/queue/recovery",
         Answer("maya_un.schema.jobs", "QueueView"),
-        body=said({"choice": choice, "holding": holding, "resume_queue": resume_queue}),
+        body={"choice": choice} | changed({"holding": (holding, None), "resume_queue": (resume_queue, True)}),
         timeout=120.0,
     )
 
@@ -295,7 +305,10 @@ def release_job(job: int, version: str = "") -> Request[JobLine]:
     `version` is that of the report that was read: if the job has changed since, this raises `JobChanged`.
     """
     return Request(
-        "POST", f"/v1/jobs/{job}/release", Answer("maya_un.schema.jobs", "JobLine"), query={"version": version}
+        "POST",
+        f"/v1/jobs/{job}/release",
+        Answer("maya_un.schema.jobs", "JobLine"),
+        query=changed({"version": (version, "")}),
     )
 
 
@@ -310,7 +323,7 @@ def move_job(
         "POST",
         f"/v1/jobs/{job}/move",
         Answer("maya_un.schema.jobs", "JobLine"),
-        body=said({"before": before, "after": after, "to": to}),
+        body=changed({"before": (before, None), "after": (after, None), "to": (to, None)}),
     )
 
 
@@ -320,7 +333,10 @@ def repeat_job(job: int, from_step: int | None = None) -> Request[JobLine]:
     It begins at a step (from 1); by default, at the first that was not done.
     """
     return Request(
-        "POST", f"/v1/jobs/{job}/again", Answer("maya_un.schema.jobs", "JobLine"), body=said({"from_step": from_step})
+        "POST",
+        f"/v1/jobs/{job}/again",
+        Answer("maya_un.schema.jobs", "JobLine"),
+        body=changed({"from_step": (from_step, None)}),
     )
 
 
@@ -330,7 +346,7 @@ def jog_by(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True)
         "POST",
         "/v1/jog",
         Answer("maya_un.schema.robot", "Jogged"),
-        body={"axis": axis, "distance": distance, "speed": speed, "clip": clip},
+        body={"axis": axis, "distance": distance} | changed({"speed": (speed, 1.0), "clip": (clip, True)}),
         timeout=3600.0,
     )
 
@@ -341,7 +357,7 @@ def jog_hold(axis: str, direction: int, *, speed: float = 1.0) -> Request[HeldJo
         "POST",
         "/v1/jog",
         Answer("maya_un.schema.robot", "HeldJog"),
-        body={"axis": axis, "direction": direction, "hold": True, "speed": speed},
+        body={"axis": axis, "direction": direction, "hold": True} | changed({"speed": (speed, 1.0)}),
         timeout=3600.0,
     )
 
@@ -388,7 +404,7 @@ def recover(*, take_over: bool = False) -> Request[None]:
     If another program owns the controller, this raises `ControllerOwned`; `take_over` takes the controller from
     that program instead, at rest.
     """
-    return Request("POST", "/v1/recover", NOTHING, query={"take_over": take_over}, timeout=120.0)
+    return Request("POST", "/v1/recover", NOTHING, query=changed({"take_over": (take_over, False)}), timeout=120.0)
 
 
 def lease() -> Request[LeaseView]:
@@ -402,7 +418,7 @@ def take_lease(*, note: str = "", force: bool = False, patience: float = 10.0) -
         "POST",
         "/v1/lease",
         Answer("maya_un.schema.people", "LeaseTaken"),
-        body={"note": note, "force": force, "patience": patience},
+        body=changed({"note": (note, ""), "force": (force, False), "patience": (patience, 10.0)}),
     )
 
 
@@ -442,7 +458,10 @@ def teach(name: str, *, replace: bool = False) -> Request[TaughtPose]:
     Raises `NameTaken` unless `replace` is true.
     """
     return Request(
-        "PUT", f"/v1/poses/{quoted(name)}", Answer("maya_un.schema.places", "TaughtPose"), query={"replace": replace}
+        "PUT",
+        f"/v1/poses/{quoted(name)}",
+        Answer("maya_un.schema.places", "TaughtPose"),
+        query=changed({"replace": (replace, False)}),
     )
 
 
@@ -474,7 +493,7 @@ def teach_pallet(name: str, grid: object, *, replace: bool = False) -> Request[P
         "PUT",
         f"/v1/pallets/{quoted(name)}",
         Answer("maya_un.schema.places", "PalletInfo"),
-        query={"replace": replace},
+        query=changed({"replace": (replace, False)}),
         body=grid,
     )
 
@@ -539,7 +558,7 @@ def add_user(
         "POST",
         "/v1/users",
         Answer("maya_un.schema.people", "NewToken"),
-        body=said({"name": name, "role": role, "password": password}),
+        body={"name": name, "role": role} | changed({"password": (password, None)}),
     )
 
 
@@ -558,7 +577,7 @@ def change_user(
         "PATCH",
         f"/v1/users/{quoted(name)}",
         Answer("maya_un.schema.people", "UserLine"),
-        body=said({"role": role, "password": password, "old": old}),
+        body=changed({"role": (role, None), "password": (password, None), "old": (old, "")}),
     )
 
 
@@ -578,7 +597,7 @@ def add_token(name: str, *, note: str = "", expires: str = "") -> Request[NewTok
         "POST",
         f"/v1/users/{quoted(name)}/tokens",
         Answer("maya_un.schema.people", "NewToken"),
-        body={"note": note, "expires": expires},
+        body=changed({"note": (note, ""), "expires": (expires, "")}),
     )
 
 
@@ -608,7 +627,7 @@ def audit(*, below: int | None = None, limit: int = 100) -> Request[list[AuditLi
         "GET",
         "/v1/audit",
         Answer("maya_un.schema.people", "AuditLine", many=True),
-        query={"below": below, "limit": limit},
+        query=changed({"below": (below, None), "limit": (limit, 100)}),
     )
 
 

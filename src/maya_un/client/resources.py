@@ -8,7 +8,7 @@ from typing import TypeVar
 from maya_un.client import methods, pictures
 from maya_un.client.plans import jobs, moving, places, previews, queue, streaming
 from maya_un.client.plans.primitives import PrimitiveVerbs
-from maya_un.client.steps import Plan, Source
+from maya_un.client.steps import Plan, StreamPlan
 from maya_un.client.verb import Awaiting, Blocking, Stream, Verb
 
 T = TypeVar("T")
@@ -66,7 +66,7 @@ class Resource(Blocking):
         """Carry a plan out and return its result; raises what the plan raises."""
         return self._client.perform(plan)
 
-    def iterate(self, source: Source[T]) -> Iterator[T]:
+    def iterate(self, source: StreamPlan[T]) -> Iterator[T]:
         """Yield the items of a source as they come."""
         return self._client.iterate(source)
 
@@ -81,7 +81,7 @@ class AsyncResource(Awaiting):
         """Carry a plan out and return its result; raises what the plan raises."""
         return await self._client.perform(plan)
 
-    def iterate(self, source: Source[T]) -> AsyncIterator[T]:
+    def iterate(self, source: StreamPlan[T]) -> AsyncIterator[T]:
         """Yield the items of a source as they come."""
         return self._client.iterate(source)
 

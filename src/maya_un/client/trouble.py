@@ -10,7 +10,7 @@ import httpx
 from websockets.exceptions import InvalidStatus, WebSocketException
 
 from maya_un.client import codec
-from maya_un.client.steps import get
+from maya_un.client.request import get
 from maya_un.errors import CertificateRefused, ServiceNotAnswering, ServiceNotRunning
 
 

@@ -14,9 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
-from maya_un.client.doors import Door
+from maya_un.client.doors import ServiceAddress
 from maya_un.client.jobs import JobBuilder, JobLike, body_of
-from maya_un.config import default_path
 from maya_un.errors import InternalError, from_notice
 
 FAST = 50.0
@@ -48,7 +47,7 @@ class TwinProcess:
         try:
             self._process = self._started(["--speed", str(speed), "--seed", str(seed), *self._on_table(table, parts)])
             atexit.register(self.close)
-            self.door = Door(self._announced())
+            self.door = ServiceAddress(self._announced())
         except BaseException:
             self.close()
             raise
@@ -86,6 +85,8 @@ class TwinProcess:
 
     def _copied(self) -> Path:
         """Copy the configuration in force, and the taught places beside it; return where the copy is."""
+        from maya_un.config import default_path  # noqa: PLC0415 - only a twin of one's own needs the configuration
+
         named = os.environ.get("MAYA_CONFIG")
         original = Path(named) if named else default_path()
         target = self._folder / "config.toml"

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from typing import Any, Generic, ParamSpec, TypeVar, overload
 
-from maya_un.client.steps import Plan, Source
+from maya_un.client.steps import Plan, StreamPlan
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -21,7 +21,7 @@ class Blocking(ABC):
         """Return what a plan comes to; raises what it raises."""
 
     @abstractmethod
-    def iterate(self, source: Source[T]) -> Iterator[T]:
+    def iterate(self, source: StreamPlan[T]) -> Iterator[T]:
         """Yield the items of a plan as they come."""
 
 
@@ -33,7 +33,7 @@ class Awaiting(ABC):
         """Return what a plan comes to; raises what it raises."""
 
     @abstractmethod
-    def iterate(self, source: Source[T]) -> AsyncIterator[T]:
+    def iterate(self, source: StreamPlan[T]) -> AsyncIterator[T]:
         """Yield the items of a plan as they come."""
 
 
@@ -84,7 +84,7 @@ class Verb(Described, Generic[P, T]):
 class Stream(Described, Generic[P, T]):
     """Like `Verb`, of what is iterated over."""
 
-    def __init__(self, describe: Callable[P, Source[T]]) -> None:
+    def __init__(self, describe: Callable[P, StreamPlan[T]]) -> None:
         super().__init__(describe)
         self.describe = describe
 

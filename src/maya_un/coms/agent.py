@@ -15,10 +15,10 @@ from random import Random
 from typing import Any
 
 from maya_un.coms.retrying import first_to_end, keep
-from maya_un.coms.robot import Link, Rosbridge
-from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
+from maya_un.coms.robot import Rosbridge, RosbridgeLink
+from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand, SupervisorTransport
 from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError, SessionTakenOver, WrongRobot
-from maya_un.graph.step_text import Identity, Result, content_of, id_of, read
+from maya_un.graph.step_text import RobotIdentity, StepEnd, content_of, id_of, read
 
 LONGEST = 65_536
 """Bytes of a command; a longer one is refused unread."""
@@ -49,7 +49,7 @@ class _Pending:
 
     @property
     def ended(self) -> bool:
-        return self.report is not None and self.report.kind is Kind.RESULT
+        return self.report is not None and self.report.kind is ReportKind.RESULT
 
 
 class Agent:
@@ -59,7 +59,12 @@ class Agent:
     """
 
     def __init__(
-        self, name: str, robot: Rosbridge, transport: Transport, date: Callable[[], str], rng: Random | None = None
+        self,
+        name: str,
+        robot: Rosbridge,
+        transport: SupervisorTransport,
+        date: Callable[[], str],
+        rng: Random | None = None,
     ) -> None:
         self._name = name
         self._robot = robot
@@ -116,11 +121,11 @@ class Agent:
             self._reports.set()
             await first_to_end(self._take_commands(channel), self._send_reports(channel), self._replaced.wait())
 
-    async def _take_commands(self, channel: Channel) -> None:
+    async def _take_commands(self, channel: SupervisorChannel) -> None:
         while True:
             self._take(await channel.receive())
 
-    def _take(self, command: Command) -> None:
+    def _take(self, command: SupervisorCommand) -> None:
         """Note a command for the robot; refuse an unreadable one, or one with the id of another pending one."""
         try:
             id_, data = self._understood(command)
@@ -138,16 +143,16 @@ class Agent:
             known.sent = known.report is None
             self._reports.set()
 
-    def _refuse(self, command: Command, id_: str | None, error: MayaError, data: dict[str, Any]) -> None:
+    def _refuse(self, command: SupervisorCommand, id_: str | None, error: MayaError, data: dict[str, Any]) -> None:
         """Refuse a command without the robot; the refusal must not pass for the result of a pending command."""
         if id_ in self._pending:
-            result = Result.refused(id_, KeyReused(key=id_), self._date(), content=content_of(data))
+            result = StepEnd.refused(id_, KeyReused(key=id_), self._date(), content=content_of(data))
         else:
-            result = Result.refused(id_, error, self._date())
-        self._refused[command.key] = Report(id_, Kind.RESULT, result.text, command.key)
+            result = StepEnd.refused(id_, error, self._date())
+        self._refused[command.key] = Report(id_, ReportKind.RESULT, result.text, command.key)
         self._reports.set()
 
-    def _understood(self, command: Command) -> tuple[str, dict[str, Any]]:
+    def _understood(self, command: SupervisorCommand) -> tuple[str, dict[str, Any]]:
         """Return the id of a command, and its data as the robot gets them; raises the `MayaError` that refuses it."""
         if len(command.text) > LONGEST:
             raise InvalidMessage(name="the step", reason=f"it has more than {LONGEST} bytes")
@@ -166,7 +171,7 @@ class Agent:
             data["command"] = self._transport.default_command
         return id_, data
 
-    async def _send_reports(self, channel: Channel) -> None:
+    async def _send_reports(self, channel: SupervisorChannel) -> None:
         while True:
             await self._reports.wait()
             self._reports.clear()
@@ -176,12 +181,12 @@ class Agent:
             for id_, one in tuple(self._pending.items()):
                 await self._send_report(channel, id_, one)
 
-    async def _send_report(self, channel: Channel, id_: str, one: _Pending) -> None:
+    async def _send_report(self, channel: SupervisorChannel, id_: str, one: _Pending) -> None:
         """Send the latest report of a command, if it was not sent."""
         report = one.report
         if one.sent or report is None:
             return
-        ended = report.kind is Kind.RESULT
+        ended = report.kind is ReportKind.RESULT
         keys: tuple[str | None, ...] = tuple(one.keys) or (None,)
         for key in keys if ended else keys[-1:]:
             await channel.send(replace(report, key=key))
@@ -209,7 +214,7 @@ class Agent:
                     one.report = None  # its result may have been lost with the connection
             await first_to_end(self._hear_robot(link, here), self._send_commands(link, here))
 
-    async def _send_commands(self, link: Link, here: asyncio.Event) -> None:
+    async def _send_commands(self, link: RosbridgeLink, here: asyncio.Event) -> None:
         await here.wait()
         while True:
             self._commands.clear()
@@ -219,7 +224,7 @@ class Agent:
             if not waiting:
                 await self._commands.wait()
 
-    async def _hand_over(self, link: Link, id_: str) -> None:
+    async def _hand_over(self, link: RosbridgeLink, id_: str) -> None:
         """Send a command to the robot until the robot has accepted or answered it, or it is no longer this robot's."""
         patience = _PATIENCE
         while (one := self._pending.get(id_)) is not None and one.report is None:
@@ -234,7 +239,7 @@ class Agent:
                 patience = min(2.0 * patience, _LONGEST_PATIENCE)
         self._troubles["robot"] = None
 
-    async def _hear_robot(self, link: Link, here: asyncio.Event) -> None:
+    async def _hear_robot(self, link: RosbridgeLink, here: asyncio.Event) -> None:
         while True:
             heard = await link.receive()
             if isinstance(heard, str):
@@ -248,7 +253,7 @@ class Agent:
                     self._troubles["robot"] = None
                     here.set()
 
-    def _meet(self, robot: Identity) -> None:
+    def _meet(self, robot: RobotIdentity) -> None:
         """Note which robot is there; raises `WrongRobot` for one with another name.
 
         A new journal does not know the steps of the last one. Their commands come again, and the transport decides
@@ -269,7 +274,7 @@ class Agent:
         if _of_other_content(report, one):
             return
         if one is None:
-            if report.kind is not Kind.RESULT or self._sent.get(report.id) == report.text:
+            if report.kind is not ReportKind.RESULT or self._sent.get(report.id) == report.text:
                 return
             one = self._pending[report.id] = _Pending("", "")  # of an earlier run, or of no supervisor
             self._forget_unknown()
@@ -300,7 +305,7 @@ def _compared(data: dict[str, Any]) -> str:
 
 def _of_other_content(report: Report, one: _Pending | None) -> bool:
     """Tell whether a report refuses a command of another program that used the id of this command."""
-    content = json.loads(report.text).get("content") if report.kind is Kind.RESULT else None
+    content = json.loads(report.text).get("content") if report.kind is ReportKind.RESULT else None
     return content is not None and (one is None or json.dumps(content, sort_keys=True) != one.content)
 
 

@@ -61,11 +61,11 @@ class Credentials:
         return context
 
 
-class Refused(aiomqtt.MqttError):
+class PublishRefused(aiomqtt.MqttError):
     """The broker does not carry a message: its rules forbid it, or no message can have that topic."""
 
 
-class Client(aiomqtt.Client):
+class BrokerClient(aiomqtt.Client):
     """A client that acknowledges messages when it is told to, and learns that the broker refused one.
 
     aiomqtt has no public way to either; paho below it has. One publish at a time.
@@ -83,15 +83,15 @@ class Client(aiomqtt.Client):
     async def publish_checked(
         self, where: str, text: str, properties: Properties | None = None, *, retain: bool = False
     ) -> bool:
-        """Publish with QoS 1; return whether anybody subscribes. Raises `Refused`."""
+        """Publish with QoS 1; return whether anybody subscribes. Raises `PublishRefused`."""
         self._answer = None
         try:
             await self.publish(where, text, 1, retain, properties)
         except ValueError as error:
-            raise Refused(f"no message can have the topic {where!r}: {error}") from error
+            raise PublishRefused(f"no message can have the topic {where!r}: {error}") from error
         answer = self._answer
         if answer is not None and answer.is_failure:
-            raise Refused(f"it refuses messages on {where}: {answer.getName()}")
+            raise PublishRefused(f"it refuses messages on {where}: {answer.getName()}")
         return answer is None or answer.value != _NOBODY
 
     def _on_publish(self, client: Any, userdata: Any, mid: int, reason_code: ReasonCode, properties: Any) -> None:
@@ -118,7 +118,7 @@ class Broker:
     @asynccontextmanager
     async def connected(
         self, identifier: str, will: aiomqtt.Will | None = None, session: int = SESSION
-    ) -> AsyncIterator[Client]:
+    ) -> AsyncIterator[BrokerClient]:
         """Connect and go on with the session of this name, which ends `session` seconds after the connection.
 
         Raises `SupervisorsNotReached`.
@@ -135,12 +135,12 @@ class Broker:
         except aiomqtt.MqttError as error:
             raise SupervisorsNotReached(where=self.where, reason=str(error)) from error
 
-    def _client(self, identifier: str, will: aiomqtt.Will | None, session: int) -> Client:
+    def _client(self, identifier: str, will: aiomqtt.Will | None, session: int) -> BrokerClient:
         parts = urlsplit(self.url)
         shown = self.credentials
         properties = Properties(PacketTypes.CONNECT)
         properties.SessionExpiryInterval = session
-        return Client(
+        return BrokerClient(
             parts.hostname or "",
             parts.port or _PORTS[parts.scheme],
             username=shown.user or parts.username,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from maya_un.coms.settings import Settings, where_of
-from maya_un.coms.transport import Transport
+from maya_un.coms.settings import AgentSettings, where_of
+from maya_un.coms.transport import SupervisorTransport
 from maya_un.errors import InvalidValue
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from maya_un.coms.firebase_auth import TokenSource
 
 
-def transport_of(settings: Settings) -> Transport:
+def transport_of(settings: AgentSettings) -> SupervisorTransport:
     """Return the transport to the supervisors; raises `InvalidValue` for a URL that means none."""
     scheme = _scheme(settings.supervisors)
     if scheme in {"mqtt", "mqtts"}:
@@ -35,7 +35,7 @@ def transport_of(settings: Settings) -> Transport:
     raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
 
 
-def broker_of(settings: Settings, url: str | None = None) -> Broker:
+def broker_of(settings: AgentSettings, url: str | None = None) -> Broker:
     """Return the MQTT broker at a URL, by default that of the settings; raises `InvalidValue` for any other URL."""
     from maya_un.coms.broker import Broker, Credentials  # noqa: PLC0415 - as above
 
@@ -52,16 +52,16 @@ def broker_of(settings: Settings, url: str | None = None) -> Broker:
     return Broker(url, shown)
 
 
-def _tokens_of(settings: Settings) -> TokenSource:
+def _tokens_of(settings: AgentSettings) -> TokenSource:
     """Return what a Realtime Database is shown: a user with a password, or a token, which stands as a password."""
-    from maya_un.coms.firebase_auth import FixedToken, User  # noqa: PLC0415
+    from maya_un.coms.firebase_auth import FirebaseUser, FixedToken  # noqa: PLC0415
 
     if not settings.user:
         return FixedToken(settings.password)
     if not settings.api_key:
         reason = "MAYA_COMS_USER needs the API key of the Firebase project to sign in"
         raise InvalidValue(key="MAYA_COMS_API_KEY", value="", reason=reason)
-    return User(settings.user, settings.password, settings.api_key)
+    return FirebaseUser(settings.user, settings.password, settings.api_key)
 
 
 def _scheme(url: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class ServerSentEvent:
     """An event; `whole` is False if its data had more than the bound, and then `data` is not to be used."""
 
     name: str
@@ -15,13 +15,13 @@ class Event:
     whole: bool = True
 
 
-async def events(chunks: AsyncIterator[bytes], most: int) -> AsyncGenerator[Event]:
+async def events(chunks: AsyncIterator[bytes], most: int) -> AsyncGenerator[ServerSentEvent]:
     """Yield the events in a stream of bytes, each with at most `most` bytes of data."""
     name, data, whole = "", bytearray(), True
     async for line, complete in _lines(chunks, most + len(b"data: ")):
         if not line and complete:
             if name or data:
-                yield Event(name, bytes(data), whole)
+                yield ServerSentEvent(name, bytes(data), whole)
             name, data, whole = "", bytearray(), True
             continue
         field, _, value = line.partition(b":")

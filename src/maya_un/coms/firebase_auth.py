@@ -63,7 +63,7 @@ class FixedToken:
         return False
 
 
-class User:
+class FirebaseUser:
     """A Firebase user; `api_key` is that of the project."""
 
     def __init__(self, email: str, password: str, api_key: str) -> None:

@@ -26,9 +26,9 @@ from maya_un.coms.agent import LONGEST
 from maya_un.coms.documents import Documents
 from maya_un.coms.firebase_auth import TokenSource
 from maya_un.coms.rtdb import HEARTBEAT, MOST_AT_ONCE, Rtdb, as_id, beat_with, beside, leaving, robot_path
-from maya_un.coms.session import Claims, Session
+from maya_un.coms.session import SessionClaims, SupervisorSession
 from maya_un.coms.settings import where_of
-from maya_un.coms.transport import Channel, Command, Kind, Report
+from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.graph.step_text import id_of
 
@@ -56,7 +56,7 @@ class Firestore:
         self._tokens = tokens
         self._interval = interval
         self._heartbeat = heartbeat
-        self._session = Session(self._where)
+        self._session = SupervisorSession(self._where)
 
     @property
     def where(self) -> str:
@@ -64,7 +64,7 @@ class Firestore:
         return self._where
 
     @asynccontextmanager
-    async def connected(self, robot: str, journal: str) -> AsyncIterator[Channel]:
+    async def connected(self, robot: str, journal: str) -> AsyncIterator[SupervisorChannel]:
         """Connect to the database that the document of the robot names, or to Firestore if it names none.
 
         Raises as `Rtdb.connected` does.
@@ -90,18 +90,18 @@ class Firestore:
             await documents.close()
 
     @asynccontextmanager
-    async def _by_documents(self, documents: Documents, robot: str, journal: str) -> AsyncIterator[Channel]:
+    async def _by_documents(self, documents: Documents, robot: str, journal: str) -> AsyncIterator[SupervisorChannel]:
         path = robot_path(robot)
         set_presence = partial(_set_presence, documents, path)
-        claims = await self._session.begin(_Entry(documents, path), robot, journal)
+        claims = await self._session.begin(_FirestoreSession(documents, path), robot, journal)
         async with leaving(claims, set_presence):
-            channel = _Channel(documents, path, self._interval, claims)
+            channel = _FirestoreChannel(documents, path, self._interval, claims)
             await set_presence("ONLINE")
             async with beside(channel.fail, partial(beat_with, claims, set_presence, self._heartbeat)):
                 yield channel
 
 
-class _Entry:
+class _FirestoreSession:
     """The entry of the session in Firestore."""
 
     def __init__(self, documents: Documents, path: tuple[str, ...]) -> None:
@@ -130,10 +130,10 @@ class _Entry:
         return self._date is not None
 
 
-class _Channel:
+class _FirestoreChannel:
     """A connection to Firestore: it delivers the open commands and writes reports of them."""
 
-    def __init__(self, documents: Documents, path: tuple[str, ...], interval: float, claims: Claims) -> None:
+    def __init__(self, documents: Documents, path: tuple[str, ...], interval: float, claims: SessionClaims) -> None:
         self._documents = documents
         self._path = path
         self._claims = claims
@@ -146,7 +146,7 @@ class _Channel:
         """End the connection before the next query for commands."""
         self._error = self._error or error
 
-    async def receive(self) -> Command:
+    async def receive(self) -> SupervisorCommand:
         """Wait for the next command, in the order of creation, and return it."""
         while True:
             if self._error is not None:
@@ -171,7 +171,7 @@ class _Channel:
         if key is None:
             return
         data, progress = json.loads(report.text), (*self._path, "progress", key)
-        if report.kind is not Kind.RESULT:
+        if report.kind is not ReportKind.RESULT:
             await self._documents.commit(self._documents.put(progress, data))
             return
         command = (*self._path, "commands", key)
@@ -197,20 +197,20 @@ class _Channel:
             self._claims.keep_only(keys)
         self._waiting = [key for key in keys if key not in self._ids]
 
-    async def _delivered(self, key: str) -> Command | None:
+    async def _delivered(self, key: str) -> SupervisorCommand | None:
         """Return a command and note that it is delivered; None if it is no longer there."""
         try:
             data = await self._documents.read((*self._path, "commands", key))
         except (AttributeError, RecursionError, TypeError, ValueError):  # too long, or no document
             self._ids[key] = as_id(key)
-            return Command(key, b" " * (LONGEST + 1), as_id(key))
+            return SupervisorCommand(key, b" " * (LONGEST + 1), as_id(key))
         if data is None:
             self._claims.forget(key)
             return None
         self._ids[key] = as_id(key)
         with suppress(InvalidRequest):
             self._ids[key] = id_of(data) or as_id(key)
-        return Command(key, json.dumps(data, sort_keys=True).encode(), as_id(key))
+        return SupervisorCommand(key, json.dumps(data, sort_keys=True).encode(), as_id(key))
 
     def _key_of(self, id_: str | None) -> str | None:
         """Return the key of the open command with an id, None if there is none."""

@@ -23,8 +23,8 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from maya_un.coms.broker import VERSION, Broker, Client, Refused, topic
-from maya_un.coms.transport import Command, Kind, Report
+from maya_un.coms.broker import VERSION, Broker, BrokerClient, PublishRefused, topic
+from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import SessionTakenOver
 from maya_un.server import dates
 
@@ -45,7 +45,7 @@ class Mqtt:
         return self.broker.where
 
     @asynccontextmanager
-    async def connected(self, robot: str, journal: str) -> AsyncIterator[_Channel]:
+    async def connected(self, robot: str, journal: str) -> AsyncIterator[_MqttChannel]:
         """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that no topic can have.
 
         If a second robot connects under this name, the first one raises `SessionTakenOver` when it connects again. Not
@@ -62,7 +62,7 @@ class Mqtt:
             await client.publish_checked(connection, _connection("ONLINE", self.session), retain=True)
             self._was_online = True
             try:
-                yield _Channel(client, robot, self.broker)
+                yield _MqttChannel(client, robot, self.broker)
             finally:
                 await client.publish(connection, _connection("OFFLINE"), 1, retain=True, timeout=1.0)
 
@@ -95,27 +95,27 @@ def _presence(message: aiomqtt.Message) -> dict[str, Any]:
     return {}
 
 
-class _Channel:
+class _MqttChannel:
     """A connection to the broker."""
 
-    def __init__(self, client: Client, robot: str, broker: Broker) -> None:
+    def __init__(self, client: BrokerClient, robot: str, broker: Broker) -> None:
         self._client = client
         self._robot = robot
         self._broker = broker
         self._numbers = count(1)
         self._unacknowledged: dict[str, aiomqtt.Message] = {}
 
-    async def receive(self) -> Command:
+    async def receive(self) -> SupervisorCommand:
         """Return the next command."""
         with self._broker.reached():
             message = await anext(self._client.messages)
         key = str(next(self._numbers))
         self._unacknowledged[key] = message
-        return Command(key, _bytes(message.payload), _correlation(message))
+        return SupervisorCommand(key, _bytes(message.payload), _correlation(message))
 
     async def send(self, report: Report) -> None:
         """Publish a report; acknowledge the command behind its result."""
-        ended = report.kind is Kind.RESULT
+        ended = report.kind is ReportKind.RESULT
         with self._broker.reached():
             await self._client.publish_checked(topic(self._robot, "results" if ended else "progress"), report.text)
             message = self._unacknowledged.pop(report.key, None) if ended and report.key is not None else None
@@ -132,7 +132,7 @@ class _Channel:
         correlation = getattr(message.properties, "CorrelationData", None)
         if correlation is not None:
             properties.CorrelationData = correlation
-        with suppress(Refused):  # the result is on the robot's own topic
+        with suppress(PublishRefused):  # the result is on the robot's own topic
             await self._client.publish_checked(where, report.text, properties)
 
 

@@ -12,9 +12,9 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
 from maya_un.coms.settings import where_of
-from maya_un.coms.transport import Kind, Report
+from maya_un.coms.transport import Report, ReportKind
 from maya_un.errors import RobotNotReached
-from maya_un.graph.step_text import Identity
+from maya_un.graph.step_text import RobotIdentity
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS
 
 LONGEST = 1 << 20
@@ -24,7 +24,7 @@ _PING = 5.0
 """A silent connection is asked for a sign of life after so long [s], and ends after twice that."""
 
 
-class Link:
+class RosbridgeLink:
     """A connection to a rosbridge. The methods raise `RobotNotReached` when it has ended.
 
     It asks which robot is there. Reports of the robot come after `prepare` only.
@@ -49,7 +49,7 @@ class Link:
         """Publish a command."""
         await self._say("publish", STEP_COMMAND.name, msg={"data": text})
 
-    async def receive(self) -> Report | Identity | str:
+    async def receive(self) -> Report | RobotIdentity | str:
         """Return the next report, which robot is there, or the text of a refusal by the rosbridge itself."""
         while True:
             try:
@@ -81,7 +81,7 @@ class Rosbridge:
         return where_of(self.url)
 
     @asynccontextmanager
-    async def connected(self) -> AsyncIterator[Link]:
+    async def connected(self) -> AsyncIterator[RosbridgeLink]:
         """Connect; raises `RobotNotReached` if no rosbridge answers."""
         headers = {"Authorization": f"Bearer {self.token}"} if self.token else {}
         try:
@@ -96,12 +96,12 @@ class Rosbridge:
         except (OSError, ValueError, WebSocketException) as error:  # ValueError: a port or name that none can be
             raise RobotNotReached(url=self.where, reason=str(error).replace(self.url, self.where)) from None
         async with socket:
-            link = Link(socket, self.where, self.namespace.rstrip("/"))
+            link = RosbridgeLink(socket, self.where, self.namespace.rstrip("/"))
             await link.ask()
             yield link
 
 
-def _read(message: dict[str, Any], prefix: str) -> Report | Identity | str | None:
+def _read(message: dict[str, Any], prefix: str) -> Report | RobotIdentity | str | None:
     """Return what a message of rosbridge tells, None if it tells nothing of steps or the robot."""
     if message.get("op") == "status":
         return str(message.get("msg", "")) if message.get("level") == "error" else None
@@ -110,12 +110,12 @@ def _read(message: dict[str, Any], prefix: str) -> Report | Identity | str | Non
         data = json.loads(text)
         topic = message.get("topic")
         if topic == prefix + STEP_ROBOT.name:
-            return Identity(str(data["name"]), str(data["journal"]))
+            return RobotIdentity(str(data["name"]), str(data["journal"]))
         id_ = data["id"]
         if not isinstance(id_, str):
             return None
         if topic == prefix + STEP_RESULT.name:
-            return Report(id_, Kind.RESULT, text)
-        return Report(id_, Kind(data["state"]), text) if topic == prefix + STEP_STATUS.name else None
+            return Report(id_, ReportKind.RESULT, text)
+        return Report(id_, ReportKind(data["state"]), text) if topic == prefix + STEP_STATUS.name else None
     except (KeyError, RecursionError, TypeError, ValueError):
         return None

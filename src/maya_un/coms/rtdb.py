@@ -27,11 +27,11 @@ from urllib.parse import parse_qs, urlsplit
 
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.database import Database, data_of
-from maya_un.coms.event_stream import Event, events
+from maya_un.coms.event_stream import ServerSentEvent, events
 from maya_un.coms.firebase_auth import FixedToken, TokenSource
-from maya_un.coms.session import Claims, Session
+from maya_un.coms.session import SessionClaims, SupervisorSession
 from maya_un.coms.settings import where_of
-from maya_un.coms.transport import Command, Kind, Report
+from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SessionTakenOver, SupervisorsNotReached
 from maya_un.graph.step_text import id_of
 
@@ -79,7 +79,7 @@ class Rtdb:
         *,
         heartbeat: float = HEARTBEAT,
         silence: float = _SILENCE,
-        session: Session | None = None,
+        session: SupervisorSession | None = None,
     ) -> None:
         self.default_command: str | None = None
         self.needs_journal = True
@@ -88,7 +88,7 @@ class Rtdb:
         self._heartbeat = heartbeat
         self._silence = silence
         _check(url, self.where, self._credentials)
-        self._session = session or Session(self.where)
+        self._session = session or SupervisorSession(self.where)
 
     @property
     def where(self) -> str:
@@ -96,17 +96,17 @@ class Rtdb:
         return where_of(self._url).rstrip("/")
 
     @asynccontextmanager
-    async def connected(self, robot: str, journal: str) -> AsyncIterator[_Channel]:
+    async def connected(self, robot: str, journal: str) -> AsyncIterator[_RtdbChannel]:
         """Connect; raises `SupervisorsNotReached`, `SessionTakenOver`, `InvalidValue` for a name that no key can be."""
         path = robot_path(robot)
         database = Database(self._url, self._credentials, _PATIENCE, self._silence)
         try:
             self.default_command = await _default_command(database, path)
-            claims = await self._session.begin(_Entry(database, path), robot, journal)
+            claims = await self._session.begin(_RtdbSession(database, path), robot, journal)
             async with leaving(claims, partial(_set_presence, database, path)):
                 stream = database.stream((*path, "commands"))
                 async with stream as chunks, aclosing(events(chunks, _LONGEST_EVENT)) as heard:
-                    channel = _Channel(database, path, claims)
+                    channel = _RtdbChannel(database, path, claims)
                     await channel.apply_next(heard)
                     await _set_presence(database, path, "ONLINE")
                     beat = partial(beat_with, claims, partial(_set_presence, database, path), self._heartbeat)
@@ -116,7 +116,7 @@ class Rtdb:
             await database.close()
 
 
-class _Entry:
+class _RtdbSession:
     """The entry of the session in a database."""
 
     def __init__(self, database: Database, path: tuple[str, ...]) -> None:
@@ -147,21 +147,21 @@ class _Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class _Waiting:
+class _WaitingCommand:
     """A command in the database that is not delivered yet; both fields are None until it is read."""
 
     id: str | None = None
     text: bytes | None = None
 
 
-class _Channel:
+class _RtdbChannel:
     """A connection to a database: the open commands as its stream tells them, and what is written about them."""
 
-    def __init__(self, database: Database, path: tuple[str, ...], claims: Claims) -> None:
+    def __init__(self, database: Database, path: tuple[str, ...], claims: SessionClaims) -> None:
         self._database = database
         self._path = path
         self._claims = claims
-        self._waiting: dict[str, _Waiting] = {}
+        self._waiting: dict[str, _WaitingCommand] = {}
         self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
         self._answered: set[str] = set()  # keys of commands that are removed with their result just now
         self._changed = asyncio.Event()
@@ -172,7 +172,7 @@ class _Channel:
         self._error = self._error or error
         self._changed.set()
 
-    async def receive(self) -> Command:
+    async def receive(self) -> SupervisorCommand:
         """Return the next command in the order of their keys."""
         while True:
             self._changed.clear()
@@ -200,7 +200,7 @@ class _Channel:
         if key is None:
             return
         data = json.loads(report.text)
-        if report.kind is Kind.RESULT:
+        if report.kind is ReportKind.RESULT:
             changes = {f"results/{key}": data, f"progress/{key}": None, f"commands/{key}": None}
             self._answered.add(key)
             await self._database.write("PATCH", self._path, changes)
@@ -210,12 +210,12 @@ class _Channel:
         else:
             await self._database.write("PUT", (*self._path, "progress", key), data)
 
-    async def listen(self, heard: AsyncIterator[Event]) -> None:
+    async def listen(self, heard: AsyncIterator[ServerSentEvent]) -> None:
         """Follow the stream until it ends; raises `SupervisorsNotReached` then."""
         while True:
             await self.apply_next(heard)
 
-    async def apply_next(self, heard: AsyncIterator[Event]) -> None:
+    async def apply_next(self, heard: AsyncIterator[ServerSentEvent]) -> None:
         """Note what the next event tells; raises `SupervisorsNotReached` if it is the end."""
         event = await anext(heard, None)
         if event is None:
@@ -226,7 +226,7 @@ class _Channel:
             await self._apply(event)
             self._changed.set()
 
-    async def _apply(self, event: Event) -> None:
+    async def _apply(self, event: ServerSentEvent) -> None:
         try:
             data: Any = data_of(event.data) if event.whole else None
             path, value = _parts(str(data["path"])), data["data"]
@@ -252,7 +252,7 @@ class _Channel:
             if not deeper:
                 self._close(key)
         elif not self._is_open(key):  # of a part of a command, the whole is read when its turn comes
-            self._waiting[key] = _Waiting() if deeper else _Waiting(_id(key, value), _text(value))
+            self._waiting[key] = _WaitingCommand() if deeper else _WaitingCommand(_id(key, value), _text(value))
 
     def _keep_only(self, keys: set[str]) -> None:
         for key in (self._waiting.keys() | self._ids.keys()) - keys:
@@ -278,13 +278,13 @@ class _Channel:
         self._keep_only(set(keys))
         for key in sorted(keys, key=_order):
             if not self._is_open(key):
-                self._waiting[key] = _Waiting()
+                self._waiting[key] = _WaitingCommand()
 
     def _next(self) -> str | None:
         """Return the key of the next command to deliver, None if none may be delivered now."""
         return next(iter(self._waiting), None) if len(self._ids) < MOST_AT_ONCE else None
 
-    async def _delivered(self, key: str) -> Command | None:
+    async def _delivered(self, key: str) -> SupervisorCommand | None:
         """Return a command and note that it is delivered; None if it is no longer open."""
         waiting = one = self._waiting[key]
         if one.text is None:
@@ -296,7 +296,7 @@ class _Channel:
             return None
         del self._waiting[key]
         self._ids[key] = one.id
-        return Command(key, one.text, as_id(key))
+        return SupervisorCommand(key, one.text, as_id(key))
 
     def _key_of(self, id_: str | None) -> str | None:
         """Return the key of the open command with an id, None if there is none."""
@@ -336,7 +336,7 @@ async def _set_presence(database: Database, path: tuple[str, ...], state: str) -
     await database.write("PUT", (*path, "presence"), presence)
 
 
-async def beat_with(claims: Claims, set_presence: Callable[[str], Awaitable[None]], period: float) -> None:
+async def beat_with(claims: SessionClaims, set_presence: Callable[[str], Awaitable[None]], period: float) -> None:
     """Write every `period` seconds that the robot is online; raises `SessionTakenOver` if another one is."""
     while True:
         await asyncio.sleep(period)
@@ -345,7 +345,7 @@ async def beat_with(claims: Claims, set_presence: Callable[[str], Awaitable[None
 
 
 @asynccontextmanager
-async def leaving(claims: Claims, set_presence: Callable[[str], Awaitable[None]]) -> AsyncIterator[None]:
+async def leaving(claims: SessionClaims, set_presence: Callable[[str], Awaitable[None]]) -> AsyncIterator[None]:
     """At the end of the block write that the robot is offline, if that can be done soon.
 
     If the connection was lost or another robot has the name now, write nothing.
@@ -358,7 +358,7 @@ async def leaving(claims: Claims, set_presence: Callable[[str], Awaitable[None]]
     await _leave(claims, set_presence)
 
 
-async def _leave(claims: Claims, set_presence: Callable[[str], Awaitable[None]]) -> None:
+async def _leave(claims: SessionClaims, set_presence: Callable[[str], Awaitable[None]]) -> None:
     with suppress(TimeoutError, SupervisorsNotReached, SessionTakenOver):
         async with asyncio.timeout(FAREWELL):
             await claims.require()
@@ -408,13 +408,13 @@ def _text(value: object) -> bytes:
     return (value if isinstance(value, str) else json.dumps(value, sort_keys=True)).encode(errors="replace")
 
 
-def _read(key: str, text: bytes) -> _Waiting:
+def _read(key: str, text: bytes) -> _WaitingCommand:
     """Return a command of this JSON text; it has none if there is no command."""
     try:
         value = data_of(text)
     except ValueError:
-        return _Waiting(as_id(key), text)
-    return _Waiting() if value is None else _Waiting(_id(key, value), _text(value))
+        return _WaitingCommand(as_id(key), text)
+    return _WaitingCommand() if value is None else _WaitingCommand(_id(key, value), _text(value))
 
 
 def _id(key: str, value: object) -> str | None:

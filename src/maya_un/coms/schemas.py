@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from maya_un.graph.step_text import LONGEST_ID, State
+from maya_un.graph.step_text import LONGEST_ID, StepState
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.arguments import Argument, Switch
 from maya_un.values import FARTHEST
@@ -70,7 +70,7 @@ SCHEMAS: dict[str, dict[str, Any]] = {
     "progress": _schema(
         "progress",
         "A step came into a state.",
-        {"id": _ID, "state": {"enum": [state.value for state in State]}, "date": _DATE},
+        {"id": _ID, "state": {"enum": [state.value for state in StepState]}, "date": _DATE},
         ["id", "state", "date"],
     ),
     "results": _schema(

@@ -19,12 +19,12 @@ from starlette.routing import Route
 
 from maya_un.coms.agent import Agent
 from maya_un.errors import InvalidRequest, MayaError
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 
-_EDGE = Edge()
+_EDGE = OriginPolicy()
 
 
-class Switch:
+class AgentSwitch:
     """Connects an agent and disconnects it; idle at first. `made` makes the agent of the robot `name`.
 
     `password_in_clear` tells whether it sends its password unencrypted.
@@ -60,7 +60,7 @@ class Switch:
         return {"state": "connected" if both else "connecting", **status, "password_in_clear": self._password_in_clear}
 
 
-class _Server(uvicorn.Server):
+class _AgentServer(uvicorn.Server):
     """Ends at Ctrl-C and SIGTERM; uvicorn's own way raises them again before anything could be closed."""
 
     @contextmanager
@@ -75,7 +75,7 @@ class _Server(uvicorn.Server):
         self.should_exit = True
 
 
-def application(switch: Switch) -> Starlette:
+def application(switch: AgentSwitch) -> Starlette:
     """Return the application."""
 
     async def connect(_: Request) -> Response:
@@ -100,10 +100,10 @@ def application(switch: Switch) -> Starlette:
     return Starlette(routes=routes, middleware=[Middleware(BaseHTTPMiddleware, dispatch=_from_here)])
 
 
-async def serve(switch: Switch, door: socket.socket) -> None:
+async def serve(switch: AgentSwitch, door: socket.socket) -> None:
     """Serve at a socket until Ctrl-C or SIGTERM, then disconnect."""
     config = uvicorn.Config(application(switch), log_config=None, access_log=False, lifespan="off", server_header=False)
-    server = _Server(config)
+    server = _AgentServer(config)
     try:
         await server.serve([door])
     finally:

@@ -17,9 +17,9 @@ from collections.abc import Collection, Mapping, Set
 from typing import Any, Protocol
 from uuid import uuid4
 
-from maya_un.coms.transport import Command, Kind, Report
+from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
-from maya_un.graph.step_text import Result
+from maya_un.graph.step_text import StepEnd
 from maya_un.server import dates
 
 _LONGEST_KEY = 64
@@ -29,7 +29,7 @@ _MOST_ATTEMPTS = 20
 """Attempts to write the entry before the connection ends, so that the next attempts come after a pause."""
 
 
-class Entry(Protocol):
+class SessionRecord(Protocol):
     """A place in the database at `where` that can be changed if nobody else changed it."""
 
     @property
@@ -46,7 +46,7 @@ class Entry(Protocol):
         ...
 
 
-class Session:
+class SupervisorSession:
     """The session of a program at the database at `where`. It outlives the connections of the program."""
 
     def __init__(self, where: str) -> None:
@@ -54,13 +54,13 @@ class Session:
         self.where = where
         self._begun: set[str] = set()
 
-    async def begin(self, entry: Entry, robot: str, journal: str) -> Claims:
+    async def begin(self, entry: SessionRecord, robot: str, journal: str) -> SessionClaims:
         """Begin, or go on after a lost connection; raises `SessionTakenOver` if a later session has begun meanwhile.
 
         The session of an earlier program ends by this. After a crash it may be that of this robot, so nobody waits for
         it. Raises `SupervisorsNotReached` if others change the entry all the time.
         """
-        claims = Claims(self, entry, robot, journal)
+        claims = SessionClaims(self, entry, robot, journal)
         for _ in range(_MOST_ATTEMPTS):
             holder = await (claims.require() if entry.where in self._begun else claims.read())
             if holder == self.id or await claims.write():
@@ -69,10 +69,10 @@ class Session:
         raise _contested(entry)
 
 
-class Claims:
+class SessionClaims:
     """The commands that were claimed, as a connection of a session sees them."""
 
-    def __init__(self, session: Session, entry: Entry, robot: str, journal: str) -> None:
+    def __init__(self, session: SupervisorSession, entry: SessionRecord, robot: str, journal: str) -> None:
         self._session = session
         self._entry = entry
         self._robot = robot
@@ -116,10 +116,10 @@ class Claims:
         """Tell whether another journal may know a command."""
         return self._claims.get(_short(key), self._journal) != self._journal
 
-    def refusal(self, command: Command, id_: str | None) -> Report:
+    def refusal(self, command: SupervisorCommand, id_: str | None) -> Report:
         """Return the result of a command that another journal may know."""
-        result = Result.refused(id_, StepTakenElsewhere(name=self._robot), dates.now())
-        return Report(id_, Kind.RESULT, result.text, command.key)
+        result = StepEnd.refused(id_, StepTakenElsewhere(name=self._robot), dates.now())
+        return Report(id_, ReportKind.RESULT, result.text, command.key)
 
     async def require(self) -> str | None:
         """Read the entry, as `read` does; raises `SessionTakenOver` if a later session has begun."""
@@ -158,7 +158,7 @@ class Claims:
         return True
 
 
-def _contested(entry: Entry) -> SupervisorsNotReached:
+def _contested(entry: SessionRecord) -> SupervisorsNotReached:
     reason = "another program changes the robot's session all the time, so no command can be claimed"
     return SupervisorsNotReached(where=entry.where, reason=reason)
 

@@ -23,7 +23,7 @@ _MOST_BYTES = 4096
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class AgentSettings:
     """Where the server listens, where the robot's rosbridge is, the robot's name, and where its supervisors are.
 
     `supervisors` is a URL, "" if none is set: mqtt://, mqtts://, or that of a Realtime Database (http:// or https://).
@@ -46,13 +46,13 @@ class Settings:
     api_key: str = ""
 
 
-def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
+def from_environment(environment: Mapping[str, str] = os.environ) -> AgentSettings:
     """Return the settings that the environment holds; raises `InvalidValue` for a bad one."""
     password = environment.get("MAYA_COMS_PASSWORD", "")
     named = environment.get("MAYA_COMS_PASSWORD_FILE")
     if named:
         password = _secret("MAYA_COMS_PASSWORD_FILE", Path(named))
-    return Settings(
+    return AgentSettings(
         port=_port(environment.get("PORT", str(PORT))),
         rosbridge=environment.get("IP") or ROSBRIDGE,
         name=environment.get("NAME") or robot_name(),
@@ -68,7 +68,7 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> Settings:
     )
 
 
-def password_warning(settings: Settings) -> str | None:
+def password_warning(settings: AgentSettings) -> str | None:
     """Return a warning if the supervisors' server gets the password unencrypted over a network, else None."""
     parts = urlsplit(settings.supervisors)
     near = parts.hostname in {"localhost", "::1"} or (parts.hostname or "").startswith("127.")

@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Protocol
 
 
-class Kind(StrEnum):
+class ReportKind(StrEnum):
     """What a report tells of a step: a state, or its result."""
 
     ACCEPTED = "accepted"
@@ -17,7 +17,7 @@ class Kind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class SupervisorCommand:
     """A command as it arrived: `text` is JSON in UTF-8, `key` names this delivery within the connection.
 
     `id` is the id of a command whose text has none; None if the transport knows none either.
@@ -36,15 +36,15 @@ class Report:
     """
 
     id: str | None
-    kind: Kind
+    kind: ReportKind
     text: str
     key: str | None = None
 
 
-class Channel(Protocol):
+class SupervisorChannel(Protocol):
     """A connection to the supervisors of one robot. Both methods raise `SupervisorsLost` when it has ended."""
 
-    async def receive(self) -> Command:
+    async def receive(self) -> SupervisorCommand:
         """Return the next command. Until its result is sent, a later connection delivers it again."""
         ...
 
@@ -53,7 +53,7 @@ class Channel(Protocol):
         ...
 
 
-class Transport(Protocol):
+class SupervisorTransport(Protocol):
     """A way to the supervisors."""
 
     @property
@@ -71,7 +71,7 @@ class Transport(Protocol):
         """Whether it must know the robot's journal to connect, because it claims commands for it."""
         ...
 
-    def connected(self, robot: str, journal: str) -> AbstractAsyncContextManager[Channel]:
+    def connected(self, robot: str, journal: str) -> AbstractAsyncContextManager[SupervisorChannel]:
         """Connect for the robot of this name, whose steps are in this journal; raises `SupervisorsLost` if that fails.
 
         `SessionTakenOver` if another robot has the name now.

@@ -19,7 +19,7 @@ class Contradiction(ValueError):
         self.value = value
 
 
-class Section(BaseModel):
+class ConfigSection(BaseModel):
     """A part of the configuration: immutable, no unknown keys, no conversions, finite numbers."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)

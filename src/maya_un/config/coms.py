@@ -6,14 +6,14 @@ from typing import Annotated
 
 from pydantic import Field
 
-from maya_un.config.base import Section
+from maya_un.config.base import ConfigSection
 from maya_un.namespace import robot_name
 
 RobotName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
 """A name that every transport can carry."""
 
 
-class ComsConfig(Section):
+class ComsConfig(ConfigSection):
     """The link to supervisors. A step that names another robot is refused."""
 
     name: RobotName = Field(

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, cast
 
+from dmc41x3.files import sync_folder, writable_place
 from maya_un.errors import FileUnreadable, FileUnwritable
-from maya_un.files import sync_folder, writable_place
 
 
 def text_of(path: Path) -> str:

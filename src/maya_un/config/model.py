@@ -9,8 +9,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from maya_un import manual
 from maya_un.address import split
+from maya_un.config.base import ConfigSection as _Section
 from maya_un.config.base import Contradiction, Metres
-from maya_un.config.base import Section as _Section
 from maya_un.config.coms import ComsConfig
 from maya_un.config.recorder import RecorderConfig
 from maya_un.config.storage import StorageConfig

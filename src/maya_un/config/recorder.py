@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from maya_un.config.base import Section
+from maya_un.config.base import ConfigSection
 
 
-class RecorderConfig(Section):
+class RecorderConfig(ConfigSection):
     """The flight recorder: how much of the past it holds in memory, and how many recordings stay on the disk."""
 
     enabled: Annotated[bool, Field(description="keep the last minutes in memory, and save them after a fault")] = True

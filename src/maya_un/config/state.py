@@ -6,8 +6,8 @@ import os
 import stat
 from pathlib import Path
 
+from dmc41x3.files import unwritable
 from maya_un.errors import FileUnwritable
-from maya_un.files import unwritable
 from maya_un.namespace import own
 
 

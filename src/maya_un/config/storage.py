@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from maya_un.config.base import Section
+from maya_un.config.base import ConfigSection
 
 
-class StorageConfig(Section):
+class StorageConfig(ConfigSection):
     """The file of the queue: events and audit entries beyond this are dropped, the oldest first; jobs never are."""
 
     events: Annotated[int, Field(ge=1000, le=10_000_000, description="events kept")] = 200_000

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
-from maya_un.config.base import Contradiction, Metres, Section, flaw
+from maya_un.config.base import ConfigSection, Contradiction, Metres, flaw
 from maya_un.errors import InvalidRequest
 
 MOST_ZONES = 100
@@ -27,7 +27,7 @@ Margin = Annotated[float, Field(ge=0.0, le=1.0, description="kept clear around i
 Lines = Annotated[bool, Field(description="the two lines keep out too, not only the gripper")]
 
 
-class BoxConfig(Section):
+class BoxConfig(ConfigSection):
     """A box with edges along x, y and z."""
 
     name: Name
@@ -44,7 +44,7 @@ class BoxConfig(Section):
         return self
 
 
-class CylinderConfig(Section):
+class CylinderConfig(ConfigSection):
     """A cylinder that stands upright."""
 
     name: Name
@@ -64,7 +64,7 @@ class CylinderConfig(Section):
         return self
 
 
-class HalfSpaceConfig(Section):
+class HalfSpaceConfig(ConfigSection):
     """All of one side of a plane."""
 
     name: Name

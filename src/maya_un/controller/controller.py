@@ -6,24 +6,26 @@ import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
 from maya_un.controller import marker
 from maya_un.controller.execution import Execution
-from maya_un.controller.homing import Homing
+from maya_un.controller.homing import HomingRun
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.jogging import Jogging
 from maya_un.controller.link import Dial
-from maya_un.controller.lookout import Lookout
+from maya_un.controller.lookout import FaultMonitor
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.pacing import Pacing
-from maya_un.controller.planner import Plan, Planner
+from maya_un.controller.planner import MotionPlan, Planner
 from maya_un.controller.planning import Planning
 from maya_un.controller.protocol import Preview
 from maya_un.controller.reckoning import SETTLED
 from maya_un.controller.run import OnVia
 from maya_un.controller.seek import Seeker
-from maya_un.controller.stopping import Stopping
-from maya_un.controller.wish import Wish
+from maya_un.controller.stopping import MotionStopper
+from maya_un.controller.wish import RunningCommand
 from maya_un.errors import (
     AbortInput,
     AmplifierFault,
@@ -49,8 +51,6 @@ from maya_un.events import (
     MotionStopped,
     ZonesChanged,
 )  # fmt: skip
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
@@ -59,7 +59,7 @@ from maya_un.schema.robot import Jogged
 from maya_un.values import AXES, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
-_Way = Callable[[Wish, Joints], Awaitable[Route]]
+_Way = Callable[[RunningCommand, Joints], Awaitable[Route]]
 """Returns the path of a command from the robot's position."""
 
 
@@ -77,11 +77,11 @@ class GalilController:
     ) -> None:
         self._loop = asyncio.get_running_loop()
         self._monitor = Monitor(dial, address, config)
-        self._lookout = Lookout(self._monitor, live=live)
+        self._lookout = FaultMonitor(self._monitor, live=live)
         self._planner = Planner(config, self._monitor.mechanism)
         self._jogging = Jogging(self._planner, self._monitor.mechanism)
         self._planning = Planning(self._planner, self._jogging, workers)
-        self._stopping = Stopping(self._monitor)
+        self._stopping = MotionStopper(self._monitor)
         self._pacing = Pacing(self._monitor)
         self._execution = Execution(self._monitor, self._lookout)
         self.config = config
@@ -225,7 +225,7 @@ class GalilController:
             monitor.seeking = True
             monitor.reckoning.forget()
             seeker = Seeker(driver, self.config, self.units, wish.wait, self._loop.time, self._lookout.load)
-            found = await Homing(seeker, driver, self.config, self.units, monitor.enter_phase).run()
+            found = await HomingRun(seeker, driver, self.config, self.units, monitor.enter_phase).run()
             ends = (found.b_end, found.c_end)
             await marker.leave(driver, ends, self.units)
             monitor.set_homed(ends)
@@ -238,7 +238,7 @@ class GalilController:
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
 
-        async def way(_wish: Wish, here: Joints) -> Route:
+        async def way(_wish: RunningCommand, here: Joints) -> Route:
             return [here, target]
 
         await self._travel("move", way, speed)
@@ -249,7 +249,7 @@ class GalilController:
         `on_via` is told every waypoint between the ends as it is passed, by its number from 0.
         """
 
-        async def way(_wish: Wish, here: Joints) -> Route:
+        async def way(_wish: RunningCommand, here: Joints) -> Route:
             return self._planner.begun_at(path, here)
 
         await self._travel("follow", way, speed, on_via)
@@ -261,7 +261,7 @@ class GalilController:
         """
         gone = Jogged(axis, distance)
 
-        async def way(wish: Wish, here: Joints) -> Route:
+        async def way(wish: RunningCommand, here: Joints) -> Route:
             nonlocal gone
             gone = await self._planning.jogged(wish, self.workspace, axis, here, distance) if clip else gone
             return self._jogging.path(axis, here, gone.distance)
@@ -390,7 +390,7 @@ class GalilController:
         if plan.move is not None:
             self.events.emit(MotionEnded())
 
-    async def _planned(self, wish: Wish, way: _Way, speed: float) -> Plan:
+    async def _planned(self, wish: RunningCommand, way: _Way, speed: float) -> MotionPlan:
         """Return the plan from where the reference is by the newest record; raises what motion raises."""
         monitor = self._monitor
         known = monitor.here()
@@ -403,11 +403,11 @@ class GalilController:
         here = monitor.here()
         return plan if here == known else await self._plan(wish, way, here, speed)
 
-    async def _plan(self, wish: Wish, way: _Way, here: Joints, speed: float) -> Plan:
+    async def _plan(self, wish: RunningCommand, way: _Way, here: Joints, speed: float) -> MotionPlan:
         return await self._planning.plan(wish, self.workspace, await way(wish, here), speed)
 
     @asynccontextmanager
-    async def _motion(self, name: str, *, homed: bool) -> AsyncIterator[tuple[Wish, Driver]]:
+    async def _motion(self, name: str, *, homed: bool) -> AsyncIterator[tuple[RunningCommand, Driver]]:
         """Hold the desk for a motion; whatever ends it early, the axes are at rest before the block is left."""
         monitor = self._monitor
         with monitor.desk.take(name) as wish:

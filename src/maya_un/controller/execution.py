@@ -5,17 +5,17 @@ from __future__ import annotations
 import asyncio
 from math import inf
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.language.record import DataRecord
 from maya_un.controller import faults, marker
-from maya_un.controller.lookout import Lookout
+from maya_un.controller.lookout import FaultMonitor
 from maya_un.controller.monitor import Monitor
-from maya_un.controller.planner import Plan
-from maya_un.controller.run import OnVia, Run
+from maya_un.controller.planner import MotionPlan
+from maya_un.controller.run import MotionRun, OnVia
 from maya_un.controller.seek import SETTLE
-from maya_un.controller.wish import Wish
+from maya_un.controller.wish import RunningCommand
 from maya_un.errors import CommandRejected, EndNotReached, Faulted, Stopped, SwitchBlocks, TrajectoryRefused
-from maya_un.galil.codes import ErrorCode
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.motion.move import CoordinatedMove, commands
 from maya_un.values import AXES
 
@@ -32,17 +32,19 @@ _ROUNDING = 1e-6
 class Execution:
     """Carries out plans, one at a time, on the controller that `monitor` keeps."""
 
-    def __init__(self, monitor: Monitor, lookout: Lookout) -> None:
+    def __init__(self, monitor: Monitor, lookout: FaultMonitor) -> None:
         self._monitor = monitor
         self._lookout = lookout
         self._loop = asyncio.get_running_loop()
 
-    async def allowed(self, wish: Wish) -> None:
+    async def allowed(self, wish: RunningCommand) -> None:
         """Wait until nobody holds all motion."""
         while self._monitor.pace.paused:
             await wish.wait(inf, self._monitor.pace.news)
 
-    async def carry_out(self, wish: Wish, driver: Driver, plan: Plan, on_via: OnVia | None = None) -> bool:
+    async def carry_out(
+        self, wish: RunningCommand, driver: Driver, plan: MotionPlan, on_via: OnVia | None = None
+    ) -> bool:
         """Do the move of a plan and return True; if the speed changed meanwhile, move nothing and return False."""
         monitor, move = self._monitor, plan.move
         assert move is not None
@@ -76,14 +78,14 @@ class Execution:
         monitor.hold(driver)
         return True
 
-    def _run(self, move: CoordinatedMove, factor: float, on_via: OnVia | None) -> Run:
-        return Run(move, self._loop.time(), self._members(move), factor, vias=move.via_ways, on_via=on_via)
+    def _run(self, move: CoordinatedMove, factor: float, on_via: OnVia | None) -> MotionRun:
+        return MotionRun(move, self._loop.time(), self._members(move), factor, vias=move.via_ways, on_via=on_via)
 
     def _members(self, move: CoordinatedMove) -> tuple[int, ...]:
         axes = self._monitor.config.axes
         return tuple(i for i in range(3) if axes[i].letter in move.axes)
 
-    def _blocked(self, record: DataRecord, run: Run, refusal: CommandRejected) -> SwitchBlocks | None:
+    def _blocked(self, record: DataRecord, run: MotionRun, refusal: CommandRejected) -> SwitchBlocks | None:
         """Return the error for a switch that is active before a motion towards it, None without one."""
         if refusal.details["tc"] != ErrorCode.BEGIN_AT_LIMIT:
             return None
@@ -98,7 +100,7 @@ class Execution:
                     return SwitchBlocks(axis=AXES[i], side=side)
         return None
 
-    async def _to_its_end(self, wish: Wish, driver: Driver, run: Run) -> None:
+    async def _to_its_end(self, wish: RunningCommand, driver: Driver, run: MotionRun) -> None:
         record = await self._ended(wish, run)
         try:
             self._arrived(record, run)
@@ -108,7 +110,7 @@ class Execution:
             raise
         run.tell_vias(inf)
 
-    async def _ended(self, wish: Wish, run: Run) -> DataRecord:
+    async def _ended(self, wish: RunningCommand, run: MotionRun) -> DataRecord:
         """Wait for the predicted end, however it changes, and look until the axes are at rest."""
         pace = self._monitor.pace
         while True:
@@ -123,7 +125,7 @@ class Execution:
             if now > run.acknowledged + 1.05 * (run.end - run.began) + LATE:
                 raise EndNotReached(axis="a, b or c", distance="an unknown way, still moving,")
 
-    def _due(self, run: Run) -> float:
+    def _due(self, run: MotionRun) -> float:
         """Return when to act next: at a via, at the end, in a pause and behind the end again and again."""
         now = self._loop.time()
         if self._monitor.pace.paused:
@@ -132,7 +134,7 @@ class Execution:
             return min(run.next_via(), run.end + SETTLE)
         return now + 0.01
 
-    def _arrived(self, record: DataRecord, run: Run) -> None:
+    def _arrived(self, record: DataRecord, run: MotionRun) -> None:
         found = faults.cause(record, self._monitor.order, run.members)
         if found is not None:
             raise found

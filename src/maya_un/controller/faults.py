@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dmc41x3.language.codes import STOP_TEXTS
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
 from maya_un.errors import (
     AbortInput,
@@ -17,9 +20,6 @@ from maya_un.errors import (
     UnexpectedStop,
 )
 from maya_un.events import EmergencyStopped, FaultEntered, LimitHit, MotionStopped, Trouble
-from maya_un.galil.codes import STOP_TEXTS
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import DataRecord
 from maya_un.values import AXES
 
 NORMAL_ENDS = frozenset({0, 1, 100, 101})

@@ -6,6 +6,8 @@ import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.numbers import parse_number
 from maya_un.controller import guard_program
 from maya_un.controller.guard_program import OUT, START, THREAD
 from maya_un.controller.ownership import LOOK, SILENT, Moving, Ownership
@@ -20,8 +22,6 @@ from maya_un.errors import (
     OwnershipLost,
     UnexpectedReply,
 )
-from maya_un.galil.driver import Driver
-from maya_un.galil.numbers import parse_number
 
 BEATS = 20
 """Beats in the guard's time: one that comes late, or is lost, is no reason to stop."""
@@ -33,7 +33,7 @@ _PROGRAM_RUNS = 17
 
 
 @dataclass(frozen=True, slots=True)
-class Watch:
+class WatchdogStatus:
     """The parsed answer to the guard's question; a senseless answer is `garbled` and proves nothing.
 
     `ours` tells whether the controller still belongs to this program.
@@ -52,14 +52,14 @@ class Watch:
             raise HostSilent
 
 
-class Guard:
+class Watchdog:
     """The guard of one controller, and the beat that restarts its time and keeps this program's ownership.
 
     `seconds` is how long the host may be silent (0: no guard, the beat alone), `letters` are the axes it stops.
     `on_watch` is told what every beat's answer says from `install` on. A link that is lost ends the beat.
     """
 
-    def __init__(self, seconds: float, letters: str, on_watch: Callable[[Watch, Driver], None]) -> None:
+    def __init__(self, seconds: float, letters: str, on_watch: Callable[[WatchdogStatus, Driver], None]) -> None:
         self._seconds = seconds
         self._letters = letters
         self._on_watch = on_watch
@@ -185,21 +185,21 @@ class Guard:
             raise await self.lost(driver)
         watch.require()
 
-    async def _look(self, driver: Driver) -> Watch:
+    async def _look(self, driver: Driver) -> WatchdogStatus:
         try:
             return self._read(await driver.send(self._question))
         except CommandRejected:
-            return Watch(running=False, expired=False)
+            return WatchdogStatus(running=False, expired=False)
 
-    def _read(self, answer: str) -> Watch:
+    def _read(self, answer: str) -> WatchdogStatus:
         words = answer.split()
         try:
             line, out, ours = (parse_number(word) for word in words)
         except ValueError as error:
             raise UnexpectedReply(command=self._question, reply=answer) from error
         if self._seconds == 0.0:
-            return Watch(running=True, expired=False, ours=ours != 0.0)
-        return Watch(running=line in self._lines, expired=out != 0.0, ours=ours != 0.0)
+            return WatchdogStatus(running=True, expired=False, ours=ours != 0.0)
+        return WatchdogStatus(running=line in self._lines, expired=out != 0.0, ours=ours != 0.0)
 
     def _begin_beating(self, driver: Driver) -> None:
         self._beat = asyncio.get_running_loop().create_task(self._keep_beating(driver), name="beat of the guard")
@@ -218,9 +218,9 @@ class Guard:
             _, answer = await driver.batch([self.owner.beat, self._question])
             watch = self._read(answer)
         except CommandRejected:
-            watch = Watch(running=False, expired=False)
+            watch = WatchdogStatus(running=False, expired=False)
         except UnexpectedReply as error:
-            watch = Watch(running=False, expired=False, garbled=error)
+            watch = WatchdogStatus(running=False, expired=False, garbled=error)
         except MachineError:
             return  # a lost link is announced by those who keep it
         if self._installed:

@@ -20,10 +20,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
+from dmc41x3.driver import Driver
 from maya_un.config import Config, Units
-from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, Look, Seeker, Stall
+from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
-from maya_un.galil.driver import Driver
 from maya_un.values import AXES, Joints
 
 A, B, C = 0, 1, 2
@@ -54,7 +54,7 @@ MARGIN_COUNTS = (2, 5, 5)
 
 
 @dataclass(frozen=True, slots=True)
-class Homed:
+class HomingResult:
     """What homing found: the long ends of the two lines [m]."""
 
     b_end: float
@@ -67,7 +67,7 @@ def homed_pose(config: Config) -> Joints:
     return Joints(config.axes.a.minimum + 0.035, 0.75 * width, 0.65 * width)
 
 
-class Homing:
+class HomingRun:
     """One run of the sequence; `phase` is told the name of each step as it begins."""
 
     def __init__(
@@ -81,7 +81,7 @@ class Homing:
         self._speed = config.homing.speed
         self._sag = 1.0 / config.homing.torque_per_load
 
-    async def run(self) -> Homed:
+    async def run(self) -> HomingResult:
         """Run the whole sequence.
 
         Raises `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, and what ends a motion.
@@ -105,7 +105,7 @@ class Homing:
             return C
         return C if look.reverse[C] else B
 
-    async def _sequence(self) -> Homed:
+    async def _sequence(self) -> HomingResult:
         self._phase("raise")
         await self._raise()
         self._phase("datum_a")
@@ -122,7 +122,7 @@ class Homing:
         b_end = await self._long_end(B, C, other_length=0.60 * self._width)
         self._phase("pose")
         await self._to_pose()
-        return Homed(b_end=b_end, c_end=c_end)
+        return HomingResult(b_end=b_end, c_end=c_end)
 
     @property
     def _width(self) -> float:
@@ -154,7 +154,7 @@ class Homing:
                 raise self._seek.contradiction(axis, FORWARD, "a line at its long end cannot be that tight")
         await self._seek.go({B: RELAX, C: RELAX}, self._speed)
 
-    async def _probe(self) -> tuple[float, Look]:
+    async def _probe(self) -> tuple[float, AxesReading]:
         """Return the load on the tighter line after a first tiny step; steps back where none could be read."""
         look = await self._seek.look()
         for attempt in range(6):
@@ -165,13 +165,13 @@ class Homing:
             await self._seek.go(back, PROBE_SPEED)
         raise HomingStalled(axis=AXES[B], reason="its torque could not be read on the way: the link is too slow")
 
-    async def _shorten(self, step: float, speed: float, poll: float) -> tuple[float, Look]:
+    async def _shorten(self, step: float, speed: float, poll: float) -> tuple[float, AxesReading]:
         """Shorten the lines that are not at their short ends; return the largest load seen and the last look."""
         before = await self._seek.look()
         deltas = {axis: -step for axis in (B, C) if not before.reverse[axis]}
         seen = 0.0
 
-        def watch(look: Look) -> bool:
+        def watch(look: AxesReading) -> bool:
             nonlocal seen
             for axis in deltas:
                 if look.running[axis]:
@@ -204,7 +204,7 @@ class Homing:
         if not look.met(B, REVERSE):
             await self._reach(B, REVERSE, -self._stroke(B))
 
-    async def _reach(self, axis: int, side: str, distance: float) -> Look:
+    async def _reach(self, axis: int, side: str, distance: float) -> AxesReading:
         """Go at most `distance` to a switch; raises `SwitchNotFound` where there is none."""
         look = await self._seek.look()
         if not look.at(axis, side):
@@ -229,7 +229,7 @@ class Homing:
         await self._seek.go({axis: CLEAR[axis]}, 4.0 * speed)
         lag = 0
 
-        def note(look: Look) -> bool:
+        def note(look: AxesReading) -> bool:
             nonlocal lag
             if look.running[axis] and not look.reverse[axis]:
                 lag = abs(look.error[axis])
@@ -254,7 +254,7 @@ class Homing:
         v = int(speed * self._units.per_unit[axis]) // 2 * 2
         return v * v / (2.0 * (self._config.axes[axis].limit_deceleration_counts // 1024 * 1024))
 
-    def _length(self, axis: int, look: Look) -> float:
+    def _length(self, axis: int, look: AxesReading) -> float:
         return look.counts[axis] / self._units.per_unit[axis]
 
     async def _long_end(self, axis: int, other: int, other_length: float) -> float:

@@ -8,9 +8,9 @@ import numpy as np
 
 from maya_un.kinematics.mechanism import Floats
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.clearance import Approach, closest
+from maya_un.motion.clearance import ClosestApproach, closest
 from maya_un.motion.move import CoordinatedMove
-from maya_un.motion.trajectory import Stopping, Trajectory, sample, stopping
+from maya_un.motion.trajectory import LongestStop, Trajectory, sample, stopping
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Inspection:
 
     trajectory: Trajectory
     closest: tuple[Closest, ...]
-    stopping: Stopping
+    stopping: LongestStop
 
 
 def inspect(workspace: Workspace, knots: Floats, move: CoordinatedMove, samples: int) -> Inspection:
@@ -45,7 +45,7 @@ def inspect(workspace: Workspace, knots: Floats, move: CoordinatedMove, samples:
     )
 
 
-def _timed(approach: Approach, knots: Floats, move: CoordinatedMove) -> Closest:
+def _timed(approach: ClosestApproach, knots: Floats, move: CoordinatedMove) -> Closest:
     chord, share = approach.place
     steps = np.diff(knots[: chord + 2], axis=0) * np.array(move.units.per_unit)
     lengths = np.sqrt(np.sum(steps * steps, axis=1))

@@ -35,7 +35,7 @@ _PLACES = 512
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class JogLine:
     """The line that a jog follows from where the robot is: places on it by the way along it (rad or m)."""
 
     here: Joints
@@ -44,7 +44,7 @@ class Line:
     in_space: bool
 
     @classmethod
-    def along(cls, axis: str, here: Joints, mechanism: Mechanism) -> Line:
+    def along(cls, axis: str, here: Joints, mechanism: Mechanism) -> JogLine:
         """Return the line of one of `JOG_AXES` through `here`; raises `UnknownName`."""
         if axis in AXES:
             a, b, c = (float(axis == one) for one in AXES)
@@ -87,14 +87,14 @@ class Jogging:
 
     def path(self, axis: str, here: Joints, way: float) -> Path:
         """Return the path of a jog; raises `UnknownName`, and `InvalidValue` for a way that is none."""
-        return Line.along(axis, here, self._mechanism).path(_sensible(way), self._mechanism)
+        return JogLine.along(axis, here, self._mechanism).path(_sensible(way), self._mechanism)
 
     def within(self, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
         """Return how far of `way` (rad or m) the workspace allows, and what ends it there.
 
         Raises `UnknownName`, `InvalidValue`, and `Unreachable` where the robot stands outside the workspace.
         """
-        line = Line.along(axis, here, self._mechanism)
+        line = JogLine.along(axis, here, self._mechanism)
         wanted = max(-LONGEST, min(LONGEST, _sensible(way)))
         if wanted == way and self._refusal(workspace, line, wanted) is None:
             return Jogged(axis, way)
@@ -107,7 +107,7 @@ class Jogging:
         limit = reason.limit.value if isinstance(reason, Reason) else "path"
         return Jogged(axis, kept if wanted > 0.0 else 0.0 - kept, limit, str(reason))
 
-    def _edge(self, workspace: Workspace, line: Line, wanted: float) -> tuple[float, float]:
+    def _edge(self, workspace: Workspace, line: JogLine, wanted: float) -> tuple[float, float]:
         """Return the last way along the line that ends in the workspace before it is left, and one behind."""
         ways = np.linspace(0.0, wanted, _PLACES + 1)[1:]
         outside = np.flatnonzero(~line.reached(workspace, ways))
@@ -117,7 +117,7 @@ class Jogging:
         last = float(ways[first - 1]) if first else 0.0
         return _halved(lambda s: workspace.why_not(line.at(s)) is None, last, float(ways[first]))
 
-    def _refusal(self, workspace: Workspace, line: Line, way: float) -> PathRefused | Unreachable | None:
+    def _refusal(self, workspace: Workspace, line: JogLine, way: float) -> PathRefused | Unreachable | None:
         try:
             self._planner.prove(workspace, line.path(way, self._mechanism))
         except (PathRefused, Unreachable) as refusal:

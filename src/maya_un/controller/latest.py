@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Callable
 from maya_un.values import State
 
 
-class Latest:
+class StateBroadcaster:
     """Holds the newest `state` and hands it to whoever watches; nobody waits for a slow watcher."""
 
     def __init__(self, state: State) -> None:

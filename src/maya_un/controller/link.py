@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import Transport
 from maya_un.controller.registers import identify
 from maya_un.errors import MachineError, MayaError, NotConnected
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
 
 Dial = Callable[[], Awaitable[Transport]]
 """Opens a transport to the controller; raises `ConnectFailed`."""
@@ -17,7 +17,7 @@ RETRY = (0.5, 1.0, 2.0, 5.0)
 """Waits between attempts to reach a lost controller [s]; the last one repeats."""
 
 
-class Link:
+class DriverLink:
     """One driver at a time; `firmware` is what the device last said it is.
 
     `on_lost` is told the reason of a loss once, `on_back` when the controller answers again.

@@ -9,11 +9,13 @@ import asyncio
 from collections.abc import Coroutine, Sequence
 from contextlib import suppress
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.controller import faults, marker
-from maya_un.controller.guard import Guard, Watch
+from maya_un.controller.guard import Watchdog, WatchdogStatus
 from maya_un.controller.guard_program import REPORT
 from maya_un.controller.monitor import Monitor
-from maya_un.controller.registers import GROUPS, MEANING, Asked
+from maya_un.controller.registers import GROUPS, MEANING, PendingRead
 from maya_un.controller.seek import strays
 from maya_un.errors import (
     AbortInput,
@@ -33,8 +35,6 @@ from maya_un.errors import (
     RegisterChanged,
     UnexpectedReply,
 )
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 
 MOVING_RATE, REST_RATE = 20.0, 4.0
 """Reads per second, at most: of the first group in motion, and of all groups in turn."""
@@ -43,7 +43,7 @@ _NAMED = (AbortInput, AmplifierFault, CommandRejected, PositionChanged, Register
 """Errors that name their cause; a refused command of ours explains a different register."""
 
 
-class Lookout:
+class FaultMonitor:
     """Watches the controller of `monitor`, and keeps the guard in it running. Never sends motion.
 
     One that is not `live`, as in a dry run, has no guard and reads only on request.
@@ -82,7 +82,7 @@ class Lookout:
         for task in self._tasks:
             task.cancel()
 
-    async def _leave_torque(self, guard: Guard) -> None:
+    async def _leave_torque(self, guard: Watchdog) -> None:
         """Set the torque that any path may need, and no more, for the next program."""
         monitor = self._monitor
         if monitor.link.up and monitor.registers.written and not monitor.moving():
@@ -149,9 +149,9 @@ class Lookout:
         if self._guard is not None:
             await self._guard.arm(driver)
 
-    def _chosen_guard(self) -> Guard:
+    def _chosen_guard(self) -> Watchdog:
         letters = "".join(sorted(axis.letter for axis, _ in self._monitor.places()))
-        return Guard(self._monitor.config.safety.guard_time, letters, self._on_watch)
+        return Watchdog(self._monitor.config.safety.guard_time, letters, self._on_watch)
 
     async def _moving(self) -> bool:
         await self._monitor.look()
@@ -162,7 +162,7 @@ class Lookout:
         if self._guard is not None:
             self._begin(self._resume(driver, self._guard))
 
-    async def _resume(self, driver: Driver, guard: Guard) -> None:
+    async def _resume(self, driver: Driver, guard: Watchdog) -> None:
         try:
             if await guard.owner.holds(driver):
                 await guard.resume(driver, self._moving)
@@ -193,7 +193,7 @@ class Lookout:
                 monitor.enter_fault(InternalError(reason=repr(defect)))
                 raise
 
-    def _ask(self, driver: Driver) -> Asked | None:
+    def _ask(self, driver: Driver) -> PendingRead | None:
         """Send reads of registers: the first group often in motion, all in turn a few times a second."""
         monitor = self._monitor
         if not monitor.powered or not monitor.registers.known or monitor.fault is not None:
@@ -208,7 +208,7 @@ class Lookout:
             groups.append(self._turn // every % len(GROUPS))
         return monitor.registers.ask(driver, dict.fromkeys(groups)) if groups else None
 
-    async def _judge_registers(self, driver: Driver, asked: Asked) -> None:
+    async def _judge_registers(self, driver: Driver, asked: PendingRead) -> None:
         """Report a changed register to the motion under way, or enter the fault state."""
         monitor = self._monitor
         try:
@@ -283,7 +283,7 @@ class Lookout:
             monitor.displace(strange)
         return strange
 
-    def _on_watch(self, watch: Watch, driver: Driver) -> None:
+    def _on_watch(self, watch: WatchdogStatus, driver: Driver) -> None:
         """Evaluate the guard's answer, many times a second, unless there is a fault already."""
         monitor = self._monitor
         if monitor.fault is not None or driver.lost.done():
@@ -297,7 +297,7 @@ class Lookout:
         elif watch.expired and self._guard is not None:  # at rest there was nothing to stop
             self._begin(self._guard.arm(driver))
 
-    async def _find_owner(self, driver: Driver, guard: Guard) -> None:
+    async def _find_owner(self, driver: Driver, guard: Watchdog) -> None:
         """End the motion under way with an error that names the new owner."""
         try:
             error = await guard.lost(driver)

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dmc41x3.driver import Driver
 from maya_un.config import Config, Units
 from maya_un.errors import CommandRejected
-from maya_un.galil.driver import Driver
 from maya_un.values import AXES, Joints
 
 _SLACK = 0.035

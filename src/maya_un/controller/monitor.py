@@ -5,16 +5,18 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Iterator
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import faults, marker
-from maya_un.controller.latest import Latest
-from maya_un.controller.link import Dial, Link
-from maya_un.controller.reckoning import SETTLED, Reckoning
+from maya_un.controller.latest import StateBroadcaster
+from maya_un.controller.link import Dial, DriverLink
+from maya_un.controller.reckoning import SETTLED, PositionReckoner
 from maya_un.controller.registers import Registers
-from maya_un.controller.run import Pace, Run
-from maya_un.controller.snapshot import Lens, Standing
+from maya_un.controller.run import MotionPace, MotionRun
+from maya_un.controller.snapshot import ControllerStatus, StateBuilder
 from maya_un.controller.torque import Torque
-from maya_un.controller.wish import Desk
+from maya_un.controller.wish import ExclusiveSlot
 from maya_un.errors import (
     CommandRejected,
     ControllerReset,
@@ -28,8 +30,6 @@ from maya_un.errors import (
     OwnershipLost,
 )
 from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, PhaseBegun
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.values import AXES, Joints, Mode, Progress, State
@@ -54,12 +54,12 @@ class Monitor:
         self.order = faults.indices(config)
         self.registers = Registers(config)
         self.torque = Torque(config)
-        self.reckoning = Reckoning(config, self.order)
+        self.reckoning = PositionReckoner(config, self.order)
         self.displaced: MachineError | None = None
-        self.desk = Desk()
-        self.link = Link(dial, address, config.controller.timeout, self._on_lost, self._on_back)
-        self.pace = Pace()
-        self.run: Run | None = None
+        self.desk = ExclusiveSlot()
+        self.link = DriverLink(dial, address, config.controller.timeout, self._on_lost, self._on_back)
+        self.pace = MotionPace()
+        self.run: MotionRun | None = None
         self.phase: tuple[str, float] | None = None
         self.stopping = False
         self.live = False
@@ -70,8 +70,8 @@ class Monitor:
         self.record: DataRecord | None = None
         self.on_returned: Callable[[Driver], None] | None = None
         self._down = True
-        self._lens = Lens(config, self.units, self.mechanism, self.order)
-        self._latest = Latest(self._compose())
+        self._lens = StateBuilder(config, self.units, self.mechanism, self.order)
+        self._latest = StateBroadcaster(self._compose())
 
     @property
     def state(self) -> State:
@@ -299,7 +299,7 @@ class Monitor:
         return Mode.IDLE if self.homed else Mode.NOT_HOMED
 
     def _compose(self) -> State:
-        standing = Standing(
+        standing = ControllerStatus(
             self._loop.time(), self._mode(), self.homed, self.progress(), self.fault, self.pace.override
         )
         return self._lens.state(self.record, standing)

@@ -23,12 +23,12 @@ import secrets
 from collections.abc import Awaitable, Callable
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.numbers import parse_number
 from maya_un.controller.guard_program import BEAT, OUT, SAMPLES
 from maya_un.controller.seek import brake
 from maya_un.errors import CommandRejected, ControllerMoves, ControllerOwned, UnexpectedReply
-from maya_un.galil.driver import Driver
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.numbers import parse_number
 
 Moving = Callable[[], Awaitable[bool]]
 """Read the axes, and return whether one of them moves."""
@@ -52,7 +52,7 @@ _MOST = 10**9
 _WRAP = 2**32
 
 
-class Held(NamedTuple):
+class OwnershipReading(NamedTuple):
     """Ownership as read: the `token` (0: no owner), TIME now, and TIME of the last beat (None: never)."""
 
     token: int
@@ -122,14 +122,14 @@ class Ownership:
             while await moving():
                 await self._wait_for_rest(driver, now=False, latest=latest)
 
-    async def look(self, driver: Driver) -> Held:
+    async def look(self, driver: Driver) -> OwnershipReading:
         """Read the present ownership."""
         try:
             token, beat, time = await _numbers(driver, "_ZAB", BEAT, "TIME")
         except CommandRejected:
             token, time = await _numbers(driver, "_ZAB", "TIME")
-            return Held(token, time, None)
-        return Held(token, time, beat)
+            return OwnershipReading(token, time, None)
+        return OwnershipReading(token, time, beat)
 
     async def did(self, driver: Driver, *commands: str) -> bool:
         """Send commands that take effect only if the controller is ours; return whether it was."""
@@ -187,7 +187,7 @@ class Ownership:
         """Return the command that sets a variable if the token is ours, and else keeps its value."""
         return f"{variable}={self.ours}*{value}+({self.theirs}*{variable})"
 
-    async def silent(self, driver: Driver, held: Held, address: str) -> Held | None:
+    async def silent(self, driver: Driver, held: OwnershipReading, address: str) -> OwnershipReading | None:
         """Return the ownership once the owner is silent, None if the owner has changed.
 
         Raises `ControllerOwned` as soon as the owner beats.
@@ -208,7 +208,7 @@ class Ownership:
             raise ControllerMoves(address=driver.address, holder=await self.holder(driver) or "another program")
         await asyncio.sleep(LOOK)
 
-    async def _swapped(self, driver: Driver, held: Held, *, alive: bool) -> bool:
+    async def _swapped(self, driver: Driver, held: OwnershipReading, *, alive: bool) -> bool:
         """Swap the token for ours if it is unchanged, and send the first beat with it."""
         same = f"(_ZAB={held.token})"
         if held.beat is not None and held.token and not alive:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import asyncio
 
+from dmc41x3.driver import Driver
 from maya_un.controller.monitor import Monitor
 from maya_un.errors import CannotPause, CommandRejected, Faulted, InvalidValue, NotPaused
 from maya_un.events import MotionPaused, MotionResumed, SpeedChanged
-from maya_un.galil.driver import Driver
 from maya_un.motion.move import speed_ratio
 from maya_un.values import StopReport
 

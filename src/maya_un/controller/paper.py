@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from maya_un.config import Config
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.jogging import Jogging
-from maya_un.controller.planner import Plan, Planner
+from maya_un.controller.planner import MotionPlan, Planner
 from maya_un.controller.protocol import Preview
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
@@ -25,7 +25,7 @@ T = TypeVar("T")
 _WORKSPACES = 4
 
 
-class Paper:
+class OfflineMachine:
     """A machine of `config` in a `workspace`, for planning without a controller."""
 
     def __init__(self, config: Config, workspace: Workspace, planner: Planner) -> None:
@@ -47,7 +47,7 @@ class Paper:
         return self._planner.inspect(self.workspace, path, speed, samples)
 
 
-class Drawer:
+class PlannerCache:
     """Caches a planner, and the result of `made` for each recently used workspace."""
 
     def __init__(self, config: Config) -> None:
@@ -57,32 +57,32 @@ class Drawer:
         self.jogging = Jogging(self.planner, mechanism)
         self._made: OrderedDict[tuple[object, Workspace], Any] = OrderedDict()
 
-    def on(self, workspace: Workspace, made: Callable[[Paper], T]) -> T:
+    def on(self, workspace: Workspace, made: Callable[[OfflineMachine], T]) -> T:
         """Return the result of `made` for a workspace, cached."""
         key = (made, workspace)
         found = self._made.pop(key, None)
         if found is None:
-            found = made(Paper(self.config, workspace, self.planner))
+            found = made(OfflineMachine(self.config, workspace, self.planner))
         self._made[key] = found
         while len(self._made) > _WORKSPACES:
             self._made.popitem(last=False)
         return found
 
 
-_drawers: list[Drawer] = []
+_drawers: list[PlannerCache] = []
 
 
 def prepare(config: Config) -> None:
     """Create the cache of this process."""
-    _drawers[:] = [Drawer(config)]
+    _drawers[:] = [PlannerCache(config)]
 
 
-def drawer() -> Drawer:
+def drawer() -> PlannerCache:
     """Return the cache of this process."""
     return _drawers[0]
 
 
-def plan(workspace: Workspace, route: Route, speed: float) -> Generator[None, None, Plan]:
+def plan(workspace: Workspace, route: Route, speed: float) -> Generator[None, None, MotionPlan]:
     """Return the plan of a route; raises as `Planner.plan` does."""
     yield
     return drawer().planner.plan(workspace, route, speed)

@@ -51,7 +51,7 @@ _ENDLESS = (-inf, inf)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class MotionPlan:
     """The knots of a path in whole counts, as joints of shape (n, 3) [rad, m, m], and the move through them.
 
     The move is None where it goes nowhere.
@@ -70,7 +70,7 @@ class Plan:
 class _Timed(NamedTuple):
     """A plan that is not proved yet, and the knots to prove besides its own, where its chords had to be divided."""
 
-    plan: Plan
+    plan: MotionPlan
     between: Floats | None
 
 
@@ -90,7 +90,7 @@ class Planner:
         self._told = lru_cache(maxsize=AT_HAND)(self._tell)
         self._previewed = lru_cache(maxsize=REMEMBERED)(self._preview)
 
-    def plan(self, workspace: Workspace, route: Route, speed: float) -> Plan:
+    def plan(self, workspace: Workspace, route: Route, speed: float) -> MotionPlan:
         """Return the plan of a route at `speed` (above 0 up to 1, of the limits).
 
         Raises `InvalidValue`, `Unreachable`, `PathRefused`, and `TrajectoryRefused` for more than the controller
@@ -134,7 +134,7 @@ class Planner:
             raise InvalidValue(key="speed", value=speed, reason=f"it must lie from {LEAST_SPEED:g} to 1")
         return speed
 
-    def _plan(self, workspace: Workspace, path: Path, speed: float) -> Plan:
+    def _plan(self, workspace: Workspace, path: Path, speed: float) -> MotionPlan:
         needed = 0
         for coarseness in _COARSER:
             self._prove(workspace, path, coarseness)
@@ -174,7 +174,7 @@ class Planner:
             knots = divided(knots, SHORT)
             here = self._joints(knots)
             move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
-        return _Timed(Plan(joints, move if len(move.segments) else None), here if slowed else None)
+        return _Timed(MotionPlan(joints, move if len(move.segments) else None), here if slowed else None)
 
     def _prove(self, workspace: Workspace, path: Path, coarseness: float) -> None:
         """Prove every chord between the knots of a path."""
@@ -192,7 +192,7 @@ class Planner:
     def _preview(self, workspace: Workspace, path: Path, speed: float) -> Preview:
         return self._told(self._planned(workspace, path, speed))
 
-    def _tell(self, planned: Plan) -> Preview:
+    def _tell(self, planned: MotionPlan) -> Preview:
         low, high = extremes(self._mechanism, planned.knots)
         return Preview(
             duration=0.0 if planned.move is None else planned.move.duration + SETTLE,

@@ -9,13 +9,13 @@ from typing import Any, TypeVar
 
 from maya_un.controller import paper
 from maya_un.controller.jogging import Jogging
-from maya_un.controller.planner import Plan, Planner
-from maya_un.controller.wish import Wish
+from maya_un.controller.planner import MotionPlan, Planner
+from maya_un.controller.wish import RunningCommand
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged
 from maya_un.values import Joints
-from maya_un.workers import Answer, Workers
+from maya_un.workers import Workers, WorkResult
 
 T = TypeVar("T")
 
@@ -31,20 +31,20 @@ class Planning:
         self._jogging = jogging
         self._workers = workers
 
-    async def plan(self, wish: Wish, workspace: Workspace, route: Route, speed: float) -> Plan:
+    async def plan(self, wish: RunningCommand, workspace: Workspace, route: Route, speed: float) -> MotionPlan:
         """Return the plan of a route for `wish`; raises as `Planner.plan`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._planner.plan(workspace, route, speed)
         return await _unless_ended(wish, self._workers.run(paper.plan, workspace, route, speed, whose=OWN))
 
-    async def jogged(self, wish: Wish, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
+    async def jogged(self, wish: RunningCommand, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
         """Return how far a jog goes; raises as `Jogging.within`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._jogging.within(workspace, axis, here, way)
         return await _unless_ended(wish, self._workers.run(paper.jogged, workspace, axis, here, way, whose=OWN))
 
 
-async def _unless_ended(wish: Wish, work: Coroutine[Any, Any, Answer[T]]) -> T:
+async def _unless_ended(wish: RunningCommand, work: Coroutine[Any, Any, WorkResult[T]]) -> T:
     """Return the result of work; a stop does not wait for it."""
     task = asyncio.ensure_future(work)
     try:

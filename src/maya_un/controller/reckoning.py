@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
 from maya_un.controller import faults
 from maya_un.errors import ForeignMotion, MachineError, PositionChanged
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Floats
 from maya_un.values import AXES
 
@@ -29,7 +29,7 @@ _PUSHED = 4
 Counts = Sequence[float]
 
 
-class Reckoning:
+class PositionReckoner:
     """Known positions of Maya's axes at rest."""
 
     def __init__(self, config: Config, order: faults.Order) -> None:

@@ -12,13 +12,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.language.numbers import parse_number
 from maya_un.config import Config
 from maya_un.controller import torque
 from maya_un.controller.torque import Torque, Volts
 from maya_un.errors import CommandRejected, ParameterMismatch, RegisterChanged, UnexpectedReply, WrongController
-from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.driver import Driver
-from maya_un.galil.numbers import parse_number
 
 _SAMPLE = 1000
 """TM [us, nominal]: speeds and the guard's time refer to this value."""
@@ -108,15 +108,15 @@ async def identify(driver: Driver, address: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class PendingRead:
     """A pending read of registers, and the expected values."""
 
     answers: asyncio.Future[list[str]]
-    lines: Sequence[Line]
+    lines: Sequence[RegisterRead]
     expected: Mapping[str, float]
 
 
-class Line(NamedTuple):
+class RegisterRead(NamedTuple):
     """One read: its number, with which the answer begins, and the operands whose values follow."""
 
     number: int
@@ -143,7 +143,7 @@ class Registers:
 
     def __init__(self, config: Config) -> None:
         self._wanted = wanted(config)
-        self._lines = tuple(Line(number, tuple(names)) for number, names in enumerate(operands(), start=1))
+        self._lines = tuple(RegisterRead(number, tuple(names)) for number, names in enumerate(operands(), start=1))
         self._kept: dict[str, float] = {}
         self._expected: dict[str, float] = {}
         assert all(len(line.command) <= LINE_LIMIT for line in self._lines)
@@ -204,11 +204,11 @@ class Registers:
         """Expect no values until they are configured again."""
         self._expected = {}
 
-    def ask(self, driver: Driver, numbers: Iterable[int] | None = None) -> Asked:
+    def ask(self, driver: Driver, numbers: Iterable[int] | None = None) -> PendingRead:
         """Send the read of groups of registers (by their places in `GROUPS`; None: all), before returning."""
         return self._ask(driver, self._lines if numbers is None else [self._lines[number] for number in numbers])
 
-    async def require(self, driver: Driver, asked: Asked) -> None:
+    async def require(self, driver: Driver, asked: PendingRead) -> None:
         """Raise `RegisterChanged` if a register differs; raises as `Driver.batch`, and `UnexpectedReply`.
 
         A senseless answer proves nothing, and neither does one after another program changed the print format (VF).
@@ -232,14 +232,14 @@ class Registers:
             return changed
         return RegisterChanged(register="TM", found=f"{found:g}", wanted=f"{expected:g}")
 
-    def _ask(self, driver: Driver, lines: Sequence[Line]) -> Asked:
+    def _ask(self, driver: Driver, lines: Sequence[RegisterRead]) -> PendingRead:
         expected = {name: self._expected[name] for line in lines for name in line.operands if name in self._expected}
-        return Asked(driver.begin_batch([line.command for line in lines]), lines, expected)
+        return PendingRead(driver.begin_batch([line.command for line in lines]), lines, expected)
 
     async def _read(self, driver: Driver) -> dict[str, float]:
         """Return the values of all registers; registers that this controller lacks are dropped from their line."""
         found: dict[str, float] = {}
-        lines: list[Line] = []
+        lines: list[RegisterRead] = []
         for line in self._lines:
             try:
                 found |= line.read(await driver.send(line.command))
@@ -247,12 +247,12 @@ class Registers:
             except CommandRejected:
                 values = await _one_by_one(driver, line.operands)
                 found |= values
-                lines.append(Line(line.number, tuple(values)))
+                lines.append(RegisterRead(line.number, tuple(values)))
         self._lines = tuple(lines)
         return found
 
 
-async def _difference(asked: Asked) -> RegisterChanged | None:
+async def _difference(asked: PendingRead) -> RegisterChanged | None:
     """Return the error for the first register that is not as expected, None without one."""
     answers = await asked.answers
     for line, answer in zip(asked.lines, answers, strict=True):

@@ -10,7 +10,7 @@ from math import inf
 
 import numpy as np
 
-from maya_un.galil.numbers import SCALE, fixed
+from dmc41x3.language.numbers import SCALE, fixed
 from maya_un.kinematics.mechanism import Floats
 from maya_un.motion.move import CoordinatedMove
 from maya_un.values import Joints, StopReport
@@ -25,7 +25,7 @@ _ROUNDING = 1e-6
 """A via due within this time [s] is passed."""
 
 
-class Pace:
+class MotionPace:
     """How fast motion is wanted: the speed override (above 0 up to 1), and whether a person holds all motion.
 
     The override has the four decimal places that the controller prints; it keeps them as whole 1/65536. `news`
@@ -55,7 +55,7 @@ class Pace:
         self.news = asyncio.get_running_loop().create_future()
 
 
-class Run:
+class MotionRun:
     """A motion that began at loop time `began` [s], by `move`, whose profile is the prediction as it is now.
 
     `members` are the axes in it (0 to 2), `factor` the override it begins with. `vias` are ways along its path
@@ -103,7 +103,7 @@ class Run:
         """When the axes come to rest: in a pause where that holds them, else at the end."""
         return min(self.end, self.began + self._rests_at)
 
-    def follow(self, pace: Pace, now: float) -> None:
+    def follow(self, pace: MotionPace, now: float) -> None:
         """Predict anew from `now` on for the pace wanted."""
         t = now - self.began
         if self._paused and not pace.paused:

@@ -13,13 +13,13 @@ from math import hypot, sqrt
 
 import numpy as np
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
 from maya_un.controller import faults, marker, torque
-from maya_un.controller.reckoning import Reckoning
+from maya_un.controller.reckoning import PositionReckoner
 from maya_un.controller.torque import Torque
 from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.values import AXES
 
 Pause = Callable[[float], Awaitable[None]]
@@ -58,7 +58,7 @@ class Stall(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class AxesReading:
     """What the data record tells about Maya's axes a, b, c: switches, counts, errors [counts], torque [V]."""
 
     moving: bool
@@ -81,10 +81,10 @@ class Look:
         return self.at(axis, side) or self.stop_code[axis] == (2 if side == FORWARD else 3)
 
 
-def look_at(record: DataRecord, order: tuple[int, int, int]) -> Look:
+def look_at(record: DataRecord, order: tuple[int, int, int]) -> AxesReading:
     """Return the part of a data record that concerns Maya's axes, in the order a, b, c."""
     a, b, c = (record.axes[place] for place in order)
-    return Look(
+    return AxesReading(
         moving=a.moving or b.moving or c.moving,
         counts=(a.position, b.position, c.position),
         reference=(a.reference, b.reference, c.reference),
@@ -116,14 +116,14 @@ class Seeker:
         self._order = faults.indices(config)
         self._claimed: dict[tuple[int, str], int] = {}
         self._torque = Torque(config)
-        self._reckoning = Reckoning(config, self._order)
+        self._reckoning = PositionReckoner(config, self._order)
         self._known: tuple[int, int, int] | None = None
 
-    async def look(self) -> Look:
+    async def look(self) -> AxesReading:
         """Read the record."""
         return look_at(await self._driver.record(), self._order)
 
-    async def survey(self) -> Look:
+    async def survey(self) -> AxesReading:
         """Look at the switches before anything moves and remember which claim to be active.
 
         Raises `WiringContradictsCn` where a reading is impossible: both ends of an axis at once.
@@ -147,8 +147,8 @@ class Seeker:
         speed: float,
         *,
         poll: float = 0.25,
-        until: Callable[[Look], bool] | None = None,
-    ) -> Look:
+        until: Callable[[AxesReading], bool] | None = None,
+    ) -> AxesReading:
         """Move axes by `deltas` (rad or m) together, the fastest at `speed` (rad/s or m/s), and return the last look.
 
         Ends early at a limit switch (the controller stops all together) or when `until` says so. Raises `Stall` when
@@ -186,7 +186,7 @@ class Seeker:
                 halted = True
                 await brake(self._driver)
 
-    async def settle(self) -> Look:
+    async def settle(self) -> AxesReading:
         """Brake on the path and return when the axes are at rest."""
         await brake(self._driver)
         look = await self.look()
@@ -206,7 +206,7 @@ class Seeker:
             a, b, c = (counts if i == axis else known for i, known in enumerate(self._known))
             self._known = a, b, c
 
-    def _require_known(self, look: Look) -> None:
+    def _require_known(self, look: AxesReading) -> None:
         """Raise `ForeignMotion` or `PositionChanged` if the axes changed since the last step."""
         if self._known is None:
             return
@@ -216,14 +216,14 @@ class Seeker:
             if here != known:
                 raise self._reckoning.changed(axis, here - known)
 
-    async def _require_ours(self, look: Look) -> None:
+    async def _require_ours(self, look: AxesReading) -> None:
         """Raise `ForeignMotion` if an axis moves independently."""
         foreign = faults.foreign(look.record, self._order)
         if foreign is not None:
             await self.settle()
             raise foreign
 
-    def _require_on_way(self, before: Look, look: Look, counts: Mapping[int, int]) -> None:
+    def _require_on_way(self, before: AxesReading, look: AxesReading, counts: Mapping[int, int]) -> None:
         """Raise `PositionChanged` if the reference leaves the path of the step; other axes must not change."""
         for axis in set(range(3)) - counts.keys():
             if look.reference[axis] != before.reference[axis]:
@@ -266,7 +266,7 @@ class Seeker:
             return 2.0 * sqrt(length / brake)
         return length / slew + slew / brake
 
-    async def _examine(self, before: Look, look: Look, counts: Mapping[int, int]) -> None:
+    async def _examine(self, before: AxesReading, look: AxesReading, counts: Mapping[int, int]) -> None:
         """Raise for switches that contradict the motion, and for axes that do not follow it.
 
         SH takes the reference of a stalled axis back to where the axis is, so that it can be moved away.
@@ -291,7 +291,7 @@ class Seeker:
                 self._known = None
                 raise Stall(axis)
 
-    async def _ended(self, look: Look, counts: Mapping[int, int], *, halted: bool) -> None:
+    async def _ended(self, look: AxesReading, counts: Mapping[int, int], *, halted: bool) -> None:
         """Raise what ended the motion unless it was its end, a limit switch or our own stop.
 
         What somebody else stopped, the guard included, is not to move on.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
 from maya_un.controller.faults import Order
 from maya_un.errors import MayaError, Unreachable
-from maya_un.galil.record import DataRecord
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints, Mode, Notice, Point, Progress, State
 
@@ -15,7 +15,7 @@ _BLANK = (False, False, False)
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class ControllerStatus:
     """What the controller floor knows beside the record: mode, whether homed, progress, fault, speed override."""
 
     time: float
@@ -26,7 +26,7 @@ class Standing:
     override: float = 1.0
 
 
-class Lens:
+class StateBuilder:
     """Turns data records (counts, bits) into states (rad, m, s)."""
 
     def __init__(self, config: Config, units: Units, mechanism: Mechanism, order: Order) -> None:
@@ -35,7 +35,7 @@ class Lens:
         self._mechanism = mechanism
         self._order = order
 
-    def state(self, record: DataRecord | None, standing: Standing) -> State:
+    def state(self, record: DataRecord | None, standing: ControllerStatus) -> State:
         """Return the state for the latest record, or for none yet."""
         error = standing.fault
         fault = None if error is None else Notice(error.code, str(error))
@@ -77,7 +77,7 @@ class Lens:
         return high is (self._grip.closed_by == "set")
 
 
-def _unknown(standing: Standing, fault: Notice | None) -> State:
+def _unknown(standing: ControllerStatus, fault: Notice | None) -> State:
     return State(
         time=standing.time,
         mode=standing.mode,

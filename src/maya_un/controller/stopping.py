@@ -6,21 +6,21 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import DataRecord
 from maya_un.cancellation import wait_for_end
 from maya_un.controller import faults
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.seek import SETTLE, brake, strays
 from maya_un.errors import CommandRejected, MachineError, NotConnected, Stopped
 from maya_un.events import MotionStopped
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import DataRecord
 from maya_un.values import StopReport
 
 PATIENCE = 30.0
 """A controller that refuses commands is polled for this time [s] until its axes rest."""
 
 
-class Stopping:
+class MotionStopper:
     """Ends what moves on the controller that `monitor` keeps."""
 
     def __init__(self, monitor: Monitor) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from maya_un.errors import Busy, MayaError
 
 
-class Wish:
+class RunningCommand:
     """A motion or gripper wish under way. `interrupted` completes with the error that is to end it."""
 
     def __init__(self, name: str) -> None:
@@ -40,11 +40,11 @@ class Wish:
         self.check()
 
 
-class Desk:
+class ExclusiveSlot:
     """Takes one wish and refuses the next with `Busy` until the first is done."""
 
     def __init__(self) -> None:
-        self.current: Wish | None = None
+        self.current: RunningCommand | None = None
         self._done = asyncio.Event()
 
     async def free(self) -> None:
@@ -53,11 +53,11 @@ class Desk:
             await self._done.wait()
 
     @contextmanager
-    def take(self, name: str) -> Iterator[Wish]:
+    def take(self, name: str) -> Iterator[RunningCommand]:
         """Hold the desk for the block; raises `Busy`."""
         if self.current is not None:
             raise Busy(doing=self.current.name)
-        wish = Wish(name)
+        wish = RunningCommand(name)
         self.current = wish
         self._done.clear()
         try:

@@ -38,26 +38,48 @@ MayaError
     ├── WiringContradictsCn 2401 · HomingStalled 2402 · SwitchNotFound 2403 · StrokeDiffers 2404
     └── InternalError 5999
 
-1xxx link · 2xxx motion · 3xxx work-piece (`gripping`) · 4xxx request (`asking`) · 5xxx house: one module each.
-The words belong to the code and stand in `maya_un.messages`, one module a language; every edge shows the same code
-and words.
+1xxx link · 2xxx motion · 3xxx work-piece (`gripping`) · 4xxx request (`asking`) · 5xxx house: one module each. The
+branches, and the leaves that need no robot, stand in `dmc41x3.errors`. The words belong to the code and stand in
+`maya_un.messages` and `dmc41x3.messages`, one module a language; every edge shows the same code and words.
 """
 
 from __future__ import annotations
 
+from dmc41x3.errors import (
+    AddressInUse,
+    CommandRejected,
+    ConnectFailed,
+    FileNotOurs,
+    FileUnreadable,
+    FileUnwritable,
+    InternalError,
+    InvalidCommandLine,
+    InvalidRequest,
+    InvalidValue,
+    LinkLost,
+    LinkTimeout,
+    MemoryDamaged,
+    NotConnected,
+    ProgramDiffers,
+    ProgramLost,
+    ProgramRuns,
+    TooFewDescriptors,
+    UnexpectedReply,
+    UnknownName,
+    WrongController,
+    as_said,
+    by_code,
+    from_notice,
+)
 from maya_un.errors.asking import (
     AnswerNeeded,
     CertificateRefused,
     DecisionNeeded,
     DependencyFailed,
     EventsForgotten,
-    FileUnreadable,
-    InvalidCommandLine,
     InvalidJob,
     InvalidMessage,
     InvalidProcess,
-    InvalidRequest,
-    InvalidValue,
     JobChanged,
     KeyReused,
     LeaseHeld,
@@ -86,7 +108,6 @@ from maya_un.errors.asking import (
     TooManyRequests,
     TooMuchAsked,
     UnknownInterface,
-    UnknownName,
     WrongState,
 )
 from maya_un.errors.base import (
@@ -99,11 +120,7 @@ from maya_un.errors.gripping import (
     GripperNotEmpty,
 )
 from maya_un.errors.house import (
-    AddressInUse,
     AlreadyRunning,
-    FileNotOurs,
-    FileUnwritable,
-    InternalError,
     InvalidConfig,
     MasterGone,
     NothingToRevert,
@@ -113,39 +130,23 @@ from maya_un.errors.house import (
     StorageInUse,
     StorageTooNew,
     StorageUnavailable,
-    TooFewDescriptors,
     WorkerFailed,
 )
 from maya_un.errors.link import (
     BrokerRefused,
-    CommandRejected,
-    ConnectFailed,
     ControllerMoves,
     ControllerOwned,
-    LinkLost,
-    LinkTimeout,
-    MemoryDamaged,
     NodeGone,
-    NotConnected,
     OwnerErased,
     OwnershipLost,
     ParameterMismatch,
-    ProgramDiffers,
-    ProgramLost,
     RobotNotReached,
     ServiceNotAnswering,
     ServiceNotRunning,
     SessionTakenOver,
     SupervisorsNotReached,
     TwinNotFound,
-    UnexpectedReply,
-    WrongController,
     WrongRobot,
-)
-from maya_un.errors.lookup import (
-    as_said,
-    by_code,
-    from_notice,
 )
 from maya_un.errors.motion import (
     AbortInput,
@@ -171,7 +172,6 @@ from maya_un.errors.motion import (
     PathRefused,
     PositionChanged,
     PositionNotKept,
-    ProgramRuns,
     RegisterChanged,
     Stopped,
     StrokeDiffers,

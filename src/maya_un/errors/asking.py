@@ -5,22 +5,10 @@ from __future__ import annotations
 from maya_un.errors.base import RequestError
 
 
-class InvalidValue(RequestError):
-    """A value is of the wrong kind or out of range."""
-
-    code = 4001
-
-
 class InvalidJob(RequestError):
     """A job file names a wrong key, step or value."""
 
     code = 4002
-
-
-class UnknownName(RequestError):
-    """A name is not known; lists the names that are."""
-
-    code = 4003
 
 
 class NotFound(RequestError):
@@ -29,28 +17,10 @@ class NotFound(RequestError):
     code = 4004
 
 
-class InvalidRequest(RequestError):
-    """A request body could not be understood."""
-
-    code = 4005
-
-
 class SpeedOnRealMachine(RequestError):
     """`--speed` scales the twin's time; a real machine has no such thing."""
 
     code = 4006
-
-
-class FileUnreadable(RequestError):
-    """A file cannot be read or parsed."""
-
-    code = 4007
-
-
-class InvalidCommandLine(RequestError):
-    """The command line could not be understood."""
-
-    code = 4008
 
 
 class NotIdentifiable(RequestError):

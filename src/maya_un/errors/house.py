@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from maya_un.errors.base import MachineError, RequestError
+from maya_un.errors.base import RequestError
 
 
 class InvalidConfig(RequestError):
@@ -11,28 +11,10 @@ class InvalidConfig(RequestError):
     code = 5001
 
 
-class FileUnwritable(RequestError):
-    """A file cannot be written."""
-
-    code = 5002
-
-
-class AddressInUse(RequestError):
-    """A port to listen on is taken."""
-
-    code = 5003
-
-
 class AlreadyRunning(RequestError):
     """Another `maya up` of this user runs already."""
 
     code = 5004
-
-
-class FileNotOurs(RequestError):
-    """A file that we would write over is somebody else's."""
-
-    code = 5005
 
 
 class NothingToRevert(RequestError):
@@ -77,12 +59,6 @@ class RosMissing(RequestError):
     code = 5012
 
 
-class TooFewDescriptors(RequestError):
-    """The limit on open files leaves too few for connections, the robot's link and the journal."""
-
-    code = 5013
-
-
 class StorageUnavailable(RequestError):
     """The file of the queue cannot be opened for writing: the disk is full or read-only. A later start may succeed.
 
@@ -96,9 +72,3 @@ class WorkerFailed(RequestError):
     """The worker process that computes for the service ended, or cannot start."""
 
     code = 5020
-
-
-class InternalError(MachineError):
-    """A defect of ours: reported as one sentence, with the log's place."""
-
-    code = 5999

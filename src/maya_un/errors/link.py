@@ -5,76 +5,16 @@ from __future__ import annotations
 from maya_un.errors.base import MachineError, RequestError
 
 
-class LinkLost(MachineError):
-    """The connection to the controller ended by itself."""
-
-    code = 1001
-
-
-class ConnectFailed(MachineError):
-    """Nobody answers at the controller's address."""
-
-    code = 1002
-
-
-class LinkTimeout(MachineError):
-    """The controller accepted the connection but does not answer in time."""
-
-    code = 1003
-
-
-class CommandRejected(MachineError):
-    """The controller answered `?` to a command of ours; carries the TC code."""
-
-    code = 1004
-
-
-class WrongController(MachineError):
-    """The device at the address is not a DMC-41x3 with three axes."""
-
-    code = 1005
-
-
-class UnexpectedReply(MachineError):
-    """A reply could not be understood."""
-
-    code = 1006
-
-
 class ParameterMismatch(MachineError):
     """The controller did not keep a parameter as configured."""
 
     code = 1007
 
 
-class ProgramDiffers(MachineError):
-    """The controller holds another program than the one just downloaded."""
-
-    code = 1008
-
-
-class MemoryDamaged(MachineError):
-    """The controller's EEPROM failed a checksum when it last powered up."""
-
-    code = 1009
-
-
-class NotConnected(RequestError):
-    """A command came without a connection to the controller."""
-
-    code = 1010
-
-
 class NodeGone(MachineError):
     """The node that did this ended by itself, or is not there; where only its action is known, that is named."""
 
     code = 1011
-
-
-class ProgramLost(RequestError):
-    """A download failed, and the former program could not be restored."""
-
-    code = 1040
 
 
 class ServiceNotRunning(RequestError):

@@ -59,12 +59,6 @@ class GuardBlocked(RequestError):
     code = 2109
 
 
-class ProgramRuns(RequestError):
-    """A download was asked for while the controller runs a program."""
-
-    code = 2110
-
-
 class CannotPause(RequestError):
     """A pause was asked for where there is no motion on a path that could be held."""
 

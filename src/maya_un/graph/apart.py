@@ -17,10 +17,10 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import MayaError, NodeGone
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.stopping import stoppable
-from maya_un.graph.doors.robot import RobotDoor
+from maya_un.graph.doors.robot import RobotServer
 from maya_un.graph.doors.working import Clock
 from maya_un.graph.outcome import error_of
-from maya_un.graph.protocol import Feedback, Graph, Message, Outcome, Refused
+from maya_un.graph.protocol import Feedback, GoalRefused, GoalStatus, Graph, Message
 from maya_un.graph.table import TASK
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase, Robot
@@ -35,7 +35,7 @@ _DECIDES = "robot_controller"
 
 
 @dataclass(frozen=True, slots=True)
-class Both:
+class DistributedLayers:
     """A robot floor and what is below it, as a door looks at them."""
 
     robot: Robot
@@ -70,7 +70,9 @@ async def robot_floor(
     way is at rest when the block is left.
     """
     async with GraphController.on(graph, config, speed=speed) as controller:
-        door = RobotDoor(Both(MayaRobot(controller, config, workers), controller), clock=clock, speed=speed)
+        door = RobotServer(
+            DistributedLayers(MayaRobot(controller, config, workers), controller), clock=clock, speed=speed
+        )
         async with door.commands(graph), door.task(graph, INNER):
             yield controller
 
@@ -87,8 +89,8 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
             raise gone from None
         if not ended.result:
             raise gone
-        if ended.outcome is Outcome.REJECTED:
-            raise Refused(ended.result)
+        if ended.outcome is GoalStatus.REJECTED:
+            raise GoalRefused(ended.result)
         error = error_of(ended.result, INNER)
         if error is not None:
             raise error

@@ -12,20 +12,20 @@ from maya_un.graph.protocol import (
     Act,
     Answer,
     Directory,
-    Ended,
     Feedback,
+    GoalRefused,
+    GoalResult,
     Graph,
+    GraphHandle,
     Heard,
-    Held,
     Message,
-    Parameters,
+    ParameterServer,
     Publisher,
     Quick,
-    Refused,
     Request,
     Subscription,
 )
-from maya_un.graph.table import Form, asked_by_call, asked_by_topic
+from maya_un.graph.table import Kind, asked_by_call, asked_by_topic
 
 Permit = Callable[[Operation], None]
 """Raises a `MayaError` if an operation may not be requested."""
@@ -37,7 +37,7 @@ def anything(_: Operation) -> None:
     """Permit everything, for a graph without users."""
 
 
-class Attended:
+class PermittedGraph:
     """A `graph` whose services, actions and topics accept only requests that `permit` allows.
 
     Requests of this process itself are not checked. Questions that are answered at once, and cancels, are
@@ -54,7 +54,7 @@ class Attended:
         return self._graph.directory
 
     @property
-    def parameters(self) -> Parameters:
+    def parameters(self) -> ParameterServer:
         """Its parameters."""
         return self._graph.parameters
 
@@ -78,9 +78,9 @@ class Attended:
 
         return self._graph.subscribe(topic, kind, looked_at, queue_size=queue_size)
 
-    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
         """Answer a service; a call that is refused fails."""
-        operation = asked_by_call(service, Form.SERVICE)
+        operation = asked_by_call(service, Kind.SERVICE)
 
         async def looked_at(request: Message) -> Message:
             self._permit(operation)
@@ -96,19 +96,19 @@ class Attended:
         """Find services that will be called, soon."""
         self._graph.expect(*services)
 
-    def act(self, action: str, kind: str, act: Act) -> Held:
+    def act(self, action: str, kind: str, act: Act) -> GraphHandle:
         """Be the server of an action; a goal that is refused is rejected."""
-        operation = asked_by_call(action, Form.ACTION)
+        operation = asked_by_call(action, Kind.ACTION)
 
         async def looked_at(goal: Message, feedback: Feedback) -> Message:
             try:
                 self._permit(operation)
             except MayaError as refusal:
-                raise Refused(failure(refusal)) from refusal
+                raise GoalRefused(failure(refusal)) from refusal
             return await act(goal, feedback)
 
         return self._graph.act(action, kind, looked_at)
 
-    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
         """Have a goal carried out and return how it ended."""
         return await self._graph.do(action, kind, goal, feedback)

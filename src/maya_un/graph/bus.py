@@ -18,27 +18,27 @@ from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.errors import InvalidMessage, MayaError, NodeGone, ServiceFailed, UnknownInterface
 from maya_un.graph import types
 from maya_un.graph.arguments import by_name
-from maya_un.graph.goals import GoalServer, Voices
+from maya_un.graph.goals import GoalServer, GoalTopics
 from maya_un.graph.parameters import BusParameters
 from maya_un.graph.principals import Who, acting_for
 from maya_un.graph.protocol import (
     Act,
     Answer,
     Directory,
-    Ended,
     Feedback,
+    GoalResult,
+    GoalStatus,
+    GraphHandle,
     Heard,
-    Held,
     Message,
-    Node,
-    Outcome,
+    NodeInfo,
     Publisher,
     Quick,
     Request,
     Subscription,
 )
 from maya_un.graph.stamps import Stamp, stamp
-from maya_un.graph.topics import Inlet, Member, Outlet, Topics, caller_of
+from maya_un.graph.topics import TopicInlet, TopicNode, TopicOutlet, Topics, caller_of
 
 UNBOUNDED = 0
 """Size of a queue that drops nothing."""
@@ -133,7 +133,7 @@ class BusAction:
         self.kind = kind
         self._name = name
         self.gone: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-        voices = Voices(
+        voices = GoalTopics(
             node.advertise(f"{name}/status", _STATUS, latch=True),
             node.advertise(f"{name}/feedback", f"{kind}ActionFeedback"),
             node.advertise(f"{name}/result", f"{kind}ActionResult"),
@@ -155,7 +155,7 @@ class BusAction:
         self._deaf()
         self.server.kill()
 
-    def _take(self, goal: Message, source: Member) -> None:
+    def _take(self, goal: Message, source: TopicNode) -> None:
         results = self.node.bus.topics.find(f"{self._name}/result")
         waits = results is not None and any(inlet.member is source for inlet in results.inlets)
         self.server.take(goal, source if waits else None)
@@ -206,7 +206,7 @@ class BusNode:
         """Listen to a topic; see `protocol.Graph`."""
         return self.bus.topics.listen(named(topic), kind, lambda message, _: heard(message), self, queue_size)
 
-    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
         """Answer a service; whoever answered it before does so no more."""
         name = named(service)
         held = self.bus.services[name] = BusService(self, name, kind, answer, quick)
@@ -230,7 +230,7 @@ class BusNode:
     def expect(self, *services: str) -> None:
         """Do nothing; see `protocol.Graph`. Here nobody has to be asked who serves what."""
 
-    def act(self, action: str, kind: str, act: Act) -> Held:
+    def act(self, action: str, kind: str, act: Act) -> GraphHandle:
         """Be the server of an action; whoever was before takes no more goals."""
         name = named(action)
         before = self.bus.actions.get(name)
@@ -240,7 +240,7 @@ class BusNode:
         self.keep(held)
         return held
 
-    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
         """Have a goal carried out and return how it ended; see `protocol.Graph`."""
         name = named(action)
         server = self.bus.actions.get(name)
@@ -249,17 +249,17 @@ class BusNode:
         self._goals += 1
         now = self.bus.now()
         own = f"{self.name}-{self._goals}-{id(self):x}-{now['secs']}.{now['nsecs']:09d}"
-        ended: asyncio.Future[Ended] = asyncio.get_running_loop().create_future()
+        ended: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
 
         def heard_result(message: Message) -> None:
             if message["status"]["goal_id"]["id"] == own and not ended.done():
-                ended.set_result(Ended(Outcome(message["status"]["status"]), message["result"]))
+                ended.set_result(GoalResult(GoalStatus(message["status"]["status"]), message["result"]))
 
         def heard_feedback(message: Message) -> None:
             if message["status"]["goal_id"]["id"] == own and feedback is not None and not ended.done():
                 feedback(message["feedback"])
 
-        held: list[Held] = [
+        held: list[GraphHandle] = [
             self.subscribe(f"{name}/result", f"{kind}ActionResult", heard_result, queue_size=UNBOUNDED),
             self.subscribe(f"{name}/feedback", f"{kind}ActionFeedback", heard_feedback, queue_size=UNBOUNDED),
         ]
@@ -268,7 +268,7 @@ class BusNode:
         try:
             goals.publish({"goal_id": {"stamp": now, "id": own}, "goal": goal})
             await run_to_rest(self._until(ended, server), lambda: cancels.publish({"id": own}))
-            return ended.result() if ended.done() else Ended(Outcome.LOST, {})
+            return ended.result() if ended.done() else GoalResult(GoalStatus.LOST, {})
         finally:
             for one in (*held, goals, cancels):
                 one.close()
@@ -288,16 +288,16 @@ class BusNode:
         for action in self.bus.actions.values():
             action.server.forsake(self)
 
-    def keep(self, held: Outlet | Inlet | BusService | BusAction) -> None:
+    def keep(self, held: TopicOutlet | TopicInlet | BusService | BusAction) -> None:
         """Have something that is given back when the node ends."""
         self._held.append(held)
 
-    def drop(self, held: Outlet | Inlet | BusService | BusAction) -> None:
+    def drop(self, held: TopicOutlet | TopicInlet | BusService | BusAction) -> None:
         """Take notice that something was given back."""
         if held in self._held:
             self._held.remove(held)
 
-    async def _until(self, ended: asyncio.Future[Ended], server: BusAction) -> None:
+    async def _until(self, ended: asyncio.Future[GoalResult], server: BusAction) -> None:
         """Wait until a goal has ended, or nobody will ever say so."""
         await asyncio.wait({ended, server.gone, self._lost}, return_when=asyncio.FIRST_COMPLETED)
         if not ended.done():  # a result that was told last of all is heard in the loop's next turn
@@ -336,7 +336,7 @@ class BusDirectory:
         """Return the loopback's address for every service, "" where nobody serves it."""
         return _HERE if named(service) in self._bus.services else ""
 
-    async def nodes(self) -> Mapping[str, Node]:
+    async def nodes(self) -> Mapping[str, NodeInfo]:
         """Return what every node publishes, subscribes and serves; those that share a name together."""
         found = {node.name: (set[str](), set[str](), set[str]()) for node in self._bus.nodes}
         for name in self._bus.topics.kinds:
@@ -348,4 +348,4 @@ class BusDirectory:
                 found[inlet.member.name][1].add(name)
         for name, service in self._bus.services.items():
             found[service.node.name][2].add(name)
-        return {name: Node(*(tuple(sorted(names)) for names in does)) for name, does in found.items()}
+        return {name: NodeInfo(*(tuple(sorted(names)) for names in does)) for name, does in found.items()}

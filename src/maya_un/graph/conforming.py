@@ -16,7 +16,7 @@ from maya_un.graph.catalogue import ANY, SCALAR, Field, is_base, spec
 from maya_un.graph.protocol import Message
 
 Converter = Callable[[Any], Any]
-"""Returns a value as its type has it; raises `Misfit`."""
+"""Returns a value as its type has it; raises `Mismatch`."""
 
 INTEGERS = {
     "int8": (-(2**7), 2**7 - 1), "uint8": (0, 2**8 - 1), "byte": (-(2**7), 2**7 - 1), "char": (0, 2**8 - 1),
@@ -46,7 +46,7 @@ _NOTHING: dict[str, Callable[[], Any]] = {
 }
 
 
-class Misfit(Exception):
+class Mismatch(Exception):
     """A value does not fit; `path` leads to it, built while this rises."""
 
     def __init__(self, reason: str) -> None:
@@ -54,7 +54,7 @@ class Misfit(Exception):
         self.reason = reason
         self.path = ""
 
-    def within(self, place: str) -> Misfit:
+    def within(self, place: str) -> Mismatch:
         """Return this, seen from what holds the value at `place`."""
         link = "." if self.path and not self.path.startswith("[") else ""
         self.path = f"{place}{link}{self.path}"
@@ -71,19 +71,19 @@ def converter(kind: str) -> Converter:
 
     def convert(data: Any) -> Message:
         if not isinstance(data, Mapping):
-            raise Misfit(f"it must be an object, not {repr(data)}")
+            raise Mismatch(f"it must be an object, not {repr(data)}")
         out: Message = {}
         for name, one, default in fields:
             if name in data:
                 try:
                     out[name] = one(data[name])
-                except Misfit as misfit:
+                except Mismatch as misfit:
                     raise misfit.within(name) from None
             else:
                 out[name] = default()
         if not names.issuperset(data):
             unknown = next(name for name in data if name not in names)
-            raise Misfit(f"it has {', '.join(sorted(names)) or 'no field'}, and no other").within(str(unknown)[:64])
+            raise Mismatch(f"it has {', '.join(sorted(names)) or 'no field'}, and no other").within(str(unknown)[:64])
         return out
 
     return convert
@@ -112,12 +112,12 @@ def _array(one: Converter, field: Field) -> Converter:
     def convert(data: Any) -> list[Any]:
         values = _bytes(data) if as_bytes and isinstance(data, str | bytes | bytearray) else data
         if not isinstance(values, list | tuple):
-            raise Misfit(f"it must be an array, not {repr(data)}")
+            raise Mismatch(f"it must be an array, not {repr(data)}")
         if length not in (ANY, len(values)):
-            raise Misfit(f"it must have {length} items, not {len(values)}")
+            raise Mismatch(f"it must have {length} items, not {len(values)}")
         try:
             return [one(value) for value in values]
-        except Misfit:
+        except Mismatch:
             for place, value in enumerate(values):
                 _checked(one, value, place)
             raise
@@ -128,7 +128,7 @@ def _array(one: Converter, field: Field) -> Converter:
 def _checked(one: Converter, value: Any, place: int) -> None:
     try:
         one(value)
-    except Misfit as misfit:
+    except Mismatch as misfit:
         raise misfit.within(f"[{place}]") from None
 
 
@@ -138,7 +138,7 @@ def _bytes(data: str | bytes | bytearray) -> list[int]:
     try:
         return list(base64.b64decode(data, validate=True))
     except (binascii.Error, ValueError):
-        raise Misfit("it must be an array, or bytes as base64") from None
+        raise Mismatch("it must be an array, or bytes as base64") from None
 
 
 def _base(kind: str) -> Converter:
@@ -153,27 +153,27 @@ def _base(kind: str) -> Converter:
 def _bool(value: Any) -> bool:
     if value is True or value is False:
         return value
-    raise Misfit(f"it must be true or false, not {repr(value)}")
+    raise Mismatch(f"it must be true or false, not {repr(value)}")
 
 
 def _string(value: Any) -> str:
     """Return a text; half a pair of surrogates, which JSON can say, is none."""
     if not isinstance(value, str):
-        raise Misfit(f"it must be text, not {repr(value)}")
+        raise Mismatch(f"it must be text, not {repr(value)}")
     if not value.isascii():
         try:
             value.encode()
         except UnicodeEncodeError:
-            raise Misfit("it must be text that can be encoded") from None
+            raise Mismatch("it must be text that can be encoded") from None
     return value
 
 
 def _integer(least: int, greatest: int) -> Converter:
     def convert(value: Any) -> int:
         if not isinstance(value, int) or isinstance(value, bool):
-            raise Misfit(f"it must be a whole number, not {repr(value)}")
+            raise Mismatch(f"it must be a whole number, not {repr(value)}")
         if not least <= value <= greatest:
-            raise Misfit(f"it must be {least} to {greatest}, not {repr(value)}")
+            raise Mismatch(f"it must be {least} to {greatest}, not {repr(value)}")
         return value
 
     return convert
@@ -186,17 +186,17 @@ def _float(value: Any) -> float:
     if value is None:
         return nan
     if not isinstance(value, int | float) or isinstance(value, bool):
-        raise Misfit(f"it must be a number, not {repr(value)}")
+        raise Mismatch(f"it must be a number, not {repr(value)}")
     try:
         return float(value)
     except OverflowError:
-        raise Misfit(f"it must fit a float64, unlike {repr(value)}") from None
+        raise Mismatch(f"it must fit a float64, unlike {repr(value)}") from None
 
 
 def _single(value: Any) -> float:
     number = _float(value)
     if _GREATEST_SINGLE <= abs(number) < inf and not isinf(number):
-        raise Misfit(f"it must fit a float32, unlike {repr(value)}")
+        raise Mismatch(f"it must fit a float32, unlike {repr(value)}")
     return number
 
 
@@ -221,11 +221,11 @@ def _stamp(least: int, greatest: int) -> Converter:
         if isinstance(data, Mapping) and "sec" in data:
             data = _renamed(data)
         if not isinstance(data, Mapping) or not names.issuperset(data):
-            raise Misfit(f'it must be {{"secs", "nsecs"}}, not {repr(data)}')
+            raise Mismatch(f'it must be {{"secs", "nsecs"}}, not {repr(data)}')
         carried, nsecs = divmod(whole(data.get("nsecs", 0)), _SECOND)
         secs = whole(data.get("secs", 0)) + carried
         if not least <= secs <= greatest:
-            raise Misfit(f"its secs must be {least} to {greatest}, not {repr(secs)}")
+            raise Mismatch(f"its secs must be {least} to {greatest}, not {repr(secs)}")
         return {"secs": secs, "nsecs": nsecs}
 
     return convert

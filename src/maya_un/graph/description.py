@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from maya_un.config import AxisConfig, Config, Units
-from maya_un.graph.drawn import Pieces
+from maya_un.graph.drawn import LineDivision
 
 INCLUDE = "dimensions.xacro"
 """The name of the file with the lengths, in the folder of the macros."""
@@ -69,7 +69,7 @@ def _axis(name: str, axis: AxisConfig, per_unit: float) -> dict[str, float]:
 
 def _line(name: str, axis: AxisConfig, per_unit: float) -> dict[str, float]:
     """Return the limits of a line, and of how many pieces of which length it is drawn."""
-    pieces = Pieces.of(axis)
+    pieces = LineDivision.of(axis)
     return {**_axis(name, axis, per_unit), f"{name}_piece": pieces.length, f"{name}_pieces": pieces.number}
 
 

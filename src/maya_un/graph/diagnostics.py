@@ -19,7 +19,7 @@ CONTROLLER = "maya: controller"
 """The name of the controller floor's status."""
 
 
-class Level(IntEnum):
+class DiagnosticLevel(IntEnum):
     """How it stands (diagnostic_msgs/DiagnosticStatus)."""
 
     OK = 0
@@ -29,11 +29,11 @@ class Level(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Status:
+class DiagnosticStatus:
     """How one part of Maya is: its `name`, one sentence, and `values` by key for whoever looks closer."""
 
     name: str
-    level: Level
+    level: DiagnosticLevel
     message: str
     values: Mapping[str, object] = field(default_factory=dict[str, object])
 
@@ -48,14 +48,14 @@ _WORDS = {
     Mode.STOPPING: "braking on the path",
 }
 _LEVELS = {
-    Mode.DISCONNECTED: Level.ERROR,
-    Mode.FAULT: Level.ERROR,
-    Mode.NOT_HOMED: Level.WARN,
-    Mode.PAUSED: Level.WARN,
+    Mode.DISCONNECTED: DiagnosticLevel.ERROR,
+    Mode.FAULT: DiagnosticLevel.ERROR,
+    Mode.NOT_HOMED: DiagnosticLevel.WARN,
+    Mode.PAUSED: DiagnosticLevel.WARN,
 }
 
 
-def controller(state: State, address: str = "") -> Status:
+def controller(state: State, address: str = "") -> DiagnosticStatus:
     """Return how the controller floor is, connected to `address`."""
     values: dict[str, object] = {
         "address": address,
@@ -68,10 +68,10 @@ def controller(state: State, address: str = "") -> Status:
     }
     if state.progress is not None:
         values["progress"] = f"{state.progress.phase} {state.progress.fraction:.0%}"
-    return Status(CONTROLLER, _LEVELS.get(state.mode, Level.OK), _sentence(state), values)
+    return DiagnosticStatus(CONTROLLER, _LEVELS.get(state.mode, DiagnosticLevel.OK), _sentence(state), values)
 
 
-def axes(state: State) -> Status:
+def axes(state: State) -> DiagnosticStatus:
     """Return how motors and limit switches are."""
     limits = [f"{axis} {side}" for axis, side, active in _switches(state) if active]
     off = [axis for axis, on in zip(AXES, state.motors_on, strict=True) if not on]
@@ -87,57 +87,69 @@ def axes(state: State) -> Status:
         a, b, c = state.joints
         values["joints"] = f"a {degrees(a):.2f} deg, b {b:.4f} m, c {c:.4f} m"
     if state.mode is Mode.DISCONNECTED:
-        return Status("maya: axes", Level.STALE, "not connected: nothing is known of the axes", values)
+        return DiagnosticStatus(
+            "maya: axes", DiagnosticLevel.STALE, "not connected: nothing is known of the axes", values
+        )
     if limits and state.mode is not Mode.HOMING:
-        return Status("maya: axes", Level.WARN, f"on a limit switch: {', '.join(limits)}", values)
+        return DiagnosticStatus("maya: axes", DiagnosticLevel.WARN, f"on a limit switch: {', '.join(limits)}", values)
     if off:
-        return Status("maya: axes", Level.WARN, f"motors off: {', '.join(off)}", values)
-    return Status("maya: axes", Level.OK, "motors on", values)
+        return DiagnosticStatus("maya: axes", DiagnosticLevel.WARN, f"motors off: {', '.join(off)}", values)
+    return DiagnosticStatus("maya: axes", DiagnosticLevel.OK, "motors on", values)
 
 
-def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: str = "") -> Status:
+def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: str = "") -> DiagnosticStatus:
     """Return how the robot floor is; `running` is the primitive under way, "" where there is none.
 
     `why` says why it takes no command now, where that is known.
     """
     values = {"can_teleop": can_teleop, "running": running}
     if not controller_there:
-        return Status("maya: robot", Level.ERROR, "1011 the controller floor is not there", values)
+        return DiagnosticStatus("maya: robot", DiagnosticLevel.ERROR, "1011 the controller floor is not there", values)
     message = f"at {running}" if running else "ready" if can_teleop else why or "waits for the controller floor"
-    return Status("maya: robot", Level.OK if running or can_teleop else Level.WARN, message, values)
+    return DiagnosticStatus(
+        "maya: robot", DiagnosticLevel.OK if running or can_teleop else DiagnosticLevel.WARN, message, values
+    )
 
 
-def process(*, robot_there: bool, paused: bool, running: str = "", queued: int = 0, reason: str = "") -> Status:
+def process(
+    *, robot_there: bool, paused: bool, running: str = "", queued: int = 0, reason: str = ""
+) -> DiagnosticStatus:
     """Return how the process floor is: `running` names the job under way, `reason` says why the queue is paused."""
     values = {"running": running, "queued": queued, "paused": paused}
     if not robot_there:
-        return Status("maya: process", Level.ERROR, "1011 the robot floor is not there", values)
+        return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot floor is not there", values)
     if paused:
-        return Status("maya: process", Level.WARN, f"the queue is paused: {reason or 'somebody said so'}", values)
-    return Status("maya: process", Level.OK, f"at {running}" if running else "the queue is empty", values)
+        return DiagnosticStatus(
+            "maya: process", DiagnosticLevel.WARN, f"the queue is paused: {reason or 'somebody said so'}", values
+        )
+    return DiagnosticStatus(
+        "maya: process", DiagnosticLevel.OK, f"at {running}" if running else "the queue is empty", values
+    )
 
 
-def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> Status:
+def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> DiagnosticStatus:
     """Return how the process floor is while job `job` waits for a person: it was under way when the program ended."""
     values = {"interrupted": job, "step": step, "paused": True}
     if not robot_there:
-        return Status("maya: process", Level.ERROR, "1011 the robot floor is not there", values)
+        return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot floor is not there", values)
     message = f"job {job} ({name}) was interrupted: decide about it (`maya queue recover`, /recover_queue)"
-    return Status("maya: process", Level.WARN, message, values)
+    return DiagnosticStatus("maya: process", DiagnosticLevel.WARN, message, values)
 
 
-def bridge(name: str, *, there: bool, clients: int = 0, message: str = "") -> Status:
+def bridge(name: str, *, there: bool, clients: int = 0, message: str = "") -> DiagnosticStatus:
     """Return how a bridge to others is; `there` whether what it hands on to is there."""
     said = message or ("connected" if there else "waits for the floor below")
-    return Status(f"maya: {name}", Level.OK if there else Level.WARN, said, {"clients": clients})
+    return DiagnosticStatus(
+        f"maya: {name}", DiagnosticLevel.OK if there else DiagnosticLevel.WARN, said, {"clients": clients}
+    )
 
 
-def array(statuses: Iterable[Status], seconds: float, hardware: str = "maya") -> Message:
+def array(statuses: Iterable[DiagnosticStatus], seconds: float, hardware: str = "maya") -> Message:
     """Return diagnostic_msgs/DiagnosticArray at the time `seconds` since the epoch."""
     return {"header": header(seconds), "status": [_plain(status, hardware) for status in statuses]}
 
 
-def _plain(status: Status, hardware: str) -> Message:
+def _plain(status: DiagnosticStatus, hardware: str) -> Message:
     return {
         "level": int(status.level),
         "name": status.name,

@@ -45,7 +45,7 @@ _SPARE = 1.05
 _MOST_PIECES = 12
 
 
-class Pieces(NamedTuple):
+class LineDivision(NamedTuple):
     """Of how many pieces a line is drawn, and how long each of them is [m].
 
     They slide into each other, evenly, so that together they are always as long as the line.
@@ -55,7 +55,7 @@ class Pieces(NamedTuple):
     length: float
 
     @classmethod
-    def of(cls, line: AxisConfig) -> Pieces:
+    def of(cls, line: AxisConfig) -> LineDivision:
         """Return pieces that are shorter than the shortest line, and together longer than the longest."""
         longest = _SPARE * line.maximum
         length = max(line.minimum / _SPARE, longest / _MOST_PIECES)

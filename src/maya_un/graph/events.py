@@ -56,7 +56,7 @@ def words() -> list[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class ControllerCondition:
     """How the controller floor stands; `strokes` is None before homing."""
 
     mode: Mode
@@ -68,7 +68,7 @@ class Standing:
     fault: Notice | None = None
 
     @classmethod
-    def of(cls, state: State, workspace: Workspace) -> Standing:
+    def of(cls, state: State, workspace: Workspace) -> ControllerCondition:
         """Return how it stands by a state, and the strokes of the workspace once homed."""
         strokes = (workspace.boom, workspace.line_b, workspace.line_c) if state.homed else None
         return cls(
@@ -82,16 +82,16 @@ class Standing:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ReportedEvent:
     """An event as the graph tells it: its word, how everything stands, its code and what it says besides."""
 
     word: str
-    standing: Standing
+    standing: ControllerCondition
     code: int = 0
     detail: Mapping[str, object] = field(default_factory=dict[str, object])
 
     @classmethod
-    def of(cls, event: Event, standing: Standing) -> Told:
+    def of(cls, event: Event, standing: ControllerCondition) -> ReportedEvent:
         """Return what is told of an event.
 
         When a motion begins, that is told before the axes move and the state shows it.
@@ -118,7 +118,7 @@ class Told:
         return f"{self.word} {json.dumps(data, separators=(',', ':'), ensure_ascii=False, default=str)}"
 
 
-def read(text: str) -> Told:
+def read(text: str) -> ReportedEvent:
     """Return what an event on the topic tells; raises `InvalidMessage` for what none of ours tells."""
     word, _, rest = text.partition(" ")
     if word not in words():
@@ -126,7 +126,7 @@ def read(text: str) -> Told:
     try:
         data = json.loads(rest)
         fault, strokes = data["fault"], data["strokes"]
-        standing = Standing(
+        standing = ControllerCondition(
             Mode(data["mode"]),
             bool(data["homed"]),
             bool(data["moving"]),
@@ -135,7 +135,7 @@ def read(text: str) -> Told:
             None if strokes is None else _ranges(strokes),
             None if fault is None else Notice(int(fault["code"]), str(fault["message"])),
         )
-        return Told(word, standing, int(data["code"]), dict(data["detail"]))
+        return ReportedEvent(word, standing, int(data["code"]), dict(data["detail"]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InvalidMessage(name="/maya_event", reason=f"behind its word stands no such object ({error!r})") from None
 

@@ -16,7 +16,7 @@ from maya_un.cancellation import cancel_once
 from maya_un.errors import Cancelled
 from maya_un.graph import types
 from maya_un.graph.outcome import ENDED, carried, failure
-from maya_un.graph.protocol import Act, Message, Outcome, Publisher
+from maya_un.graph.protocol import Act, GoalStatus, Message, Publisher
 from maya_un.graph.stamps import Stamp, order
 
 KEPT = 5.0
@@ -36,7 +36,7 @@ _TOO_LATE = "It came with a time before that of the last cancel."
 
 
 @dataclass(frozen=True, slots=True)
-class Voices:
+class GoalTopics:
     """The topics on which a server speaks."""
 
     status: Publisher
@@ -55,7 +55,7 @@ class Goal:
 
     id: str
     stamp: Stamp
-    outcome: Outcome = Outcome.PENDING
+    outcome: GoalStatus = GoalStatus.PENDING
     text: str = ""
     source: object | None = None
     task: asyncio.Task[None] | None = None
@@ -77,7 +77,7 @@ class GoalServer:
         name: str,
         kind: str,
         act: Act,
-        voices: Voices,
+        voices: GoalTopics,
         now: Callable[[], Stamp],
         idle: Callable[[], None],
         *,
@@ -114,14 +114,14 @@ class GoalServer:
         goal_id = message["goal_id"]
         known = next((goal for goal in self._goals if goal_id["id"] and goal.id == goal_id["id"]), None)
         if known is not None:
-            if known.outcome is Outcome.RECALLING and known.task is None:
-                self._end(known, Outcome.RECALLED, failure(Cancelled()))
+            if known.outcome is GoalStatus.RECALLING and known.task is None:
+                self._end(known, GoalStatus.RECALLED, failure(Cancelled()))
             return
         stamp = goal_id["stamp"]
         goal = Goal(goal_id["id"] or self._new_id(), stamp if order(stamp) != (0, 0) else self._now(), source=source)
         self._goals.append(goal)
         if (0, 0) < order(stamp) <= order(self._last_cancel):
-            self._end(goal, Outcome.RECALLED, failure(Cancelled()), _TOO_LATE)
+            self._end(goal, GoalStatus.RECALLED, failure(Cancelled()), _TOO_LATE)
             return
         goal.task = asyncio.get_running_loop().create_task(self._carry_out(goal, message["goal"]), name=self.name)
         goal.task.add_done_callback(lambda _: self._see_to_its_end(goal))
@@ -137,7 +137,7 @@ class GoalServer:
             if everything or goal.id == wanted or (until != (0, 0) and order(goal.stamp) <= until):
                 self.recall(goal)
         if wanted and all(goal.id != wanted for goal in self._goals):
-            early = Goal(wanted, request["stamp"], Outcome.RECALLING)
+            early = Goal(wanted, request["stamp"], GoalStatus.RECALLING)
             self._goals.append(early)
             self._forget_later(early)
             self._forget_oldest()
@@ -148,10 +148,10 @@ class GoalServer:
     def recall(self, goal: Goal) -> None:
         """Ask for the end of a goal, unless that was done before."""
         match goal.outcome:
-            case Outcome.PENDING:
-                goal.outcome = Outcome.RECALLING
-            case Outcome.ACTIVE:
-                goal.outcome = Outcome.PREEMPTING
+            case GoalStatus.PENDING:
+                goal.outcome = GoalStatus.RECALLING
+            case GoalStatus.ACTIVE:
+                goal.outcome = GoalStatus.PREEMPTING
             case _:
                 return
         if goal.task is not None:
@@ -183,24 +183,24 @@ class GoalServer:
 
     async def _carry_out(self, goal: Goal, message: Message) -> None:
         ended = await carried(self._act, message, lambda feedback: self._tell_feedback(goal, feedback))
-        begun = goal.outcome in (Outcome.ACTIVE, Outcome.PREEMPTING)
+        begun = goal.outcome in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
         outcome = ended.outcome
-        if outcome is Outcome.PREEMPTED and not begun:
-            outcome = Outcome.RECALLED
-        elif outcome is Outcome.REJECTED and begun:
-            outcome = Outcome.ABORTED
-        elif outcome in (Outcome.ABORTED, Outcome.SUCCEEDED):
+        if outcome is GoalStatus.PREEMPTED and not begun:
+            outcome = GoalStatus.RECALLED
+        elif outcome is GoalStatus.REJECTED and begun:
+            outcome = GoalStatus.ABORTED
+        elif outcome in (GoalStatus.ABORTED, GoalStatus.SUCCEEDED):
             self._begin(goal)
         self._end(goal, outcome, ended.result)
 
     def _see_to_its_end(self, goal: Goal) -> None:
         """End a goal that was cancelled before its task had its first turn."""
         if goal.outcome not in ENDED:
-            self._end(goal, Outcome.RECALLED, failure(Cancelled()))
+            self._end(goal, GoalStatus.RECALLED, failure(Cancelled()))
 
     def _begin(self, goal: Goal) -> None:
-        if goal.outcome in (Outcome.PENDING, Outcome.RECALLING):
-            goal.outcome = Outcome.ACTIVE if goal.outcome is Outcome.PENDING else Outcome.PREEMPTING
+        if goal.outcome in (GoalStatus.PENDING, GoalStatus.RECALLING):
+            goal.outcome = GoalStatus.ACTIVE if goal.outcome is GoalStatus.PENDING else GoalStatus.PREEMPTING
             self._tell_status()
 
     def _tell_feedback(self, goal: Goal, feedback: Message) -> None:
@@ -209,7 +209,7 @@ class GoalServer:
         self._begin(goal)
         self._voices.feedback.publish({"header": self._header(), "status": goal.status(), "feedback": feedback})
 
-    def _end(self, goal: Goal, outcome: Outcome, result: Message, text: str = "") -> None:
+    def _end(self, goal: Goal, outcome: GoalStatus, result: Message, text: str = "") -> None:
         goal.outcome, goal.text = outcome, text or str(result.get("message", ""))
         goal.source = None
         if not self._voices_closed:

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from maya_un.config import Config
-from maya_un.graph.drawn import Pieces
+from maya_un.graph.drawn import LineDivision
 from maya_un.graph.protocol import Message
-from maya_un.graph.shapes import Colour, Shape, blended, facing, marker, removed
+from maya_un.graph.shapes import Colour, MarkerShape, blended, facing, marker, removed
 from maya_un.graph.surroundings import part_markers, way_markers, workspace_markers, zone_markers
 from maya_un.kinematics.statics import tension
 from maya_un.kinematics.workspace import Workspace
@@ -35,7 +35,7 @@ _QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class MarkerScene:
     """What is to be drawn: the state, and where its robot can go.
 
     `parts` are known by their grasp points [m], the one between the jaws is named by `carried`; `way` are places along
@@ -50,7 +50,7 @@ class View:
     way: Sequence[Point] = ()
 
 
-class Drawing:
+class MarkerCache:
     """Remembers what is drawn, so that only what is new has to be told."""
 
     def __init__(self, config: Config) -> None:
@@ -60,7 +60,7 @@ class Drawing:
         self._carried: str | None = None
         self._lift = 0.0
 
-    def update(self, view: View, *, whole: bool = False) -> Message | None:
+    def update(self, view: MarkerScene, *, whole: bool = False) -> Message | None:
         """Return a MarkerArray of what has changed since the last one, or None where nothing has.
 
         `whole` returns everything, for whoever has come late.
@@ -71,13 +71,13 @@ class Drawing:
         self._drawn = wanted
         return {"markers": [*gone, *news]} if gone or news else None
 
-    def _all(self, view: View) -> Iterator[Message]:
+    def _all(self, view: MarkerScene) -> Iterator[Message]:
         yield from self._surroundings(view)
         yield from part_markers(view.parts, view.carried, self._lifted(view))
         yield from way_markers(view.way)
         yield from state_markers(view.state, view.workspace, self._config)
 
-    def _surroundings(self, view: View) -> list[Message]:
+    def _surroundings(self, view: MarkerScene) -> list[Message]:
         """Return workspace and zones, made anew only where one of them is another."""
         zones = tuple(view.zones)
         if self._around is None or self._around[:2] != (view.workspace, zones):
@@ -85,7 +85,7 @@ class Drawing:
             self._around = view.workspace, zones, made
         return self._around[2]
 
-    def _lifted(self, view: View) -> float:
+    def _lifted(self, view: MarkerScene) -> float:
         """Return how far above the gripper point the part hangs [m]: as it was when the jaws took it."""
         if view.carried != self._carried:
             self._carried, self._lift = view.carried, 0.0
@@ -103,7 +103,7 @@ def state_markers(state: State, workspace: Workspace, config: Config) -> Iterato
         code = "" if state.fault is None else f" {state.fault.code}"
         place = Point(0.0, 0.0, workspace.mechanism.height + 0.45)
         words = f"{state.mode.replace('_', ' ')}{code}"
-        yield marker("word", Shape.TEXT, _WORD, (0.0, 0.0, 0.14), place=place, text=words)
+        yield marker("word", MarkerShape.TEXT, _WORD, (0.0, 0.0, 0.14), place=place, text=words)
 
 
 def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterator[Message]:
@@ -114,9 +114,11 @@ def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterat
     for name, axis, pull in zip("bc", (config.axes.b, config.axes.c), pulls, strict=True):
         share = min(max(pull / workspace.tension_limit, 0.0), 1.0)
         colour = blended(LIGHT, HEAVY, round(_TINTS * share) / _TINTS)
-        pieces = Pieces.of(axis)
+        pieces = LineDivision.of(axis)
         size = (_THICK, _THICK, pieces.length)
         for frame, middle in pieces.frames(name):
             place = Point(middle, 0.0, 0.0)
-            yield marker("lines", Shape.CYLINDER, colour, size, number=number, place=place, turned=_ALONG, frame=frame)
+            yield marker(
+                "lines", MarkerShape.CYLINDER, colour, size, number=number, place=place, turned=_ALONG, frame=frame
+            )
             number += 1

@@ -11,16 +11,18 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from maya_un.errors import Cancelled, InternalError, MayaError, ServiceFailed, Stopped, as_said
-from maya_un.graph.protocol import Act, Feedback, Message, Outcome, Refused
+from maya_un.graph.protocol import Act, Feedback, GoalRefused, GoalStatus, Message
 
-ENDED = frozenset({Outcome.PREEMPTED, Outcome.SUCCEEDED, Outcome.ABORTED, Outcome.REJECTED, Outcome.RECALLED})
+ENDED = frozenset(
+    {GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED, GoalStatus.RECALLED}
+)
 """Outcomes after which a goal changes no more."""
 
 
-class Carried(NamedTuple):
+class ActionOutcome(NamedTuple):
     """How an act ended: SUCCEEDED, ABORTED, PREEMPTED or REJECTED, and with which result."""
 
-    outcome: Outcome
+    outcome: GoalStatus
     result: Message
 
 
@@ -56,22 +58,22 @@ def error_of(result: Mapping[str, object], name: str = "") -> MayaError | None:
         return ServiceFailed(service=name, reason=sentence or "it gave no reason")
 
 
-async def carried(act: Act, goal: Message, feedback: Feedback) -> Carried:
+async def carried(act: Act, goal: Message, feedback: Feedback) -> ActionOutcome:
     """Carry out a goal in this task, which may be cancelled to cancel the goal, and return how that ended.
 
     What somebody stopped counts as preempted, as what was cancelled; other errors abort it.
     """
     try:
         result = await act(goal, feedback)
-    except Refused as refused:
-        return Carried(Outcome.REJECTED, refused.result)
+    except GoalRefused as refused:
+        return ActionOutcome(GoalStatus.REJECTED, refused.result)
     except asyncio.CancelledError:
-        return Carried(Outcome.PREEMPTED, failure(Cancelled()))
+        return ActionOutcome(GoalStatus.PREEMPTED, failure(Cancelled()))
     except (Stopped, Cancelled) as error:
-        return Carried(Outcome.PREEMPTED, failure(error))
+        return ActionOutcome(GoalStatus.PREEMPTED, failure(error))
     except MayaError as error:
-        return Carried(Outcome.ABORTED, failure(error))
+        return ActionOutcome(GoalStatus.ABORTED, failure(error))
     except Exception as defect:  # noqa: BLE001 - whoever waits for the goal must hear that it ended
         asyncio.get_running_loop().call_exception_handler({"message": "a goal failed", "exception": defect})
-        return Carried(Outcome.ABORTED, failure(InternalError(reason=repr(defect))))
-    return Carried(Outcome.SUCCEEDED if result.get("success", True) else Outcome.ABORTED, result)
+        return ActionOutcome(GoalStatus.ABORTED, failure(InternalError(reason=repr(defect))))
+    return ActionOutcome(GoalStatus.SUCCEEDED if result.get("success", True) else GoalStatus.ABORTED, result)

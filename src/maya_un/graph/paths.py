@@ -41,7 +41,7 @@ _SAME = 1.005
 """Speeds that differ by no more than this are the same."""
 
 
-class Previews(Protocol):
+class MotionPreviewer(Protocol):
     """What works out how long a motion takes (`controller.protocol.Controller.preview`)."""
 
     def __call__(self, path: Route, *, speed: float = 1.0) -> Preview:
@@ -74,7 +74,7 @@ def from_message(trajectory: Mapping[str, Any]) -> tuple[Path, float]:
     return Path(space, waypoints, blends if any(blend != SHARP for blend in blends) else ()), _least(points[-1])
 
 
-def speed_for(preview: Previews, path: Route, least: float) -> float:
+def speed_for(preview: MotionPreviewer, path: Route, least: float) -> float:
     """Return about the greatest speed (above 0 up to 1) at which the motion along `path` takes at least `least` [s].
 
     Raises what `preview` raises, and `TrajectoryRefused` for one that would have to be slower than can be.

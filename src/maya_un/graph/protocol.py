@@ -33,11 +33,12 @@ Act = Callable[[Message, Feedback], Awaitable[Message]]
 """Carries out the goal of an action and returns its result; being cancelled, it ends when the robot is at rest.
 
 Its first feedback says that something begins: until then its goal is PENDING, and it may refuse it by raising
-`Refused`. It fails by raising another `MayaError` (ABORTED; what was stopped is PREEMPTED): `graph.outcome.carried`.
+`GoalRefused`. It fails by raising another `MayaError` (ABORTED; what was stopped is PREEMPTED):
+`graph.outcome.carried`.
 """
 
 
-class Outcome(IntEnum):
+class GoalStatus(IntEnum):
     """How a goal stands or ended (actionlib_msgs/GoalStatus)."""
 
     PENDING = 0
@@ -52,7 +53,7 @@ class Outcome(IntEnum):
     LOST = 9
 
 
-class Refused(Exception):
+class GoalRefused(Exception):
     """A goal is refused before it began; `result` says with which code and why."""
 
     def __init__(self, result: Message) -> None:
@@ -61,14 +62,14 @@ class Refused(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class GoalResult:
     """How a goal ended, and its result; of one whose server vanished there is none (`LOST`)."""
 
-    outcome: Outcome
+    outcome: GoalStatus
     result: Message
 
 
-class Held(Protocol):
+class GraphHandle(Protocol):
     """Something taken in a graph until it is given back."""
 
     def close(self) -> None:
@@ -76,7 +77,7 @@ class Held(Protocol):
         ...
 
 
-class Publisher(Held, Protocol):
+class Publisher(GraphHandle, Protocol):
     """A topic that messages can be put on."""
 
     def publish(self, message: Message) -> None:
@@ -89,7 +90,7 @@ class Publisher(Held, Protocol):
         ...
 
 
-class Subscription(Held, Protocol):
+class Subscription(GraphHandle, Protocol):
     """A topic that is listened to."""
 
     @property
@@ -125,13 +126,13 @@ class Directory(Protocol):
         """Return the machine that serves a service, "" where nobody serves it."""
         ...
 
-    async def nodes(self) -> Mapping[str, Node]:
+    async def nodes(self) -> Mapping[str, NodeInfo]:
         """Return what every node publishes, subscribes and serves."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class NodeInfo:
     """What a node does: topics it publishes and subscribes, services it answers."""
 
     publishes: tuple[str, ...] = ()
@@ -139,7 +140,7 @@ class Node:
     serves: tuple[str, ...] = ()
 
 
-class Parameters(Protocol):
+class ParameterServer(Protocol):
     """The parameters of a graph, by name ("/maya/speed"); values are plain data."""
 
     async def get(self, name: str, default: Any = None) -> Any:
@@ -168,7 +169,7 @@ class Graph(Protocol):
         ...
 
     @property
-    def parameters(self) -> Parameters:
+    def parameters(self) -> ParameterServer:
         """Its parameters."""
         ...
 
@@ -180,7 +181,7 @@ class Graph(Protocol):
         """Listen to a topic; `kind` "" takes the type it has. The oldest beyond `queue_size` are dropped."""
         ...
 
-    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
         """Answer a service."""
         ...
 
@@ -192,11 +193,11 @@ class Graph(Protocol):
         """Find services that will be called, soon; who they are is known then, also where nobody can be asked later."""
         ...
 
-    def act(self, action: str, kind: str, act: Act) -> Held:
+    def act(self, action: str, kind: str, act: Act) -> GraphHandle:
         """Be the server of an action. Goals come as they come: whoever acts refuses what comes while it is busy."""
         ...
 
-    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
         """Have a goal carried out and return how it ended.
 
         Being cancelled cancels the goal, and ends when its server says that it has ended. Raises `NodeGone` where

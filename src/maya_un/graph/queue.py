@@ -12,7 +12,7 @@ from maya_un.api.service import Service
 from maya_un.controller.protocol import Controller
 from maya_un.errors import InvalidJob
 from maya_un.graph import diagnostics
-from maya_un.graph.diagnostics import Status
+from maya_un.graph.diagnostics import DiagnosticStatus
 from maya_un.graph.principals import caller
 from maya_un.graph.protocol import Message
 from maya_un.process.job import Job
@@ -21,7 +21,7 @@ from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.values import Mode
 
 
-class Call(Protocol):
+class GateCall(Protocol):
     """The way through the gate (`api.gate.Gate.call`, `server.bridge.Bridge.call`)."""
 
     async def __call__(
@@ -39,7 +39,7 @@ async def _sender() -> Caller:
     return caller()
 
 
-class Queue:
+class GraphQueue:
     """Passes requests of a graph to the gate.
 
     `view` returns the state of the queue, `controller` is the layer below. `who` returns the caller, by default the
@@ -47,14 +47,14 @@ class Queue:
     """
 
     def __init__(
-        self, call: Call, view: Callable[[], QueueView], controller: Controller, who: Asker | None = None
+        self, call: GateCall, view: Callable[[], QueueView], controller: Controller, who: Asker | None = None
     ) -> None:
         self._call = call
         self._view = view
         self._controller = controller
         self._who = _sender if who is None else who
 
-    def status(self) -> Status:
+    def status(self) -> DiagnosticStatus:
         """Return the status of the process layer."""
         return status_of(self._view(), self._controller)
 
@@ -85,7 +85,7 @@ class Queue:
         await self._call(by, Operation.RESUME, lambda service: service.queue.resume(by=by))
 
     async def recover(self, choice: str, holding: bool | None) -> None:
-        """Decide about the interrupted job; raises as `api.queueing.Queueing.recover` does."""
+        """Decide about the interrupted job; raises as `api.queueing.QueueService.recover` does."""
         by = await self._who()
         await self._call(by, Operation.RESTART, lambda service: service.queue.recover(choice, holding, by=by), choice)
 
@@ -97,7 +97,7 @@ def job_of(primitives: Sequence[Primitive]) -> Job:
     return Job.parse({"name": name, "steps": steps})
 
 
-def status_of(view: QueueView, controller: Controller) -> Status:
+def status_of(view: QueueView, controller: Controller) -> DiagnosticStatus:
     """Return how the process floor is that shows this queue."""
     there = controller.state.mode is not Mode.DISCONNECTED
     recovery = view.recovery

@@ -13,7 +13,7 @@ from maya_un.graph.stamps import header, stamp
 from maya_un.values import Point
 
 
-class Shape(IntEnum):
+class MarkerShape(IntEnum):
     """What a marker is (visualization_msgs/Marker)."""
 
     CUBE = 1
@@ -51,7 +51,7 @@ _ADD, _DELETE = 0, 2
 
 def marker(  # noqa: PLR0913 - a marker has that many sides
     name: str,
-    shape: Shape,
+    shape: MarkerShape,
     colour: Colour,
     size: tuple[float, float, float],
     *,
@@ -90,7 +90,9 @@ def marker(  # noqa: PLR0913 - a marker has that many sides
 
 def removed(drawn: Message) -> Message:
     """Return what takes a marker away again."""
-    gone = marker(drawn["ns"], Shape(drawn["type"]), Colour(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), number=drawn["id"])
+    gone = marker(
+        drawn["ns"], MarkerShape(drawn["type"]), Colour(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), number=drawn["id"]
+    )
     return {**gone, "action": _DELETE}
 
 

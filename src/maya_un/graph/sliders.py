@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from maya_un.graph.drawn import JAW_OPEN, NAMES, positions
-from maya_un.graph.protocol import Graph, Held, Message
+from maya_un.graph.protocol import Graph, GraphHandle, Message
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import AXES, Joints
 
@@ -61,7 +61,7 @@ class Relay:
 
     def __init__(self, graph: Graph, sliders: Sliders) -> None:
         self._drawn = graph.advertise(DRAWN, _TYPE, queue_size=1)
-        self._held: tuple[Held, ...] = (
+        self._held: tuple[GraphHandle, ...] = (
             self._drawn,
             graph.subscribe(ROBOT, _TYPE, lambda message: self._drawn.publish(sliders.robot(message)), queue_size=1),
             graph.subscribe(SLIDERS, _TYPE, lambda message: self._show(sliders.slid(message)), queue_size=1),

@@ -15,7 +15,7 @@ from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class StepCommand:
     """A valid command. `warnings` list the parts that were ignored or are missing."""
 
     id: str
@@ -34,7 +34,7 @@ class Step:
         return sha256(json.dumps(to_dict(self.primitive), sort_keys=True).encode()).hexdigest()
 
 
-def step_of(data: Mapping[str, Any], id_: str) -> Step:
+def step_of(data: Mapping[str, Any], id_: str) -> StepCommand:
     """Return the step that a command asks for.
 
     Raises `InvalidRequest` for what is missing, `UnknownName` for a command that is none, `InvalidValue` for a value
@@ -55,7 +55,7 @@ def step_of(data: Mapping[str, Any], id_: str) -> Step:
         if name not in args:
             raise InvalidRequest(key=f"args.{name}", reason="it is missing")
     warnings = [f"args.{name} was ignored" for name in map(_shown, args) if name not in needed]
-    return Step(id_, _primitive(command, args), tuple(warnings), _robot_of(data), _deadline_of(data))
+    return StepCommand(id_, _primitive(command, args), tuple(warnings), _robot_of(data), _deadline_of(data))
 
 
 def _robot_of(data: Mapping[str, Any]) -> str | None:

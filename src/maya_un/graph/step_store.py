@@ -14,7 +14,7 @@ from typing import TypeVar
 from uuid import uuid4
 
 from maya_un.errors import FileNotOurs, StorageTooNew
-from maya_un.graph.step_text import Result
+from maya_un.graph.step_text import StepEnd
 from maya_un.process.journal import faults, file
 
 T = TypeVar("T")
@@ -40,7 +40,7 @@ _COLUMNS = "id, digest, started, warnings, result, told, begun"
 
 
 @dataclass(frozen=True, slots=True)
-class Kept:
+class StoredStep:
     """A step as it is stored: `started` is the date of its acceptance, `begun` that of its begin, None before it.
 
     `result` is None while the step waits or runs, and if a program ended then.
@@ -50,7 +50,7 @@ class Kept:
     digest: str
     started: str
     warnings: tuple[str, ...]
-    result: Result | None
+    result: StepEnd | None
     told: bool
     begun: str | None
 
@@ -62,7 +62,7 @@ class StepStore:
     the same name, and a file that is lost takes it along.
     """
 
-    def __init__(self, path: Path, connection: sqlite3.Connection, lock: file.Lock, journal: str) -> None:
+    def __init__(self, path: Path, connection: sqlite3.Connection, lock: file.JournalLock, journal: str) -> None:
         self.journal = journal
         self._path = path
         self._connection = connection
@@ -77,13 +77,13 @@ class StepStore:
         """
         return await asyncio.get_running_loop().run_in_executor(None, _open, path)
 
-    async def find(self, id_: str) -> Kept | None:
+    async def find(self, id_: str) -> StoredStep | None:
         """Return the step of an id, None where there was none."""
         asked = f"SELECT {_COLUMNS} FROM steps WHERE id = ?"
         rows = await self._do(lambda connection: connection.execute(asked, (id_,)).fetchall())
         return _kept(rows[0]) if rows else None
 
-    async def unfinished(self) -> list[Kept]:
+    async def unfinished(self) -> list[StoredStep]:
         """Return the steps without a result, and those whose result nobody was told, the oldest first."""
         asked = f"SELECT {_COLUMNS} FROM steps WHERE result IS NULL OR NOT told ORDER BY started, id"
         return [_kept(row) for row in await self._do(lambda connection: connection.execute(asked).fetchall())]
@@ -96,7 +96,7 @@ class StepStore:
         added = "INSERT INTO steps (id, digest, started, warnings, begun) VALUES (?, ?, ?, ?, ?)"
         await self._do(lambda connection: connection.execute(added, values))
 
-    async def refuse(self, id_: str, digest: str, result: Result) -> None:
+    async def refuse(self, id_: str, digest: str, result: StepEnd) -> None:
         """Store a step that never begins, with its result."""
         values = (id_, digest, result.started, json.dumps(result.warnings), _written(result))
         added = "INSERT INTO steps (id, digest, started, warnings, result) VALUES (?, ?, ?, ?, ?)"
@@ -107,12 +107,12 @@ class StepStore:
         changed = "UPDATE steps SET begun = ? WHERE id = ?"
         await self._do(lambda connection: connection.execute(changed, (date, id_)))
 
-    async def end(self, id_: str, result: Result) -> None:
+    async def end(self, id_: str, result: StepEnd) -> None:
         """Keep how a step ended."""
         values = (_written(result), id_)
         await self._do(lambda connection: connection.execute("UPDATE steps SET result = ? WHERE id = ?", values))
 
-    async def told(self, result: Result) -> None:
+    async def told(self, result: StepEnd) -> None:
         """Keep that somebody was told how a step ended; a result that is not kept changes nothing."""
         values = (result.id, _written(result))
         changed = "UPDATE steps SET told = 1 WHERE id = ? AND result = ? AND NOT told"
@@ -141,7 +141,7 @@ def _open(path: Path) -> StepStore:
     with ExitStack() as undo:
         try:
             file.create(path)
-            lock = file.Lock(path)
+            lock = file.JournalLock(path)
             undo.callback(lock.release)
             connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
             undo.callback(connection.close)
@@ -191,17 +191,17 @@ def _journal(connection: sqlite3.Connection) -> str:
     return str(found)
 
 
-def _kept(row: tuple[str, str, str, str, str | None, int, str | None]) -> Kept:
+def _kept(row: tuple[str, str, str, str, str | None, int, str | None]) -> StoredStep:
     id_, digest, started, warnings, result, told, begun = row
-    return Kept(id_, digest, started, tuple(json.loads(warnings)), _result(result), bool(told), begun)
+    return StoredStep(id_, digest, started, tuple(json.loads(warnings)), _result(result), bool(told), begun)
 
 
-def _written(result: Result) -> str:
+def _written(result: StepEnd) -> str:
     return json.dumps(asdict(result))
 
 
-def _result(text: str | None) -> Result | None:
+def _result(text: str | None) -> StepEnd | None:
     if text is None:
         return None
     data = json.loads(text)
-    return Result(**(data | {"warnings": tuple(data["warnings"])}))
+    return StepEnd(**(data | {"warnings": tuple(data["warnings"])}))

@@ -40,7 +40,7 @@ ARGUMENTS = {name: primitive.argument.numbers for name, primitive in PRIMITIVES.
 """The commands, and what each needs."""
 
 
-class State(StrEnum):
+class StepState(StrEnum):
     """The states of a step before its result."""
 
     ACCEPTED = "accepted"
@@ -48,7 +48,7 @@ class State(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Identity:
+class RobotIdentity:
     """A robot: its name for supervisors, and which journal its steps are in."""
 
     name: str
@@ -61,11 +61,11 @@ class Identity:
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class StepProgress:
     """A step came into a state on a date (ISO 8601, UTC)."""
 
     id: str
-    state: State
+    state: StepState
     date: str
 
     @property
@@ -75,7 +75,7 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class StepEnd:
     """How a step ended, or why it was refused: `error` is a sentence and `code` ours, both None after success.
 
     `id` is None where the command had none that could be read. Dates are ISO 8601 in UTC. `content` is set
@@ -113,7 +113,7 @@ class Result:
         date: str,
         warnings: tuple[str, ...] = (),
         content: dict[str, Any] | None = None,
-    ) -> Result:
+    ) -> StepEnd:
         """Return the result of a step of which nothing was done on `date`, for `error`."""
         return cls(id_, str(error), str(error.code), date, date, warnings, content)
 

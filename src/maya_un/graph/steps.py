@@ -31,10 +31,19 @@ from maya_un.errors import (
 )
 from maya_un.graph.attended import Permit, anything
 from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import Ended, Graph, Message, Outcome, Publisher
-from maya_un.graph.step import Step, step_of
-from maya_un.graph.step_store import Kept, StepStore
-from maya_un.graph.step_text import INTERRUPTED, Identity, Progress, Result, State, content_of, id_of, read
+from maya_un.graph.protocol import GoalResult, GoalStatus, Graph, Message, Publisher
+from maya_un.graph.step import StepCommand, step_of
+from maya_un.graph.step_store import StepStore, StoredStep
+from maya_un.graph.step_text import (
+    INTERRUPTED,
+    RobotIdentity,
+    StepEnd,
+    StepProgress,
+    StepState,
+    content_of,
+    id_of,
+    read,
+)
 from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
 
 MOST_WAITING = 1000
@@ -53,7 +62,7 @@ _LOOK = 0.5
 _STOPS = frozenset({"stopped", "fault", "estop"})
 """Events of the robot after which no step that waits may begin."""
 
-Do = Callable[[Message], Awaitable[Ended]]
+Do = Callable[[Message], Awaitable[GoalResult]]
 """Carries out the goal of a task; raises `NodeGone` if no node serves it."""
 
 Ending = tuple[str | None, str | None]
@@ -85,7 +94,7 @@ class Steps:
         *,
         name: str | None = None,
         permit: Permit = anything,
-        report: Callable[[Progress], None] | None = None,
+        report: Callable[[StepProgress], None] | None = None,
         quiet: float = QUIET,
     ) -> None:
         self._store = store
@@ -96,18 +105,18 @@ class Steps:
         self._report = report or (lambda _: None)
         self._admission = asyncio.Lock()
         self._order = asyncio.Lock()
-        self._waiting: dict[str, asyncio.Task[Result]] = {}
-        self._doing: asyncio.Task[Ended] | None = None
+        self._waiting: dict[str, asyncio.Task[StepEnd]] = {}
+        self._doing: asyncio.Task[GoalResult] | None = None
         self._halts = 0
         self._quiet = quiet
         self._refuse_until = -inf
         self._closed = False
 
-    async def take_up(self) -> list[Result]:
+    async def take_up(self) -> list[StepEnd]:
         """Return the results that nobody received before the program ended; the rest ends as `INTERRUPTED`."""
         return [await self._interrupted(kept) for kept in await self._store.unfinished()]
 
-    async def answer(self, text: str) -> Result:
+    async def answer(self, text: str) -> StepEnd:
         """Return the result of a command, or why it is refused; raises no `MayaError`."""
         date, id_ = self._date(), None
         warnings: tuple[str, ...] = ()
@@ -122,10 +131,10 @@ class Steps:
             answer = await self._admitted(step, date)
         except MayaError as error:
             content = content_of(data) if isinstance(error, KeyReused) else None
-            return Result.refused(id_, error, date, warnings, content)
-        return answer if isinstance(answer, Result) else await asyncio.shield(answer)
+            return StepEnd.refused(id_, error, date, warnings, content)
+        return answer if isinstance(answer, StepEnd) else await asyncio.shield(answer)
 
-    async def _step_of(self, data: Mapping[str, Any], id_: str) -> Step:
+    async def _step_of(self, data: Mapping[str, Any], id_: str) -> StepCommand:
         """Return the step of a command. If the command is invalid and its id is known, raise `KeyReused`."""
         try:
             return step_of(data, id_)
@@ -134,7 +143,7 @@ class Steps:
                 raise KeyReused(key=id_) from error
             raise
 
-    async def told(self, result: Result) -> None:
+    async def told(self, result: StepEnd) -> None:
         """Store that somebody received a result; if the store fails, the next run sends the result again."""
         with suppress(StorageFailed):
             await self._store.told(result)
@@ -157,7 +166,7 @@ class Steps:
         while self._waiting:
             await asyncio.wait(self._waiting.values())
 
-    async def _admitted(self, step: Step, date: str) -> Result | asyncio.Task[Result]:
+    async def _admitted(self, step: StepCommand, date: str) -> StepEnd | asyncio.Task[StepEnd]:
         """Accept a step, or return what is known of it; raises the `MayaError` that refuses it."""
         async with self._admission:
             kept = await self._store.find(step.id)
@@ -175,16 +184,16 @@ class Steps:
             task = asyncio.get_running_loop().create_task(work, name=f"step {step.id}")
             self._waiting[step.id] = task
             task.add_done_callback(lambda _: self._waiting.pop(step.id))
-            self._report(Progress(step.id, State.ACCEPTED, date))
+            self._report(StepProgress(step.id, StepState.ACCEPTED, date))
             return task
 
-    async def _refused(self, step: Step, error: MayaError, date: str) -> Result:
+    async def _refused(self, step: StepCommand, error: MayaError, date: str) -> StepEnd:
         """Store a refusal: it is a result, so the same command does not run later because its reason has gone."""
-        result = Result.refused(step.id, error, date, step.warnings)
+        result = StepEnd.refused(step.id, error, date, step.warnings)
         await self._store.refuse(step.id, step.digest, result)
         return result
 
-    def _check(self, step: Step) -> None:
+    def _check(self, step: StepCommand) -> None:
         """Raise the `MayaError` for which a step cannot be accepted."""
         self._permit(Operation.WISH)
         if self._closed:
@@ -199,11 +208,11 @@ class Steps:
             raise Busy(doing=f"{MOST_WAITING} steps")
         self._require_in_time(step)
 
-    def _require_in_time(self, step: Step) -> None:
+    def _require_in_time(self, step: StepCommand) -> None:
         if step.expired(self._date()):
             raise StepExpired(deadline=step.deadline)
 
-    async def _carry_out(self, step: Step, accepted: str, halts: int, *, begins: bool) -> Result:
+    async def _carry_out(self, step: StepCommand, accepted: str, halts: int, *, begins: bool) -> StepEnd:
         """Carry out an accepted step when its turn comes, and store how it ended; `halts` is of its acceptance.
 
         The begin of one that `begins` at once is stored already.
@@ -213,13 +222,13 @@ class Steps:
                 code, sentence = await self._ended(step, halts, begins=begins)
             except MayaError as error:
                 code, sentence = str(error.code), str(error)
-            result = Result(step.id, sentence, code, accepted, self._date(), step.warnings)
+            result = StepEnd(step.id, sentence, code, accepted, self._date(), step.warnings)
             if code not in (None, str(StepNotBegun.code)):
                 self._halts += 1  # the steps that wait now do not begin
             await self._stored(result)
             return result
 
-    async def _ended(self, step: Step, halts: int, *, begins: bool) -> Ending:
+    async def _ended(self, step: StepCommand, halts: int, *, begins: bool) -> Ending:
         """Return how a step ended whose turn has come; raises the `MayaError` for which it does not begin."""
         if halts != self._halts:
             raise Cancelled if self._closed else StepNotBegun()
@@ -229,7 +238,7 @@ class Steps:
             await self._store.begin(step.id, date)
         if halts != self._halts:
             raise StepNotBegun
-        self._report(Progress(step.id, State.EXECUTING, date))
+        self._report(StepProgress(step.id, StepState.EXECUTING, date))
         self._doing = asyncio.get_running_loop().create_task(self._task(step), name="step's task")
         try:
             await asyncio.wait({self._doing})
@@ -237,10 +246,10 @@ class Steps:
         finally:
             self._doing = None
 
-    async def _task(self, step: Step) -> Ended:
+    async def _task(self, step: StepCommand) -> GoalResult:
         return await self._do({"task": to_message(step.primitive)})
 
-    async def _stored(self, result: Result) -> None:
+    async def _stored(self, result: StepEnd) -> None:
         """Store a result, and try again until that succeeds. Only a stored result is sent.
 
         Otherwise the next run of this program would report the step as `INTERRUPTED`, a second result. If this run ends
@@ -263,12 +272,12 @@ class Steps:
                 raise asyncio.CancelledError
             await asyncio.sleep(self._quiet)
 
-    async def _interrupted(self, kept: Kept) -> Result:
+    async def _interrupted(self, kept: StoredStep) -> StepEnd:
         """Return the result of a step that is not under way, `INTERRUPTED` if it has none."""
         if kept.result is not None:
             return kept.result
         sentence = _UNKNOWN if kept.begun else _UNTOUCHED
-        result = Result(kept.id, sentence, INTERRUPTED, kept.started, self._date(), kept.warnings)
+        result = StepEnd(kept.id, sentence, INTERRUPTED, kept.started, self._date(), kept.warnings)
         await self._store.end(kept.id, result)
         return result
 
@@ -324,7 +333,7 @@ async def bridged(
         queue_size=STEP_COMMAND.queue_size,
     )
     robot = graph.advertise(STEP_ROBOT.name, STEP_ROBOT.type, latch=STEP_ROBOT.latch, queue_size=STEP_ROBOT.queue_size)
-    robot.publish({"data": Identity(name or "", store.journal).text})
+    robot.publish({"data": RobotIdentity(name or "", store.journal).text})
     try:
         yield steps
     finally:
@@ -335,7 +344,7 @@ async def bridged(
             held.close()
 
 
-async def _send(publisher: Publisher, steps: Steps, result: Result) -> None:
+async def _send(publisher: Publisher, steps: Steps, result: StepEnd) -> None:
     """Publish a result as soon as anybody subscribes, and store that somebody received it."""
     while not publisher.readers:  # noqa: ASYNC110 - the graph does not report when a subscriber comes
         await asyncio.sleep(_LOOK)
@@ -352,7 +361,7 @@ async def _settled(tasks: set[asyncio.Task[None]]) -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-def _ending(doing: asyncio.Task[Ended]) -> Ending:
+def _ending(doing: asyncio.Task[GoalResult]) -> Ending:
     """Return how a step's task ended."""
     if doing.cancelled():
         return str(Cancelled.code), str(Cancelled())
@@ -363,7 +372,7 @@ def _ending(doing: asyncio.Task[Ended]) -> Ending:
         doing.get_loop().call_exception_handler({"message": "a step failed", "exception": defect})
         return str(InternalError.code), str(InternalError(reason=repr(defect)))
     ended = doing.result()
-    if ended.outcome is Outcome.SUCCEEDED:
+    if ended.outcome is GoalStatus.SUCCEEDED:
         return None, None
     if not ended.result:
         return str(NodeGone.code), str(NodeGone(node=TASK.sources[0]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from maya_un.graph.drawn import GRIPPER, PART_RADIUS
 from maya_un.graph.protocol import Message
-from maya_un.graph.shapes import Colour, Shape, facing, marker
+from maya_un.graph.shapes import Colour, MarkerShape, facing, marker
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
@@ -55,10 +55,10 @@ def workspace_markers(workspace: Workspace) -> Iterator[Message]:
     edge = outline(workspace)
     turns = [_turned(edge, angle) for angle in np.linspace(*workspace.boom, _TURNS)]
     skin = [corner for one, other in pairwise(turns) for corner in _band(one, other)]
-    yield marker("workspace", Shape.TRIANGLES, SKIN, (1.0, 1.0, 1.0), points=skin)
+    yield marker("workspace", MarkerShape.TRIANGLES, SKIN, (1.0, 1.0, 1.0), points=skin)
     ends = [point for turn in (turns[0], turns[-1]) for pair in pairwise(turn) for point in pair]
     arcs = [turn[row] for row in _ridges(edge) for pair in pairwise(turns) for turn in pair]
-    yield marker("workspace", Shape.LINE_LIST, EDGE, (0.008, 0.0, 0.0), number=1, points=[*ends, *arcs])
+    yield marker("workspace", MarkerShape.LINE_LIST, EDGE, (0.008, 0.0, 0.0), number=1, points=[*ends, *arcs])
 
 
 def zone_markers(zones: Sequence[Zone], reach: float) -> Iterator[Message]:
@@ -67,14 +67,14 @@ def zone_markers(zones: Sequence[Zone], reach: float) -> Iterator[Message]:
         match zone:
             case Box(low=low, high=high):
                 size = (high.x - low.x, high.y - low.y, high.z - low.z)
-                yield marker("zones", Shape.CUBE, ZONE, size, number=number, place=_middle(low, high))
+                yield marker("zones", MarkerShape.CUBE, ZONE, size, number=number, place=_middle(low, high))
             case Cylinder():
                 size = (2.0 * zone.radius, 2.0 * zone.radius, zone.high - zone.low)
                 place = Point(zone.x, zone.y, 0.5 * (zone.low + zone.high))
-                yield marker("zones", Shape.CYLINDER, ZONE, size, number=number, place=place)
+                yield marker("zones", MarkerShape.CYLINDER, ZONE, size, number=number, place=place)
             case HalfSpace(point=point, normal=normal):
                 size = (2.0 * reach, 2.0 * reach, _PLATE)
-                yield marker("zones", Shape.CUBE, ZONE, size, number=number, place=point, turned=facing(normal))
+                yield marker("zones", MarkerShape.CUBE, ZONE, size, number=number, place=point, turned=facing(normal))
             case _:
                 continue
 
@@ -89,14 +89,14 @@ def part_markers(parts: Mapping[str, Point], carried: str | None, lift: float) -
         height = place.z - 0.5 * PART_HEIGHT
         if height > 0.0:
             size, middle = (0.08, 0.08, height), Point(place.x, place.y, 0.5 * height)
-            yield marker("stands", Shape.CYLINDER, STAND, size, number=number, place=middle)
+            yield marker("stands", MarkerShape.CYLINDER, STAND, size, number=number, place=middle)
 
 
 def way_markers(way: Sequence[Point]) -> Iterator[Message]:
     """Yield the path of the gripper point through `way` [m] and its end; nothing without one."""
     if len(way) > 1:
-        yield marker("path", Shape.LINE_STRIP, WAY, (0.012, 0.0, 0.0), points=way)
-        yield marker("path", Shape.SPHERE, WAY, (0.04, 0.04, 0.04), number=1, place=way[-1])
+        yield marker("path", MarkerShape.LINE_STRIP, WAY, (0.012, 0.0, 0.0), points=way)
+        yield marker("path", MarkerShape.SPHERE, WAY, (0.04, 0.04, 0.04), number=1, place=way[-1])
 
 
 def way_of(route: Route, mechanism: Mechanism) -> tuple[Point, ...]:
@@ -110,7 +110,7 @@ def way_of(route: Route, mechanism: Mechanism) -> tuple[Point, ...]:
 
 def _part(number: int, place: Point, frame: str = "base") -> Message:
     size = (2.0 * PART_RADIUS, 2.0 * PART_RADIUS, PART_HEIGHT)
-    return marker("parts", Shape.CYLINDER, PART, size, number=number, place=place, frame=frame, follows=True)
+    return marker("parts", MarkerShape.CYLINDER, PART, size, number=number, place=place, frame=frame, follows=True)
 
 
 def _turned(edge: Floats, angle: float) -> Floats:

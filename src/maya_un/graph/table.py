@@ -11,7 +11,7 @@ from enum import StrEnum
 from maya_un.api.access.operations import Operation
 
 
-class Form(StrEnum):
+class Kind(StrEnum):
     """What a row of the table is."""
 
     TOPIC = "topic"
@@ -19,7 +19,7 @@ class Form(StrEnum):
     ACTION = "action"
 
 
-class Floor(StrEnum):
+class Layer(StrEnum):
     """To whom a row belongs: who publishes, hears or serves it."""
 
     CONTROLLER = "controller"
@@ -40,9 +40,9 @@ class Row:
     """
 
     name: str
-    form: Form
+    form: Kind
     type: str
-    floor: Floor
+    floor: Layer
     summary: str
     sources: tuple[str, ...] = ()
     sinks: tuple[str, ...] = ()
@@ -58,145 +58,145 @@ HARDWARE = ("hw_simulator", "hardware_interface")
 SENSOR = ("hw_simulator", "sensor_converter")
 
 EVENT = Row(
-    "/maya_event", Form.TOPIC, "std_msgs/String", Floor.CONTROLLER, "what has happened, and how everything stands now",
+    "/maya_event", Kind.TOPIC, "std_msgs/String", Layer.CONTROLLER, "what has happened, and how everything stands now",
     HARDWARE, ("robot_controller", "maya_dashboard"), latch=True,
 )  # fmt: skip
 POSITION = Row(
-    "/maya_position", Form.TOPIC, "geometry_msgs/Point", Floor.SENSORS, "the gripper point [m], once homed",
+    "/maya_position", Kind.TOPIC, "geometry_msgs/Point", Layer.SENSORS, "the gripper point [m], once homed",
     SENSOR, ("robot_controller", "maya_dashboard"), latch=True, queue_size=1, rate=50.0,
 )  # fmt: skip
 SENSORS = Row(
-    "/hardware_sensor", Form.TOPIC, "maya_controller/RawSensorData", Floor.SENSORS, "what the controller measures",
+    "/hardware_sensor", Kind.TOPIC, "maya_controller/RawSensorData", Layer.SENSORS, "what the controller measures",
     ("sensor_converter",), ("sensor_converter",), queue_size=1, rate=50.0,
 )  # fmt: skip
 JOINTS = Row(
-    "/joint_states", Form.TOPIC, "sensor_msgs/JointState", Floor.SENSORS, "a, b, c and the joints that are drawn",
+    "/joint_states", Kind.TOPIC, "sensor_msgs/JointState", Layer.SENSORS, "a, b, c and the joints that are drawn",
     SENSOR, ("robot_state_publisher",), queue_size=1, rate=50.0, manual=False,
 )  # fmt: skip
 DIAGNOSTICS = Row(
-    "/diagnostics", Form.TOPIC, "diagnostic_msgs/DiagnosticArray", Floor.CONTROLLER, "status of each layer",
+    "/diagnostics", Kind.TOPIC, "diagnostic_msgs/DiagnosticArray", Layer.CONTROLLER, "status of each layer",
     ("hw_simulator", "hardware_interface", "robot_controller", "process_controller"), queue_size=10, rate=1.0,
     manual=False,
 )  # fmt: skip
 MARKERS = Row(
-    "/maya_markers", Form.TOPIC, "visualization_msgs/MarkerArray", Floor.SENSORS, "lines, part, path, workspace",
+    "/maya_markers", Kind.TOPIC, "visualization_msgs/MarkerArray", Layer.SENSORS, "lines, part, path, workspace",
     SENSOR, ("rviz",), latch=True, queue_size=10, manual=False,
 )  # fmt: skip
 GRIPPER = Row(
-    "/gripper", Form.SERVICE, "std_srvs/SetBool", Floor.CONTROLLER, "open the gripper if true, else close it",
+    "/gripper", Kind.SERVICE, "std_srvs/SetBool", Layer.CONTROLLER, "open the gripper if true, else close it",
     HARDWARE, ("robot_controller",),
     asks=Operation.WISH,
 )  # fmt: skip
 HOME = Row(
-    "/home", Form.ACTION, "maya_controller/Home", Floor.CONTROLLER, "find the switches",
+    "/home", Kind.ACTION, "maya_controller/Home", Layer.CONTROLLER, "find the switches",
     HARDWARE, ("robot_controller",),
     asks=Operation.WISH,
 )  # fmt: skip
 MOVE = Row(
-    "/move", Form.ACTION, "maya_controller/Move", Floor.CONTROLLER, "go to joints a, b, c [rad, m, m]",
+    "/move", Kind.ACTION, "maya_controller/Move", Layer.CONTROLLER, "go to joints a, b, c [rad, m, m]",
     HARDWARE, ("robot_controller",),
     asks=Operation.WISH,
 )  # fmt: skip
 FOLLOW = Row(
-    "/controller/follow", Form.ACTION, "maya_controller/Follow", Floor.CONTROLLER, "go along a path",
+    "/controller/follow", Kind.ACTION, "maya_controller/Follow", Layer.CONTROLLER, "go along a path",
     HARDWARE, ("robot_controller",),
     asks=Operation.WISH,
 )  # fmt: skip
 COMMAND = Row(
-    "/controller/command", Form.TOPIC, "trajectory_msgs/JointTrajectory", Floor.CONTROLLER,
+    "/controller/command", Kind.TOPIC, "trajectory_msgs/JointTrajectory", Layer.CONTROLLER,
     "go along a path; refusals are told on /maya_event", (), HARDWARE, heard=True, queue_size=1, manual=False,
     asks=Operation.WISH,
 )  # fmt: skip
 STOP = Row(
-    "/controller/stop", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "brake on the path, at once",
+    "/controller/stop", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "brake on the path, at once",
     HARDWARE, ("robot_controller",),
     asks=Operation.STOP,
 )  # fmt: skip
 RECOVER = Row(
-    "/controller/recover", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "clear a fault; moves nothing",
+    "/controller/recover", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "clear a fault; moves nothing",
     HARDWARE, ("robot_controller",),
     asks=Operation.RECOVER,
 )  # fmt: skip
 PAUSE = Row(
-    "/controller/pause", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "brake on the path and hold all motion",
+    "/controller/pause", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "brake on the path and hold all motion",
     HARDWARE, ("robot_controller",), manual=False,
     asks=Operation.PAUSE,
 )  # fmt: skip
 RESUME = Row(
-    "/controller/resume", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "let motion go on after a pause",
+    "/controller/resume", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "let motion go on after a pause",
     HARDWARE, ("robot_controller",), manual=False,
     asks=Operation.RESUME,
 )  # fmt: skip
 ABORT = Row(
-    "/controller/abort", Form.SERVICE, "std_srvs/Trigger", Floor.CONTROLLER, "stop without deceleration",
+    "/controller/abort", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "stop without deceleration",
     HARDWARE, ("robot_controller",), manual=False,
     asks=Operation.ABORT,
 )  # fmt: skip
 SPEED = Row(
-    "/controller/speed", Form.TOPIC, "std_msgs/Float64", Floor.CONTROLLER, "scale the speed of all motion, 0.01 to 1",
+    "/controller/speed", Kind.TOPIC, "std_msgs/Float64", Layer.CONTROLLER, "scale the speed of all motion, 0.01 to 1",
     ("robot_controller",), HARDWARE, heard=True, queue_size=1, manual=False,
     asks=Operation.SPEED,
 )  # fmt: skip
 PRIMITIVE = Row(
-    "/maya_move", Form.TOPIC, "maya_robot/MayaPrimitive", Floor.ROBOT, "do a primitive; the topic form of /task",
+    "/maya_move", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.ROBOT, "do a primitive; the topic form of /task",
     (), ("robot_controller",), heard=True, queue_size=10,
     asks=Operation.WISH,
 )  # fmt: skip
 MAYA_COMMAND = Row(
-    "/maya_command", Form.SERVICE, "maya_robot/MayaCommand", Floor.ROBOT,
+    "/maya_command", Kind.SERVICE, "maya_robot/MayaCommand", Layer.ROBOT,
     "can_teleop answers at once, other primitives when they are done", ("robot_controller",), ("process_controller",),
     asks=Operation.WISH,
 )  # fmt: skip
 TASK = Row(
-    "/task", Form.ACTION, "maya_robot/Task", Floor.ROBOT, "do a primitive", ("primitive_server",),
+    "/task", Kind.ACTION, "maya_robot/Task", Layer.ROBOT, "do a primitive", ("primitive_server",),
     ("process_controller",),
     asks=Operation.WISH,
 )  # fmt: skip
 SEND_TASK = Row(
-    "/send_task", Form.TOPIC, "maya_robot/MayaPrimitive", Floor.PROCESS, "append one primitive to the queue",
+    "/send_task", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.PROCESS, "append one primitive to the queue",
     ("maya_dashboard",), ("process_controller",), heard=True,
     asks=Operation.PROPOSE,
 )  # fmt: skip
 START_QUEUE = Row(
-    "/start_queue", Form.TOPIC, "maya_process/ProcessQueue", Floor.PROCESS, "append primitives as one job",
+    "/start_queue", Kind.TOPIC, "maya_process/ProcessQueue", Layer.PROCESS, "append primitives as one job",
     ("maya_dashboard",), ("process_controller",), heard=True,
     asks=Operation.PROPOSE,
 )  # fmt: skip
 STOP_QUEUE = Row(
-    "/stop_queue", Form.TOPIC, "std_msgs/Empty", Floor.PROCESS,
+    "/stop_queue", Kind.TOPIC, "std_msgs/Empty", Layer.PROCESS,
     "stop all motion, homing included, and cancel all jobs; from a role without `clear`: stop, and pause the queue",
     ("maya_dashboard",), ("process_controller",), heard=True,
     asks=Operation.STOP,
 )  # fmt: skip
 QUEUE_STATUS = Row(
-    "/queue_status", Form.TOPIC, "std_msgs/String", Floor.PROCESS, "the state of the queue, as JSON",
+    "/queue_status", Kind.TOPIC, "std_msgs/String", Layer.PROCESS, "the state of the queue, as JSON",
     ("process_controller",), ("maya_dashboard",), latch=True, queue_size=10, manual=False,
 )  # fmt: skip
 RESUME_QUEUE = Row(
-    "/resume_queue", Form.SERVICE, "std_srvs/Trigger", Floor.PROCESS, "continue a paused queue",
+    "/resume_queue", Kind.SERVICE, "std_srvs/Trigger", Layer.PROCESS, "continue a paused queue",
     ("process_controller",), ("maya_dashboard",), manual=False,
     asks=Operation.RESUME,
 )  # fmt: skip
 RECOVER_QUEUE = Row(
-    "/recover_queue", Form.SERVICE, "maya_process/RecoverQueue", Floor.PROCESS, "decide about an interrupted job",
+    "/recover_queue", Kind.SERVICE, "maya_process/RecoverQueue", Layer.PROCESS, "decide about an interrupted job",
     ("process_controller",), ("maya_dashboard",), manual=False,
     asks=Operation.RESTART,
 )  # fmt: skip
 STEP_COMMAND = Row(
-    "/step_command", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step of a process, as JSON",
+    "/step_command", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "a step of a process, as JSON",
     ("ros_coms",), ("firebase_bridge",), heard=True,
     asks=Operation.WISH,
 )  # fmt: skip
 STEP_RESULT = Row(
-    "/step_result", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "how a step ended, as JSON",
+    "/step_result", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "how a step ended, as JSON",
     ("firebase_bridge",), ("ros_coms",),
 )  # fmt: skip
 STEP_STATUS = Row(
-    "/step_status", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "a step is accepted or begins, as JSON",
+    "/step_status", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "a step is accepted or begins, as JSON",
     ("firebase_bridge",), ("ros_coms",), manual=False,
 )  # fmt: skip
 STEP_ROBOT = Row(
-    "/step_robot", Form.TOPIC, "std_msgs/String", Floor.BRIDGE, "which robot carries out steps, as JSON",
+    "/step_robot", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "which robot carries out steps, as JSON",
     ("firebase_bridge",), ("ros_coms",), latch=True, queue_size=1, manual=False,
 )  # fmt: skip
 
@@ -209,7 +209,7 @@ TABLE = (
 """The whole graph: first what the manual names, then what is ours."""
 
 
-def rows(*floors: Floor) -> tuple[Row, ...]:
+def rows(*floors: Layer) -> tuple[Row, ...]:
     """Return the rows of some floors."""
     return tuple(row for row in TABLE if row.floor in floors)
 
@@ -220,12 +220,12 @@ def asked_by_topic(topic: str) -> Operation:
     A cancel is a stop. Publishing on a topic of Maya's own, or on one that Maya does not hear, needs `GRAPH`.
     """
     row = _BY_NAME.get(topic)
-    if row is not None and row.form is Form.TOPIC:
+    if row is not None and row.form is Kind.TOPIC:
         return Operation.GRAPH if row.asks is None else row.asks
     name, _, part = topic.rpartition("/")
     if part not in ("goal", "cancel"):
         return Operation.GRAPH
-    action = asked_by_call(name, Form.ACTION)
+    action = asked_by_call(name, Kind.ACTION)
     return Operation.STOP if part == "cancel" and action is not Operation.GRAPH else action
 
 
@@ -233,10 +233,10 @@ def type_of_topic(topic: str) -> str | None:
     """Return the type of a topic of the table, or of one of the five of an action in it; None for any other."""
     row = _BY_NAME.get(topic)
     if row is not None:
-        return row.type if row.form is Form.TOPIC else None
+        return row.type if row.form is Kind.TOPIC else None
     name, _, part = topic.rpartition("/")
     action = _BY_NAME.get(name)
-    if action is None or action.form is not Form.ACTION:
+    if action is None or action.form is not Kind.ACTION:
         return None
     return {
         "goal": f"{action.type}ActionGoal",
@@ -247,7 +247,7 @@ def type_of_topic(topic: str) -> str | None:
     }.get(part)
 
 
-def asked_by_call(name: str, form: Form) -> Operation:
+def asked_by_call(name: str, form: Kind) -> Operation:
     """Return the operation that calling a service or an action needs."""
     row = _BY_NAME.get(name)
     return Operation.GRAPH if row is None or row.form is not form else row.asks or Operation.GRAPH

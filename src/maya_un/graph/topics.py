@@ -15,7 +15,7 @@ from maya_un.graph.protocol import Message
 from maya_un.graph.stamps import Stamp
 
 
-class Member(Protocol):
+class TopicNode(Protocol):
     """A node, as far as topics know it."""
 
     @property
@@ -28,16 +28,16 @@ class Member(Protocol):
         """Returns the principal for whom it acts, None for the one that triggered it."""
         ...
 
-    def keep(self, held: Outlet | Inlet) -> None:
+    def keep(self, held: TopicOutlet | TopicInlet) -> None:
         """Have something that is given back when the node ends."""
         ...
 
-    def drop(self, held: Outlet | Inlet) -> None:
+    def drop(self, held: TopicOutlet | TopicInlet) -> None:
         """Take notice that something was given back."""
         ...
 
 
-Heard = Callable[[Message, Member], None]
+Heard = Callable[[Message, TopicNode], None]
 """Told of a message and of who published it."""
 
 
@@ -47,8 +47,8 @@ class Topic:
     def __init__(self, name: str, kind: str) -> None:
         self.name = name
         self.kind = kind
-        self.outlets: list[Outlet] = []
-        self.inlets: list[Inlet] = []
+        self.outlets: list[TopicOutlet] = []
+        self.inlets: list[TopicInlet] = []
 
 
 class Topics:
@@ -67,16 +67,16 @@ class Topics:
         """Return a topic that somebody publishes or listens to."""
         return self._topics.get(name)
 
-    def advertise(self, name: str, kind: str, member: Member, *, latch: bool) -> Outlet:
+    def advertise(self, name: str, kind: str, member: TopicNode, *, latch: bool) -> TopicOutlet:
         """Take a topic to publish on; raises `InvalidMessage` where it carries another type, `UnknownInterface`."""
-        outlet = Outlet(self._topic(name, kind), member, self, latch=latch)
+        outlet = TopicOutlet(self._topic(name, kind), member, self, latch=latch)
         outlet.topic.outlets.append(outlet)
         member.keep(outlet)
         return outlet
 
-    def listen(self, name: str, kind: str, heard: Heard, member: Member, queue_size: int) -> Inlet:
+    def listen(self, name: str, kind: str, heard: Heard, member: TopicNode, queue_size: int) -> TopicInlet:
         """Listen to a topic; what it has latched is heard first. Raises as `advertise` does."""
-        inlet = Inlet(self._topic(name, kind), member, self, heard, queue_size)
+        inlet = TopicInlet(self._topic(name, kind), member, self, heard, queue_size)
         inlet.topic.inlets.append(inlet)
         member.keep(inlet)
         for outlet in inlet.topic.outlets:
@@ -107,15 +107,15 @@ class Topics:
         return topic
 
 
-def caller_of(member: Member) -> Caller:
+def caller_of(member: TopicNode) -> Caller:
     """Return for whom a node acts now."""
     return caller() if member.who is None else member.who()
 
 
-class Outlet:
+class TopicOutlet:
     """A topic that somebody publishes on; see `protocol.Publisher`."""
 
-    def __init__(self, topic: Topic, member: Member, topics: Topics, *, latch: bool) -> None:
+    def __init__(self, topic: Topic, member: TopicNode, topics: Topics, *, latch: bool) -> None:
         self.topic = topic
         self.member = member
         self.latched: Message | None = None
@@ -147,16 +147,16 @@ class Outlet:
             self._topics.tidy(self.topic)
 
 
-class Inlet:
+class TopicInlet:
     """A topic that somebody listens to; see `protocol.Subscription`."""
 
-    def __init__(self, topic: Topic, member: Member, topics: Topics, heard: Heard, queue_size: int) -> None:
+    def __init__(self, topic: Topic, member: TopicNode, topics: Topics, heard: Heard, queue_size: int) -> None:
         self.topic = topic
         self.member = member
         self._topics = topics
         self._heard = heard
         self._loop = asyncio.get_running_loop()
-        self._queue: deque[tuple[Message, Member, Caller]] = deque(maxlen=queue_size or None)
+        self._queue: deque[tuple[Message, TopicNode, Caller]] = deque(maxlen=queue_size or None)
         self._closed = False
 
     @property
@@ -164,7 +164,7 @@ class Inlet:
         """The nodes that publish on it now."""
         return frozenset(outlet.member.name for outlet in self.topic.outlets)
 
-    def put(self, message: Message, member: Member) -> None:
+    def put(self, message: Message, member: TopicNode) -> None:
         """Have a message heard soon, in its turn among those of all topics; the oldest of too many are dropped."""
         self._queue.append((message, member, caller_of(member)))
         self._loop.call_soon(self._deliver)

@@ -13,7 +13,7 @@ from typing import Any
 
 from maya_un.errors import InvalidMessage, UnknownInterface
 from maya_un.graph.catalogue import SCALAR, Field, Spec, halves, is_base, kinds, services, spec
-from maya_un.graph.conforming import NOW, Misfit, converter
+from maya_un.graph.conforming import NOW, Mismatch, converter
 from maya_un.graph.protocol import Message
 from maya_un.graph.wire import writer
 
@@ -51,7 +51,7 @@ def conform(kind: str, data: object, *, stamp: Mapping[str, int] | None = None) 
     before = NOW.set(stamp)
     try:
         message: Message = converter(_message(kind))(data)
-    except Misfit as misfit:
+    except Mismatch as misfit:
         name = f"{misfit.path} of {kind}" if misfit.path else kind
         raise InvalidMessage(name=name, reason=misfit.reason) from None
     finally:

@@ -8,7 +8,7 @@ from functools import partial
 
 from maya_un.errors import MayaError
 from maya_un.graph.paths import from_message
-from maya_un.graph.protocol import Graph, Held, Message
+from maya_un.graph.protocol import Graph, GraphHandle, Message
 from maya_un.graph.surroundings import way_of
 from maya_un.graph.table import FOLLOW, MOVE
 from maya_un.kinematics.mechanism import Mechanism
@@ -16,7 +16,7 @@ from maya_un.motion.path import Path, Route
 from maya_un.values import Joints, Point
 
 
-class Ways:
+class PathMarkers:
     """Hears the goals of /controller/follow and /move; `here` tells where the joints are, None where nobody knows.
 
     A goal that is refused has its result at once. Of several the one that came first is under way.
@@ -26,7 +26,7 @@ class Ways:
         self._mechanism = mechanism
         self._here = here
         self._ways: dict[str, Sequence[Point]] = {}
-        self._held: list[Held] = []
+        self._held: list[GraphHandle] = []
         for row, read in ((FOLLOW, _followed), (MOVE, self._moved)):
             goal, result = f"{row.type}ActionGoal", f"{row.type}ActionResult"
             self._held += [

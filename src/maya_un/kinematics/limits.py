@@ -99,7 +99,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class ReasonBounds:
     """Data for the text of a reason: strokes of the axes (rad, m, m), tension limit in loads."""
 
     boom: Stroke

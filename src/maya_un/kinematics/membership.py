@@ -17,7 +17,7 @@ from math import cos, pi, sin, tau
 import numpy as np
 from numpy.typing import NDArray
 
-from maya_un.kinematics.limits import Bounds, Stroke
+from maya_un.kinematics.limits import ReasonBounds, Stroke
 from maya_un.kinematics.mechanism import Floats, Mechanism
 
 Flags = NDArray[np.bool_]
@@ -34,7 +34,7 @@ class Membership:
     """
 
     mechanism: Mechanism
-    bounds: Bounds
+    bounds: ReasonBounds
     tolerance: float
 
     def of_points(self, points: Floats, out: Flags) -> Flags:

@@ -68,26 +68,26 @@ def _frame(away: Floats) -> Floats:
     return np.array([across, np.cross(ahead, across), ahead], dtype=np.float64)
 
 
-class _Boxes(NamedTuple):
+class _SearchBoxes(NamedTuple):
     """Boxes of (α, u, h) [rad, m, m]: their middles and half their edges, each (n, 3)."""
 
     middles: Floats
     halves: Floats
 
-    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> _Boxes:
-        return _Boxes(self.middles[rows], self.halves[rows])
+    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> _SearchBoxes:
+        return _SearchBoxes(self.middles[rows], self.halves[rows])
 
-    def shrunk(self, factor: float) -> _Boxes:
-        return _Boxes(self.middles, factor * self.halves)
+    def shrunk(self, factor: float) -> _SearchBoxes:
+        return _SearchBoxes(self.middles, factor * self.halves)
 
-    def joined(self, others: _Boxes) -> _Boxes:
-        return _Boxes(*(np.concatenate(pair) for pair in zip(self, others, strict=True)))
+    def joined(self, others: _SearchBoxes) -> _SearchBoxes:
+        return _SearchBoxes(*(np.concatenate(pair) for pair in zip(self, others, strict=True)))
 
-    def split(self) -> _Boxes:
+    def split(self) -> _SearchBoxes:
         """Return each box as eight of half its size."""
         quarters = 0.5 * self.halves
         inner = self.middles[:, None] + quarters[:, None] * _SIDES
-        return _Boxes(inner.reshape(-1, 3), np.repeat(quarters, 8, axis=0))
+        return _SearchBoxes(inner.reshape(-1, 3), np.repeat(quarters, 8, axis=0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,13 +161,13 @@ class Search:
             boxes, near = boxes.chosen(worth), near[worth]
         return None if found is None else self._point(*map(float, found))
 
-    def _everything(self) -> _Boxes:
+    def _everything(self) -> _SearchBoxes:
         """Return the box of all (α, u, h)."""
         low = np.array([[self.boom[0], 0.0, 0.0]])
         high = np.array([[self.boom[1], self.section.width, self.section.deepest]])
-        return _Boxes(0.5 * (low + high), 0.5 * (high - low))
+        return _SearchBoxes(0.5 * (low + high), 0.5 * (high - low))
 
-    def _distances(self, boxes: _Boxes, target: Point) -> Floats:
+    def _distances(self, boxes: _SearchBoxes, target: Point) -> Floats:
         """Return the distance [m] of `target` from each box, shape (n,)."""
         mechanism = self.mechanism
         middle_a, middle_u, middle_h = boxes.middles.T
@@ -194,7 +194,7 @@ class Search:
         spare[within] = np.minimum(spare[within], clear)
         return spare
 
-    def _radii(self, boxes: _Boxes) -> Floats:
+    def _radii(self, boxes: _SearchBoxes) -> Floats:
         """Return how far anything moves between the middle of a box and any other place in it [m], shape (n,)."""
         turn, outward, down = boxes.halves.T
         sideways = turn * (self.mechanism.delta + boxes.middles[:, 1] + outward)

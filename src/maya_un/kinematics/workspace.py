@@ -17,10 +17,10 @@ import numpy as np
 from maya_un.config import Config, Units
 from maya_un.errors import InvalidConfig, Unreachable
 from maya_un.kinematics.limits import (
-    Bounds,
     Limit,
     Margins,
     Reason,
+    ReasonBounds,
     Stroke,
     Verdict,
     above_anchors,
@@ -228,8 +228,8 @@ class Workspace(Ranges):
         )
 
     @property
-    def _bounds(self) -> Bounds:
-        return Bounds(self.boom, self.line_b, self.line_c, self.tension_limit)
+    def _bounds(self) -> ReasonBounds:
+        return ReasonBounds(self.boom, self.line_b, self.line_c, self.tension_limit)
 
     @property
     def _membership(self) -> Membership:

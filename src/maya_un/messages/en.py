@@ -4,15 +4,8 @@ SENTENCES: dict[int, str] = {
     1001: "The connection to the controller at {address} was lost ({reason}). The axes finish the motion that was already sent. Check cable and power, then run `maya recover`.",
     1002: "No controller answers at {address} ({reason}). Check power, cable and address, or start a twin with "
     "`maya dmc serve`.",
-    1003: "The controller at {address} did not answer {command!r} within {seconds} s. Check the network, or "
-    "reset the controller.",
-    1004: "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this is a defect or a foreign program on the controller: read the log.",
     1005: "The device at {address} is {found}; Maya needs a DMC-41x3 with three axes. Check the address.",
-    1006: "The controller answered {command!r} with {reply!r}, which is not valid. Check that the address is that of a Galil controller.",
     1007: "The controller keeps {register} = {found}, but the configuration says {wanted}. Correct one of them.",
-    1008: "The controller's program differs from the one sent to it in line {line}: {sent} was sent, {found} is there. Download it again. If that does not help, find the other program that writes to this controller.",
-    1009: "The controller found its burned {what} damaged when it last powered up. Download and burn them again before any motion.",
-    1010: "There is no connection to the controller. Wait for it, or check power and cable.",
     1011: "{node} is not running any more. Its motion was stopped on the path. Start it again, and check the position of the robot before you continue.",
     1020: "No Maya is running here. Start `maya up`, then run the command again. To stop a robot without `maya up`, run `maya stop --address real` (or HOST:PORT).",
     1021: "The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
@@ -25,8 +18,6 @@ SENTENCES: dict[int, str] = {
     "at rest, or stop them from any computer with `maya stop --address {address}`. Then try again.",
     1033: "Another program erased the variable that names the owner of the controller (ZAB), so nothing moves. Close the "
     "other program, then run `maya recover`.",
-    1040: "The download failed ({reason}), and the former program could not be restored. Download a program again "
-    "before you run one.",
     1050: "The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or set IP to its address. This program tries again.",
     1051: "The supervisors' server {where} does not answer: {reason}. Check that it runs, and its address, user and password.",
     1052: "The broker {where} refuses the command: {reason}. Ask the person who keeps its rules (ACL) for access to this robot.",
@@ -75,14 +66,9 @@ SENTENCES: dict[int, str] = {
     2404: "The stroke of axis {axis} measures {measured}, but the configuration says {wanted}. Check the line and the configuration.",
     3001: "The gripper is closed, so it cannot pick. Place the part, or open the gripper first.",
     3002: "The gripper is open, so there is nothing to place. Pick a part first.",
-    4001: "{key} = {value} is refused: {reason}.",
     4002: "The job is refused at {key}: {reason}.",
-    4003: "{name!r} is not known. Known: {known}.",
     4004: "There is no {what} {number}.",
-    4005: "The request is refused at {key}: {reason}.",
     4006: "`--speed` scales the twin's time, but {address} is a real machine. Leave it out.",
-    4007: "{path} cannot be read: {reason}.",
-    4008: "{reason}. See `{command} --help`.",
     4009: "These points do not determine {what}: {reason}. To determine them, {remedy}.",
     4010: "No {what} has the name {name!r}. Known: {known}. `maya teach` stores the present position under a name.",
     4011: "{name!r} is taught already. Choose another name, or replace it with `--replace`.",
@@ -119,10 +105,7 @@ SENTENCES: dict[int, str] = {
     4110: "The certificate of the service was refused ({reason}). Use the URL that `maya up` printed, and give the "
     "certificate file of the service as `ca`. `maya doctor` checks the certificate's name and dates.",
     5001: "The configuration is refused at {key} = {value}: {reason}.",
-    5002: "{path} cannot be written: {reason}.",
-    5003: "{address} is in use already. Choose another port, or stop the program that listens there.",
     5004: "`maya up` or the ROS nodes are running already (process {pid}). Use them, or end them first.",
-    5005: "{path} belongs to another user: {remedy}.",
     5006: "No calibration can be reverted in {path}: {reason}.",
     5007: "The disk refused to store this ({reason}), so Maya accepted nothing of it. Free space on the disk or correct its permissions, then try again.",
     5008: "{path} is damaged ({reason}) and was not changed. Restore a backup (`maya queue restore`), or move the file away to begin with an empty one.",
@@ -130,11 +113,8 @@ SENTENCES: dict[int, str] = {
     5010: "{path} is in use by process {pid}. End that one first, or use another file.",
     5011: "No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one. ROS_MASTER_URI holds its address.",
     5012: "ROS cannot be used from here ({reason}). On Debian and Ubuntu, `scripts/ros` installs everything.",
-    5013: "This process may open {limit} files and connections at once. It has {used} open already, and needs {least} "
-    "more. Raise the limit with `ulimit -n 1024`, or with LimitNOFILE=1024 in a systemd unit.",
     5014: "{path} cannot be opened for writing now ({reason}), so nothing was started. Free space on the disk, or "
     "mount it for writing, then start again. systemd tries again by itself.",
     5020: "The worker process failed ({reason}), so there is no result. Nothing has moved. Try again. If that fails "
     "too, read the log and restart `maya up`.",
-    5999: "An internal error happened ({reason}). This is a defect of Maya: please report it with the log.",
 }

@@ -4,15 +4,8 @@ SENTENCES: dict[int, str] = {
     1001: "Se perdió la conexión con el controlador en {address} ({reason}). Los ejes terminan el movimiento ya enviado. Revise cable y alimentación y ejecute `maya recover`.",
     1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección, o inicie un gemelo "
     "con `maya dmc serve`.",
-    1003: "El controlador en {address} no respondió a {command!r} en {seconds} s. Revise la red o reinicie el "
-    "controlador.",
-    1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Si nadie lo tecleó, es un defecto o un programa ajeno en el controlador: lea el registro.",
     1005: "El equipo en {address} es {found}; Maya necesita un DMC-41x3 de tres ejes. Revise la dirección.",
-    1006: "El controlador respondió a {command!r} con {reply!r}, que no es válido. Compruebe que la dirección es la de un controlador Galil.",
     1007: "El controlador guarda {register} = {found}, pero la configuración dice {wanted}. Corrija uno de los dos.",
-    1008: "El programa del controlador difiere del enviado en la línea {line}: se envió {sent}, allí está {found}. Descárguelo otra vez. Si no ayuda, busque el otro programa que escribe en este controlador.",
-    1009: "El controlador encontró dañado lo grabado ({what}) al encenderse por última vez. Descárguelo y grábelo otra vez antes de cualquier movimiento.",
-    1010: "No hay conexión con el controlador. Espere, o revise alimentación y cable.",
     1011: "{node} ya no está en marcha. Su movimiento se detuvo sobre la trayectoria. Inícielo de nuevo y compruebe la posición del robot antes de seguir.",
     1020: "Ningún Maya está en marcha aquí. Inicie `maya up` y repita la orden. Para detener un robot sin `maya up`, ejecute `maya stop --address real` (o HOST:PORT).",
     1021: "El `maya up` en marcha no responde ({reason}). Detenga el robot con `maya stop` y reinícielo.",
@@ -26,8 +19,6 @@ SENTENCES: dict[int, str] = {
     "inténtelo otra vez.",
     1033: "Otro programa borró la variable que nombra al dueño del controlador (ZAB), así que nada se mueve. Cierre el "
     "otro programa y luego ejecute `maya recover`.",
-    1040: "La descarga falló ({reason}) y no se pudo restaurar el programa anterior. Descargue un programa otra vez "
-    "antes de ejecutarlo.",
     1050: "El rosbridge del robot en {url} no responde: {reason}. Arranque el robot con `maya up --rosbridge`, o ponga su dirección en IP. Este programa lo intentará otra vez.",
     1051: "El servidor de los supervisores {where} no responde: {reason}. Compruebe que funciona, y su dirección, usuario y contraseña.",
     1052: "El broker {where} rechaza la orden: {reason}. Pida acceso a este robot a quien lleva sus reglas (ACL).",
@@ -75,14 +66,9 @@ SENTENCES: dict[int, str] = {
     2404: "La carrera del eje {axis} mide {measured}, pero la configuración dice {wanted}. Revise la línea y la configuración.",
     3001: "La pinza está cerrada y no puede recoger. Deje la pieza o abra antes la pinza.",
     3002: "La pinza está abierta y no hay nada que dejar. Recoja antes una pieza.",
-    4001: "{key} = {value} se rechaza: {reason}.",
     4002: "El trabajo se rechaza en {key}: {reason}.",
-    4003: "{name!r} no se conoce. Existen: {known}.",
     4004: "No existe {what} {number}.",
-    4005: "La petición se rechaza en {key}: {reason}.",
     4006: "`--speed` escala el tiempo del gemelo, pero {address} es una máquina real. Quítelo.",
-    4007: "No se puede leer {path}: {reason}.",
-    4008: "{reason}. Vea `{command} --help`.",
     4009: "Estos puntos no determinan {what}: {reason}. Para determinarlos, {remedy}.",
     4010: "No se ha enseñado {what} con el nombre {name!r}. Existen: {known}. `maya teach` guarda la posición actual con un nombre.",
     4011: "{name!r} ya está enseñado. Elija otro nombre, o reemplácelo con `--replace`.",
@@ -119,10 +105,7 @@ SENTENCES: dict[int, str] = {
     4110: "Se rechazó el certificado del servicio ({reason}). Use la URL que mostró `maya up` e indique el archivo con "
     "el certificado del servicio como `ca`. `maya doctor` comprueba el nombre y las fechas del certificado.",
     5001: "La configuración se rechaza en {key} = {value}: {reason}.",
-    5002: "No se puede escribir {path}: {reason}.",
-    5003: "{address} ya está en uso. Elija otro puerto o cierre el programa que escucha allí.",
     5004: "`maya up`, o los nodos de ROS, ya están en marcha (proceso {pid}). Úselos o ciérrelos antes.",
-    5005: "{path} es de otro usuario: {remedy}.",
     5006: "No hay calibración que deshacer en {path}: {reason}.",
     5007: "El disco no aceptó guardar esto ({reason}), así que Maya no aceptó nada de ello. Libere espacio en el disco o corrija sus permisos e inténtelo otra vez.",
     5008: "{path} está dañado ({reason}) y no se cambió. Restaure una copia (`maya queue restore`), o aparte el archivo para empezar con uno vacío.",
@@ -130,13 +113,10 @@ SENTENCES: dict[int, str] = {
     5010: "{path} lo usa el proceso {pid}. Ciérrelo antes, o use otro archivo.",
     5011: "Ningún maestro de ROS responde en {uri}. Inicie `roscore`, o roslaunch, que inicia uno. ROS_MASTER_URI contiene su dirección.",
     5012: "Desde aquí no se puede usar ROS ({reason}). En Debian y Ubuntu, `scripts/ros` instala todo lo necesario.",
-    5013: "Este proceso puede abrir {limit} archivos y conexiones a la vez. Ya tiene {used} abiertos y necesita "
-    "{least} más. Suba el límite con `ulimit -n 1024`, o con LimitNOFILE=1024 en una unidad de systemd.",
     5014: "{path} no se puede abrir para escribir ahora ({reason}), así que no se inició nada. Libere espacio en el "
     "disco, o móntelo para escritura, e inicie de nuevo. systemd lo intenta otra vez por sí mismo.",
     5020: "El proceso auxiliar falló ({reason}), así que no hay resultado. Nada se ha movido. Inténtelo otra vez. Si "
     "vuelve a fallar, lea el registro y reinicie `maya up`.",
-    5999: "Ocurrió un error interno ({reason}). Es un defecto de Maya: repórtelo con el registro.",
 }
 
 _STATES = {

@@ -4,7 +4,7 @@ from maya_un.motion.knots import Knots, lay
 from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove, Counts, Segment, commands
 from maya_un.motion.path import Blend, Path, Route, Space
-from maya_un.motion.profile import Piece, Profile
+from maya_un.motion.profile import ProfilePiece, SpeedProfile
 from maya_un.motion.proof import between
 from maya_un.motion.timing import plan
 
@@ -15,11 +15,11 @@ __all__ = [
     "Knots",
     "Limits",
     "Path",
-    "Piece",
-    "Profile",
+    "ProfilePiece",
     "Route",
     "Segment",
     "Space",
+    "SpeedProfile",
     "between",
     "commands",
     "lay",

@@ -16,7 +16,7 @@ import numpy as np
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
-from maya_un.motion.keepout import Place
+from maya_un.motion.keepout import ChordPlace
 from maya_un.motion.proof import between
 from maya_un.values import Joints, Point
 
@@ -33,7 +33,7 @@ Kinds = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
+class ClosestApproach:
     """How near a path comes to a limit or a zone: the least `margin` [`unit`], and `place`, where that is.
 
     `name` is that of the zone, or one of `LIMITS`; a margin is negative beyond the limit, or where a zone's margin is
@@ -43,7 +43,7 @@ class Approach:
     name: str
     margin: float
     unit: str
-    place: Place
+    place: ChordPlace
     zone: bool = False
 
 
@@ -64,7 +64,7 @@ LIMITS = {
 """The limits of the workspace and the units of their margins."""
 
 
-def closest(workspace: Workspace, joints: Floats) -> tuple[Approach, ...]:
+def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]:
     """Return how near the chords between knots come to every limit, in the order of `LIMITS`, and to every zone.
 
     `joints` has shape (n, 3) [rad, m, m]. Margins are exact to 1e-6, those of zones to 1e-5, but how deep a way leads
@@ -73,12 +73,12 @@ def closest(workspace: Workspace, joints: Floats) -> tuple[Approach, ...]:
     joints = _two_at_least(joints)
     curved = _least(lambda places: _margins(workspace, places), joints, 4, _SMOOTH)
     limits = zip(LIMITS.items(), (*_linear(workspace, joints), *curved), strict=True)
-    approaches = [Approach(name, margin, unit, place) for (name, unit), (margin, place) in limits]
+    approaches = [ClosestApproach(name, margin, unit, place) for (name, unit), (margin, place) in limits]
     for zone in workspace.zones:
         ((margin, place),) = _least(
             lambda places, zone=zone: _clear(workspace.mechanism, zone, places), joints, 2, _BENT
         )
-        approaches.append(Approach(zone.name, margin, "m", place, zone=True))
+        approaches.append(ClosestApproach(zone.name, margin, "m", place, zone=True))
     return tuple(approaches)
 
 
@@ -165,12 +165,12 @@ def _clear(mechanism: Mechanism, zone: Zone, places: Floats) -> Floats:
     return zone.clearances(mechanism, places.reshape(-1, 3)).reshape(1, *places.shape[:-1])
 
 
-def _linear(workspace: Workspace, joints: Floats) -> Iterator[tuple[float, Place]]:
+def _linear(workspace: Workspace, joints: Floats) -> Iterator[tuple[float, ChordPlace]]:
     """Yield the margins that are linear along chords, in the order of `LIMITS`, with their places."""
     last = len(joints) - 2
     for margin in _linear_margins(workspace, joints):
         knot = int(np.argmin(margin))
-        yield float(margin[knot]), Place(min(knot, last), float(max(0, knot - last)))
+        yield float(margin[knot]), ChordPlace(min(knot, last), float(max(0, knot - last)))
 
 
 def _linear_margins(workspace: Workspace, joints: Floats) -> Iterator[Floats]:
@@ -180,7 +180,7 @@ def _linear_margins(workspace: Workspace, joints: Floats) -> Iterator[Floats]:
     yield joints[:, 1] + joints[:, 2] - workspace.mechanism.width
 
 
-def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple[float, Place]]:
+def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple[float, ChordPlace]]:
     """Return the least value of every kind on the chords between knots (n, 3), and its place.
 
     Every chord is looked at in `looks` parts, in more where there are few chords.
@@ -201,7 +201,7 @@ def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple
         refined, at = _refined(values, joints[near], ways[near], share, 1.0 / parts, rounds)
         less = refined < least
         least, chord, place = np.where(less, refined, least), np.where(less, near, chord), np.where(less, at, place)
-    return [(float(one), Place(int(on), float(at))) for one, on, at in zip(least, chord, place, strict=True)]
+    return [(float(one), ChordPlace(int(on), float(at))) for one, on, at in zip(least, chord, place, strict=True)]
 
 
 def _guessed(found: Floats) -> Floats:

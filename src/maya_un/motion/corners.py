@@ -15,7 +15,7 @@ from maya_un.motion.path import Blend, Space, Waypoint, to_joints
 _STEP = 1e-4
 
 
-class Pace(NamedTuple):
+class LegLimits(NamedTuple):
     """Limits of the axes along a leg: speed [m/s] and acceleration [m/s²] of the gripper.
 
     `lines` tells how much of their speed the lines need for it, from 0 to 1: 1 where they are what limits it.
@@ -32,7 +32,7 @@ class Pace(NamedTuple):
 
 def pace(
     space: Space, start: Waypoint, end: Waypoint, length: float, mechanism: Mechanism, units: Units, limits: Limits
-) -> Pace:
+) -> LegLimits:
     """Return what the axes allow about `start` on the way to `end`, which is `length` away [m].
 
     It is the pace of the directions there: bends are left to the timing.
@@ -45,10 +45,10 @@ def pace(
     speeds = [speed / rate for speed, rate in zip(limits.speed, rates, strict=True)]
     slowest = map(min, limits.acceleration, limits.deceleration)
     acceleration = min(most / rate for most, rate in zip(slowest, rates, strict=True))
-    return Pace(min(speeds), acceleration, min(speeds) / min(speeds[1:]))
+    return LegLimits(min(speeds), acceleration, min(speeds) / min(speeds[1:]))
 
 
-def overlap(before: Pace, speed_before: float, behind: Pace, room: float) -> Blend:
+def overlap(before: LegLimits, speed_before: float, behind: LegLimits, room: float) -> Blend:
     """Return the blend in which the leg before slows down from `speed_before` [m/s] while the leg behind speeds up.
 
     `room` is the most that the blend may take of the leg behind [m].
@@ -67,7 +67,7 @@ def reversed_blend(blend: Blend) -> Blend:
     return Blend(blend.after, blend.before, blend.rise, blend.fall)
 
 
-def _tight(before: Pace, speed_before: float, behind: Pace, room: float) -> Blend:
+def _tight(before: LegLimits, speed_before: float, behind: LegLimits, room: float) -> Blend:
     """Return a blend for a short leg behind: one parabola, as long as the leg's own acceleration needs."""
     whole = sqrt(2.0 * room / behind.acceleration)
     slowing = min(whole, speed_before / before.acceleration)

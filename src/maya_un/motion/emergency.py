@@ -75,7 +75,7 @@ class Emergency:
         return cls(safety.tension_limit * safety.emergency_tension, SLACK, (a, b, c))
 
 
-class _Boxes(NamedTuple):
+class _StopBoxes(NamedTuple):
     """Possible ends of a fault on a chord: chords from `a` to `b` (3, m), plus boxes from −`before` to `after` (3, m).
 
     `clear` (m,) is how near any zone comes to the chords [m], infinite without zones.
@@ -91,7 +91,7 @@ class _Boxes(NamedTuple):
 class _Growth(NamedTuple):
     """How boxes grow with the speed v along the path: `back` and `on` (3, m) with v², `least` and `most` with v.
 
-    The others are as in `_Boxes`.
+    The others are as in `_StopBoxes`.
     """
 
     starts: Floats
@@ -106,11 +106,11 @@ class _Growth(NamedTuple):
         """Return what belongs to some chords, which may be named more than once."""
         return _Growth(*(rows[..., chords] for rows in self))
 
-    def at(self, squares: Floats) -> _Boxes:
+    def at(self, squares: Floats) -> _StopBoxes:
         """Return the boxes that belong to these squares of the speed (m,)."""
         speed = np.sqrt(squares)
         back, on = self.back * squares + self.least * speed, self.on * squares + self.most * speed
-        return _Boxes(self.starts, self.ends, back, on, self.clear)
+        return _StopBoxes(self.starts, self.ends, back, on, self.clear)
 
 
 def emergency_speed(
@@ -222,7 +222,7 @@ def _greatest(workspace: Workspace, emergency: Emergency, growth: _Growth, squar
     return low
 
 
-def _safe(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> NDArray[np.bool_]:
+def _safe(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> NDArray[np.bool_]:
     """Return for which chords (m,) all boxes are proved to keep the emergency bounds."""
     found = coefficients(_kept(workspace, emergency, boxes))
     safe = ~dips(found, _HALVINGS)
@@ -231,7 +231,7 @@ def _safe(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> NDArray[
     return safe
 
 
-def _kept(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> Floats:
+def _kept(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> Floats:
     """Return the bounds at seven places of every chord, kept where not negative, shape (6, 7, m).
 
     They are, in the notation of `maya_un.motion.conditions` and as shares of W: slack of c and of b, z, T_b and T_c,
@@ -258,7 +258,7 @@ def _kept(workspace: Workspace, emergency: Emergency, boxes: _Boxes) -> Floats:
     return out
 
 
-def _strayed(workspace: Workspace, boxes: _Boxes, depth: Floats) -> Floats:
+def _strayed(workspace: Workspace, boxes: _StopBoxes, depth: Floats) -> Floats:
     """Return how far at most anything gets from the path (m,) [m]; infinite where the lines might be straight.
 
     One line longer by e moves the meeting point by e/sin γ about the other's anchor, where the lines meet at the angle

@@ -29,7 +29,7 @@ from maya_un.motion.knots import STEP, Knots
 from maya_un.motion.limits import Limits
 from maya_un.motion.speeds import Chords
 from maya_un.motion.stairs import Ramps
-from maya_un.motion.stretch import Look, Stretch
+from maya_un.motion.stretch import ChordLimits, ChordSpan
 
 Fastest = Callable[[Floats, Floats, Floats], Ramps]
 """The fastest way by the greatest speeds within chords (n,), at knots (n + 1,), and shares of accelerations (n,)."""
@@ -64,15 +64,15 @@ def smoothed(
     divided straight on, in whole counts, where the acceleration changes; with a greater `coarseness` less often.
     """
     found = gentle(knots, limits, within, at, fastest, allowed)
-    return _driven(knots, [_Pieces.of(stretch, smooth, coarseness) for stretch, smooth in found])
+    return _driven(knots, [_EvenPieces.of(stretch, smooth, coarseness) for stretch, smooth in found])
 
 
 def gentle(
     knots: Knots, limits: Limits, within: Floats, at: Floats, fastest: Fastest, allowed: Allowed | None = None
-) -> list[tuple[Stretch, Smooth]]:
+) -> list[tuple[ChordSpan, Smooth]]:
     """Return the stretches of a path, and for each the shortest way over time that was found; as `smoothed`."""
     rests = _rests(knots, within, at)
-    stretches = [Stretch.of(knots, limits, first, last) for first, last in pairwise(rests)]
+    stretches = [ChordSpan.of(knots, limits, first, last) for first, last in pairwise(rests)]
     at = at.copy()
     at[rests] = 0.0
     search = _Search(stretches, within, at, fastest)
@@ -97,7 +97,7 @@ class _Search:
     accelerations, `widths` how much wider the windows are than need be.
     """
 
-    def __init__(self, stretches: list[Stretch], within: Floats, at: Floats, fastest: Fastest) -> None:
+    def __init__(self, stretches: list[ChordSpan], within: Floats, at: Floats, fastest: Fastest) -> None:
         self._stretches, self._within, self._at, self._fastest = stretches, within, at, fastest
         self._ramps = fastest(within, at, np.ones(len(within)))
         self._share = self._spread([stretch.share(self._ramps) for stretch in stretches])
@@ -110,7 +110,7 @@ class _Search:
         """Return the best of every stretch."""
         return [smooth for smooth in self._best if smooth is not None]
 
-    def look(self) -> tuple[list[Look], Floats]:
+    def look(self) -> tuple[list[ChordLimits], Floats]:
         """Return what the way over time is like that belongs to what is tried, and its speeds on the chords (n,)."""
         each = list(zip(self._stretches, self._widths, strict=True))
         self._ramps = self._sought(self._tried)
@@ -122,7 +122,7 @@ class _Search:
         looks = [stretch.look(smooth, self._within, self._at) for stretch, smooth in found]
         return looks, np.concatenate([look.tops for look in looks])
 
-    def learn(self, looks: list[Look], unsafe: Floats) -> bool:
+    def learn(self, looks: list[ChordLimits], unsafe: Floats) -> bool:
         """Keep what is better than the best, choose what to try next; return whether there is no need.
 
         `unsafe` (n,) is how much faster than allowed it is for any other reason.
@@ -166,7 +166,7 @@ def _beside(excess: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class _Pieces:
+class _EvenPieces:
     """Pieces in which the acceleration may be taken for constant, (m,) each; no knot lies within one.
 
     They have the chord of each, the share of it, the time [s] and the speed at its end.
@@ -178,7 +178,7 @@ class _Pieces:
     end: Floats
 
     @classmethod
-    def of(cls, stretch: Stretch, smooth: Smooth, coarseness: float) -> Self:
+    def of(cls, stretch: ChordSpan, smooth: Smooth, coarseness: float) -> Self:
         """Return the pieces of a stretch; times are since its start."""
         knots = np.concatenate(([0.0], smooth.when(stretch.ways[1:-1]), [smooth.duration]))
         events = np.unique(np.concatenate((smooth.times, knots)))
@@ -205,7 +205,7 @@ def _cuts(grid: Floats, values: Floats, off: Floats, cuts: NDArray[np.intp]) -> 
         cuts = np.unique(np.concatenate((cuts, fresh)))
 
 
-def _driven(knots: Knots, stretches: list[_Pieces]) -> tuple[Chords, Ramps]:
+def _driven(knots: Knots, stretches: list[_EvenPieces]) -> tuple[Chords, Ramps]:
     """Return the pieces in whole counts, as chords and as ramps along them, without those shorter than a count."""
     chord = np.concatenate([pieces.chord for pieces in stretches])
     begun = np.cumsum([0.0, *(pieces.until[-1] for pieces in stretches[:-1])])

@@ -24,21 +24,21 @@ _MOST = 64
 """Chords on which things travel further [m] are looked at in so long parts from the start, at most so many."""
 
 
-class Place(NamedTuple):
+class ChordPlace(NamedTuple):
     """A place on a path: `share` (0 to 1) of the chord with this number."""
 
     chord: int
     share: float
 
 
-class Entry(NamedTuple):
+class ZoneEntry(NamedTuple):
     """A place at which a path comes too near to a zone."""
 
     zone: Zone
-    place: Place
+    place: ChordPlace
 
 
-def first_entry(workspace: Workspace, joints: Floats) -> Entry | None:
+def first_entry(workspace: Workspace, joints: Floats) -> ZoneEntry | None:
     """Return a place where the chords between knots (n, 3) come too near to a zone, None where that is excluded.
 
     It is kept to the size of an encoder count (`Workspace.zone_grain`). On the chords the lines must not be straight.
@@ -55,10 +55,10 @@ def first_entry(workspace: Workspace, joints: Floats) -> Entry | None:
     if entry is None:
         return None
     part, share = entry.place
-    return Entry(entry.zone, Place(int(chords[part]), float(shares[part] + share / parts[chords[part]])))
+    return ZoneEntry(entry.zone, ChordPlace(int(chords[part]), float(shares[part] + share / parts[chords[part]])))
 
 
-def _first_entry(workspace: Workspace, joints: Floats, travelled: Floats) -> Entry | None:
+def _first_entry(workspace: Workspace, joints: Floats, travelled: Floats) -> ZoneEntry | None:
     bound = -workspace.zone_grain
     clear = clearances(workspace.zones, workspace.mechanism, joints)
     doubtful = clear[:-1] + clear[1:] - travelled[:, np.newaxis] < 2.0 * bound
@@ -66,7 +66,7 @@ def _first_entry(workspace: Workspace, joints: Floats, travelled: Floats) -> Ent
         zone, chords = workspace.zones[number], np.flatnonzero(doubtful[:, number])
         place = _search(_Chords(workspace.mechanism, zone, joints), clear[:, number], chords, bound)
         if place is not None:
-            return Entry(zone, place)
+            return ZoneEntry(zone, place)
     return None
 
 
@@ -91,7 +91,7 @@ class _Chords(NamedTuple):
         return travel_bounds(self.mechanism, self.at(chords, begins), self.at(chords, begins + width))
 
 
-def _search(every: _Chords, clear: Floats, chords: NDArray[np.intp], bound: float) -> Place | None:
+def _search(every: _Chords, clear: Floats, chords: NDArray[np.intp], bound: float) -> ChordPlace | None:
     """Return a place on `chords` where the clearance is below `bound`; `clear` (n,) is that of the knots.
 
     All pieces are as wide in a round, and halved for the next one.
@@ -102,7 +102,7 @@ def _search(every: _Chords, clear: Floats, chords: NDArray[np.intp], bound: floa
         below = np.flatnonzero((first < bound) | (last < bound))
         if len(below):
             piece = int(below[0])
-            return Place(int(chords[piece]), float(begins[piece] + (width if last[piece] < first[piece] else 0.0)))
+            return ChordPlace(int(chords[piece]), float(begins[piece] + (width if last[piece] < first[piece] else 0.0)))
         travelled = every.travelled(chords, begins, width)
         doubtful = first + last - travelled < 2.0 * bound
         chords, begins, travelled = chords[doubtful], begins[doubtful], travelled[doubtful]
@@ -111,7 +111,7 @@ def _search(every: _Chords, clear: Floats, chords: NDArray[np.intp], bound: floa
         width *= 0.5
         small = np.flatnonzero(travelled < _SMALLEST)
         if len(small):
-            return Place(int(chords[small[0]]), float(begins[small[0]] + width))
+            return ChordPlace(int(chords[small[0]]), float(begins[small[0]] + width))
         middle = every.clear(chords, begins + width)
         first, last = np.concatenate((first[doubtful], middle)), np.concatenate((middle, last[doubtful]))
         chords, begins = np.concatenate((chords, chords)), np.concatenate((begins, begins + width))

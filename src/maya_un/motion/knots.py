@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from maya_un.config import Units
 from maya_un.kinematics import Floats, Mechanism
 from maya_un.motion.limits import Limits
-from maya_un.motion.path import Path, Pieces, Space, boom_angles, to_joints
+from maya_un.motion.path import BezierPieces, Path, Space, boom_angles, to_joints
 from maya_un.values import Joints
 
 Whole = NDArray[np.int64]
@@ -101,7 +101,7 @@ def _finite(places: Floats) -> Floats:
     return np.clip(np.where(np.isfinite(places), places, 0.0), -_FARTHEST, _FARTHEST)
 
 
-def _vias(parameters: Floats, counts: Whole, pieces: Pieces) -> tuple[float, ...]:
+def _vias(parameters: Floats, counts: Whole, pieces: BezierPieces) -> tuple[float, ...]:
     if not pieces.vias:
         return ()
     ways = np.zeros(len(counts))
@@ -160,7 +160,7 @@ def _laid(path: Path, mechanism: Mechanism, scale: Floats, limits: Limits, coars
     return chosen, to_joints(path.space, mechanism, pieces.at(chosen)) * scale
 
 
-def _fine(pieces: Pieces) -> Floats:
+def _fine(pieces: BezierPieces) -> Floats:
     """Return the coordinates of an even grid along all pieces."""
     one, two, three = _WEIGHTS
     grid = one * pieces.first[:, np.newaxis] + two * pieces.control[:, np.newaxis] + three * pieces.last[:, np.newaxis]

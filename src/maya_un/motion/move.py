@@ -13,7 +13,7 @@ import numpy as np
 
 from maya_un.config import Units
 from maya_un.motion.knots import Whole, norms
-from maya_un.motion.profile import Profile
+from maya_un.motion.profile import SpeedProfile
 from maya_un.values import Joints
 
 Counts = tuple[int, int, int]
@@ -86,7 +86,7 @@ class CoordinatedMove:
     va: int
     vd: int
     units: Units
-    profile: Profile
+    profile: SpeedProfile
     via_ways: tuple[float, ...] = ()
 
     @classmethod
@@ -104,7 +104,7 @@ class CoordinatedMove:
 
         `vias` are the ways at which the waypoints between the ends are passed [counts].
         """
-        profile = Profile.over(segments.lengths, segments.speeds, segments.end_speeds, va, vd)
+        profile = SpeedProfile.over(segments.lengths, segments.speeds, segments.end_speeds, va, vd)
         return cls(start, segments, _columns(segments, letters), va, vd, units, profile, vias)
 
     @cached_property

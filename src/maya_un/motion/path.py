@@ -147,13 +147,13 @@ class Path:
                 return Joints(float(a), float(b), float(c))
 
     @cached_property
-    def pieces(self) -> Pieces:
+    def pieces(self) -> BezierPieces:
         """The path as curves one after the other."""
         return _pieces(self)
 
 
 @dataclass(frozen=True)
-class Pieces:
+class BezierPieces:
     """Quadratic Bézier curves one after the other, control points of shape (n, 3) each in the path's coordinates.
 
     The parameter p runs from 0 to n; piece ⌊p⌋ is at its share p − ⌊p⌋. `straight` (n,) tells which are lines, `vias`
@@ -179,7 +179,7 @@ class Pieces:
         return (rest * (rest * first + 2.0 * share * control) + share * share * last).T
 
 
-def _pieces(path: Path) -> Pieces:
+def _pieces(path: Path) -> BezierPieces:
     """Return the legs, shortened by the blends at their ends, and the blends between them."""
     corners = np.array(path.waypoints)
     cuts = _cuts(path)
@@ -199,7 +199,7 @@ def _pieces(path: Path) -> Pieces:
             found.vias.append(float(len(found.curves)))
     first, control, end = (np.array(column) for column in zip(*found.curves, strict=True))
     sharp = (True, *found.corners[:-1], True)
-    return Pieces(first, control, end, tuple(found.straight), tuple(found.vias), sharp)
+    return BezierPieces(first, control, end, tuple(found.straight), tuple(found.vias), sharp)
 
 
 class _Found:

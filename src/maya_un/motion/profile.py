@@ -33,7 +33,7 @@ Speeds = Floats | NDArray[np.int64]
 """Speeds in counts/s, whole as the controller gets them or not."""
 
 
-class Piece(NamedTuple):
+class ProfilePiece(NamedTuple):
     """A stretch of constant acceleration: begins at time `t` [s], way `s`, speed `v`; lasts until the next."""
 
     t: float
@@ -42,7 +42,7 @@ class Piece(NamedTuple):
     acceleration: float
 
 
-class Leg(NamedTuple):
+class ProfileLeg(NamedTuple):
     """A segment as it is driven: the way at its end, its target speed, and the largest speed allowed at its end."""
 
     stop: float
@@ -51,7 +51,7 @@ class Leg(NamedTuple):
 
 
 class _Legs(NamedTuple):
-    """The legs in order, (n,) each, as `Leg` has them; `lengths` are their own."""
+    """The legs in order, (n,) each, as `ProfileLeg` has them; `lengths` are their own."""
 
     lengths: Floats
     stops: Floats
@@ -70,8 +70,8 @@ class _Legs(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
-    """Way and speed over time: `course` (m, 4) has a row like `Piece` for every piece, in order of time.
+class SpeedProfile:
+    """Way and speed over time: `course` (m, 4) has a row like `ProfilePiece` for every piece, in order of time.
 
     `duration` [s] is infinite where the sequence stands at a ratio of 0. `va` and `vd` are what it is made with.
     """
@@ -83,7 +83,9 @@ class Profile:
     driven: _Legs
 
     @classmethod
-    def along(cls, segments: Iterable[tuple[float, float, float]], va: float, vd: float, ratio: float = 1.0) -> Profile:
+    def along(
+        cls, segments: Iterable[tuple[float, float, float]], va: float, vd: float, ratio: float = 1.0
+    ) -> SpeedProfile:
         """Return the profile over segments (length > 0, target speed > 0, end speed), begun at rest.
 
         `ratio` is the speed ratio from the start on, 0 or above.
@@ -92,7 +94,9 @@ class Profile:
         return cls.over(table[:, 0], table[:, 1], table[:, 2], va, vd, ratio)
 
     @classmethod
-    def over(cls, lengths: Floats, targets: Speeds, ends: Speeds, va: float, vd: float, ratio: float = 1.0) -> Profile:
+    def over(
+        cls, lengths: Floats, targets: Speeds, ends: Speeds, va: float, vd: float, ratio: float = 1.0
+    ) -> SpeedProfile:
         """Return the profile over segments given as arrays (n,); as `along`."""
         legs = _Legs.of(lengths, targets, ends, vd)
         even = _even(legs, va, vd, ratio)
@@ -106,14 +110,14 @@ class Profile:
         return float(self.driven.stops[-1]) if len(self.driven.stops) else 0.0
 
     @cached_property
-    def legs(self) -> tuple[Leg, ...]:
+    def legs(self) -> tuple[ProfileLeg, ...]:
         """The segments it is made of."""
         return _rows(self.driven.stops, self.driven.targets, self.driven.bounds)
 
     @cached_property
-    def pieces(self) -> tuple[Piece, ...]:
+    def pieces(self) -> tuple[ProfilePiece, ...]:
         """The stretches of constant acceleration, in order of time."""
-        return tuple(Piece(*row) for row in self.course.tolist())
+        return tuple(ProfilePiece(*row) for row in self.course.tolist())
 
     def at(self, t: float) -> tuple[float, float]:
         """Return (way [counts], speed [counts/s]) at time `t` [s]; before the start and after the end at rest."""
@@ -125,7 +129,7 @@ class Profile:
         passed = t - begun
         return min(self.length, s + passed * (v + 0.5 * acceleration * passed)), max(0.0, v + acceleration * passed)
 
-    def changed(self, t: float, ratio: float) -> Profile:
+    def changed(self, t: float, ratio: float) -> SpeedProfile:
         """Return the profile as it goes on when the speed ratio becomes `ratio` at time `t` [s]; the past stays."""
         if t >= self.duration:
             return self
@@ -150,7 +154,7 @@ class Profile:
         return min(begun + 2.0 * left / speed, until)
 
     @classmethod
-    def _driven(cls, run: _Run, legs: _Legs, first: int, ratio: float) -> Profile:
+    def _driven(cls, run: _Run, legs: _Legs, first: int, ratio: float) -> SpeedProfile:
         """Return the profile as the run goes over the legs from the `first` on, one by one."""
         stands = False
         for leg in _rows(legs.stops[first:], legs.targets[first:], legs.bounds[first:]):
@@ -161,8 +165,8 @@ class Profile:
         return cls(course, inf if stands else run.t, run.va, run.vd, legs)
 
 
-def _rows(stops: Floats, targets: Floats, bounds: Floats) -> tuple[Leg, ...]:
-    return tuple(map(Leg, stops.tolist(), targets.tolist(), bounds.tolist()))
+def _rows(stops: Floats, targets: Floats, bounds: Floats) -> tuple[ProfileLeg, ...]:
+    return tuple(map(ProfileLeg, stops.tolist(), targets.tolist(), bounds.tolist()))
 
 
 def _bounded(lengths: Floats, ends: Speeds, vd: float) -> Floats:
@@ -231,13 +235,13 @@ class _Run:
     __slots__ = ("pieces", "s", "t", "v", "va", "vd")
 
     def __init__(
-        self, va: float, vd: float, t: float = 0.0, s: float = 0.0, v: float = 0.0, past: Iterable[Piece] = ()
+        self, va: float, vd: float, t: float = 0.0, s: float = 0.0, v: float = 0.0, past: Iterable[ProfilePiece] = ()
     ) -> None:
         self.va, self.vd = va, vd
         self.t, self.s, self.v = t, s, v
         self.pieces = list(past)
 
-    def leg(self, leg: Leg, target: float) -> bool:
+    def leg(self, leg: ProfileLeg, target: float) -> bool:
         """Lay the pieces of one segment: brake to the target speed if entered faster, then rise, cruise, fall.
 
         Returns False where it comes to stand in it, at a target of 0.
@@ -245,7 +249,7 @@ class _Run:
         if self.v > target:
             self._ramp(target, leg.stop - self.s)
         if target <= 0.0 and self.v <= 0.0:
-            self.pieces.append(Piece(self.t, self.s, 0.0, 0.0))
+            self.pieces.append(ProfilePiece(self.t, self.s, 0.0, 0.0))
             return False
         end = min(leg.bound, target)
         self._rise(target, end, leg.stop - self.s)
@@ -267,7 +271,7 @@ class _Run:
             self._ramp(peak, left)
 
     def _cruise(self, way: float) -> None:
-        self.pieces.append(Piece(self.t, self.s, self.v, 0.0))
+        self.pieces.append(ProfilePiece(self.t, self.s, self.v, 0.0))
         self.t += way / self.v
         self.s += way
 
@@ -279,7 +283,7 @@ class _Run:
         if way - left > _ROUNDING:
             way = max(0.0, left)
             after = sqrt(max(0.0, v * v + 2.0 * acceleration * way))
-        self.pieces.append(Piece(self.t, self.s, v, acceleration))
+        self.pieces.append(ProfilePiece(self.t, self.s, v, acceleration))
         # The mean speed gives the time without the cancellation in (after − v)/acceleration.
         self.t += 2.0 * way / (v + after)
         self.s += way

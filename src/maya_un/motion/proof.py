@@ -22,7 +22,7 @@ from maya_un.kinematics.mechanism import Floats
 from maya_un.kinematics.workspace import TOLERANCE, Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.conditions import along, falling, values
-from maya_un.motion.keepout import Entry, Place, first_entry
+from maya_un.motion.keepout import ChordPlace, ZoneEntry, first_entry
 from maya_un.values import Joints
 
 _SAMPLES = 64
@@ -105,7 +105,7 @@ def _outside(workspace: Workspace, joints: Floats, coefficients: Floats) -> set[
     return {knot for knot in doubtful if not bare.holds_grain(_at(joints, knot))}
 
 
-def _kept_out(workspace: Workspace, joints: Floats, waypoints: list[int], entry: Entry) -> PathRefused:
+def _kept_out(workspace: Workspace, joints: Floats, waypoints: list[int], entry: ZoneEntry) -> PathRefused:
     """Return the refusal of a path that comes too near to a zone; raises `Unreachable` for a waypoint that does."""
     zone, place = entry
     inside = {at for at in waypoints if zone.clearance(workspace.mechanism, _at(joints, at)) < -workspace.zone_grain}
@@ -126,7 +126,7 @@ def _leg(waypoints: list[int], chord: int) -> tuple[int, int]:
     return waypoints[behind - 1], waypoints[behind]
 
 
-def _refusal(workspace: Workspace, knots: Floats, place: Place, otherwise: str) -> PathRefused:
+def _refusal(workspace: Workspace, knots: Floats, place: ChordPlace, otherwise: str) -> PathRefused:
     """Return the refusal of the way along `knots`, whose ends are good; `otherwise` says why if nothing else does."""
     at = between(_at(knots, place.chord), _at(knots, place.chord + 1), place.share)
     reason = workspace.why_not(at) or otherwise
@@ -139,14 +139,14 @@ def _refusal(workspace: Workspace, knots: Floats, place: Place, otherwise: str) 
     )
 
 
-def _deepest(workspace: Workspace, zone: Zone, knots: Floats) -> Place:
+def _deepest(workspace: Workspace, zone: Zone, knots: Floats) -> ChordPlace:
     """Return where the chords between knots come nearest to a zone, or deepest into it."""
     places = _sampled(knots)
     clear = zone.clearances(workspace.mechanism, places.reshape(-1, 3))
     return _place(clear.reshape(places.shape[:2]))
 
 
-def _worst(workspace: Workspace, knots: Floats) -> Place:
+def _worst(workspace: Workspace, knots: Floats) -> ChordPlace:
     """Return where the chords between knots break a limit furthest beyond what it is at the first and the last."""
     places = _sampled(knots)
     strokes = np.array((workspace.boom, workspace.line_b, workspace.line_c))
@@ -162,13 +162,13 @@ def _sampled(knots: Floats) -> Floats:
     return knots[:-1, np.newaxis] + (knots[1:] - knots[:-1])[:, np.newaxis] * shares
 
 
-def _place(sampled: Floats) -> Place:
+def _place(sampled: Floats) -> ChordPlace:
     """Return where samples (chords, samples) are least."""
     chord, sample = np.unravel_index(int(np.argmin(sampled)), sampled.shape)
-    return Place(int(chord), float(sample) / _SAMPLES)
+    return ChordPlace(int(chord), float(sample) / _SAMPLES)
 
 
-def _gone(workspace: Workspace, knots: Floats, place: Place) -> float:
+def _gone(workspace: Workspace, knots: Floats, place: ChordPlace) -> float:
     """Return the share of the way along all chords that has been gone at a place, in counts."""
     lengths = np.sqrt((((knots[1:] - knots[:-1]) / workspace.grain) ** 2).sum(axis=1))
     return float((lengths[: place.chord].sum() + place.share * lengths[place.chord]) / lengths.sum())

@@ -43,7 +43,7 @@ class Ramps(NamedTuple):
     down: Floats
 
 
-class _Pieces(NamedTuple):
+class _ChordPieces(NamedTuple):
     """Pieces in order: the chord of each, the share of it where each ends, target speed, and speed at its end."""
 
     chord: NDArray[np.intp]
@@ -89,7 +89,7 @@ def _shares(chords: Chords) -> Floats:
     return np.where(corners[1:] & corners[:-1], STEP, JUMPS)
 
 
-def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _Pieces:
+def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _ChordPieces:
     lengths, rise, fall = chords.lengths, ramps.top - ramps.start, ramps.top - ramps.end
     haste = np.maximum(0.0, 1.0 - ramps.up / va)  # how much faster than wanted the controller's own ramp is
     rising = np.ceil(rise * haste / own - 1e-6).astype(np.intp)
@@ -123,10 +123,10 @@ def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _Pieces:
     by_fall = whole - (square - end[chord]) / down[chord]
     share = np.where(is_up, by_rise, by_fall) / whole
     share[behind - 1], after[behind - 1] = 1.0, ramps.end
-    return _Pieces(chord, share, target, after)
+    return _ChordPieces(chord, share, target, after)
 
 
-def _whole(chords: Chords, pieces: _Pieces) -> tuple[Floats, NDArray[np.intp]]:
+def _whole(chords: Chords, pieces: _ChordPieces) -> tuple[Floats, NDArray[np.intp]]:
     """Return the pieces in whole counts (3, m), and which of them are left, (m,).
 
     They end on whole counts of the axis that goes farthest, so that rounding turns the direction as little as

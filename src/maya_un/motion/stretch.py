@@ -29,7 +29,7 @@ _TINY = 1e-12
 _ROUNDING = 1e-9
 
 
-class Look(NamedTuple):
+class ChordLimits(NamedTuple):
     """For every chord (n,): by which factor a stretch must be slowed to keep all limits there, and its greatest speed.
 
     `pull` (n,) are the greatest shares of their acceleration limits that axes have, `strain` that of a jerk limit.
@@ -42,7 +42,7 @@ class Look(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class ChordSpan:
     """Chords `first` to before `last` of a path, from rest to rest, and what their axes can do.
 
     `ways` (n + 1,) are the ways to the knots [counts]. Directions and bends are those at the knots (n + 1, 3);
@@ -60,7 +60,7 @@ class Stretch:
     most: Floats
 
     @classmethod
-    def of(cls, knots: Knots, limits: Limits, first: int, last: int) -> Stretch:
+    def of(cls, knots: Knots, limits: Limits, first: int, last: int) -> ChordSpan:
         """Return the stretch between two knots."""
         here = slice(first, last + 1)
         chords = Chords.of(Knots(knots.counts[here], knots.exact[here], knots.sharp[here], ()))
@@ -123,7 +123,7 @@ class Stretch:
         speeds = np.stack((top, top, end), axis=1).ravel()
         return Ramped.over(spans, np.concatenate((start[:1], speeds)))
 
-    def look(self, smooth: Smooth, within: Floats, at: Floats) -> Look:
+    def look(self, smooth: Smooth, within: Floats, at: Floats) -> ChordLimits:
         """Return by how much a way over time must be slowed on every chord, and how fast it gets there.
 
         `within` (n,) and `at` (n + 1,) are the greatest speeds within the chords of the path and at its knots. An
@@ -145,7 +145,7 @@ class Stretch:
         excess = np.maximum(tops / within[self.part], _per_chord(chord, much, number))
         at_knots = smooth.at(passed)[1] / at[self.first + 1 : self.last]
         excess[1:], excess[:-1] = np.maximum(excess[1:], at_knots), np.maximum(excess[:-1], at_knots)
-        return Look(excess, tops, _per_chord(chord, pull, number), float(strain.max()))
+        return ChordLimits(excess, tops, _per_chord(chord, pull, number), float(strain.max()))
 
     def _shares(
         self, chord: NDArray[np.intp], way: Floats, speed: Floats, rate: Floats, jerk: Floats

@@ -20,7 +20,7 @@ class Trajectory:
 
 
 @dataclass(frozen=True, slots=True)
-class Stopping:
+class LongestStop:
     """The longest stop on a move: how much time [s] and how much way of the gripper [m] it takes."""
 
     time: float
@@ -34,7 +34,7 @@ def sample(move: CoordinatedMove, count: int) -> Trajectory:
     return _at(move, time, way, speed)
 
 
-def stopping(move: CoordinatedMove, mechanism: Mechanism) -> Stopping:
+def stopping(move: CoordinatedMove, mechanism: Mechanism) -> LongestStop:
     """Return the longest stop on a move (Galil DMC-41x3, ST S: along the path at VD), looked at where the law changes.
 
     The way of the gripper is measured along the path.
@@ -46,7 +46,7 @@ def stopping(move: CoordinatedMove, mechanism: Mechanism) -> Stopping:
     points = mechanism.fk_many(np.array(move.places) / np.array(move.units.per_unit))
     gone = np.concatenate(([0.0], np.cumsum(np.sqrt(np.sum(np.diff(points, axis=0) ** 2, axis=1)))))
     distances = np.interp(ahead, knots, gone) - np.interp(way, knots, gone)
-    return Stopping(float(np.max(speed)) / move.vd, float(np.max(distances)))
+    return LongestStop(float(np.max(speed)) / move.vd, float(np.max(distances)))
 
 
 def _along(move: CoordinatedMove, time: Floats) -> tuple[Floats, Floats]:

@@ -35,7 +35,7 @@ _NARROW = 0.011
 """Share of a panel's width that one letter of a phase's name takes."""
 
 
-class Phase(NamedTuple):
+class MotionPhase(NamedTuple):
     """A stretch of a motion with a name, from `start` to `end` [s]; `short` stands where there is no room for it."""
 
     name: str
@@ -48,7 +48,7 @@ def job_figure(
     time: Floats,
     joints: Floats,
     velocity: Floats,
-    phases: Sequence[Phase],
+    phases: Sequence[MotionPhase],
     config: Config,
     workspace: Workspace | None = None,
     title: str = "",
@@ -58,7 +58,7 @@ def job_figure(
     `time` (n,) [s]; `joints` (n, 3) [rad, m, m], rows of nan where nothing is known of them; `velocity` (n, 3)
     [rad/s, m/s, m/s]. `workspace` is the configuration's where none is named.
     """
-    course = Course(time, joints, velocity, workspace or Workspace.of(config))
+    course = MotionSamples(time, joints, velocity, workspace or Workspace.of(config))
     with house_style():
         figure = blank(12.6, 11.6)
         grid = figure.add_gridspec(2, 1, height_ratios=(3.0, 2.5))
@@ -82,7 +82,7 @@ def job_figure(
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class MotionSamples:
     """Samples of a motion, and what follows from them."""
 
     time: Floats
@@ -138,7 +138,7 @@ def _zones(workspace: Workspace, joints: Floats) -> Iterable[tuple[str, Floats]]
         yield f"zone {zone.name}", column
 
 
-def _positions(panels: Sequence[Axes], course: Course) -> None:
+def _positions(panels: Sequence[Axes], course: MotionSamples) -> None:
     workspace = course.workspace
     a, b, c = course.joints.T
     for axes, name, unit, values, ends, colour in (
@@ -152,7 +152,7 @@ def _positions(panels: Sequence[Axes], course: Course) -> None:
     panels[0].set_title("Position", loc="left", pad=14)
 
 
-def _velocities(panels: Sequence[Axes], course: Course, config: Config) -> None:
+def _velocities(panels: Sequence[Axes], course: MotionSamples, config: Config) -> None:
     per_unit = Units.of(config).per_unit
     scales = (180.0 / np.pi, 1e3, 1e3)
     for index, (axes, colour, unit) in enumerate(
@@ -165,7 +165,7 @@ def _velocities(panels: Sequence[Axes], course: Course, config: Config) -> None:
     panels[0].set_title("Velocity", loc="left", pad=14)
 
 
-def _gripper(panels: Sequence[Axes], course: Course) -> None:
+def _gripper(panels: Sequence[Axes], course: MotionSamples) -> None:
     height, pull, near = panels
     height.plot(course.time, course.points[:, 2], color=INK)
     height.set_ylabel("z [m]")
@@ -189,7 +189,7 @@ def _limits(axes: Axes, ends: Iterable[float]) -> None:
         axes.axhline(end, color=INK, linewidth=0.9, linestyle="dashed")
 
 
-def _timeline(axes: Axes, course: Course, phases: Sequence[Phase]) -> None:
+def _timeline(axes: Axes, course: MotionSamples, phases: Sequence[MotionPhase]) -> None:
     quiet_grid(axes)
     for phase in phases[::2]:
         axes.axvspan(phase.start, phase.end, color=_BAND, linewidth=0)
@@ -198,7 +198,7 @@ def _timeline(axes: Axes, course: Course, phases: Sequence[Phase]) -> None:
         axes.set_xlim(begin, end)
 
 
-def _names(axes: Axes, course: Course, phases: Sequence[Phase]) -> None:
+def _names(axes: Axes, course: MotionSamples, phases: Sequence[MotionPhase]) -> None:
     """Write the names of the phases that are long enough for them over the panel."""
     whole = float(course.time[-1] - course.time[0])
     for phase in phases:
@@ -218,7 +218,7 @@ def _names(axes: Axes, course: Course, phases: Sequence[Phase]) -> None:
             )
 
 
-def _way_above(axes: Axes, course: Course) -> None:
+def _way_above(axes: Axes, course: MotionSamples) -> None:
     plan.frame(axes, course.workspace)
     _, _, z = course.points.T
     known = z[np.isfinite(z)]
@@ -229,7 +229,7 @@ def _way_above(axes: Axes, course: Course) -> None:
     _way(axes, course.points[:, 0], course.points[:, 1])
 
 
-def _way_beside(axes: Axes, course: Course) -> None:
+def _way_beside(axes: Axes, course: MotionSamples) -> None:
     quiet_grid(axes)
     mechanism: Mechanism = course.workspace.mechanism
     axes.fill(*outline(course.workspace), facecolor=REACHABLE, edgecolor=INK, linewidth=1.4)

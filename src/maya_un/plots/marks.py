@@ -12,14 +12,14 @@ from maya_un.values import Point
 
 
 @dataclass(frozen=True, slots=True)
-class Marked:
+class MarkedTarget:
     """A `target` and the reachable place nearest to it, `held`: the same where the target can be reached."""
 
     target: Point
     held: Point
 
     @classmethod
-    def of(cls, workspace: Workspace, target: Point) -> Marked:
+    def of(cls, workspace: Workspace, target: Point) -> MarkedTarget:
         """Return a target with its nearest place [m]."""
         return cls(target, workspace.nearest(target))
 

@@ -11,7 +11,7 @@ from matplotlib.patches import Arc, FancyArrowPatch, Wedge
 
 from maya_un.kinematics import Workspace
 from maya_un.plots import zones
-from maya_un.plots.marks import Marked, make_room
+from maya_un.plots.marks import MarkedTarget, make_room
 from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, REACHABLE, quiet_grid
 
 _COLUMNS = 801
@@ -41,9 +41,11 @@ def rings(workspace: Workspace, height: float) -> list[tuple[float, float]]:
     return [(mechanism.delta + start, mechanism.delta + end) for start, end in found]
 
 
-def draw_plan(axes: Axes, workspace: Workspace, height: float, bearing: float, marked: Marked | None = None) -> None:
+def draw_plan(
+    axes: Axes, workspace: Workspace, height: float, bearing: float, marked: MarkedTarget | None = None
+) -> None:
     """Draw what is reachable at `height` [m], with the boom at the angle `bearing` [rad]."""
-    _Drawing(axes, workspace, height, bearing).all(marked)
+    _PlanDrawing(axes, workspace, height, bearing).all(marked)
 
 
 def frame(axes: Axes, workspace: Workspace) -> None:
@@ -71,13 +73,13 @@ def zones_at(axes: Axes, workspace: Workspace, height: float) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Drawing:
+class _PlanDrawing:
     axes: Axes
     workspace: Workspace
     height: float
     bearing: float
 
-    def all(self, marked: Marked | None) -> None:
+    def all(self, marked: MarkedTarget | None) -> None:
         frame(self.axes, self.workspace)
         sectors(self.axes, self.workspace, self.height)
         self._radii()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats, Workspace
 from maya_un.plots import zones
-from maya_un.plots.marks import Marked, make_room
+from maya_un.plots.marks import MarkedTarget, make_room
 from maya_un.plots.style import FORBIDDEN, GREY, INK, LINE_B, LINE_C, PALE, REACHABLE, quiet_grid
 from maya_un.values import Joints
 
@@ -69,21 +69,21 @@ def manual_margin(workspace: Workspace, u: Floats, z: Floats) -> Floats:
     return np.minimum.reduce([z, mechanism.height - z, u, mechanism.width - u, *strokes])
 
 
-def draw_section(axes: Axes, workspace: Workspace, bearing: float, marked: Marked | None = None) -> None:
+def draw_section(axes: Axes, workspace: Workspace, bearing: float, marked: MarkedTarget | None = None) -> None:
     """Draw the reachable section with everything that bounds it, with the boom at the angle `bearing` [rad].
 
     A `marked` place is shown with the lines that hold it, or hold the nearest one that can be held.
     """
-    _Drawing(axes, workspace, bearing).all(marked)
+    _SectionDrawing(axes, workspace, bearing).all(marked)
 
 
 @dataclass(frozen=True, slots=True)
-class _Drawing:
+class _SectionDrawing:
     axes: Axes
     workspace: Workspace
     bearing: float
 
-    def all(self, marked: Marked | None) -> None:
+    def all(self, marked: MarkedTarget | None) -> None:
         mechanism = self.workspace.mechanism
         quiet_grid(self.axes)
         self._frame()
@@ -206,7 +206,7 @@ class _Drawing:
         places = np.stack((across * sin(self.bearing), across * cos(self.bearing), up))
         zones.draw(self.axes, self.workspace, d, z, places)
 
-    def _marked(self, marked: Marked) -> None:
+    def _marked(self, marked: MarkedTarget) -> None:
         """Draw the lines that hold the nearest place, and the target."""
         mechanism, axes = self.workspace.mechanism, self.axes
         d, z = hypot(marked.held.x, marked.held.y), marked.held.z

@@ -12,8 +12,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from dmc41x3.files import write
 from maya_un.errors import InvalidValue
-from maya_un.files import write
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType

@@ -7,7 +7,7 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from maya_un.kinematics import Workspace
-from maya_un.plots.marks import Marked
+from maya_un.plots.marks import MarkedTarget
 from maya_un.plots.section import outline
 from maya_un.plots.style import GREY, INK, LINE_B, LINE_C
 from maya_un.plots.zones import draw_in_space
@@ -17,7 +17,7 @@ _SKIN = "#8DB8DC"
 _TURNS = 25
 
 
-def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Marked | None = None) -> None:
+def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: MarkedTarget | None = None) -> None:
     """Draw the boundary of the workspace and the zones, with the boom at the angle `bearing` [rad]."""
     mechanism = workspace.mechanism
     d, z = outline(workspace)
@@ -49,7 +49,7 @@ def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Mar
     axes.view_init(elev=22.0, azim=-52.0)
 
 
-def _machine(axes: Axes3D, workspace: Workspace, bearing: float, marked: Marked | None) -> None:
+def _machine(axes: Axes3D, workspace: Workspace, bearing: float, marked: MarkedTarget | None) -> None:
     """Draw column, boom and anchors, and the lines down to the place that is held."""
     mechanism = workspace.mechanism
     s, k, high = np.sin(bearing), np.cos(bearing), mechanism.height

@@ -41,7 +41,7 @@ from maya_un.config.edit import replace as replace_file
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.process.spots import Grid, JointValues
-from maya_un.process.taught import Taught, TaughtPallet, checked_name
+from maya_un.process.taught import TaughtPallet, TaughtPlaces, checked_name
 from maya_un.schema.places import TaughtPose
 from maya_un.values import Joints, Point
 
@@ -86,7 +86,7 @@ class _File(BaseModel):
         return self
 
 
-class Book:
+class PoseStore:
     """Keeps what has been taught in the file at `path`, without one for as long as it lives.
 
     `mechanism` holds the constants in force, by which joints become points. Every method raises `FileUnreadable` for
@@ -97,9 +97,9 @@ class Book:
         self._mechanism = mechanism
         self._path = path
         self._text = ""
-        self._known: tuple[str, Taught] | None = None
+        self._known: tuple[str, TaughtPlaces] | None = None
 
-    def taught(self) -> Taught:
+    def taught(self) -> TaughtPlaces:
         """Return everything that is taught now; a text that was understood before is not read again."""
         try:
             text = self._read()
@@ -109,10 +109,10 @@ class Book:
             raise FileUnreadable(path=self._path, reason=_reason(error)) from error
         return self._known[1]
 
-    def _understood(self, text: str) -> Taught:
+    def _understood(self, text: str) -> TaughtPlaces:
         file = _File.model_validate(tomllib.loads(text))
         poses = {name: self._pose(name, pose) for name, pose in file.poses.items()}
-        return Taught(poses, {name: _pallet(name, pallet) for name, pallet in file.pallets.items()})
+        return TaughtPlaces(poses, {name: _pallet(name, pallet) for name, pallet in file.pallets.items()})
 
     def teach(self, name: str, joints: Joints, date: str, *, replacing: bool = False) -> TaughtPose:
         """Keep `joints` (rad, m, m) under `name`, taught on `date`, and return the pose.
@@ -151,7 +151,7 @@ class Book:
                 if pallet.name != name and name in pallet.grid.corners:
                     reason = f"it is a corner of the pallet {pallet.name}; remove that first"
                     raise InvalidValue(key="name", value=name, reason=reason)
-            self._write(Taught(_without(known.poses, name), _without(known.pallets, name)))
+            self._write(TaughtPlaces(_without(known.poses, name), _without(known.pallets, name)))
 
     def rename(self, old: str, new: str) -> None:
         """Give a pose or a pallet another name, and have pallets know their corners by it.
@@ -167,7 +167,7 @@ class Book:
                 new if name == old else name: replace(pallet, grid=_renamed(pallet.grid, old, new))
                 for name, pallet in known.pallets.items()
             }
-            self._write(Taught(poses, pallets))
+            self._write(TaughtPlaces(poses, pallets))
 
     def _pose(self, name: str, pose: _Pose) -> TaughtPose:
         point: Point | None = None
@@ -199,7 +199,7 @@ class Book:
         except OSError as error:
             raise FileUnreadable(path=self._path, reason=error.strerror or str(error)) from error
 
-    def _write(self, taught: Taught) -> None:
+    def _write(self, taught: TaughtPlaces) -> None:
         text = to_toml(taught)
         if len(text.encode()) > MOST_BYTES:
             raise FileUnwritable(path=self._path, reason=f"it would be larger than {MOST_BYTES} bytes")
@@ -209,13 +209,13 @@ class Book:
             replace_file(self._path, text)
 
 
-def require_known(name: str, known: Taught, what: str = "pose or pallet") -> None:
+def require_known(name: str, known: TaughtPlaces, what: str = "pose or pallet") -> None:
     """Raise `NotTaught` where nothing is taught under `name`."""
     if name not in known.names:
         raise NotTaught(what=what, name=name, known=", ".join(known.names) or "none yet")
 
 
-def _require_free(name: str, known: Taught, replaced: Mapping[str, object]) -> None:
+def _require_free(name: str, known: TaughtPlaces, replaced: Mapping[str, object]) -> None:
     checked_name(name)
     if name in known.names and name not in replaced:
         raise NameTaken(name=name)
@@ -233,7 +233,7 @@ def _without(entries: Mapping[str, Any], name: str) -> dict[str, Any]:
     return {key: entry for key, entry in entries.items() if key != name}
 
 
-def to_toml(taught: Taught) -> str:
+def to_toml(taught: TaughtPlaces) -> str:
     """Return everything as the text of a file."""
     lines = [_HEAD]
     for name, pose in taught.poses.items():

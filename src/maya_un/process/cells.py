@@ -19,7 +19,7 @@ EACH = "each"
 _REFERENCE = re.compile(r"(.+?) *\[ *(?:(next|each)|([0-9]{1,4}|\*) *, *([0-9]{1,4}|\*)) *\]")
 
 
-class Reference(NamedTuple):
+class CellReference(NamedTuple):
     """A name with brackets behind it; `which` is `next`, `each`, or row and column, None for all of them (`*`)."""
 
     pallet: str
@@ -33,20 +33,20 @@ class Reference(NamedTuple):
         return Cell(self.which[0], self.which[1])
 
 
-def read_reference(text: str) -> Reference | None:
+def read_reference(text: str) -> CellReference | None:
     """Return what a text names by brackets, None where it has none that are understood."""
     found = _REFERENCE.fullmatch(text)
     if found is None:
         return None
     pallet, word, row, column = found.groups()
-    return Reference(pallet, word or (_number(row), _number(column)))
+    return CellReference(pallet, word or (_number(row), _number(column)))
 
 
 def _number(text: str) -> int | None:
     return None if text == "*" else int(text)
 
 
-def chosen(reference: Reference, pallet: Pallet) -> tuple[Cell, ...]:
+def chosen(reference: CellReference, pallet: Pallet) -> tuple[Cell, ...]:
     """Return the cells that a reference by numbers chooses, row by row; empty where there are none of that number."""
     assert not isinstance(reference.which, str)
     row, column = reference.which

@@ -8,9 +8,9 @@ from typing import Any
 
 from maya_un.errors import DependencyFailed
 from maya_un.events import EventLog, JobAdvanced, StepAdvanced
-from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import Cleared, JobRow, StepRow
-from maya_un.process.ledger import Entry
+from maya_un.process.items import QueueEntries, QueueEntry
+from maya_un.process.journal.rows import ClearedJobs, JobRow, StepRow
+from maya_un.process.ledger import Transaction
 from maya_un.process.report import StepRecord
 from maya_un.schema.states import TaskState, advance
 from maya_un.values import Notice
@@ -19,13 +19,18 @@ from maya_un.values import Notice
 class Changes:
     """Makes entries for the ledger; nothing changes before they are written."""
 
-    def __init__(self, items: Items, events: EventLog) -> None:
+    def __init__(self, items: QueueEntries, events: EventLog) -> None:
         self._items = items
         self._events = events
 
     def job(
-        self, item: Item, state: TaskState, notice: Notice | None = None, among: Collection[Item] = (), **fields: Any
-    ) -> list[Entry]:
+        self,
+        item: QueueEntry,
+        state: TaskState,
+        notice: Notice | None = None,
+        among: Collection[QueueEntry] = (),
+        **fields: Any,
+    ) -> list[Transaction]:
         """Return the changes that take a job to `state`, because of `notice`, with other `fields` of its row.
 
         If a job does not end as done, the jobs that depend on it are held too, unless they are `among` those that end
@@ -41,7 +46,7 @@ class Changes:
             entries += self._dependents(row, among)
         return entries
 
-    def row(self, item: Item, row: JobRow, *, sure: bool = True) -> Entry:
+    def row(self, item: QueueEntry, row: JobRow, *, sure: bool = True) -> Transaction:
         """Return the change of a job to `row`; one that is not `sure` must be written to be true."""
 
         def make() -> None:
@@ -54,11 +59,11 @@ class Changes:
             if row.state.ended:
                 item.finish()
 
-        return Entry((row,), make, tell, sure)
+        return Transaction((row,), make, tell, sure)
 
-    def cleared(self, row: Cleared) -> Entry:
+    def cleared(self, row: ClearedJobs) -> Transaction:
         """Return the end of many waiting jobs; `tell_cleared` announces it, except of those in memory by then."""
-        seen: list[Item] = []
+        seen: list[QueueEntry] = []
 
         def make() -> None:
             seen.extend(self._items.cleared(row))
@@ -67,14 +72,16 @@ class Changes:
             for item in seen:
                 item.finish()
 
-        return Entry((row,), make, tell)
+        return Transaction((row,), make, tell)
 
-    def tell_cleared(self, row: Cleared, jobs: Sequence[tuple[int, str, str]]) -> None:
+    def tell_cleared(self, row: ClearedJobs, jobs: Sequence[tuple[int, str, str]]) -> None:
         """Announce the end of jobs, given by number, name and owner."""
         for number, name, owner in jobs:
             self._events.emit(JobAdvanced(number, name, row.state.value, owner, code=row.code))
 
-    def step(self, item: Item, record: StepRecord, row: StepRow, *, sure: bool = True, quiet: bool = False) -> Entry:
+    def step(
+        self, item: QueueEntry, record: StepRecord, row: StepRow, *, sure: bool = True, quiet: bool = False
+    ) -> Transaction:
         """Return the change of a step to `row`; a `quiet` one is no event."""
 
         def make() -> None:
@@ -84,28 +91,28 @@ class Changes:
             if not quiet:
                 self.tell_step(item, record, row)
 
-        return Entry(((item.number, row),), make, tell, sure)
+        return Transaction(((item.number, row),), make, tell, sure)
 
     def tell(self, row: JobRow) -> None:
         """Announce how a job stands."""
         self._events.emit(JobAdvanced(row.id, row.name, row.state.value, row.owner.name, code=row.code))
 
-    def tell_step(self, item: Item, record: StepRecord, row: StepRow, attempt: int | None = None) -> None:
+    def tell_step(self, item: QueueEntry, record: StepRecord, row: StepRow, attempt: int | None = None) -> None:
         """Announce how a step stands."""
         task = record.task
         self._events.emit(StepAdvanced(item.number, task.index, task.label, row.state.value, attempt, code=row.code))
 
-    def _dependents(self, row: JobRow, among: Collection[Item]) -> list[Entry]:
+    def _dependents(self, row: JobRow, among: Collection[QueueEntry]) -> list[Transaction]:
         dependents = [one for one in self._items.dependents(row.id) if one not in among]
         if row.state is TaskState.DONE:
             return [self._freed(dependent, row.id) for dependent in dependents]
         notice = failed_dependency(row.id, row.state)
         return [entry for dependent in dependents for entry in self._held(dependent, notice)]
 
-    def _freed(self, dependent: Item, number: int) -> Entry:
-        return Entry((), lambda: self._items.depend(dependent, dependent.waits_for - {number}), sure=True)
+    def _freed(self, dependent: QueueEntry, number: int) -> Transaction:
+        return Transaction((), lambda: self._items.depend(dependent, dependent.waits_for - {number}), sure=True)
 
-    def _held(self, dependent: Item, notice: Notice) -> Sequence[Entry]:
+    def _held(self, dependent: QueueEntry, notice: Notice) -> Sequence[Transaction]:
         if dependent.row.state is TaskState.QUEUED:
             return self.job(dependent, TaskState.HELD, notice)
         return [self.row(dependent, replace(dependent.row, code=notice.code, message=notice.message))]

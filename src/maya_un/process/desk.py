@@ -17,9 +17,9 @@ from maya_un.process.decoding import decode_object
 from maya_un.process.inspection import inspected
 from maya_un.process.job import Job
 from maya_un.process.names import Recall
-from maya_un.process.preview import Course, walked
+from maya_un.process.preview import JobOutlook, walked
 from maya_un.process.tasks import Task, expand
-from maya_un.process.taught import Taught
+from maya_un.process.taught import TaughtPlaces
 from maya_un.process.written import Body, expanded, write_job
 from maya_un.robot.plan import Pose
 from maya_un.robot.plans import on_paper
@@ -33,19 +33,19 @@ PIECE = 50
 """Number of tasks in one message."""
 
 
-class Rest(NamedTuple):
+class ExpansionRest(NamedTuple):
     """An expansion without its tasks."""
 
     parts: dict[str, Point | None]
     remarks: tuple[str, ...]
 
 
-class Kept(NamedTuple):
+class WrittenJob(NamedTuple):
     """A written job without its tasks."""
 
     name: str
     body: Body
-    rest: Rest
+    rest: ExpansionRest
 
 
 def decoded(body: bytes) -> Generator[None, None, dict[str, Any]]:
@@ -54,23 +54,23 @@ def decoded(body: bytes) -> Generator[None, None, dict[str, Any]]:
     return decode_object(body)
 
 
-def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, None, Kept]:
+def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, None, WrittenJob]:
     """Yield the tasks of a job, and return its stored form; raises as `write_job` and `Job.parse` do."""
     yield
     written = write_job(parsed(job), grasp_height, recalled(taught))
     yield from _pieces(written.expansion.tasks)
-    return Kept(written.name, written.body, Rest(written.expansion.parts, written.expansion.remarks))
+    return WrittenJob(written.name, written.body, ExpansionRest(written.expansion.parts, written.expansion.remarks))
 
 
-def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Rest]:
+def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, ExpansionRest]:
     """Yield the tasks of a stored job, and return the rest; raises as `written.expanded` does."""
     yield
     expansion = expanded(body, grasp_height)
     yield from _pieces(expansion.tasks)
-    return Rest(expansion.parts, expansion.remarks)
+    return ExpansionRest(expansion.parts, expansion.remarks)
 
 
-def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Course]:
+def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
     """Return the preview of some tasks from `start`."""
     return (yield from walked(on_paper(workspace), tasks, start))
 
@@ -117,7 +117,7 @@ def parsed(job: object) -> Job:
 def recalled(taught: bytes) -> Recall:
     """Return who tells what is taught, or why he cannot."""
 
-    def recall() -> Taught:
+    def recall() -> TaughtPlaces:
         found = _unpickled(taught)
         if isinstance(found, MayaError):
             raise found
@@ -127,7 +127,7 @@ def recalled(taught: bytes) -> Recall:
 
 
 @lru_cache(maxsize=2)
-def _unpickled(taught: bytes) -> Taught | MayaError:
+def _unpickled(taught: bytes) -> TaughtPlaces | MayaError:
     return pickle.loads(taught)
 
 

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, WrongState
 from maya_un.process.changes import Changes
-from maya_un.process.foresight import Foresight
-from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import Cleared, JobRow, Options
-from maya_un.process.ledger import Entry, Ledger
+from maya_un.process.foresight import JobComputer
+from maya_un.process.items import QueueEntries, QueueEntry
+from maya_un.process.journal.rows import ClearedJobs, JobOptions, JobRow
+from maya_un.process.ledger import Transaction, TransactionLog
 from maya_un.process.options import read_options
 from maya_un.process.report import JobRecord
-from maya_un.process.submitting import Standing, Submitting
+from maya_un.process.submitting import DependencyStatus, JobSubmitter
 from maya_un.process.tasks import Expansion
-from maya_un.process.written import Written
+from maya_un.process.written import StoredJob
 from maya_un.schema.states import TaskState
 from maya_un.values import Notice
 
@@ -24,16 +24,16 @@ _AT_A_TIME = 200
 _BETWEEN = frozenset({TaskState.PAUSED, TaskState.INTERRUPTED})
 
 
-class Editing:
+class JobEditor:
     """Changes jobs that have not begun, and what is left of those that have."""
 
     def __init__(
         self,
-        items: Items,
-        ledger: Ledger,
+        items: QueueEntries,
+        ledger: TransactionLog,
         changes: Changes,
-        submitting: Submitting,
-        foresight: Foresight,
+        submitting: JobSubmitter,
+        foresight: JobComputer,
     ) -> None:
         self._items = items
         self._ledger = ledger
@@ -44,7 +44,7 @@ class Editing:
     async def hold(self, number: int) -> None:
         """Put a job aside that waits; raises `NotFound`, `WrongState`, `StorageFailed`."""
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             item = self._waiting(number, "held")
             if item.row.state is TaskState.HELD:
                 return []
@@ -59,7 +59,7 @@ class Editing:
         it raises, `NotFound`, `WrongState`, `StorageFailed`.
         """
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             item = self._waiting(number, "released")
             if item.row.state is TaskState.QUEUED:
                 return []
@@ -67,7 +67,7 @@ class Editing:
             approved = by if item.row.proposal else item.row.approved_by
             alive = frozenset(one for one in item.waits_for if self._items.alive(one))
             entries = self._changes.job(item, TaskState.QUEUED, approved_by=approved)
-            return _unsure([Entry((), lambda: self._items.depend(item, alive)), *entries])
+            return _unsure([Transaction((), lambda: self._items.depend(item, alive)), *entries])
 
         await self._ledger.write(propose)
 
@@ -78,7 +78,7 @@ class Editing:
     async def move_to(self, number: int, *, last: bool) -> None:
         """Put a job first, or `last`; raises as `move` does."""
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             self._waiting(number, "moved")
             beside = self._items.order.outermost(number, last=last)
             return [] if beside is None else self._moved(number, beside, behind=last)
@@ -100,7 +100,7 @@ class Editing:
         written = await self._foresight.written(changes["job"], whose=item.row.owner.name) if "job" in changes else None
         begun = await self._foresight.expanded(item.row.body) if written is not None and item.begun else None
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             self._changeable(number)
             options = read_options(rest, item.row.options)
             if written is not None:
@@ -119,7 +119,7 @@ class Editing:
         Raises `StorageFailed`.
         """
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             parked = [self._items.get(number) for number in self._ledger.journal.waiting_of(owner)]
             items = {*self._items, *parked}
             rows = ((item, item.row) for item in items if item.row.owner.name == owner and not item.begun)
@@ -137,33 +137,33 @@ class Editing:
         Raises `StorageFailed`.
         """
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             item = self._items.get(number)
             return [] if item.row.state.ended or unless() else _unsure(self.cancelled(item, error))
 
         await self._ledger.write(propose)
 
-    async def clear(self, error: MayaError) -> Cleared | None:
+    async def clear(self, error: MayaError) -> ClearedJobs | None:
         """End all waiting jobs, held ones too; return the events that remain to be sent. Raises `StorageFailed`.
 
         Most end by one change. Those in memory end some at a time, so other tasks can run.
         """
-        cleared: Cleared | None = None
+        cleared: ClearedJobs | None = None
 
-        def at_once() -> list[Entry]:
+        def at_once() -> list[Transaction]:
             nonlocal cleared
             numbers = tuple(number for number in self._items.parked if not self._items.needed(number))
             if not numbers:
                 return []
             notice = Notice(error.code, str(error))
-            cleared = Cleared(numbers, TaskState.CANCELLED, notice.code, notice.message, self._submitting.date())
+            cleared = ClearedJobs(numbers, TaskState.CANCELLED, notice.code, notice.message, self._submitting.date())
             return [self._changes.cleared(cleared)]
 
         await self._ledger.write(at_once)
         await self._clear_rest(error)
         return cleared
 
-    async def tell_cleared(self, row: Cleared) -> None:
+    async def tell_cleared(self, row: ClearedJobs) -> None:
         """Announce the end of every job of `row`, some at a time, so other tasks can run."""
         numbers = sorted(row.numbers)
         for begin in range(0, len(numbers), _AT_A_TIME):
@@ -175,13 +175,13 @@ class Editing:
         for begin in range(0, len(numbers), _AT_A_TIME):
             some = numbers[begin : begin + _AT_A_TIME]
 
-            def propose(some: list[int] = some) -> list[Entry]:
+            def propose(some: list[int] = some) -> list[Transaction]:
                 items = {self._items.get(number): None for number in some if number in self._items.order}
                 return [entry for item in items for entry in _unsure(self.cancelled(item, error, items.keys()))]
 
             await self._ledger.write(propose)
 
-    def cancelled(self, item: Item, error: MayaError, among: Collection[Item] = ()) -> list[Entry]:
+    def cancelled(self, item: QueueEntry, error: MayaError, among: Collection[QueueEntry] = ()) -> list[Transaction]:
         """Return the changes that end a job which is not under way, `among` others that end with it."""
         notice = Notice(error.code, str(error))
         steps = [] if item.record is None else item.record.steps
@@ -192,7 +192,7 @@ class Editing:
         ended = self._submitting.date()
         return [*entries, *self._changes.job(item, TaskState.CANCELLED, notice, among, ended=ended)]
 
-    def _moved(self, number: int, beside: int, *, behind: bool) -> list[Entry]:
+    def _moved(self, number: int, beside: int, *, behind: bool) -> list[Transaction]:
         self._waiting(number, "moved")
         self._waiting(beside, "a neighbour")
         if number == beside:
@@ -200,24 +200,24 @@ class Editing:
         places = self._items.order.moved(number, beside, behind=behind)
         return [self._placed(place.number, place.priority, place.position) for place in places]
 
-    def _waiting(self, number: int, wish: str) -> Item:
+    def _waiting(self, number: int, wish: str) -> QueueEntry:
         item = self._items.get(number)
         if item.row.state not in _WAITING or item.begun:
             raise WrongState(number=number, state=item.row.state.value, wish=wish)
         return item
 
-    def _changeable(self, number: int) -> Item:
+    def _changeable(self, number: int) -> QueueEntry:
         item = self._items.get(number)
         if item.row.state not in _WAITING | _BETWEEN:
             raise WrongState(number=number, state=item.row.state.value, wish="changed")
         return item
 
-    def _placed(self, number: int, priority: int, position: float) -> Entry:
+    def _placed(self, number: int, priority: int, position: float) -> Transaction:
         item = self._items.get(number)
         options = replace(item.row.options, priority=priority)
         return self._changes.row(item, replace(item.row, options=options, position=position), sure=False)
 
-    def _require_same(self, item: Item, written: Written, before: Expansion | None) -> None:
+    def _require_same(self, item: QueueEntry, written: StoredJob, before: Expansion | None) -> None:
         """Raise `InvalidJob` if a new body changes begun steps of a job; `before` is the old body."""
         if not item.begun:
             return
@@ -231,19 +231,27 @@ class Editing:
             raise InvalidJob(key="steps", reason=f"{begun} have begun, and these must stay as they are")
 
     def _changed(
-        self, item: Item, options: Options, written: Written | None, standing: Standing | None, *, approved: bool
-    ) -> list[Entry]:
+        self,
+        item: QueueEntry,
+        options: JobOptions,
+        written: StoredJob | None,
+        standing: DependencyStatus | None,
+        *,
+        approved: bool,
+    ) -> list[Transaction]:
         row = replace(item.row, options=options)
         if not approved:
             held = TaskState.HELD if row.state is TaskState.QUEUED else row.state
             row = replace(row, proposal=True, approved_by="", state=held)
-        entries: list[Entry] = []
+        entries: list[Transaction] = []
         if written is not None:
             record = _rewritten_record(item, written)
             row = replace(row, name=written.name, body=written.body, steps=len(written.expansion.tasks))
-            entries.append(Entry((), lambda: setattr(item, "record", record)))
+            entries.append(Transaction((), lambda: setattr(item, "record", record)))
         if standing is not None:
-            entries.append(Entry((), lambda: self._items.depend(item, self._submitting.not_done(standing.waits_for))))
+            entries.append(
+                Transaction((), lambda: self._items.depend(item, self._submitting.not_done(standing.waits_for)))
+            )
             if standing.notice is not None and row.state is TaskState.QUEUED:
                 code, message = standing.notice.code, standing.notice.message
                 row = replace(row, state=TaskState.HELD, code=code, message=message)
@@ -262,7 +270,7 @@ class Editing:
                 ahead.extend(item.row.options.depends_on)
 
 
-def _rewritten_record(item: Item, written: Written) -> JobRecord | None:
+def _rewritten_record(item: QueueEntry, written: StoredJob) -> JobRecord | None:
     """Return the record of a job that has begun, with its new steps."""
     if item.record is None:
         return None
@@ -270,6 +278,6 @@ def _rewritten_record(item: Item, written: Written) -> JobRecord | None:
     return JobRecord.kept(written.expansion, begun)
 
 
-def _unsure(entries: list[Entry]) -> list[Entry]:
+def _unsure(entries: list[Transaction]) -> list[Transaction]:
     """Return changes that are not made where they cannot be written: somebody asked for them, and is told so."""
     return [entry._replace(sure=False) for entry in entries]

@@ -11,10 +11,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from maya_un.errors import MayaError
-from maya_un.process.foresight import Foresight
+from maya_un.process.foresight import JobComputer
 from maya_un.process.homing_time import HomingTime
-from maya_un.process.items import Item, Items
-from maya_un.process.preview import Course
+from maya_un.process.items import QueueEntries, QueueEntry
+from maya_un.process.preview import JobOutlook
 from maya_un.process.tasks import Task
 from maya_un.process.written import Body
 from maya_un.robot.plan import Pose
@@ -40,7 +40,7 @@ class _Known(NamedTuple):
     body: Body
     left: int
     start: Pose
-    course: Course
+    course: JobOutlook
 
 
 class Forecast:
@@ -53,9 +53,9 @@ class Forecast:
     def __init__(
         self,
         robot: Robot,
-        items: Items,
-        foresight: Foresight,
-        under_way: Callable[[], Item | None],
+        items: QueueEntries,
+        foresight: JobComputer,
+        under_way: Callable[[], QueueEntry | None],
         homing: HomingTime,
     ) -> None:
         self._robot = robot
@@ -74,7 +74,7 @@ class Forecast:
         if self._task is None and len(self._items.order) and not self._closed:
             self._task = asyncio.get_running_loop().create_task(self._work(), name="forecast")
 
-    def predicted(self, item: Item) -> float | None:
+    def predicted(self, item: QueueEntry) -> float | None:
         """Return how long a job will take [s], homings apart; None where it is not worked out, or would be refused."""
         known = self._known.get(item.number)
         if known is None or known.body is not item.row.body or known.course.preview.refusal is not None:
@@ -102,19 +102,19 @@ class Forecast:
             found[item.number] = passed
         return Etas(found, estimated=homings > 0)
 
-    def _in_turn(self, running: Item | None) -> list[Item]:
+    def _in_turn(self, running: QueueEntry | None) -> list[QueueEntry]:
         """Return the jobs that will begin without anybody's word, in that order: what is held does not."""
         ahead = [item for item in self._items.waiting(AHEAD) if item is not running]
         ahead = [item for item in ahead if item.row.state is not TaskState.HELD]
         over = set[int]() if running is None else {running.number}
-        turns: list[Item] = []
+        turns: list[QueueEntry] = []
         while (item := next((one for one in ahead if one.waits_for <= over), None)) is not None:
             turns.append(item)
             over.add(item.number)
             ahead.remove(item)
         return turns
 
-    def _left(self, item: Item, now: float) -> float | None:
+    def _left(self, item: QueueEntry, now: float) -> float | None:
         """Return how long the job under way will still take [s], None before it has been checked."""
         record = item.record
         if record is None or record.preview is None:
@@ -158,7 +158,7 @@ class Forecast:
             if item not in turns and (self._stale or await self._course(item, pose) is None):
                 return
 
-    async def _course(self, item: Item, start: Pose) -> Course | None:
+    async def _course(self, item: QueueEntry, start: Pose) -> JobOutlook | None:
         """Return what a job comes to from `start`, None where that cannot be told."""
         left = -1 if item.record is None else len(item.record.remaining)
         known = self._known.get(item.number)
@@ -172,12 +172,12 @@ class Forecast:
             self._known[item.number] = _Known(item.row.body, left, start, course)
         return course
 
-    async def _tasks(self, item: Item) -> list[Task]:
+    async def _tasks(self, item: QueueEntry) -> list[Task]:
         if item.record is not None:
             return [step.task for step in item.record.remaining]
         return list((await self._foresight.expanded(item.row.body, item.row.steps, whose=_WHOSE)).tasks)
 
 
-def _homings_left(item: Item) -> int:
+def _homings_left(item: QueueEntry) -> int:
     """Return how many homings are ahead of the job under way, the one that goes on included."""
     return 0 if item.record is None else item.record.tally.homings

@@ -17,14 +17,14 @@ from maya_un.process import desk
 from maya_un.process.inspection import inspected
 from maya_un.process.job import Job
 from maya_un.process.names import Recall
-from maya_un.process.preview import Course, course_of, walked
+from maya_un.process.preview import JobOutlook, course_of, walked
 from maya_un.process.tasks import Expansion, Task, expand
-from maya_un.process.taught import Taught
-from maya_un.process.written import Body, Written, expanded, write_job
+from maya_un.process.taught import TaughtPlaces
+from maya_un.process.written import Body, StoredJob, expanded, write_job
 from maya_un.robot.plan import Pose
 from maya_un.robot.protocol import Robot
 from maya_un.schema.previews import JobInspection, JobPreview
-from maya_un.workers import Staff, Work
+from maya_un.workers import Work, WorkerSet
 
 T = TypeVar("T")
 
@@ -41,20 +41,20 @@ _LONG = 200
 """A job of more steps is expanded in a thread if there is no worker."""
 
 
-class Foresight:
+class JobComputer:
     """Computes jobs for a robot, with `staff` if there is any."""
 
     def __init__(
-        self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, staff: Staff | None
+        self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, staff: WorkerSet | None
     ) -> None:
         self._robot = robot
         self._controller = controller
         self._grasp_height = grasp_height
         self._recall = recall
         self._staff = staff
-        self._sealed: tuple[Taught | None, bytes] = (None, b"")
+        self._sealed: tuple[TaughtPlaces | None, bytes] = (None, b"")
 
-    async def written(self, job: object, *, whose: str) -> Written:
+    async def written(self, job: object, *, whose: str) -> StoredJob:
         """Return a job of somebody ready to be queued, which comes as `desk.parsed` reads it.
 
         Raises as `Job.parse` and `write_job` do, and as `Workers.run`.
@@ -64,7 +64,7 @@ class Foresight:
         asked = (job, self.taught(), self._grasp_height)
         answer = await self._staff.people.run(desk.write, *asked, whose=f"submit {whose}", each=SUBMITTED)
         name, body, rest = answer.value
-        return Written(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
+        return StoredJob(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
 
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
         """Return what a kept job of so many `steps` comes to; raises as `written.expanded` does, and `Workers.run`."""
@@ -89,14 +89,14 @@ class Foresight:
             return expanded(body, self._grasp_height)
         return await asyncio.get_running_loop().run_in_executor(None, expanded, body, self._grasp_height)
 
-    async def walk(self, tasks: Sequence[Task], start: Pose, *, whose: str = CHECK) -> Course:
+    async def walk(self, tasks: Sequence[Task], start: Pose, *, whose: str = CHECK) -> JobOutlook:
         """Return what `tasks` will be from `start`, and where they end; sends nothing, and lets others run meanwhile.
 
         Raises as `Workers.run` does.
         """
         if self._staff is None:
             return await _slowly(walked(self._robot, tasks, start))
-        pose, courses = start, list[Course]()
+        pose, courses = start, list[JobOutlook]()
         for begin in range(0, len(tasks), desk.PIECE):
             some = list(tasks[begin : begin + desk.PIECE])
             courses.append(await self._asked(desk.walk, some, pose, whose=whose))

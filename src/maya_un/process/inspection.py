@@ -8,14 +8,14 @@ from typing import Protocol
 
 from maya_un.controller.inspection import Closest, Inspection
 from maya_un.errors import TooLarge
-from maya_un.process.preview import Planned, walked
+from maya_un.process.preview import PreviewSource, walked
 from maya_un.process.tasks import Task
 from maya_un.robot.plan import ActionDetail, Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.schema.previews import Band, JobInspection, Nearest, Samples
 
 
-class Inspected(Planned, Protocol):
+class Inspected(PreviewSource, Protocol):
     """A source of details of primitives."""
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:

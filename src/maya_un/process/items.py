@@ -10,8 +10,8 @@ from weakref import WeakValueDictionary
 
 from maya_un.errors import MayaError, NotFound
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import Cleared, JobRow
-from maya_un.process.order import MayBegin, Order, Place
+from maya_un.process.journal.rows import ClearedJobs, JobRow
+from maya_un.process.order import MayBegin, QueueOrder, QueuePosition
 from maya_un.process.report import JobRecord
 from maya_un.schema.states import TaskState
 
@@ -26,7 +26,7 @@ _GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
 
 
 @dataclass(slots=True, eq=False, weakref_slot=True)
-class Item:
+class QueueEntry:
     """A job in the queue: what is kept of it, and what only this run knows.
 
     `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` job is a
@@ -78,7 +78,7 @@ class Item:
         return self.row.began != ""
 
 
-class Items:
+class QueueEntries:
     """All jobs that have not ended, the order of those that wait, and the last that have ended.
 
     Of a waiting job far behind, only the place is in memory; the `journal` has the rest.
@@ -87,10 +87,10 @@ class Items:
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
-        self._looked_at: WeakValueDictionary[int, Item] = WeakValueDictionary()
-        self._alive: dict[int, Item] = {}
-        self._ended: dict[int, Item] = {}
-        self._order = Order()
+        self._looked_at: WeakValueDictionary[int, QueueEntry] = WeakValueDictionary()
+        self._alive: dict[int, QueueEntry] = {}
+        self._ended: dict[int, QueueEntry] = {}
+        self._order = QueueOrder()
         self._under_way: list[int] = []
         self._interrupted: list[int] = []
         self._direct: list[int] = []
@@ -98,7 +98,7 @@ class Items:
         self._counts: Counter[TaskState] = Counter()
         self.on_change: Callable[[], None] = lambda: None
 
-    def __iter__(self) -> Iterator[Item]:
+    def __iter__(self) -> Iterator[QueueEntry]:
         """Yield the jobs in memory: begun, dependent, recently read or recently ended ones."""
         yield from self._ended.values()
         yield from self._alive.values()
@@ -112,7 +112,7 @@ class Items:
     def _is_parked(self, number: int) -> bool:
         return number not in self._alive and number in self._order
 
-    def take_up(self, waiting: Order) -> None:
+    def take_up(self, waiting: QueueOrder) -> None:
         """Restore the waiting jobs, before any other."""
         self._order = waiting
         self._counts[TaskState.QUEUED] += waiting.ready_count
@@ -120,7 +120,7 @@ class Items:
         if len(waiting):
             self.on_change()
 
-    def park(self, item: Item) -> None:
+    def park(self, item: QueueEntry) -> None:
         """Keep only the place of a waiting job far behind, if no caller waits for its end."""
         plain = not (item.waits_for or item.direct or item.begun or item.record or item.ended)
         place = self._order.place_of(item.number)
@@ -128,7 +128,7 @@ class Items:
             del self._alive[item.number]
             self._looked_at[item.number] = item
 
-    def cleared(self, row: Cleared) -> list[Item]:
+    def cleared(self, row: ClearedJobs) -> list[QueueEntry]:
         """End many waiting jobs at once; return those that are in memory by now."""
         gone = {number for number in row.numbers if self._is_parked(number)}
         queued = sum(self._order.is_ready(number) for number in gone)
@@ -148,7 +148,7 @@ class Items:
         """Tell whether another job waits for a job."""
         return bool(self._dependents.get(number))
 
-    def _item(self, number: int) -> Item | None:
+    def _item(self, number: int) -> QueueEntry | None:
         """Return a job that has not ended; read it if only its place is in memory.
 
         All holders share one object, which is dropped with the last of them unless it changes.
@@ -158,16 +158,16 @@ class Items:
             item = self._looked_at.get(number)
             row = None if item is not None else self._journal.waiting_job(number)
             if row is not None:
-                item = self._looked_at[number] = Item(row)
+                item = self._looked_at[number] = QueueEntry(row)
         return item
 
-    def _hold(self, item: Item) -> None:
+    def _hold(self, item: QueueEntry) -> None:
         """Keep all of a job in memory from now on, because it is near its turn, or changes."""
         if self._is_parked(item.number):
             self._alive[item.number] = item
 
     @property
-    def order(self) -> Order:
+    def order(self) -> QueueOrder:
         """Those that wait for their turn, or are held."""
         return self._order
 
@@ -177,7 +177,7 @@ class Items:
         return {state.value: count for state, count in self._counts.items() if count and not state.ended}
 
     @property
-    def interrupted(self) -> Item | None:
+    def interrupted(self) -> QueueEntry | None:
         """The first job that waits for a person to say what becomes of it."""
         return self._alive[self._interrupted[0]] if self._interrupted else None
 
@@ -191,18 +191,18 @@ class Items:
         """Whether nothing is left, held jobs included."""
         return not self._alive and not len(self._order)
 
-    def get(self, number: int) -> Item:
+    def get(self, number: int) -> QueueEntry:
         """Return a job that has not ended, or has ended lately; raises `NotFound`."""
         item = self.find(number)
         if item is None:
             raise NotFound(what="job", number=number)
         return item
 
-    def find(self, number: int) -> Item | None:
+    def find(self, number: int) -> QueueEntry | None:
         """Return a job that has not ended, or has ended lately, None where it is not known."""
         return self._item(number) or self._ended.get(number)
 
-    def in_memory(self, number: int) -> Item | None:
+    def in_memory(self, number: int) -> QueueEntry | None:
         """Return a job as `find` does, None for one of which only the place is in memory: nothing is read."""
         if self._is_parked(number):
             return self._looked_at.get(number)
@@ -212,34 +212,34 @@ class Items:
         """Tell whether a job has not ended."""
         return number in self._alive or number in self._order
 
-    def waiting(self, count: int) -> list[Item]:
+    def waiting(self, count: int) -> list[QueueEntry]:
         """Return the first that wait, held ones among them, in the order of the queue."""
         going_on = [self._alive[number] for number in (*self._interrupted, *self._under_way)]
         left = max(0, count - len(going_on))
         return [*going_on, *(self._known(number) for number in self._order.first(left))][:count]
 
-    def going_on(self) -> Item | None:
+    def going_on(self) -> QueueEntry | None:
         """Return the job that has begun and is to go on before any other begins."""
         return self._alive[self._under_way[0]] if self._under_way else None
 
-    def next(self, may_begin: MayBegin) -> Item | None:
+    def next(self, may_begin: MayBegin) -> QueueEntry | None:
         """Return the job whose turn it is."""
         number = self._order.next(may_begin)
         return None if number is None else self._known(number)
 
-    def _known(self, number: int) -> Item:
+    def _known(self, number: int) -> QueueEntry:
         """Return a job of those at hand."""
         item = self._item(number)
         assert item is not None
         self._hold(item)
         return item
 
-    def next_direct(self, may_begin: MayBegin) -> Item | None:
+    def next_direct(self, may_begin: MayBegin) -> QueueEntry | None:
         """Return the first direct command."""
         items = (self._alive[number] for number in self._direct)
         return next((item for item in items if item.may_begin and may_begin(item.row.owner.name)), None)
 
-    def add(self, item: Item) -> None:
+    def add(self, item: QueueEntry) -> None:
         """Put a new job in."""
         self._alive[item.number] = item
         for number in item.waits_for:
@@ -247,7 +247,7 @@ class Items:
         self._counts[item.row.state] += 1
         self._line_up(item)
 
-    def replace(self, item: Item, row: JobRow) -> None:
+    def replace(self, item: QueueEntry, row: JobRow) -> None:
         """Put a newer version of a job in the place of the one that there is."""
         self._hold(item)
         self._counts[item.row.state] -= 1
@@ -257,7 +257,7 @@ class Items:
             self._end(item)
         self._line_up(item)
 
-    def depend(self, item: Item, numbers: frozenset[int]) -> None:
+    def depend(self, item: QueueEntry, numbers: frozenset[int]) -> None:
         """Have a job wait for others."""
         self._hold(item)
         for number in item.waits_for:
@@ -267,11 +267,11 @@ class Items:
             self._dependents[number].add(item.number)
         self._line_up(item)
 
-    def dependents(self, number: int) -> list[Item]:
+    def dependents(self, number: int) -> list[QueueEntry]:
         """Return the jobs that wait for a job, in the order they came."""
         return [self._alive[one] for one in sorted(self._dependents.get(number, ())) if one in self._alive]
 
-    def no_longer_direct(self) -> list[Item]:
+    def no_longer_direct(self) -> list[QueueEntry]:
         """Make direct commands ordinary jobs, and return those that still waited."""
         items = [self._alive[number] for number in self._direct]
         for item in items:
@@ -279,12 +279,12 @@ class Items:
         self._direct.clear()
         return items
 
-    def _line_up(self, item: Item) -> None:
+    def _line_up(self, item: QueueEntry) -> None:
         """See that a job stands where its state says, and nowhere else."""
         row, number = item.row, item.number
         going_on = not row.state.ended and item.begun
         if row.state in _LINED_UP and not going_on:
-            place = Place.of(row.options.priority, row.position, number)
+            place = QueuePosition.of(row.options.priority, row.position, number)
             self._order.put(place, row.owner.name, ready=row.state is TaskState.QUEUED and not item.waits_for)
         else:
             self._order.drop(number)
@@ -293,7 +293,7 @@ class Items:
         _keep(self._direct, number, among=item.direct and row.state is TaskState.QUEUED)
         self.on_change()
 
-    def _end(self, item: Item) -> None:
+    def _end(self, item: QueueEntry) -> None:
         del self._alive[item.number]
         for number in item.waits_for:
             self._dependents[number].discard(item.number)
@@ -303,7 +303,7 @@ class Items:
             del self._ended[next(iter(self._ended))]
 
 
-def _ended_by(end: Cleared, row: JobRow) -> JobRow:
+def _ended_by(end: ClearedJobs, row: JobRow) -> JobRow:
     return replace(row, state=end.state, code=end.code, message=end.message, ended=end.ended)
 
 

@@ -34,7 +34,7 @@ OnChange = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Holder:
+class LeaseHolder:
     """The driver: name, source, time of the start [s, loop time], note.
 
     `id` is the driver's secret; nobody else gets it. An `implicit` holder drives for the length of commands. `lender`
@@ -51,7 +51,7 @@ class Holder:
 
 
 @dataclass(slots=True, eq=False)
-class Drive:
+class LeaseUse:
     """A running activity: a command under the `lease` in the request, a `direct` one without a lease, or a job.
 
     `lost` is why it was lost meanwhile, "" where it was not.
@@ -86,7 +86,7 @@ class _Offer:
     until: float
 
 
-class Lease:
+class ControlLease:
     """The state of the lease. `speed` is the speed of the loop's clock: patience is in the caller's time.
 
     `on_change` callbacks are told of every change of the holder, after it, before anybody else goes on.
@@ -95,18 +95,18 @@ class Lease:
     def __init__(self, events: EventLog, speed: float = 1.0) -> None:
         self._events = events
         self._scale = max(1.0, speed)
-        self._holder: Holder | None = None
+        self._holder: LeaseHolder | None = None
         self._patience = PATIENCE
         self._until = 0.0
         self._watch: asyncio.TimerHandle | None = None
         self._offer: _Offer | None = None
         self._asked: tuple[str, float] | None = None
-        self._drives: list[Drive] = []
+        self._drives: list[LeaseUse] = []
         self._ended: dict[str, str] = {}
         self.on_change: list[OnChange] = []
 
     @property
-    def holder(self) -> Holder | None:
+    def holder(self) -> LeaseHolder | None:
         """The present driver, None without one."""
         return self._holder
 
@@ -140,7 +140,7 @@ class Lease:
 
     def take(
         self, name: str, source: str, *, note: str = "", patience: float = PATIENCE, force: bool = False
-    ) -> Holder:
+    ) -> LeaseHolder:
         """Become the driver, also of the running job.
 
         With `force`, also take the lease from another driver, whose commands then end. The lease ends if it is not
@@ -158,13 +158,13 @@ class Lease:
             why = "broken"
         lender = before.lender if before is not None and before.name == name else ""
         lender = offer.by if offer is not None and offered else lender
-        new = Holder(name, source, self._now(), note, secrets.token_urlsafe(16), lender=lender)
+        new = LeaseHolder(name, source, self._now(), note, secrets.token_urlsafe(16), lender=lender)
         self._patience = patience * self._scale
         self._become(new, why)
         self._watch_until(self._now() + self._patience)
         return new
 
-    def renew(self, lease: str, name: str) -> Holder:
+    def renew(self, lease: str, name: str) -> LeaseHolder:
         """Say that one is still there; raises as `require`."""
         holder = self.require(lease, name)
         self._until = self._now() + self._patience
@@ -194,7 +194,7 @@ class Lease:
         if not again:
             self._tell("asked", by=name)
 
-    def require(self, lease: str, name: str) -> Holder:
+    def require(self, lease: str, name: str) -> LeaseHolder:
         """Return the holder if it is `name`, who shows `lease`; raises `LeaseNeeded`, `LeaseHeld`, `LeaseLost`."""
         holder = self._holder
         if holder is not None and not holder.implicit and self._now() > self._until + _ROUNDING:
@@ -210,7 +210,7 @@ class Lease:
         raise self._held(holder)
 
     @contextmanager
-    def driving(self, name: str, source: str, lease: str = "", *, direct: bool = False) -> Iterator[Drive]:
+    def driving(self, name: str, source: str, lease: str = "", *, direct: bool = False) -> Iterator[LeaseUse]:
         """Drive for the length of the block: a job of `name`, a command under `lease`, or a `direct` one.
 
         A command ends with its lease, a direct one only by force. A job never ends: the new driver takes it over.
@@ -220,7 +220,7 @@ class Lease:
             self.renew(lease, name)
         else:
             self._join(name, source)
-        drive = Drive(name, source, lease, direct)
+        drive = LeaseUse(name, source, lease, direct)
         self._drives.append(drive)
         try:
             yield drive
@@ -234,16 +234,16 @@ class Lease:
             self._watch.cancel()
             self._watch = None
 
-    def _given_way(self, holder: Holder, name: str, *, offered: bool) -> bool:
+    def _given_way(self, holder: LeaseHolder, name: str, *, offered: bool) -> bool:
         """Tell whether `holder` gives way to `name`: he offers it, or only a job of his runs."""
         others = any(drive.direct and not drive.lost and drive.name != name for drive in self._drives)
         return (offered or holder.implicit) and not others
 
-    def _in_force(self, holder: Holder) -> bool:
+    def _in_force(self, holder: LeaseHolder) -> bool:
         """Tell whether somebody drives: by the lease, or because something goes on."""
         return not holder.implicit or bool(self._going())
 
-    def _going(self) -> list[Drive]:
+    def _going(self) -> list[LeaseUse]:
         """Return what goes on without a lease."""
         return [drive for drive in self._drives if not drive.lease and not drive.lost]
 
@@ -253,7 +253,7 @@ class Lease:
         if holder is not None and not self.may_begin(name):
             raise self._held(holder)
         if holder is None or holder.name != name:
-            self._become(Holder(name, source, self._now(), implicit=True), "taken")
+            self._become(LeaseHolder(name, source, self._now(), implicit=True), "taken")
 
     def _settle(self) -> None:
         """Have whoever goes on without a lease be seen as the driver; the last one is for a moment longer."""
@@ -261,11 +261,11 @@ class Lease:
         if holder is not None and (not holder.implicit or holder.name in {drive.name for drive in going}):
             return
         if going:
-            self._become(Holder(going[0].name, going[0].source, self._now(), implicit=True), "taken")
+            self._become(LeaseHolder(going[0].name, going[0].source, self._now(), implicit=True), "taken")
         elif holder is not None:
             self._watch_until(self._now() + LINGER * self._scale)
 
-    def _become(self, new: Holder, why: str) -> None:
+    def _become(self, new: LeaseHolder, why: str) -> None:
         """Make somebody the holder; what others drive is lost, jobs apart."""
         before, self._holder = self._holder, new
         self.close()
@@ -288,7 +288,7 @@ class Lease:
         self._changed(why, before)
         self._settle()
 
-    def _remember(self, holder: Holder | None, why: str) -> None:
+    def _remember(self, holder: LeaseHolder | None, why: str) -> None:
         """Keep why the last leases ended, so that who shows one is told."""
         if holder is not None and holder.id:
             self._ended[holder.id] = why
@@ -311,7 +311,7 @@ class Lease:
         else:
             self._end("released" if holder.implicit else "expired")
 
-    def _changed(self, why: str, before: Holder | None) -> None:
+    def _changed(self, why: str, before: LeaseHolder | None) -> None:
         self._tell(why, before="" if before is None else before.name)
         for told in tuple(self.on_change):
             try:
@@ -326,7 +326,7 @@ class Lease:
         implicit = holder is not None and holder.implicit
         self._events.emit(LeaseChanged(why, name, source, implicit, before, to, by))
 
-    def _held(self, holder: Holder) -> LeaseHeld:
+    def _held(self, holder: LeaseHolder) -> LeaseHeld:
         return LeaseHeld(holder=holder.name, since=f"{self.held_for:.0f} s")
 
     def _now(self) -> float:

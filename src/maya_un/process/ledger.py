@@ -14,12 +14,12 @@ from typing import NamedTuple
 from maya_un.errors import StorageFailed
 from maya_un.events import EventLog, StorageChanged
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import Cleared, JobRow, QueueRow, StepRow
+from maya_un.process.journal.rows import ClearedJobs, JobRow, QueueRow, StepRow
 
 RETRY = 2.0
 """A failed write is repeated after this time [s]."""
 
-Change = JobRow | QueueRow | Cleared | tuple[int, StepRow]
+Change = JobRow | QueueRow | ClearedJobs | tuple[int, StepRow]
 """A record of the journal: a job, the queue's mode, a step of a job, the end of many jobs."""
 
 
@@ -27,7 +27,7 @@ def _nothing() -> None:
     """Do nothing."""
 
 
-class Entry(NamedTuple):
+class Transaction(NamedTuple):
     """A change: its rows, how it is made in memory once they are written, how it is told then.
 
     One that is `sure` has happened already: where it cannot be written it is made in memory all the same, and told once
@@ -40,7 +40,7 @@ class Entry(NamedTuple):
     sure: bool = False
 
 
-class Ledger:
+class TransactionLog:
     """Writes changes to a journal, in order, and tells of them in `events`.
 
     `on_failure` is called where something that has happened, or is about to begin, cannot be written, `on_success`
@@ -53,7 +53,7 @@ class Ledger:
         self.on_success: Callable[[], None] = _nothing
         self._events = events
         self._turn = asyncio.Lock()
-        self._unwritten: list[Entry] = []
+        self._unwritten: list[Transaction] = []
         self._failing = ""
         self._closed = False
         self._retry: asyncio.TimerHandle | None = None
@@ -64,7 +64,7 @@ class Ledger:
         """Why the last change could not be written, "" where it was."""
         return self._failing
 
-    async def write(self, propose: Callable[[], Sequence[Entry]]) -> None:
+    async def write(self, propose: Callable[[], Sequence[Transaction]]) -> None:
         """Write what `propose` returns, all of it or none, make it so, and tell it.
 
         `propose` is called when it is this change's turn: what it looks at does not change before it is written.
@@ -105,7 +105,7 @@ class Ledger:
             await self.flush()
         self._set_retry(None)
 
-    async def _write(self, entries: Sequence[Entry]) -> None:
+    async def _write(self, entries: Sequence[Transaction]) -> None:
         older = tuple(self._unwritten)
         rows = [row for entry in (*older, *entries) for row in entry.rows]
         try:
@@ -124,7 +124,7 @@ class Ledger:
         if not worked:
             self.on_success()
 
-    def _failed(self, entries: Sequence[Entry], error: StorageFailed) -> None:
+    def _failed(self, entries: Sequence[Transaction], error: StorageFailed) -> None:
         for entry in entries:
             if entry.sure:
                 entry.make()
@@ -136,7 +136,7 @@ class Ledger:
         if self._unwritten and self._retry is None:
             self._set_retry(RETRY)
 
-    def soon(self, entry: Entry) -> None:
+    def soon(self, entry: Transaction) -> None:
         """Have a change written that is made already, without waiting for it."""
         self._unwritten.append(entry)
         if self._retry is None and self._task is None and not self._closed:

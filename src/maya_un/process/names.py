@@ -11,33 +11,33 @@ from functools import cached_property
 from typing import NamedTuple, NoReturn
 
 from maya_un.errors import InvalidJob, InvalidValue, UnknownName
-from maya_un.process.cells import EACH, NEXT, Reference, cell_text, chosen, read_reference
+from maya_un.process.cells import EACH, NEXT, CellReference, cell_text, chosen, read_reference
 from maya_un.process.job import Job
 from maya_un.process.pallet import Cell, Pallet
 from maya_un.process.spots import Coordinates, point_of
-from maya_un.process.taught import Taught
+from maya_un.process.taught import TaughtPlaces
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.values import Joints, Point
 
-Recall = Callable[[], Taught]
+Recall = Callable[[], TaughtPlaces]
 """Tells what has been taught; asked only for a name that the job does not explain."""
 
 
-class Spot(NamedTuple):
+class NamedPlace(NamedTuple):
     """A place and how it is called."""
 
     point: Point
     name: str
 
 
-class Loop(NamedTuple):
+class PalletLoop(NamedTuple):
     """The cell that a loop over the pallet has come to."""
 
     pallet: str
     cell: Cell
 
 
-class Names:
+class NameResolver:
     """Finds what the names of one job stand for, and remembers which cells it has used."""
 
     def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
@@ -50,7 +50,7 @@ class Names:
         self._ahead: dict[tuple[str, str], Iterator[Cell]] = {}
 
     @cached_property
-    def _taught(self) -> Taught:
+    def _taught(self) -> TaughtPlaces:
         return self._recall()
 
     def parts(self) -> dict[str, Point | None]:
@@ -80,9 +80,9 @@ class Names:
             raise UnknownName(name=name, known=", ".join(self._taught.poses) or "no taught poses", key=key)
         return self._taught.poses[name].joints
 
-    def cells(self, text: str, key: str) -> tuple[Loop, ...]:
+    def cells(self, text: str, key: str) -> tuple[PalletLoop, ...]:
         """Return what a loop goes through; raises `InvalidJob` and `UnknownName`."""
-        reference = read_reference(text) or Reference(text, (None, None))
+        reference = read_reference(text) or CellReference(text, (None, None))
         if reference.pallet not in self._job.pallets and reference.pallet not in self._taught.pallets:
             known = (*self._job.pallets, *self._taught.pallets)
             raise UnknownName(name=text, known=", ".join(known) or "no pallets", key=key)
@@ -92,28 +92,30 @@ class Names:
         found = chosen(reference, pallet)
         if not found:
             raise InvalidJob(key=key, reason=f"there is no {text}: {pallet.extent}")
-        return tuple(Loop(reference.pallet, cell) for cell in found)
+        return tuple(PalletLoop(reference.pallet, cell) for cell in found)
 
-    def spot(self, text: str, parts: Mapping[str, Point | None], loop: Loop | None, key: str, command: str) -> Spot:
+    def spot(
+        self, text: str, parts: Mapping[str, Point | None], loop: PalletLoop | None, key: str, command: str
+    ) -> NamedPlace:
         """Return the place that a name stands for in a step `command`, where `parts` are where they are now.
 
         Raises `UnknownName`, and `InvalidJob` for a part that nobody knows the place of and for a cell that is not
         there.
         """
         if text in self._job.parts:
-            return Spot(self._part(text, parts[text], key), text)
+            return NamedPlace(self._part(text, parts[text], key), text)
         if text in self._places:
-            return Spot(self._places[text], text)
+            return NamedPlace(self._places[text], text)
         reference = read_reference(text)
         if reference is not None and self._is_pallet(reference.pallet):
             return self._on_pallet(reference, self._cell(reference, loop, key, command), key, command)
-        return Spot(self._pose(text, key), text)
+        return NamedPlace(self._pose(text, key), text)
 
-    def _on_pallet(self, reference: Reference, cell: Cell, key: str, command: str) -> Spot:
+    def _on_pallet(self, reference: CellReference, cell: Cell, key: str, command: str) -> NamedPlace:
         self._used[reference.pallet, command].add(cell)
         name = cell_text(reference.pallet, cell)
         try:
-            return Spot(self._pallet(reference.pallet, key).place(cell), name)
+            return NamedPlace(self._pallet(reference.pallet, key).place(cell), name)
         except ValueError as error:
             raise InvalidJob(key=key, reason=f"there is no {name}: {error}") from error
 
@@ -161,7 +163,7 @@ class Names:
             return point_of(corner, self._grasp_height)
         return self._places[corner] if corner in self._places else self._pose(corner, key)
 
-    def _cell(self, reference: Reference, loop: Loop | None, key: str, command: str) -> Cell:
+    def _cell(self, reference: CellReference, loop: PalletLoop | None, key: str, command: str) -> Cell:
         name = reference.pallet
         if reference.which == EACH:
             if loop is None or loop.pallet != name:

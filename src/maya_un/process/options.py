@@ -7,10 +7,10 @@ from dataclasses import replace
 from reprlib import repr
 
 from maya_un.errors import InvalidRequest, InvalidValue
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobOptions
 from maya_un.schema.jobs import OnFailure
 
-ORDINARY = Options()
+ORDINARY = JobOptions()
 """The default options."""
 
 MOST_PRIORITY = 100
@@ -19,7 +19,7 @@ LONGEST_NOTES = 2000
 MOST_DEPENDENCIES = 100
 
 
-def read_options(data: Mapping[str, object], old: Options = ORDINARY) -> Options:
+def read_options(data: Mapping[str, object], old: JobOptions = ORDINARY) -> JobOptions:
     """Return `old` with what plain data changes in it; raises `InvalidRequest` for another key, `InvalidValue`."""
     changes: dict[str, object] = {}
     for key, value in data.items():
@@ -29,7 +29,7 @@ def read_options(data: Mapping[str, object], old: Options = ORDINARY) -> Options
     return replace(old, **changes)  # pyright: ignore[reportArgumentType] - each reader returns its field's type
 
 
-def checked(options: Options) -> Options:
+def checked(options: JobOptions) -> JobOptions:
     """Return `options`; raises `InvalidValue` for what lies outside its range."""
     return read_options({key: getattr(options, key) for key in _READERS})
 

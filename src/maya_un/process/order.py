@@ -18,7 +18,7 @@ MayBegin = Callable[[str], bool]
 """Tells whether a job of this owner may begin."""
 
 
-class Place(NamedTuple):
+class QueuePosition(NamedTuple):
     """The place of a job; places compare in the order of the queue."""
 
     back: int
@@ -27,7 +27,7 @@ class Place(NamedTuple):
     number: int
 
     @classmethod
-    def of(cls, priority: int, position: float, number: int) -> Place:
+    def of(cls, priority: int, position: float, number: int) -> QueuePosition:
         """Return the place of job `number`."""
         return cls(-priority, position, number)
 
@@ -45,7 +45,7 @@ class _Kind(NamedTuple):
     ready: bool
 
 
-class Order:
+class QueueOrder:
     """Jobs in the order of the queue. Finding the next costs the same however many wait.
 
     Three columns have a row for every job, in the order of the numbers: its number, its position and its kind, an index
@@ -89,7 +89,7 @@ class Order:
         """Return the position of a new job `number`, behind all that there ever were."""
         return max(float(number), self._last + 1.0)
 
-    def put(self, place: Place, owner: str, *, ready: bool) -> None:
+    def put(self, place: QueuePosition, owner: str, *, ready: bool) -> None:
         """Put a job of `owner` at its place, or at another one, or make it ready or not."""
         self.drop(place.number)
         lines = [self._line, self._ready.setdefault(owner, array("q"))] if ready else [self._line]
@@ -101,7 +101,7 @@ class Order:
         self._kind.insert(row, self._index_of(_Kind(place.back, owner, ready)))
         self._last = max(self._last, place.position)
 
-    def fill(self, places: Iterable[tuple[Place, str, bool]]) -> None:
+    def fill(self, places: Iterable[tuple[QueuePosition, str, bool]]) -> None:
         """Fill an empty order with many jobs: places in the queue's order, owners, and whether they are ready."""
         for place, owner, ready in places:
             self._line.append(place.number)
@@ -144,7 +144,7 @@ class Order:
         firsts = (line[0] for owner, line in self._ready.items() if may_begin(owner))
         return min(firsts, key=self._place, default=None)
 
-    def moved(self, number: int, beside: int, *, behind: bool) -> list[Place]:
+    def moved(self, number: int, beside: int, *, behind: bool) -> list[QueuePosition]:
         """Return the new places of jobs, so that `number` stands before or `behind` the job `beside`, at its priority.
 
         There are several where no number lies between two neighbours' positions any more. Both jobs are in the order.
@@ -154,10 +154,10 @@ class Order:
         low, high = (there, neighbour) if behind else (neighbour, there)
         position = _between(low, high)
         if position is not None:
-            return [Place(there.back, position, number)]
+            return [QueuePosition(there.back, position, number)]
         rest = [one for one in self._line if one != number and self._place(one).back == there.back]
         rest.insert(rest.index(beside) + behind, number)
-        return [Place(there.back, float(n), one) for n, one in enumerate(rest, 1)]
+        return [QueuePosition(there.back, float(n), one) for n, one in enumerate(rest, 1)]
 
     def outermost(self, number: int, *, last: bool) -> int | None:
         """Return the first job, or the `last`, that is not `number`; None where there is no other."""
@@ -168,16 +168,16 @@ class Order:
         """Return the row of a job in the columns, or where it would be."""
         return bisect_left(self._numbers, number)
 
-    def _place(self, number: int) -> Place:
+    def _place(self, number: int) -> QueuePosition:
         """Return the place of a job that is in."""
         row = self._row(number)
-        return Place(self._kinds[self._kind[row]].back, self._positions[row], number)
+        return QueuePosition(self._kinds[self._kind[row]].back, self._positions[row], number)
 
-    def _spot(self, line: array[int], place: Place) -> int:
+    def _spot(self, line: array[int], place: QueuePosition) -> int:
         """Return how many jobs of a line stand before a place."""
         return bisect_left(line, place, key=self._place)
 
-    def _neighbour(self, place: Place, number: int, way: int) -> Place | None:
+    def _neighbour(self, place: QueuePosition, number: int, way: int) -> QueuePosition | None:
         """Return who stands next to a place, before it (-1) or behind it (1), `number` left out; of its priority."""
         index = self._spot(self._line, place) + way
         if 0 <= index < len(self._line) and self._line[index] == number:
@@ -201,7 +201,7 @@ class Order:
         self._kind = array("i", map(self._kind.__getitem__, rows))
 
 
-def _between(low: Place | None, high: Place | None) -> float | None:
+def _between(low: QueuePosition | None, high: QueuePosition | None) -> float | None:
     """Return a position between two neighbours, None where there is no number left; one of them may be missing."""
     if low is None:
         return 0.0 if high is None else high.position - 1.0

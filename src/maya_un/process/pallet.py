@@ -43,7 +43,7 @@ class Cell(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class RectangleError:
     """How far four corners are from a rectangle.
 
     `flatness` is how far each of them lies from the plane in their midst [m], `squareness` by how much the angle
@@ -108,13 +108,15 @@ class Pallet:
         return Point(*(p * one + q * two + r * three + s * four for one, two, three, four in corners))
 
     @property
-    def shape(self) -> Shape:
+    def shape(self) -> RectangleError:
         """How far the corners are from a rectangle; a single row or column has no shape."""
         if self.rows == 1 or self.columns == 1:
-            return Shape(0.0, 0.0)
+            return RectangleError(0.0, 0.0)
         first, right, low, last = self.corners
         twist = _difference(_difference(last, low), _difference(right, first))
-        return Shape(abs(_dot(twist, _unit(self._normal()))) / 4.0, max(abs(pi / 2 - turn) for turn in self._turns()))
+        return RectangleError(
+            abs(_dot(twist, _unit(self._normal()))) / 4.0, max(abs(pi / 2 - turn) for turn in self._turns())
+        )
 
     def _sides(self) -> tuple[tuple[Vector, Vector], ...]:
         """Return at every corner the side along its row and the one along its column, both as cells are counted."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from maya_un.events import EventLog, QueueChanged
 from maya_un.process.journal.rows import QueueRow
-from maya_un.process.ledger import Entry, Ledger
+from maya_un.process.ledger import Transaction, TransactionLog
 
 Dates = Callable[[float], str]
 """Tells the date (ISO 8601, UTC) so many seconds of real time from now."""
@@ -19,10 +19,10 @@ BY_ITSELF = frozenset({"stop", "fault", "restart", "driver", "storage", "failure
 """Reasons for which nobody asked for a pause: it protects what waits, and ends where nothing does any more."""
 
 
-class Pausing:
+class QueuePauser:
     """The queue's mode; `row` is how it is now."""
 
-    def __init__(self, ledger: Ledger, events: EventLog, dates: Dates) -> None:
+    def __init__(self, ledger: TransactionLog, events: EventLog, dates: Dates) -> None:
         self.row = QueueRow()
         self._ledger = ledger
         self._events = events
@@ -46,7 +46,7 @@ class Pausing:
             self.row = QueueRow(True, reason, by, self._dates(0.0))
             self._ledger.soon(self._entry())
 
-    def resume(self, by: str) -> Entry:
+    def resume(self, by: str) -> Transaction:
         """Return the change after which jobs begin again, unless a pause is asked for before it is written."""
         before, row = self.row, QueueRow()
 
@@ -56,15 +56,15 @@ class Pausing:
             else:
                 self._ledger.soon(self._entry())
 
-        return Entry((row,), make, lambda: self._tell(row, by))
+        return Transaction((row,), make, lambda: self._tell(row, by))
 
     def take_up(self, row: QueueRow) -> None:
         """Go on with what an earlier run left."""
         self.row = row
 
-    def _entry(self) -> Entry:
+    def _entry(self) -> Transaction:
         row = self.row
-        return Entry((row,), tell=lambda: self._tell(row))
+        return Transaction((row,), tell=lambda: self._tell(row))
 
     def _tell(self, row: QueueRow, by: str = "") -> None:
         state = "paused" if row.paused else "running"

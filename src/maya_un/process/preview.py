@@ -14,14 +14,14 @@ from maya_un.schema.previews import JobPreview, Refusal, StepPreview
 from maya_un.values import Notice
 
 
-class Course(NamedTuple):
+class JobOutlook(NamedTuple):
     """The preview of a job and its end position, or its refusal."""
 
     preview: JobPreview
     end: Pose
 
 
-class Planned(Protocol):
+class PreviewSource(Protocol):
     """A source of previews of primitives: a robot, or its planner."""
 
     @property
@@ -34,7 +34,7 @@ class Planned(Protocol):
         ...
 
 
-def walked(robot: Planned, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Course]:
+def walked(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
     """Return what `tasks` will be from `start`, and where they end; yields after every step, so that others may run."""
     units = Units.of(robot.config)
     pose = start
@@ -49,16 +49,16 @@ def walked(robot: Planned, tasks: Sequence[Task], start: Pose) -> Generator[None
         steps.append(_step(task, step, units))
         pose = step.end
         yield
-    return Course(_preview(steps, refusal), pose)
+    return JobOutlook(_preview(steps, refusal), pose)
 
 
-def course_of(courses: Sequence[Course], start: Pose) -> Course:
+def course_of(courses: Sequence[JobOutlook], start: Pose) -> JobOutlook:
     """Return courses, each from the end of the one before, as one; without any it ends at `start`."""
     if len(courses) == 1:
         return courses[0]
     steps = [step for course in courses for step in course.preview.steps]
     refusal = courses[-1].preview.refusal if courses else None
-    return Course(_preview(steps, refusal), courses[-1].end if courses else start)
+    return JobOutlook(_preview(steps, refusal), courses[-1].end if courses else start)
 
 
 def _preview(steps: Sequence[StepPreview], refusal: Refusal | None) -> JobPreview:

@@ -20,27 +20,27 @@ from maya_un.config import Config
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, StorageFailed, WrongState
 from maya_un.process.changes import Changes
-from maya_un.process.editing import Editing
-from maya_un.process.foresight import Foresight
-from maya_un.process.items import Item, Items
+from maya_un.process.editing import JobEditor
+from maya_un.process.foresight import JobComputer
+from maya_un.process.items import QueueEntries, QueueEntry
 from maya_un.process.job import Job
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import JobRow, Owner, StepRow
-from maya_un.process.lease import Lease
-from maya_un.process.ledger import Ledger
+from maya_un.process.journal.rows import JobRow, RequestOwner, StepRow
+from maya_un.process.lease import ControlLease
+from maya_un.process.ledger import TransactionLog
 from maya_un.process.names import Recall
 from maya_un.process.options import ORDINARY
-from maya_un.process.pausing import Dates, Pausing
-from maya_un.process.recovering import Recovering
-from maya_un.process.recovery import Chosen
-from maya_un.process.runner import Shared
-from maya_un.process.showing import Showing
-from maya_un.process.submitting import Asked, Submitting
-from maya_un.process.taught import Taught
-from maya_un.process.turns import Turns
-from maya_un.process.whole import Whole
-from maya_un.process.written import Written, write_wish
+from maya_un.process.pausing import Dates, QueuePauser
+from maya_un.process.recovering import JobRecoverer
+from maya_un.process.recovery import RecoveryChoice
+from maya_un.process.runner import RunnerContext
+from maya_un.process.showing import QueueViews
+from maya_un.process.submitting import JobSubmitter, SubmitRequest
+from maya_un.process.taught import TaughtPlaces
+from maya_un.process.turns import Scheduler
+from maya_un.process.whole import ShieldedTasks
+from maya_un.process.written import StoredJob, write_wish
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import Robot
@@ -48,9 +48,9 @@ from maya_un.schema.jobs import JobReport
 from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.schema.states import TaskState
 from maya_un.values import Mode
-from maya_un.workers import Staff
+from maya_un.workers import WorkerSet
 
-LOCAL = Asked(Owner(), ORDINARY)
+LOCAL = SubmitRequest(RequestOwner(), ORDINARY)
 """A user of this machine, with default options."""
 
 
@@ -69,13 +69,13 @@ class Process:
         robot: Robot,
         controller: Controller,
         config: Config,
-        recall: Recall = Taught,
+        recall: Recall = TaughtPlaces,
         *,
         journal: Journal | None = None,
-        lease: Lease | None = None,
+        lease: ControlLease | None = None,
         dates: Dates | None = None,
         speed: float = 1.0,
-        staff: Staff | None = None,
+        staff: WorkerSet | None = None,
     ) -> None:
         self._recall = recall
         self._controller = controller
@@ -83,18 +83,18 @@ class Process:
         self._durable = journal is not None
         self.journal: Journal = MemoryJournal() if journal is None else journal
         dates = _loop_time if dates is None else dates
-        self._items = items = Items(self.journal)
-        self._ledger = ledger = Ledger(self.journal, controller.events)
-        self._pausing = pausing = Pausing(ledger, controller.events, dates)
-        self._whole = Whole()
+        self._items = items = QueueEntries(self.journal)
+        self._ledger = ledger = TransactionLog(self.journal, controller.events)
+        self._pausing = pausing = QueuePauser(ledger, controller.events, dates)
+        self._whole = ShieldedTasks()
         changes = Changes(items, controller.events)
-        self.foresight = foresight = Foresight(robot, controller, self._grasp_height, recall, staff)
-        shared = Shared(robot, controller, ledger, changes, pausing, dates, foresight, self._durable)
-        self._submitting = Submitting(items, ledger, changes, dates)
-        self._editing = Editing(items, ledger, changes, self._submitting, foresight)
-        self._recovering = Recovering(shared, items, changes, self._editing)
-        self.turns = Turns(shared, items, self._whole, lease)
-        self.shown = Showing(shared, items, self.turns, self._recovering, speed=speed)
+        self.foresight = foresight = JobComputer(robot, controller, self._grasp_height, recall, staff)
+        shared = RunnerContext(robot, controller, ledger, changes, pausing, dates, foresight, self._durable)
+        self._submitting = JobSubmitter(items, ledger, changes, dates)
+        self._editing = JobEditor(items, ledger, changes, self._submitting, foresight)
+        self._recovering = JobRecoverer(shared, items, changes, self._editing)
+        self.turns = Scheduler(shared, items, self._whole, lease)
+        self.shown = QueueViews(shared, items, self.turns, self._recovering, speed=speed)
 
     async def open(self) -> None:
         """Take up what the journal knows was not finished; nothing begins by itself. Raises `StorageFailed`."""
@@ -113,7 +113,7 @@ class Process:
         item = self.turns.running
         return None if item is None or item.row.state.ended else item.number
 
-    async def submit(self, job: Job | Mapping[str, object] | bytes, asked: Asked = LOCAL) -> int:
+    async def submit(self, job: Job | Mapping[str, object] | bytes, asked: SubmitRequest = LOCAL) -> int:
         """Append a job and return its number, once it is written down; it starts when its turn comes.
 
         It may come as plain data or JSON. Raises `UnknownName` and `InvalidJob` for what it says, `FileUnreadable`
@@ -123,7 +123,7 @@ class Process:
         halts = self.turns.halts
         return await self._submit(await self.foresight.written(job, whose=asked.owner.name), asked, halts=halts)
 
-    async def wish(self, wish: Primitive | Mapping[str, object], asked: Asked = LOCAL) -> int:
+    async def wish(self, wish: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:
         """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.
 
         While the queue is paused and nothing runs, a command without options for the queue is done at once: a person
@@ -131,10 +131,10 @@ class Process:
         """
         written = write_wish(wish, self._grasp_height, self._recall)
         if asked.options == ORDINARY and not asked.proposal and self._pausing.paused and self.turns.running is None:
-            asked = Asked(asked.owner, asked.options, asked.key, direct=True)
+            asked = SubmitRequest(asked.owner, asked.options, asked.key, direct=True)
         return await self._submit(written, asked)
 
-    async def again(self, number: int, asked: Asked, from_step: int | None = None) -> int:
+    async def again(self, number: int, asked: SubmitRequest, from_step: int | None = None) -> int:
         """Queue a job that has ended once more, as a new one, from a step on; return the new number.
 
         Without `from_step` it begins at the first step that was not done, at the first of all if all were. Raises
@@ -149,7 +149,7 @@ class Process:
         if from_step is not None and not 1 <= from_step <= count:
             raise InvalidValue(key="from_step", value=from_step, reason=f"the job has steps 1 to {count}")
         first = _first_undone(steps, count) if from_step is None else from_step
-        return await self._submit(Written(row.name, row.body, expansion), asked, first - 1, halts=halts)
+        return await self._submit(StoredJob(row.name, row.body, expansion), asked, first - 1, halts=halts)
 
     async def result(self, number: int) -> JobReport:
         """Wait until a job has ended, or this process is closed, and return its report; raises `NotFound`."""
@@ -197,25 +197,25 @@ class Process:
         await self.turns.lift()
 
     async def hold(self, number: int) -> None:
-        """Put a job aside; raises as `Editing.hold` does."""
+        """Put a job aside; raises as `JobEditor.hold` does."""
         await self._whole.do(self._editing.hold(number))
         await self.turns.lift()
 
     async def release(self, number: int, by: str, require: Callable[[JobRow], None] = lambda row: None) -> None:
-        """Let a held job wait for its turn; raises as `Editing.release` does."""
+        """Let a held job wait for its turn; raises as `JobEditor.release` does."""
         await self._whole.do(self._editing.release(number, by, require))
         self.turns.wake()
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
-        """Put a job before or `behind` another; raises as `Editing.move` does."""
+        """Put a job before or `behind` another; raises as `JobEditor.move` does."""
         await self._whole.do(self._editing.move(number, beside, behind=behind))
 
     async def move_to(self, number: int, *, last: bool) -> None:
-        """Put a job first, or `last`; raises as `Editing.move_to` does."""
+        """Put a job first, or `last`; raises as `JobEditor.move_to` does."""
         await self._whole.do(self._editing.move_to(number, last=last))
 
     async def change(self, number: int, changes: Mapping[str, object], *, approved: bool = True) -> None:
-        """Change a job; raises as `Editing.change` does. A job that is not `approved` is a proposal afterwards."""
+        """Change a job; raises as `JobEditor.change` does. A job that is not `approved` is a proposal afterwards."""
         await self._whole.do(self._editing.change(number, changes, approved=approved))
         self.turns.wake()
 
@@ -228,13 +228,13 @@ class Process:
         self._whole.begin(self._editing.unapprove(owner))
 
     async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
-        """Do what a person chose for the interrupted job; raises as `Recovering.recover`, `NotConnected`, `Faulted`.
+        """Do what a person chose for the interrupted job; raises as `JobRecoverer.recover`, `NotConnected`, `Faulted`.
 
         The queue goes on after it with `resume_queue`, though never by an abort.
         """
-        if choice != Chosen.ABORT:
+        if choice != RecoveryChoice.ABORT:
             self._require_able()
-        go_on = resume_queue and choice != Chosen.ABORT
+        go_on = resume_queue and choice != RecoveryChoice.ABORT
         await self._whole.do(self._recovering.recover(choice, holding, resume_queue=go_on, by=by))
         await self.turns.lift()
         self.turns.wake()
@@ -268,14 +268,16 @@ class Process:
         for item in self._items:
             item.finish()
 
-    async def _submit(self, written: Written, asked: Asked, skipped: int = 0, halts: int | None = None) -> int:
+    async def _submit(
+        self, written: StoredJob, asked: SubmitRequest, skipped: int = 0, halts: int | None = None
+    ) -> int:
         """Store a job; if `halts` has changed since its request, a stop came meanwhile, and it does not begin."""
         if not asked.options.held and not asked.proposal:
             self._require_able()
         before = self.turns.halts if halts is None else halts
         return await self._whole.do(self._taken_in(written, asked, skipped, before))
 
-    async def _taken_in(self, written: Written, asked: Asked, skipped: int, halts: int) -> int:
+    async def _taken_in(self, written: StoredJob, asked: SubmitRequest, skipped: int, halts: int) -> int:
         number = await self._submitting.submit(written, asked, skipped)
         if halts != self.turns.halts:
             self.turns.pause_by_itself("stop")
@@ -288,7 +290,7 @@ class Process:
         if cleared is not None:
             self._whole.begin(self._editing.tell_cleared(cleared))
 
-    async def _cancel_waiting(self, item: Item) -> None:
+    async def _cancel_waiting(self, item: QueueEntry) -> None:
         await self._editing.cancel(item.number, Cancelled(), unless=lambda: item is self.turns.running)
         await self.turns.lift()
 

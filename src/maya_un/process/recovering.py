@@ -6,15 +6,15 @@ from dataclasses import replace
 
 from maya_un.errors import Cancelled, MayaError, NotFound
 from maya_un.process.changes import Changes
-from maya_un.process.editing import Editing
-from maya_un.process.items import Item, Items
+from maya_un.process.editing import JobEditor
+from maya_un.process.items import QueueEntries, QueueEntry
 from maya_un.process.journal.rows import JobRow, QueueRow, StepRow, Unfinished
-from maya_un.process.ledger import Entry
-from maya_un.process.order import Order
+from maya_un.process.ledger import Transaction
+from maya_un.process.order import QueueOrder
 from maya_un.process.pausing import BY_ITSELF
-from maya_un.process.recovery import Decision, Situation, choices, decide
+from maya_un.process.recovery import RecoveryDecision, RecoverySituation, choices, decide
 from maya_un.process.report import JobRecord, StepRecord
-from maya_un.process.runner import Shared
+from maya_un.process.runner import RunnerContext
 from maya_un.process.tasks import Task
 from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.plan import Pose
@@ -25,16 +25,16 @@ from maya_un.values import Mode
 _UNDER_WAY = {TaskState.RUNNING, TaskState.PAUSED}
 
 
-class Recovering:
+class JobRecoverer:
     """Deals with jobs that were interrupted, one after the other."""
 
-    def __init__(self, shared: Shared, items: Items, changes: Changes, editing: Editing) -> None:
+    def __init__(self, shared: RunnerContext, items: QueueEntries, changes: Changes, editing: JobEditor) -> None:
         self._shared = shared
         self._items = items
         self._changes = changes
         self._editing = editing
 
-    async def take_up(self, known: Unfinished, waiting: Order | None = None) -> None:
+    async def take_up(self, known: Unfinished, waiting: QueueOrder | None = None) -> None:
         """Restore all unfinished jobs; `waiting` has the places of the waiting jobs.
 
         Running jobs become interrupted, and no job begins by itself. Raises `StorageFailed`.
@@ -45,10 +45,10 @@ class Recovering:
         for row in known.jobs:
             steps = known.steps.get(row.id, ())
             waits_for = frozenset(one for one in row.options.depends_on if one in numbers or one in self._items.order)
-            self._items.add(Item(row, await self._record(row, steps), waits_for))
+            self._items.add(QueueEntry(row, await self._record(row, steps), waits_for))
         interrupted = [item for item in self._items if item.row.state in _UNDER_WAY]
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             entries = [entry for item in interrupted for entry in self._interrupted(item)]
             return [*entries, *self._mode(known.queue, bool(interrupted))]
 
@@ -87,7 +87,7 @@ class Recovering:
             ahead = await self._ahead(item, step, decision)
             await self._shared.foresight.require(ahead, self._pose(decision.holding))
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             if item.row.state is not TaskState.INTERRUPTED:
                 raise NotFound(what="interrupted job", number=item.number)
             return [*self._decided(item, step, decision), *self._resumed(item, by, resume_queue=resume_queue)]
@@ -105,13 +105,13 @@ class Recovering:
         except MayaError:
             return None
 
-    def _interrupted(self, item: Item) -> list[Entry]:
+    def _interrupted(self, item: QueueEntry) -> list[Transaction]:
         steps = [] if item.record is None else item.record.steps
         under_way = [step for step in steps if step.state in _UNDER_WAY]
         entries = [self._changes.step(item, step, step.become(TaskState.INTERRUPTED)) for step in under_way]
         return [*entries, *self._changes.job(item, TaskState.INTERRUPTED)]
 
-    def _mode(self, before: QueueRow, interrupted: bool) -> list[Entry]:
+    def _mode(self, before: QueueRow, interrupted: bool) -> list[Transaction]:
         """Return the queue's mode after a restart: what waits, waits for a person."""
         pausing = self._shared.pausing
         pausing.take_up(before)
@@ -124,21 +124,21 @@ class Recovering:
             pausing.pause("restart")
         return []
 
-    def _situation(self, item: Item) -> tuple[StepRecord | None, Situation]:
+    def _situation(self, item: QueueEntry) -> tuple[StepRecord | None, RecoverySituation]:
         """Return the step that was under way, and all that a choice depends on."""
         holding = self._holding()
         if item.record is None:
-            return None, Situation("", (), holding)
+            return None, RecoverySituation("", (), holding)
         step = next((one for one in item.record.steps if one.state is TaskState.INTERRUPTED), None)
         rest = tuple(one.task.primitive.command for one in item.record.remaining if one is not step)
-        return step, Situation("" if step is None else step.task.primitive.command, rest, holding)
+        return step, RecoverySituation("" if step is None else step.task.primitive.command, rest, holding)
 
     def _holding(self) -> bool | None:
         """Return what the machine tells of the gripper: only that it is open is certain, and only while it answers."""
         state = self._shared.controller.state
         return None if state.mode is Mode.DISCONNECTED or state.gripper_closed else False
 
-    async def _ahead(self, item: Item, step: StepRecord | None, decision: Decision) -> list[Task]:
+    async def _ahead(self, item: QueueEntry, step: StepRecord | None, decision: RecoveryDecision) -> list[Task]:
         """Return what would be done."""
         record = item.record or JobRecord(await self._shared.foresight.expanded(item.row.body))
         left_out = step if decision.step is not TaskState.QUEUED else None
@@ -151,7 +151,7 @@ class Recovering:
             return pose
         return pose._replace(gripper=GripperState.CLOSED if holding else GripperState.FOUND)
 
-    def _decided(self, item: Item, step: StepRecord | None, decision: Decision) -> list[Entry]:
+    def _decided(self, item: QueueEntry, step: StepRecord | None, decision: RecoveryDecision) -> list[Transaction]:
         if not decision.goes_on:
             return [entry._replace(sure=False) for entry in self._editing.cancelled(item, Cancelled())]
         entries = self._changes.job(item, TaskState.QUEUED)
@@ -160,7 +160,7 @@ class Recovering:
             entries = [self._changes.step(item, step, row), *entries]
         return [entry._replace(sure=False) for entry in entries]
 
-    def _resumed(self, item: Item, by: str, *, resume_queue: bool) -> list[Entry]:
+    def _resumed(self, item: QueueEntry, by: str, *, resume_queue: bool) -> list[Transaction]:
         """Return the change that lets the queue go on, unless another job waits for a person."""
         others = self._items.waiting(2)
         if not resume_queue or any(one is not item and one.row.state is TaskState.INTERRUPTED for one in others):

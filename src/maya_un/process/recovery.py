@@ -20,7 +20,7 @@ from maya_un.schema.states import TaskState
 QUESTION = "is a part in the gripper?"
 
 
-class Chosen(StrEnum):
+class RecoveryChoice(StrEnum):
     """The choices of a person."""
 
     RESUME = "resume"
@@ -30,7 +30,7 @@ class Chosen(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Situation:
+class RecoverySituation:
     """An interrupted job: the `command` of the step that was under way ("" between two), those of the steps after it.
 
     `holding` is what the machine tells of the gripper: False where it is open, None where only a person can see.
@@ -41,7 +41,7 @@ class Situation:
     holding: bool | None
 
 
-class Decision(NamedTuple):
+class RecoveryDecision(NamedTuple):
     """The effect of a choice: the step's next state (None if no step was running), and whether the job continues.
 
     `holding` is what is known of the gripper now, None where it does not matter.
@@ -52,22 +52,22 @@ class Decision(NamedTuple):
     holding: bool | None
 
 
-def choices(situation: Situation) -> tuple[Choice, ...]:
+def choices(situation: RecoverySituation) -> tuple[Choice, ...]:
     """Return what may be chosen."""
     step = situation.command
     if not step:
-        meanings = {Chosen.RESUME: "go on with the next step", Chosen.ABORT: "end the job as cancelled"}
+        meanings = {RecoveryChoice.RESUME: "go on with the next step", RecoveryChoice.ABORT: "end the job as cancelled"}
     else:
         meanings = {
-            Chosen.RESUME: _resumed(step),
-            Chosen.REDO: f"do the {step} again",
-            Chosen.SKIP: f"leave the {step} out and go on with the next step",
-            Chosen.ABORT: "end the job as cancelled",
+            RecoveryChoice.RESUME: _resumed(step),
+            RecoveryChoice.REDO: f"do the {step} again",
+            RecoveryChoice.SKIP: f"leave the {step} out and go on with the next step",
+            RecoveryChoice.ABORT: "end the job as cancelled",
         }
     return tuple(Choice(one.value, meaning, _needs_answer(situation, one)) for one, meaning in meanings.items())
 
 
-def decide(situation: Situation, choice: str, holding: bool | None) -> Decision:
+def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> RecoveryDecision:
     """Return what `choice` does, where a person says whether the gripper is `holding` a part (None: he did not say).
 
     Raises `InvalidValue` for what is no choice here or contradicts the machine, and `AnswerNeeded`.
@@ -77,18 +77,18 @@ def decide(situation: Situation, choice: str, holding: bool | None) -> Decision:
         raise InvalidValue(key="choice", value=repr(choice), reason=f"it is one of {', '.join(offered)}")
     if holding and situation.holding is False:
         raise InvalidValue(key="holding", value="true", reason="the gripper is open")
-    chosen = Chosen(choice)
+    chosen = RecoveryChoice(choice)
     if holding is None and _needs_answer(situation, chosen):
         raise AnswerNeeded(question=QUESTION, options="holding: true or false; `--holding yes` or `no`")
     known = situation.holding if holding is None else holding
-    if chosen is Chosen.ABORT:
-        return Decision(TaskState.CANCELLED if situation.command else None, goes_on=False, holding=known)
+    if chosen is RecoveryChoice.ABORT:
+        return RecoveryDecision(TaskState.CANCELLED if situation.command else None, goes_on=False, holding=known)
     if not situation.command:
-        return Decision(None, goes_on=True, holding=known)
-    if chosen is Chosen.SKIP:
-        return Decision(TaskState.SKIPPED, goes_on=True, holding=known)
-    done = chosen is Chosen.RESUME and known is _held_after(situation.command)
-    return Decision(TaskState.DONE if done else TaskState.QUEUED, goes_on=True, holding=known)
+        return RecoveryDecision(None, goes_on=True, holding=known)
+    if chosen is RecoveryChoice.SKIP:
+        return RecoveryDecision(TaskState.SKIPPED, goes_on=True, holding=known)
+    done = chosen is RecoveryChoice.RESUME and known is _held_after(situation.command)
+    return RecoveryDecision(TaskState.DONE if done else TaskState.QUEUED, goes_on=True, holding=known)
 
 
 def _held_after(command: str) -> bool | str:
@@ -106,16 +106,16 @@ def _resumed(command: str) -> str:
             return f"do the {command} again, which does no harm, and go on"
 
 
-def _needs_answer(situation: Situation, chosen: Chosen) -> bool:
+def _needs_answer(situation: RecoverySituation, chosen: RecoveryChoice) -> bool:
     """Whether a person has to say what the gripper holds: what comes depends on it and the machine cannot tell.
 
     That a place has happened is not told by an open gripper: it may have opened when the power went.
     """
-    if chosen is Chosen.ABORT:
+    if chosen is RecoveryChoice.ABORT:
         return False
-    if chosen is Chosen.RESUME and situation.command and PRIMITIVES[situation.command].part is PartEffect.PUTS:
+    if chosen is RecoveryChoice.RESUME and situation.command and PRIMITIVES[situation.command].part is PartEffect.PUTS:
         return True
-    again = chosen in {Chosen.RESUME, Chosen.REDO} and situation.command
+    again = chosen in {RecoveryChoice.RESUME, RecoveryChoice.REDO} and situation.command
     return situation.holding is None and _matters([*([situation.command] if again else []), *situation.rest])
 
 

@@ -79,7 +79,7 @@ def where(state: State) -> dict[str, object]:
 
 
 @dataclass(frozen=True, slots=True)
-class Tally:
+class StepCounts:
     """The steps of a job, counted: `done`, and those that remain, in order.
 
     `predicted` is the sum of what those take that are predicted [s]; `homings` are the others.
@@ -91,7 +91,7 @@ class Tally:
     homings: int
 
     @classmethod
-    def of(cls, steps: Sequence[StepRecord]) -> Tally:
+    def of(cls, steps: Sequence[StepRecord]) -> StepCounts:
         """Count some steps."""
         remaining = tuple(step for step in steps if not step.state.ended)
         predicted = [step.row.predicted for step in remaining if step.row.predicted is not None]
@@ -114,7 +114,7 @@ class JobRecord:
     current: int = 0
     current_since: float = 0.0
     _edition: Edition = field(default_factory=Edition)
-    _counted: tuple[int, Tally] | None = None
+    _counted: tuple[int, StepCounts] | None = None
 
     def __post_init__(self) -> None:
         self.steps = [
@@ -131,10 +131,10 @@ class JobRecord:
         return record
 
     @property
-    def tally(self) -> Tally:
+    def tally(self) -> StepCounts:
         """The steps counted, once for all who look between two changes: a job may have thousands."""
         if self._counted is None or self._counted[0] != self._edition.number:
-            self._counted = (self._edition.number, Tally.of(self.steps))
+            self._counted = (self._edition.number, StepCounts.of(self.steps))
         return self._counted[1]
 
     @property
@@ -181,7 +181,7 @@ def parts_of(expansion: Expansion, rows: Sequence[StepRow]) -> dict[str, Point |
 
 
 @dataclass(frozen=True, slots=True)
-class Snapshot:
+class JobSnapshot:
     """A job at one instant: its line, what it comes to, and a row for every step; `preview` is that of its check."""
 
     line: JobLine
@@ -191,13 +191,13 @@ class Snapshot:
     preview: JobPreview | None = None
 
     @classmethod
-    def of(cls, line: JobLine, record: JobRecord, version: str) -> Snapshot:
+    def of(cls, line: JobLine, record: JobRecord, version: str) -> JobSnapshot:
         """Return how a job stands now of which all is known."""
         preview = None if line.state.ended and not record.begun else record.preview
         return cls(line, record.expansion, [step.row for step in record.steps], version, preview)
 
     @classmethod
-    def kept(cls, line: JobLine, expansion: Expansion, known: Iterable[StepRow], version: str) -> Snapshot:
+    def kept(cls, line: JobLine, expansion: Expansion, known: Iterable[StepRow], version: str) -> JobSnapshot:
         """Return how a job stands of which some rows are `known`; the steps of one that ended count as skipped."""
         state = TaskState.SKIPPED if line.state.ended else TaskState.QUEUED
         rows = [StepRow(task.index, state) for task in expansion.tasks]
@@ -207,7 +207,7 @@ class Snapshot:
         return cls(line, expansion, rows, version)
 
 
-async def report_of(job: Snapshot) -> JobReport:
+async def report_of(job: JobSnapshot) -> JobReport:
     """Return a job as a value; others use the loop meanwhile, for it may have thousands of steps."""
     line, preview = job.line, job.preview
     steps = await made(lambda pair: result_of(*pair), list(zip(job.expansion.tasks, job.rows, strict=True)))

@@ -20,10 +20,10 @@ from maya_un.errors import (
     StorageFailed,
 )
 from maya_un.process.changes import Changes
-from maya_un.process.foresight import Foresight
-from maya_un.process.items import Item
-from maya_un.process.ledger import Entry, Ledger
-from maya_un.process.pausing import Dates, Pausing
+from maya_un.process.foresight import JobComputer
+from maya_un.process.items import QueueEntry
+from maya_un.process.ledger import Transaction, TransactionLog
+from maya_un.process.pausing import Dates, QueuePauser
 from maya_un.process.report import JobRecord, StepRecord, where
 from maya_un.robot.protocol import OnPhase, Robot
 from maya_un.schema.states import TaskState
@@ -34,7 +34,7 @@ RETRY_AFTER = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Shared:
+class RunnerContext:
     """The shared objects of the queue's workers. `notes_phases` has every phase of a step written down.
 
     `foresight` works out what jobs come to.
@@ -42,15 +42,15 @@ class Shared:
 
     robot: Robot
     controller: Controller
-    ledger: Ledger
+    ledger: TransactionLog
     changes: Changes
-    pausing: Pausing
+    pausing: QueuePauser
     dates: Dates
-    foresight: Foresight
+    foresight: JobComputer
     notes_phases: bool
 
 
-class Ending(NamedTuple):
+class JobEnd(NamedTuple):
     """How far a job has come: its state, why in words, and the error where it was one and no refusal of the check."""
 
     state: TaskState
@@ -67,19 +67,21 @@ class _Refused(Exception):
         self.notice = notice
 
 
-class Runner:
+class JobRunner:
     """Runs one job, or goes on with it, for at most `limit` steps; without a limit until the queue is paused.
 
     `follows` is told of the ending before anybody else is: what follows from it for the queue holds by then.
     """
 
-    def __init__(self, shared: Shared, item: Item, limit: int | None, follows: Callable[[Item, Ending], None]) -> None:
+    def __init__(
+        self, shared: RunnerContext, item: QueueEntry, limit: int | None, follows: Callable[[QueueEntry, JobEnd], None]
+    ) -> None:
         self._shared = shared
         self._item = item
         self._limit = limit
         self._follows = follows
         self._done = 0
-        self._carried: list[Entry] = []
+        self._carried: list[Transaction] = []
         self._noting: asyncio.Task[None] | None = None
 
     async def run(self) -> None:
@@ -100,7 +102,7 @@ class Runner:
         item, shared = self._item, self._shared
         date = shared.dates(0.0)
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             if not item.may_begin or self._must_pause():
                 return []
             began = item.row.began or date
@@ -110,7 +112,7 @@ class Runner:
         item.began = asyncio.get_running_loop().time()
         return item.row.state is TaskState.RUNNING
 
-    async def _outcome(self) -> Ending:
+    async def _outcome(self) -> JobEnd:
         """Do what there is to do; whatever happens is an ending."""
         item = self._item
         try:
@@ -120,11 +122,11 @@ class Runner:
             _take_back()
             return self._ended_early(item.end_by or Cancelled())
         except StorageFailed:
-            return Ending(TaskState.PAUSED)
+            return JobEnd(TaskState.PAUSED)
         except _Refused as refused:
             step, notice = refused.step, refused.notice
             self._carried.append(self._shared.changes.step(item, step, step.become(TaskState.FAILED, notice)))
-            return Ending(TaskState.FAILED, notice)
+            return JobEnd(TaskState.FAILED, notice)
         except MayaError as error:
             return self._ended_early(error)
         except Exception as defect:  # noqa: BLE001 - handed to the loop's handler
@@ -132,12 +134,12 @@ class Runner:
             asyncio.get_running_loop().call_exception_handler(context)
             return self._ended_early(InternalError(reason=repr(defect)))
 
-    def _ended_early(self, error: MayaError) -> Ending:
+    def _ended_early(self, error: MayaError) -> JobEnd:
         """Return how a job or a step ends by `error`: interrupted where this program is about to end."""
         if self._item.interrupt and error is self._item.end_by:
-            return Ending(TaskState.INTERRUPTED)
+            return JobEnd(TaskState.INTERRUPTED)
         cancelled = isinstance(error, Stopped | Cancelled)
-        return Ending(TaskState.CANCELLED if cancelled else TaskState.FAILED, Notice(error.code, str(error)), error)
+        return JobEnd(TaskState.CANCELLED if cancelled else TaskState.FAILED, Notice(error.code, str(error)), error)
 
     async def _checked(self) -> None:
         """Work out the job, which a stop ends."""
@@ -159,7 +161,7 @@ class Runner:
         if preview.refusal is not None:
             raise _Refused(record.steps[preview.refusal.index - 1], preview.refusal.notice)
 
-    async def _steps(self) -> Ending:
+    async def _steps(self) -> JobEnd:
         """Do the steps that remain, in order."""
         item = self._item
         assert item.record is not None
@@ -167,10 +169,10 @@ class Runner:
             if item.end_by is not None:
                 raise item.end_by
             if self._must_pause():
-                return Ending(TaskState.PAUSED)
+                return JobEnd(TaskState.PAUSED)
             await self._begin_step(step)
             await self._do(step)
-        return Ending(TaskState.DONE)
+        return JobEnd(TaskState.DONE)
 
     def _must_pause(self) -> bool:
         if self._limit is not None:
@@ -181,20 +183,20 @@ class Runner:
         """Write that a step begins, with the end of the one before; raises `StorageFailed`, then it may not begin."""
         carried, self._carried = self._carried, []
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             begins = step.become(TaskState.RUNNING)
             return [*carried, *self._predicted(), self._shared.changes.step(self._item, step, begins, sure=False)]
 
         await self._shared.ledger.write(propose)
 
-    def _predicted(self) -> list[Entry]:
+    def _predicted(self) -> list[Transaction]:
         """Return what the check has predicted of the job, once."""
         item = self._item
         preview = None if item.record is None else item.record.preview
         if preview is None or item.row.predicted is not None:
             return []
         row = replace(item.row, predicted=preview.duration)
-        return [Entry((row,), lambda: setattr(item, "row", row), sure=True)]
+        return [Transaction((row,), lambda: setattr(item, "row", row), sure=True)]
 
     async def _do(self, step: StepRecord) -> None:
         """Do a step that is written as begun; raises what ends the job early."""
@@ -231,7 +233,7 @@ class Runner:
             await asyncio.wait({self._noting})
             self._noting = None
         if error is None:
-            ending = Ending(TaskState.DONE)
+            ending = JobEnd(TaskState.DONE)
             self._done += 1
         else:
             ending = self._ended_early(error if isinstance(error, MayaError) else InternalError(reason=repr(error)))
@@ -272,7 +274,7 @@ class Runner:
         if before is not None:
             await asyncio.wait({before})
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             return [self._shared.changes.step(self._item, step, replace(step.row, phase=phase), quiet=True)]
 
         with suppress(StorageFailed):
@@ -286,7 +288,7 @@ class Runner:
         finally:
             self._item.moving = False
 
-    async def _conclude(self, ending: Ending) -> None:
+    async def _conclude(self, ending: JobEnd) -> None:
         """Write how far the job has come."""
         item, shared = self._item, self._shared
         duration = (item.row.duration or 0.0) + asyncio.get_running_loop().time() - (item.began or 0.0)
@@ -294,11 +296,11 @@ class Runner:
         if ending.state.ended:
             fields["ended"] = shared.dates(0.0)
 
-        def goes_on() -> list[Entry]:
+        def goes_on() -> list[Transaction]:
             held = item.row.state is TaskState.PAUSED and ending.state in {TaskState.PAUSED, TaskState.DONE}
             return shared.changes.job(item, TaskState.RUNNING) if held else []
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             return [*self._carried, *shared.changes.job(item, ending.state, ending.notice, **fields)]
 
         item.concludes = True

@@ -10,14 +10,14 @@ from maya_un.errors import NotFound
 from maya_un.process.forecast import AHEAD, Etas, Forecast
 from maya_un.process.foresight import REPORT
 from maya_un.process.homing_time import HomingTime
-from maya_un.process.items import Item, Items
+from maya_un.process.items import QueueEntries, QueueEntry
 from maya_un.process.journal.protocol import Filter, Journal
 from maya_un.process.journal.rows import JobRow, StepRow
-from maya_un.process.recovering import Recovering
-from maya_un.process.report import Snapshot, line_of, report_of
-from maya_un.process.runner import Shared
+from maya_un.process.recovering import JobRecoverer
+from maya_un.process.report import JobSnapshot, line_of, report_of
+from maya_un.process.runner import RunnerContext
 from maya_un.process.slices import Slices
-from maya_un.process.turns import Turns
+from maya_un.process.turns import Scheduler
 from maya_un.process.written import Body, as_written, version_of
 from maya_un.schema.jobs import JobLine, JobReport, QueueMode, QueueView
 
@@ -27,15 +27,15 @@ SHOWN = AHEAD
 _NO_ETAS: Mapping[int, float] = MappingProxyType({})
 
 
-class Showing:
+class QueueViews:
     """Shows `items`, and what the `journal` keeps of others. `speed` is how fast the loop's clock runs."""
 
     def __init__(
         self,
-        shared: Shared,
-        items: Items,
-        turns: Turns,
-        recovering: Recovering,
+        shared: RunnerContext,
+        items: QueueEntries,
+        turns: Scheduler,
+        recovering: JobRecoverer,
         *,
         speed: float,
     ) -> None:
@@ -133,10 +133,10 @@ class Showing:
             expansion = await self._shared.foresight.expanded(row.body, whose=REPORT)
         async with self.slices.turn:
             if item is not None and item.record is not None:
-                snapshot = Snapshot.of(self._line(item), item.record, version_of(item.row.body))
+                snapshot = JobSnapshot.of(self._line(item), item.record, version_of(item.row.body))
             else:
                 assert expansion is not None
-                snapshot = Snapshot.kept(self.line_of(row), expansion, steps, version_of(row.body))
+                snapshot = JobSnapshot.kept(self.line_of(row), expansion, steps, version_of(row.body))
             return await report_of(snapshot)
 
     async def body(self, number: int) -> Body:
@@ -160,7 +160,7 @@ class Showing:
         etas = self._forecast.etas(asyncio.get_running_loop().time())
         return Etas({number: eta / ratio for number, eta in etas.at.items()}, etas.estimated)
 
-    def _line(self, item: Item, etas: Mapping[int, float] = _NO_ETAS) -> JobLine:
+    def _line(self, item: QueueEntry, etas: Mapping[int, float] = _NO_ETAS) -> JobLine:
         done = None if item.record is None else item.record.done
         return line_of(
             item.row,

@@ -18,7 +18,7 @@ _FAR = 1e6
 _Square = tuple[int, ...]
 
 
-class Standing:
+class PartMap:
     """Parts by their names and by their places [m]; `parts` holds None for a part that nobody knows the place of."""
 
     def __init__(self, parts: dict[str, Point | None]) -> None:

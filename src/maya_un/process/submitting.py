@@ -12,43 +12,43 @@ from typing import NamedTuple
 
 from maya_un.errors import InvalidValue, KeyReused, StorageFailed
 from maya_un.process.changes import Changes, failed_dependency
-from maya_un.process.items import Item, Items
+from maya_un.process.items import QueueEntries, QueueEntry
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import JobRow, Options, Owner, StepRow
-from maya_un.process.ledger import Ledger
+from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner, StepRow
+from maya_un.process.ledger import TransactionLog
 from maya_un.process.options import checked
 from maya_un.process.pausing import Dates
 from maya_un.process.report import JobRecord
-from maya_un.process.written import Written
+from maya_un.process.written import StoredJob
 from maya_un.schema.states import TaskState
 from maya_un.values import Notice
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class SubmitRequest:
     """The owner and the options of a submission.
 
     A `proposal` is held until it is approved, a `direct` one runs at once. `key` is an idempotency key, "" for none.
     """
 
-    owner: Owner
-    options: Options
+    owner: RequestOwner
+    options: JobOptions
     key: str = ""
     proposal: bool = False
     direct: bool = False
 
 
-class Standing(NamedTuple):
+class DependencyStatus(NamedTuple):
     """How the jobs stand on which one depends: those that have not ended, and why it is held where one has failed."""
 
     waits_for: frozenset[int]
     notice: Notice | None
 
 
-class Submitting:
+class JobSubmitter:
     """Takes jobs in. `next_id` is the number of the next."""
 
-    def __init__(self, items: Items, ledger: Ledger, changes: Changes, dates: Dates) -> None:
+    def __init__(self, items: QueueEntries, ledger: TransactionLog, changes: Changes, dates: Dates) -> None:
         self.next_id = 1
         self._items = items
         self._ledger = ledger
@@ -64,7 +64,7 @@ class Submitting:
         """Return the date now."""
         return self._dates(0.0)
 
-    async def submit(self, written: Written, asked: Asked, skipped: int = 0) -> int:
+    async def submit(self, written: StoredJob, asked: SubmitRequest, skipped: int = 0) -> int:
         """Keep a job whose first steps are `skipped`; return its number, or that of the one that came with its key.
 
         Raises `KeyReused`, `InvalidValue` for options out of range and jobs that do not exist, `StorageFailed`.
@@ -82,7 +82,7 @@ class Submitting:
             return known.id
 
     @asynccontextmanager
-    async def _turn_of(self, asked: Asked) -> AsyncIterator[None]:
+    async def _turn_of(self, asked: SubmitRequest) -> AsyncIterator[None]:
         """Let requests of one key in one after the other."""
         place = (asked.owner.name, asked.key)
         while place in self._coming:
@@ -94,7 +94,7 @@ class Submitting:
             del self._coming[place]
             over.set()
 
-    async def _new(self, written: Written, asked: Asked, digest: str, skipped: int) -> int:
+    async def _new(self, written: StoredJob, asked: SubmitRequest, digest: str, skipped: int) -> int:
         options = asked.options
         standing = await self.standing(options.depends_on)
         row = JobRow(
@@ -121,7 +121,7 @@ class Submitting:
             await self._ledger.check()
             raise
         record = JobRecord.kept(written.expansion, steps) if steps else None
-        item = Item(row, record, self.not_done(standing.waits_for), asked.direct)
+        item = QueueEntry(row, record, self.not_done(standing.waits_for), asked.direct)
         self._items.add(item)
         self._changes.tell(row)
         await self.hold_where_failed(item)
@@ -134,7 +134,7 @@ class Submitting:
         else:
             await self._journal.add(row)
 
-    async def standing(self, numbers: tuple[int, ...]) -> Standing:
+    async def standing(self, numbers: tuple[int, ...]) -> DependencyStatus:
         """Return how the jobs stand on which a job is to depend; raises `InvalidValue` for those that do not exist."""
         waits_for: set[int] = set()
         notice: Notice | None = None
@@ -144,7 +144,7 @@ class Submitting:
                 waits_for.add(number)
             elif state is not TaskState.DONE and notice is None:
                 notice = failed_dependency(number, state)
-        return Standing(frozenset(waits_for), notice)
+        return DependencyStatus(frozenset(waits_for), notice)
 
     async def _state_of(self, number: int) -> TaskState:
         item = self._items.find(number)
@@ -160,7 +160,7 @@ class Submitting:
         items = {number: self._items.find(number) for number in numbers}
         return frozenset(number for number, item in items.items() if item and item.row.state is not TaskState.DONE)
 
-    async def hold_where_failed(self, item: Item) -> None:
+    async def hold_where_failed(self, item: QueueEntry) -> None:
         """Hold a job where one that it depends on has failed while it was being written."""
         for number in item.waits_for:
             found = self._items.find(number)
@@ -173,7 +173,7 @@ class Submitting:
         return self.next_id - 1
 
 
-def _digest(written: Written, asked: Asked) -> str:
+def _digest(written: StoredJob, asked: SubmitRequest) -> str:
     """Return what tells one request from another."""
     request = {"body": written.body, "options": asdict(asked.options)}
     return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()

@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 from maya_un.errors import InvalidJob
 from maya_un.process.job import MOST_TASKS, TOO_MANY, Job
-from maya_un.process.names import Loop, Names, Recall
+from maya_un.process.names import NameResolver, PalletLoop, Recall
 from maya_un.process.spots import Coordinates, point_of
-from maya_un.process.standing import Standing
+from maya_un.process.standing import PartMap
 from maya_un.process.step import ForEach, Step
-from maya_un.process.taught import Taught
+from maya_un.process.taught import TaughtPlaces
 from maya_un.robot.primitives import PRIMITIVES, Primitive
 from maya_un.robot.primitives.arguments import JointTarget, Switch, Target
 from maya_un.robot.primitives.primitive import PartEffect
@@ -50,13 +50,13 @@ class Expansion:
     remarks: tuple[str, ...] = ()
 
 
-def expand(job: Job, grasp_height: float, recall: Recall = Taught) -> Expansion:
+def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expansion:
     """Return the tasks of `job`; a place without z is at `grasp_height` [m], `recall` tells what has been taught.
 
     Raises `UnknownName` for a name that stands for nothing, `InvalidJob` for the pick of a part that the job dropped
     somewhere, for cells that are not there, and for more than `MOST_TASKS` tasks.
     """
-    table = _Table(job, grasp_height, recall)
+    table = _PartTracker(job, grasp_height, recall)
     tasks: list[Task] = []
     for planned in table.rounds():
         if len(tasks) == MOST_TASKS:
@@ -65,9 +65,9 @@ def expand(job: Job, grasp_height: float, recall: Recall = Taught) -> Expansion:
     return Expansion(tuple(tasks), table.parts, table.remarks)
 
 
-def starting_parts(job: Job, grasp_height: float, recall: Recall = Taught) -> dict[str, Point]:
+def starting_parts(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> dict[str, Point]:
     """Return where the parts of a job stand at its start [m]; raises as `expand`."""
-    parts = Names(job, grasp_height, recall).parts()
+    parts = NameResolver(job, grasp_height, recall).parts()
     return {name: place for name, place in parts.items() if place is not None}
 
 
@@ -81,16 +81,16 @@ class _Planned(NamedTuple):
 
     step: Step
     key: str
-    loop: Loop | None = None
+    loop: PalletLoop | None = None
 
 
-class _Table:
+class _PartTracker:
     """Positions of the parts while the steps are walked through."""
 
     def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
         self._job = job
-        self._names = Names(job, grasp_height, recall)
-        self._standing = Standing(self._names.parts())
+        self._names = NameResolver(job, grasp_height, recall)
+        self._standing = PartMap(self._names.parts())
         self._grasp_height = grasp_height
         self._held: str | None = None
 

@@ -37,7 +37,7 @@ class TaughtPallet:
 
 
 @dataclass(frozen=True, slots=True)
-class Taught:
+class TaughtPlaces:
     """All poses and pallets by their names, in the order in which they were taught."""
 
     poses: Mapping[str, TaughtPose] = field(default_factory=dict[str, TaughtPose])

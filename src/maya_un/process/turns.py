@@ -18,13 +18,13 @@ from maya_un.errors import (
     StorageFailed,
 )
 from maya_un.events import Event, Trouble
-from maya_un.process.items import Item, Items
-from maya_un.process.journal.rows import Owner
-from maya_un.process.lease import Lease
-from maya_un.process.ledger import Entry
-from maya_un.process.recovery import Chosen
-from maya_un.process.runner import Ending, Runner, Shared
-from maya_un.process.whole import Whole
+from maya_un.process.items import QueueEntries, QueueEntry
+from maya_un.process.journal.rows import RequestOwner
+from maya_un.process.lease import ControlLease
+from maya_un.process.ledger import Transaction
+from maya_un.process.recovery import RecoveryChoice
+from maya_un.process.runner import JobEnd, JobRunner, RunnerContext
+from maya_un.process.whole import ShieldedTasks
 from maya_un.schema.jobs import OnFailure
 from maya_un.schema.states import TaskState
 from maya_un.values import Mode, StopReport
@@ -33,13 +33,15 @@ _PASSED_ON = {"taken", "released", "handed over", "broken"}
 """Changes of the lease after which somebody drives, or whoever drove has said that he does no more."""
 
 
-class Turns:
+class Scheduler:
     """Takes job after job of `items` to a runner, whomever the `lease` lets.
 
     `halts` counts how often everything was told to stop.
     """
 
-    def __init__(self, shared: Shared, items: Items, whole: Whole, lease: Lease | None) -> None:
+    def __init__(
+        self, shared: RunnerContext, items: QueueEntries, whole: ShieldedTasks, lease: ControlLease | None
+    ) -> None:
         self._shared = shared
         self._ledger = shared.ledger
         self._pausing = shared.pausing
@@ -52,7 +54,7 @@ class Turns:
         self._closed = False
         self._aside = ""
         self._leaving: list[asyncio.Future[None]] = []
-        self.running: Item | None = None
+        self.running: QueueEntry | None = None
         self.halts = 0
         shared.ledger.on_failure = lambda: shared.pausing.pause("storage")
         shared.ledger.on_success = self._on_storage
@@ -146,13 +148,13 @@ class Turns:
         busy = self._closed or self.running is not None or self._items.anything_waits
         return self._pausing.by_itself and not busy and not self._ledger.failing
 
-    def end(self, item: Item, error: MayaError, *, brake: bool = True) -> None:
+    def end(self, item: QueueEntry, error: MayaError, *, brake: bool = True) -> None:
         """Have the job end that is under way; a second time would cut short its wait for the axes to come to rest."""
         item.end_by = item.end_by or error
         if brake and item.moving and self._runner is not None and not self._runner.cancelling():
             self._runner.cancel()
 
-    async def left(self, item: Item) -> None:
+    async def left(self, item: QueueEntry) -> None:
         """Wait until a job is under way no longer, be its end written or not."""
         while self.running is item:
             leaving: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -208,9 +210,9 @@ class Turns:
     def _require_decided(self) -> None:
         if self._items.interrupted is not None:
             question = "what becomes of the job that was interrupted?"
-            raise AnswerNeeded(question=question, options=", ".join(Chosen))
+            raise AnswerNeeded(question=question, options=", ".join(RecoveryChoice))
 
-    def _next(self) -> tuple[Item, int | None] | None:
+    def _next(self) -> tuple[QueueEntry, int | None] | None:
         """Return whose turn it is, and how many steps he may do (None: all); None where nothing may begin."""
         if self._closed or self._aside:
             return None
@@ -247,11 +249,11 @@ class Turns:
             if not one.done():
                 one.set_result(None)
 
-    async def _perform(self, item: Item, limit: int | None) -> None:
+    async def _perform(self, item: QueueEntry, limit: int | None) -> None:
         item.end_by, item.concludes = None, False
         with self._driven(item):
             try:
-                await Runner(self._shared, item, limit, self._follows).run()
+                await JobRunner(self._shared, item, limit, self._follows).run()
             except StorageFailed:
                 self._items.no_longer_direct()
             except Exception as defect:  # noqa: BLE001 - nothing may begin after it before somebody has looked
@@ -261,18 +263,18 @@ class Turns:
                 self._pausing.pause("fault")
 
     @contextmanager
-    def _driven(self, item: Item) -> Iterator[None]:
+    def _driven(self, item: QueueEntry) -> Iterator[None]:
         """Have the job's owner drive while it runs; one that goes on under another driver is driven by him."""
         if self._lease is None:
             yield
             return
         owner, holder = item.row.owner, self._lease.holder
         if holder is not None and not self._lease.may_begin(owner.name):
-            owner = Owner(holder.name, holder.source)
+            owner = RequestOwner(holder.name, holder.source)
         with self._lease.driving(owner.name, owner.source):
             yield
 
-    def _follows(self, item: Item, ending: Ending) -> None:
+    def _follows(self, item: QueueEntry, ending: JobEnd) -> None:
         """Do what follows from how a job ended for those that wait."""
         if isinstance(ending.error, Stopped):
             self.halt(ending.error)
@@ -281,11 +283,11 @@ class Turns:
         elif ending.state is TaskState.FAILED and item.row.options.on_failure is OnFailure.PAUSE:
             self.pause_by_itself("failure")
 
-    async def _mark(self, item: Item, state: TaskState) -> None:
+    async def _mark(self, item: QueueEntry, state: TaskState) -> None:
         """Write that the job under way is held in its motion, or goes on."""
         before = TaskState.RUNNING if state is TaskState.PAUSED else TaskState.PAUSED
 
-        def propose() -> list[Entry]:
+        def propose() -> list[Transaction]:
             wanted = item is self.running and item.row.state is before and not item.concludes
             return self._shared.changes.job(item, state) if wanted else []
 

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 
-class Whole:
+class ShieldedTasks:
     """Does coroutines to their end: cancelling who waits for one does not cancel it."""
 
     def __init__(self) -> None:

@@ -20,7 +20,7 @@ from maya_un.process.job import Job
 from maya_un.process.names import Recall
 from maya_un.process.spots import Grid
 from maya_un.process.tasks import Expansion, expand, single
-from maya_un.process.taught import Taught, TaughtPallet
+from maya_un.process.taught import TaughtPallet, TaughtPlaces
 from maya_un.process.wishes import named
 from maya_un.robot.primitives import Primitive, from_dict, to_dict
 from maya_un.schema.places import TaughtPose
@@ -33,7 +33,7 @@ Body = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class StoredJob:
     """A job ready to be queued: its name, what is kept of it, what it comes to."""
 
     name: str
@@ -41,29 +41,29 @@ class Written:
     expansion: Expansion
 
 
-def write_job(job: Job, grasp_height: float, recall: Recall) -> Written:
+def write_job(job: Job, grasp_height: float, recall: Recall) -> StoredJob:
     """Return a job as it is kept; raises what `tasks.expand` and `recall` raise."""
     body: Body = job.model_dump(mode="json", exclude_unset=True, warnings=False)
     noted = _Noted(recall)
     expansion = expand(job, grasp_height, noted.recall)
-    return Written(job.name, body if noted.empty else {"job": body, "taught": noted.body()}, expansion)
+    return StoredJob(job.name, body if noted.empty else {"job": body, "taught": noted.body()}, expansion)
 
 
-def write_wish(wish: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> Written:
+def write_wish(wish: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> StoredJob:
     """Return one primitive as it is kept; raises `InvalidRequest`, `UnknownName`, `InvalidValue`."""
     job = named(wish) if isinstance(wish, Mapping) else None
     if job is not None:
         noted = _Noted(recall)
         expansion = expand(job, grasp_height, noted.recall)
         body: Body = {"wish": dict(wish) if isinstance(wish, Mapping) else {}}
-        return Written(job.name, body if noted.empty else body | {"taught": noted.body()}, expansion)
+        return StoredJob(job.name, body if noted.empty else body | {"taught": noted.body()}, expansion)
     primitive = from_dict(wish, grasp_height) if isinstance(wish, Mapping) else wish
-    return Written(primitive.command, {"wish": to_dict(primitive)}, single(primitive))
+    return StoredJob(primitive.command, {"wish": to_dict(primitive)}, single(primitive))
 
 
 def expanded(body: Body, grasp_height: float) -> Expansion:
     """Return what a kept job comes to; raises what `tasks.expand` raises."""
-    taught = _taught(body["taught"]) if "taught" in body else Taught()
+    taught = _taught(body["taught"]) if "taught" in body else TaughtPlaces()
     if "wish" not in body:
         return expand(Job.parse(as_written(body)), grasp_height, lambda: taught)
     job = named(body["wish"])
@@ -93,10 +93,10 @@ class _Noted:
         self._poses = _Noting[TaughtPose]({})
         self._pallets = _Noting[TaughtPallet]({})
 
-    def recall(self) -> Taught:
+    def recall(self) -> TaughtPlaces:
         taught = self._recall()
         self._poses, self._pallets = _Noting(taught.poses), _Noting(taught.pallets)
-        return Taught(self._poses, self._pallets)
+        return TaughtPlaces(self._poses, self._pallets)
 
     @property
     def empty(self) -> bool:
@@ -130,7 +130,7 @@ class _Noting(dict[str, T]):
         return self.used[name]
 
 
-def _taught(body: Body) -> Taught:
+def _taught(body: Body) -> TaughtPlaces:
     poses = {
         name: TaughtPose(
             name,
@@ -144,4 +144,4 @@ def _taught(body: Body) -> Taught:
         name: TaughtPallet(name, Grid.model_validate(pallet["grid"]), pallet["taught"])
         for name, pallet in body["pallets"].items()
     }
-    return Taught(poses, pallets)
+    return TaughtPlaces(poses, pallets)

@@ -9,11 +9,11 @@ from itertools import groupby, pairwise, zip_longest
 from math import inf
 from typing import NamedTuple
 
-from maya_un.galil.framing import Record
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.transcript import difference, shown
-from maya_un.recorder.exchanges import Exchange, Talk
-from maya_un.recorder.facts import Fact, Motion, Sample, facts, motions, samples
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.wire.framing import RecordReply
+from dmc41x3.wire.transcript import difference, shown
+from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk
+from maya_un.recorder.facts import Fact, RecordedMotion, RecordSample, facts, motions, samples
 
 _CLOCK = 0.005
 """What the twin sends by itself goes out at its own pace; so much is never a difference [s]."""
@@ -26,7 +26,7 @@ class Tolerances(NamedTuple):
     seconds: float
 
 
-class Difference(NamedTuple):
+class ReplayDifference(NamedTuple):
     """Something that is another in the replay: when [s], on which connection (0: none), what, and how.
 
     `times` is in how many data records in a row it is seen.
@@ -39,7 +39,7 @@ class Difference(NamedTuple):
     times: int = 1
 
 
-class Timed(NamedTuple):
+class MotionTiming(NamedTuple):
     """A motion in both runs: when it began [s], how long it took [s], None where it did not end or did not happen."""
 
     began: float
@@ -47,7 +47,7 @@ class Timed(NamedTuple):
     replayed: float | None
 
 
-class End(NamedTuple):
+class FinalPosition(NamedTuple):
     """Where an axis was at the end of both runs [counts]."""
 
     axis: str
@@ -61,12 +61,12 @@ class Comparison:
 
     commands: int
     compared: int
-    differences: tuple[Difference, ...]
-    motions: tuple[Timed, ...]
-    ends: tuple[End, ...]
+    differences: tuple[ReplayDifference, ...]
+    motions: tuple[MotionTiming, ...]
+    ends: tuple[FinalPosition, ...]
 
 
-def compare(recorded: Talk, replayed: Talk, tolerances: Tolerances) -> Comparison:
+def compare(recorded: RecordedTalk, replayed: RecordedTalk, tolerances: Tolerances) -> Comparison:
     """Compare a run with its replay, whose times are those of the recording."""
     pairs = list(_paired(recorded.exchanges, replayed.exchanges))
     before, after = samples(recorded.exchanges), samples(replayed.exchanges)
@@ -88,16 +88,16 @@ def compare(recorded: Talk, replayed: Talk, tolerances: Tolerances) -> Compariso
     return Comparison(len(recorded.exchanges), compared, tuple(sorted(found)), tuple(timed), tuple(ends))
 
 
-Pair = tuple[Exchange, Exchange | None]
+Pair = tuple[RecordedExchange, RecordedExchange | None]
 
 
-def _facts_of(talk: Talk) -> list[Fact]:
+def _facts_of(talk: RecordedTalk) -> list[Fact]:
     return [Fact(*message) for message in talk.messages]
 
 
-def _paired(recorded: Iterable[Exchange], replayed: Iterable[Exchange]) -> Iterator[Pair]:
+def _paired(recorded: Iterable[RecordedExchange], replayed: Iterable[RecordedExchange]) -> Iterator[Pair]:
     """Yield every recorded exchange with that of the replay: the same command at the same time."""
-    again: defaultdict[tuple[int, float, str], deque[Exchange]] = defaultdict(deque)
+    again: defaultdict[tuple[int, float, str], deque[RecordedExchange]] = defaultdict(deque)
     for exchange in replayed:
         again[exchange.link, exchange.time, exchange.command].append(exchange)
     for exchange in recorded:
@@ -105,34 +105,36 @@ def _paired(recorded: Iterable[Exchange], replayed: Iterable[Exchange]) -> Itera
         yield exchange, same.popleft() if same else None
 
 
-def _unpaired(recorded: Talk) -> Iterator[Difference]:
+def _unpaired(recorded: RecordedTalk) -> Iterator[ReplayDifference]:
     for time, link, data in recorded.unpaired:
         how = f"{data[:40]!r} answers nothing: a command is missing before it, or it was put in"
-        yield Difference(time, link, "bytes of the controller", how)
+        yield ReplayDifference(time, link, "bytes of the controller", how)
 
 
-def _texts(pairs: Sequence[Pair], tolerances: Tolerances) -> Iterator[Difference]:
+def _texts(pairs: Sequence[Pair], tolerances: Tolerances) -> Iterator[ReplayDifference]:
     last = {one.link: number for number, (one, _) in enumerate(pairs) if one.reply is not None}
     for number, (one, other) in enumerate(pairs):
-        if isinstance(one.reply, Record):
+        if isinstance(one.reply, RecordReply):
             continue
         if one.reply is None:
             if number < last.get(one.link, -1):
                 said = shown(None if other is None else other.reply)
-                yield Difference(one.time, one.link, one.command, f"no answer was recorded, the replay has {said}")
+                yield ReplayDifference(
+                    one.time, one.link, one.command, f"no answer was recorded, the replay has {said}"
+                )
             continue
         how = difference(one.command, one.reply, None if other is None else other.reply, tolerances.counts)
         if how:
-            yield Difference(one.time, one.link, one.command, how)
+            yield ReplayDifference(one.time, one.link, one.command, how)
 
 
-def _records(pairs: Sequence[Pair], tolerances: Tolerances, gap: float) -> Iterator[Difference]:
+def _records(pairs: Sequence[Pair], tolerances: Tolerances, gap: float) -> Iterator[ReplayDifference]:
     """Yield stretches of data records that differ.
 
     That something came a record earlier or later is no difference, nor that something else than a position differs for
     no longer than instants may.
     """
-    asked = [(one, other) for one, other in pairs if isinstance(one.reply, Record)]
+    asked = [(one, other) for one, other in pairs if isinstance(one.reply, RecordReply)]
     hows = [_how(asked, number, tolerances, gap) for number in range(len(asked))]
     for differs, stretch in groupby(range(len(asked)), lambda number: bool(hows[number])):
         places = list(stretch)
@@ -141,7 +143,7 @@ def _records(pairs: Sequence[Pair], tolerances: Tolerances, gap: float) -> Itera
         within = first > 0 and last + 1 < len(asked) and around[1] - around[0] <= tolerances.seconds + gap
         if differs and not (within and any(_more_than_places(*asked[place]) for place in places)):
             one = asked[first][0]
-            yield Difference(one.time, one.link, "data record", hows[first], len(places))
+            yield ReplayDifference(one.time, one.link, "data record", hows[first], len(places))
 
 
 def _how(asked: Sequence[Pair], number: int, tolerances: Tolerances, gap: float) -> str:
@@ -152,12 +154,17 @@ def _how(asked: Sequence[Pair], number: int, tolerances: Tolerances, gap: float)
     return how
 
 
-def _more_than_places(one: Exchange, other: Exchange | None) -> bool:
+def _more_than_places(one: RecordedExchange, other: RecordedExchange | None) -> bool:
     return other is not None and bool(difference("QR", one.reply, other.reply, inf))
 
 
 def _shifted(
-    one: Exchange, other: Exchange, asked: Sequence[Pair], number: int, tolerances: Tolerances, gap: float
+    one: RecordedExchange,
+    other: RecordedExchange,
+    asked: Sequence[Pair],
+    number: int,
+    tolerances: Tolerances,
+    gap: float,
 ) -> bool:
     """Tell whether a record differs in more than positions, and is like one that the replay has about that time."""
     if not _more_than_places(one, other):
@@ -177,7 +184,9 @@ def _around(asked: Sequence[Pair], number: int, seconds: float) -> Iterator[Pair
             place += step
 
 
-def _happened(kind: str, recorded: Sequence[Fact], replayed: Sequence[Fact], seconds: float) -> Iterator[Difference]:
+def _happened(
+    kind: str, recorded: Sequence[Fact], replayed: Sequence[Fact], seconds: float
+) -> Iterator[ReplayDifference]:
     """Yield what happened in one run only, or in the other at another time."""
     left = list(replayed)
     for fact in recorded:
@@ -185,60 +194,64 @@ def _happened(kind: str, recorded: Sequence[Fact], replayed: Sequence[Fact], sec
         match = min(same, key=lambda other: abs(other.time - fact.time), default=None)
         what = f"{kind} {fact.what}".strip()
         if match is None:
-            yield Difference(fact.time, 0, what, "it does not happen in the replay")
+            yield ReplayDifference(fact.time, 0, what, "it does not happen in the replay")
         else:
             left.remove(match)
             late = match.time - fact.time
             if abs(late) > seconds:
-                yield Difference(
+                yield ReplayDifference(
                     fact.time, 0, what, f"in the replay {abs(late):.3f} s {'later' if late > 0 else 'earlier'}"
                 )
     for fact in left:
-        yield Difference(fact.time, 0, f"{kind} {fact.what}".strip(), "it happens in the replay only")
+        yield ReplayDifference(fact.time, 0, f"{kind} {fact.what}".strip(), "it happens in the replay only")
 
 
-def _timed(recorded: Sequence[Motion], replayed: Sequence[Motion]) -> list[Timed]:
-    found: list[Timed] = []
+def _timed(recorded: Sequence[RecordedMotion], replayed: Sequence[RecordedMotion]) -> list[MotionTiming]:
+    found: list[MotionTiming] = []
     for one, other in zip_longest(recorded, replayed):
         began = one.began if one is not None else other.began if other is not None else 0.0
-        found.append(Timed(began, _duration(one), _duration(other)))
+        found.append(MotionTiming(began, _duration(one), _duration(other)))
     return found
 
 
-def _duration(motion: Motion | None) -> float | None:
+def _duration(motion: RecordedMotion | None) -> float | None:
     return None if motion is None or motion.ended is None else motion.ended - motion.began
 
 
-def _slower(timed: Iterable[Timed], seconds: float) -> Iterator[Difference]:
+def _slower(timed: Iterable[MotionTiming], seconds: float) -> Iterator[ReplayDifference]:
     for began, one, other in timed:
         if one is None and other is None:
             continue
         if one is None or other is None:
             words = [("no end" if took is None else f"{took:.3f} s") for took in (one, other)]
-            yield Difference(began, 0, "motion", f"it took {words[0]}, in the replay {words[1]}")
+            yield ReplayDifference(began, 0, "motion", f"it took {words[0]}, in the replay {words[1]}")
         elif abs(one - other) > seconds:
-            yield Difference(began, 0, "motion", f"it took {one:.3f} s, in the replay {other:.3f} s")
+            yield ReplayDifference(began, 0, "motion", f"it took {one:.3f} s, in the replay {other:.3f} s")
 
 
-def _last(recorded: Sequence[Sample], replayed: Sequence[Sample]) -> tuple[Sample, Sample] | None:
+def _last(
+    recorded: Sequence[RecordSample], replayed: Sequence[RecordSample]
+) -> tuple[RecordSample, RecordSample] | None:
     """Return the last record that both runs have, None where there is none."""
     again = {sample.time: sample for sample in replayed}
     return next(((one, again[one.time]) for one in reversed(recorded) if one.time in again), None)
 
 
-def _ends(recorded: Sample, replayed: Sample) -> list[End]:
+def _ends(recorded: RecordSample, replayed: RecordSample) -> list[FinalPosition]:
     axes = zip(LETTERS, recorded.record.axes, replayed.record.axes, strict=False)
-    return [End(letter, one.position, other.position) for letter, one, other in axes]
+    return [FinalPosition(letter, one.position, other.position) for letter, one, other in axes]
 
 
-def _elsewhere(ends: Iterable[End], recorded: Sample, tolerances: Tolerances) -> Iterator[Difference]:
+def _elsewhere(
+    ends: Iterable[FinalPosition], recorded: RecordSample, tolerances: Tolerances
+) -> Iterator[ReplayDifference]:
     for (letter, one, other), axis in zip(ends, recorded.record.axes, strict=True):
         if abs(one - other) > tolerances.counts + tolerances.seconds * abs(axis.velocity):
             how = f"at {one} counts, in the replay at {other}, {other - one:+d}"
-            yield Difference(recorded.time, 0, f"end of axis {letter}", how)
+            yield ReplayDifference(recorded.time, 0, f"end of axis {letter}", how)
 
 
-def _gap(records: Sequence[Sample]) -> float:
+def _gap(records: Sequence[RecordSample]) -> float:
     """Return the usual time between two records [s]: what is read from them is known no better."""
     gaps = sorted(after.time - before.time for before, after in pairwise(records))
     return gaps[len(gaps) // 2] if gaps else 0.0

@@ -10,20 +10,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from maya_un.galil.framing import Record, Reply
-from maya_un.galil.transcript import Conversation, Piece
+from dmc41x3.wire.framing import RecordReply, Reply
+from dmc41x3.wire.transcript import ConnectionTranscript, WirePiece
 
 QUIET = 0.02
 """After so long without a byte nothing is outstanding any more [s]."""
 
 
-class Exchange(NamedTuple):
+class RecordedExchange(NamedTuple):
     """A command and its answer, None for nothing yet; when each was complete [s], and the connection."""
 
     time: float
     link: int
     command: str
-    reply: Reply | Record | None
+    reply: Reply | RecordReply | None
     answered: float | None
 
 
@@ -35,21 +35,21 @@ class Unpaired(NamedTuple):
     data: bytes
 
 
-class Talk(NamedTuple):
+class RecordedTalk(NamedTuple):
     """What was said on all connections: exchanges by the time of their command, stray bytes, programs' messages."""
 
-    exchanges: list[Exchange]
+    exchanges: list[RecordedExchange]
     unpaired: list[Unpaired]
     messages: list[tuple[float, str]]
 
 
-def talk(pieces: Iterable[Piece]) -> Talk:
+def talk(pieces: Iterable[WirePiece]) -> RecordedTalk:
     """Return the wire taken apart; ways for datagrams are left out."""
-    links: dict[int, list[Piece]] = {}
+    links: dict[int, list[WirePiece]] = {}
     for piece in pieces:
         if piece.link >= 0:
             links.setdefault(piece.link, []).append(piece)
-    found = Talk([], [], [])
+    found = RecordedTalk([], [], [])
     for link in links.values():
         _take_apart(link, found)
     found.exchanges.sort(key=lambda exchange: exchange.time)
@@ -58,15 +58,15 @@ def talk(pieces: Iterable[Piece]) -> Talk:
     return found
 
 
-def _take_apart(pieces: Sequence[Piece], found: Talk) -> None:
+def _take_apart(pieces: Sequence[WirePiece], found: RecordedTalk) -> None:
     place = 0 if pieces[0].event == "open" else next(_beginnings(pieces, 0), len(pieces))
     while place < len(pieces):
         place = _stretch(pieces, place, found)
 
 
-def _beginnings(pieces: Sequence[Piece], start: int) -> Iterator[int]:
+def _beginnings(pieces: Sequence[WirePiece], start: int) -> Iterator[int]:
     """Yield the places of commands before which all that was said was answered, as far as one can tell."""
-    heard: Piece | None = pieces[start - 1] if start else None
+    heard: WirePiece | None = pieces[start - 1] if start else None
     for place in range(start, len(pieces)):
         piece = pieces[place]
         if piece.event == "open":
@@ -79,9 +79,9 @@ def _beginnings(pieces: Sequence[Piece], start: int) -> Iterator[int]:
             heard = piece
 
 
-def _stretch(pieces: Sequence[Piece], start: int, found: Talk) -> int:
+def _stretch(pieces: Sequence[WirePiece], start: int, found: RecordedTalk) -> int:
     """Take a conversation apart up to its end, or to the first bytes that answer nothing; return where to go on."""
-    conversation = Conversation()
+    conversation = ConnectionTranscript()
     answered: list[float] = []
     told = 0
     for place in range(start, len(pieces)):
@@ -101,7 +101,7 @@ def _stretch(pieces: Sequence[Piece], start: int, found: Talk) -> int:
     return len(pieces)
 
 
-def _add(conversation: Conversation, answered: list[float], link: int, found: Talk) -> None:
+def _add(conversation: ConnectionTranscript, answered: list[float], link: int, found: RecordedTalk) -> None:
     for number, one in enumerate(conversation.exchanges):
         when = answered[number] if number < len(answered) else None
-        found.exchanges.append(Exchange(one.time, link, one.command, one.reply, when))
+        found.exchanges.append(RecordedExchange(one.time, link, one.command, one.reply, when))

@@ -6,21 +6,21 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord, decode
+from dmc41x3.wire.framing import RecordReply
 from maya_un.errors import UnexpectedReply
-from maya_un.galil.framing import Record
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import DataRecord, decode
-from maya_un.recorder.exchanges import Exchange
+from maya_un.recorder.exchanges import RecordedExchange
 
 
-class Sample(NamedTuple):
+class RecordSample(NamedTuple):
     """A data record and when it was asked for [s]."""
 
     time: float
     record: DataRecord
 
 
-class Motion(NamedTuple):
+class RecordedMotion(NamedTuple):
     """A stretch in which axes moved, as far as records tell: first record in motion, first one at rest again [s].
 
     `end` is where the reference of every axis was then [counts]; both are None where it went on.
@@ -38,40 +38,40 @@ class Fact(NamedTuple):
     what: str
 
 
-def samples(exchanges: Iterable[Exchange]) -> list[Sample]:
+def samples(exchanges: Iterable[RecordedExchange]) -> list[RecordSample]:
     """Return the data records among the answers, in order."""
-    found: list[Sample] = []
+    found: list[RecordSample] = []
     for exchange in exchanges:
-        if isinstance(exchange.reply, Record):
+        if isinstance(exchange.reply, RecordReply):
             try:
-                found.append(Sample(exchange.time, decode(exchange.reply.data)))
+                found.append(RecordSample(exchange.time, decode(exchange.reply.data)))
             except UnexpectedReply:
                 continue
     return found
 
 
-def motions(records: Sequence[Sample]) -> list[Motion]:
+def motions(records: Sequence[RecordSample]) -> list[RecordedMotion]:
     """Return the motions; one that was under way at the first record begins there."""
-    found: list[Motion] = []
+    found: list[RecordedMotion] = []
     began: float | None = None
     for time, record in records:
         moving = any(axis.moving for axis in record.axes)
         if moving and began is None:
             began = time
         elif not moving and began is not None:
-            found.append(Motion(began, time, tuple(axis.reference for axis in record.axes)))
+            found.append(RecordedMotion(began, time, tuple(axis.reference for axis in record.axes)))
             began = None
     if began is not None:
-        found.append(Motion(began, None, None))
+        found.append(RecordedMotion(began, None, None))
     return found
 
 
-def facts(records: Sequence[Sample]) -> list[Fact]:
+def facts(records: Sequence[RecordSample]) -> list[Fact]:
     """Return what changed from record to record, in words that two runs can be compared by."""
     return [Fact(after.time, what) for before, after in pairwise(records) for what in _changes(before, after)]
 
 
-def _changes(before: Sample, after: Sample) -> Iterator[str]:
+def _changes(before: RecordSample, after: RecordSample) -> Iterator[str]:
     for letter, one, other in zip(LETTERS, before.record.axes, after.record.axes, strict=False):
         for name in ("forward_limit_active", "reverse_limit_active", "motor_off"):
             is_now = getattr(other, name)

@@ -37,7 +37,7 @@ class TwinSource:
 
 
 @dataclass(frozen=True, slots=True)
-class Cause:
+class SavingCause:
     """The event that had it saved: number, kind, code and sentence; all empty where a person asked."""
 
     seq: int = 0
@@ -47,7 +47,7 @@ class Cause:
 
 
 @dataclass(frozen=True, slots=True)
-class Origin:
+class RecordingOrigin:
     """What is known of the robot before anything is recorded; `speed` is how fast the loop's clock runs."""
 
     config: dict[str, Any]
@@ -56,7 +56,7 @@ class Origin:
     twin: TwinSource | None = None
 
     @classmethod
-    def of(cls, config: Config, address: str, *, speed: float = 1.0, twin: TwinSource | None = None) -> Origin:
+    def of(cls, config: Config, address: str, *, speed: float = 1.0, twin: TwinSource | None = None) -> RecordingOrigin:
         """Return the origin of a robot with this configuration, of which only the machine's `SECTIONS` are kept."""
         return cls(config.model_dump(mode="json", include=set(SECTIONS)), address, speed, twin)
 
@@ -97,9 +97,9 @@ class Header:
     whole: float
     complete: bool
     firmware: str
-    origin: Origin
+    origin: RecordingOrigin
     software: Software
-    cause: Cause = Cause()
+    cause: SavingCause = SavingCause()
     opening: float = 0.0
     format: str = FORMAT
     version: int = VERSION

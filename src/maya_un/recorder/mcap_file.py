@@ -17,15 +17,15 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from pydantic import TypeAdapter, ValidationError
 
+from dmc41x3.wire.framing import RecordReply
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.errors import FileUnreadable
 from maya_un.events import Event, event_of
-from maya_un.galil.framing import Record
-from maya_un.galil.transcript import Piece
 from maya_un.recorder import exchanges, schemas
-from maya_un.recorder.exchanges import Exchange
+from maya_un.recorder.exchanges import RecordedExchange
 from maya_un.recorder.header import Header, plain
 from maya_un.recorder.recording import Recording
-from maya_un.recorder.schemas import Topic
+from maya_un.recorder.schemas import RecordedTopic
 from maya_un.values import AXES, State
 
 T = TypeVar("T")
@@ -35,11 +35,11 @@ METADATA = "maya-recording"
 """Name of the record in the file that holds the header."""
 
 
-class _Message(NamedTuple):
+class _McapMessage(NamedTuple):
     """A message before it is written: loop time [s], topic, content."""
 
     time: float
-    topic: Topic
+    topic: RecordedTopic
     data: bytes
 
 
@@ -72,12 +72,12 @@ def _compression() -> CompressionType:
     return CompressionType.NONE if getattr(library, "lz4", None) is None else CompressionType.LZ4
 
 
-def _channel(writer: Writer, topic: Topic) -> int:
+def _channel(writer: Writer, topic: RecordedTopic) -> int:
     schema = writer.register_schema(topic.schema_name, "jsonschema", json.dumps(topic.schema).encode())
     return writer.register_channel(topic.name, "json", schema)
 
 
-def _messages(recording: Recording) -> Iterator[Iterator[_Message]]:
+def _messages(recording: Recording) -> Iterator[Iterator[_McapMessage]]:
     """Yield the messages of each topic, in order; one after the other, so that nothing large is held or let go at once.
 
     Who writes shares the interpreter with a robot.
@@ -85,11 +85,11 @@ def _messages(recording: Recording) -> Iterator[Iterator[_Message]]:
     header, states = recording.header, _states()
     homed = (state for state in recording.states if state.joints is not None)
     talk = exchanges.talk(recording.wire)
-    yield (_Message(state.time, schemas.STATE, states.dump_json(state)) for state in recording.states)
-    yield (_Message(state.time, schemas.JOINTS, _joints(header, state)) for state in homed)
-    yield (_Message(event.time, schemas.EVENTS, _event(event)) for event in recording.events)
-    yield (_Message(piece.time, schemas.WIRE, _wire(piece)) for piece in recording.wire)
-    yield (_Message(exchange.time, schemas.EXCHANGES, _exchange(exchange)) for exchange in talk.exchanges)
+    yield (_McapMessage(state.time, schemas.STATE, states.dump_json(state)) for state in recording.states)
+    yield (_McapMessage(state.time, schemas.JOINTS, _joints(header, state)) for state in homed)
+    yield (_McapMessage(event.time, schemas.EVENTS, _event(event)) for event in recording.events)
+    yield (_McapMessage(piece.time, schemas.WIRE, _wire(piece)) for piece in recording.wire)
+    yield (_McapMessage(exchange.time, schemas.EXCHANGES, _exchange(exchange)) for exchange in talk.exchanges)
 
 
 def _joints(header: Header, state: State) -> bytes:
@@ -106,15 +106,15 @@ def _event(event: Event) -> bytes:
     return json.dumps({**found, "detail": plain(event.detail)}).encode()
 
 
-def _wire(piece: Piece) -> bytes:
+def _wire(piece: WirePiece) -> bytes:
     what = {"event": piece.event} if piece.event else {"data": piece.data.decode("latin-1")}
     return json.dumps({"t": piece.time, "link": piece.link, "from": piece.side, **what}).encode()
 
 
-def _exchange(exchange: Exchange) -> bytes:
+def _exchange(exchange: RecordedExchange) -> bytes:
     reply = exchange.reply
-    text = "" if reply is None else reply.data.decode("latin-1") if isinstance(reply, Record) else reply.text
-    ok = None if reply is None else isinstance(reply, Record) or reply.ok
+    text = "" if reply is None else reply.data.decode("latin-1") if isinstance(reply, RecordReply) else reply.text
+    ok = None if reply is None else isinstance(reply, RecordReply) or reply.ok
     took = None if exchange.answered is None else exchange.answered - exchange.time
     found = {"t": exchange.time, "link": exchange.link, "command": exchange.command, "took": took}
     return json.dumps({**found, "ok": ok, "reply": text}).encode()
@@ -147,7 +147,7 @@ def read_from(file: IO[bytes]) -> Recording:
     file.seek(0)
     states: list[State] = []
     events: list[Event] = []
-    wire: list[Piece] = []
+    wire: list[WirePiece] = []
     topics = [schemas.STATE.name, schemas.EVENTS.name, schemas.WIRE.name]
     reader = make_reader(file, validate_crcs=True)
     for _, channel, message in reader.iter_messages(topics, log_time_order=False):
@@ -165,13 +165,13 @@ def _read_event(found: dict[str, Any]) -> Event:
     return event_of(kind, dict(found["detail"]), code, seq=seq, time=time)
 
 
-def _read_piece(found: dict[str, Any]) -> Piece:
+def _read_piece(found: dict[str, Any]) -> WirePiece:
     side = found["from"]
     if side not in {"client", "controller"}:
         raise ValueError(f"nobody is called {side!r}")
     event = str(found.get("event", ""))
     data = b"" if event else str(found["data"]).encode("latin-1")
-    return Piece(float(found["t"]), int(found["link"]), side, data, event)
+    return WirePiece(float(found["t"]), int(found["link"]), side, data, event)
 
 
 @cache

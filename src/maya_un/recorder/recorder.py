@@ -9,15 +9,15 @@ from contextlib import asynccontextmanager, contextmanager, suppress
 from dataclasses import replace
 from typing import Protocol
 
+from dmc41x3.wire.transcript import WirePiece
+from dmc41x3.wire.transport import Datagrams, Transport
 from maya_un.config import RecorderConfig
 from maya_un.errors import InternalError, MayaError
 from maya_un.events import Connected, Event, EventLog, RecordingSaved, Trouble
-from maya_un.galil.transcript import Piece
-from maya_un.galil.transport import Datagrams, Transport
-from maya_un.recorder.header import Cause, Header, Origin, Software
+from maya_un.recorder.header import Header, RecordingOrigin, SavingCause, Software
 from maya_un.recorder.recording import Recording
-from maya_un.recorder.ring import Contents, Entry, Ring
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.ring import Entry, RecorderRing, RingContents
+from maya_un.recorder.shelf import RecordingStore
 from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
 from maya_un.schema.robot import Kept
 from maya_un.values import State
@@ -31,13 +31,13 @@ MOST_OPENING = 1 << 20
 TURN = 0.0005
 """While a recording is written the loop waits no longer than this for its turn [s], a tenth of Python's usual."""
 
-NOBODY = Cause()
+NOBODY = SavingCause()
 """The cause of what a person asked for."""
 
 _MEGABYTE = 1 << 20
 
 
-class Source(Protocol):
+class RecordedController(Protocol):
     """What is recorded: a controller floor."""
 
     @property
@@ -62,16 +62,16 @@ class Recorder:
     nothing is saved, and nobody asks for the date; `taken` tells what there is.
     """
 
-    def __init__(self, settings: RecorderConfig, origin: Origin, shelf: Shelf | None = None) -> None:
+    def __init__(self, settings: RecorderConfig, origin: RecordingOrigin, shelf: RecordingStore | None = None) -> None:
         self._loop = asyncio.get_running_loop()
         self._after = settings.after
-        self._ring = Ring(settings.seconds, settings.megabytes * _MEGABYTE)
+        self._ring = RecorderRing(settings.seconds, settings.megabytes * _MEGABYTE)
         self._origin = origin
         self._software = Software.running()
         self.shelf = shelf
-        self._source: Source | None = None
+        self._source: RecordedController | None = None
         self._links = 0
-        self._opening: tuple[Piece, ...] = ()
+        self._opening: tuple[WirePiece, ...] = ()
         self._opened_at: float | None = None
         self._incident: Event | None = None
         self._timer: asyncio.TimerHandle | None = None
@@ -81,7 +81,7 @@ class Recorder:
             shelf.clean()
 
     @property
-    def ring(self) -> Ring:
+    def ring(self) -> RecorderRing:
         """What is in memory."""
         return self._ring
 
@@ -96,7 +96,7 @@ class Recorder:
         return RecordedDatagrams(datagrams, self._ring.piece, -self._links)
 
     @asynccontextmanager
-    async def watching(self, source: Source) -> AsyncIterator[None]:
+    async def watching(self, source: RecordedController) -> AsyncIterator[None]:
         """Keep the states and events of `source` while the block runs, and save them after every fault.
 
         A fault that waits to be saved when the block ends is saved at once; so is what was there when a defect ends it.
@@ -108,18 +108,18 @@ class Recorder:
                 yield
         except Exception as error:
             if not isinstance(error, MayaError):
-                self._last_words("crash", Cause(kind=type(error).__name__, message=str(error)))
+                self._last_words("crash", SavingCause(kind=type(error).__name__, message=str(error)))
             raise
         finally:
             watcher.cancel()
             await asyncio.gather(watcher, return_exceptions=True)
             await self._end_incident()
 
-    def taken(self, reason: str, cause: Cause = NOBODY) -> Recording:
+    def taken(self, reason: str, cause: SavingCause = NOBODY) -> Recording:
         """Return what is in memory now."""
         return self._composed(self._header(reason, cause), self._ring.contents())
 
-    async def save(self, reason: str = "asked", cause: Cause = NOBODY) -> Kept | None:
+    async def save(self, reason: str = "asked", cause: SavingCause = NOBODY) -> Kept | None:
         """Save what is in memory now, without holding the loop, and tell everybody; None where nothing is kept here.
 
         Raises `FileUnwritable`, and `InternalError` for a defect of ours; both are told to everybody too.
@@ -141,7 +141,7 @@ class Recorder:
         self._tell(RecordingSaved(reason, name=kept.name, bytes=kept.bytes))
         return kept
 
-    def _write(self, shelf: Shelf, header: Header, entries: list[Entry]) -> Kept:
+    def _write(self, shelf: RecordingStore, header: Header, entries: list[Entry]) -> Kept:
         with _giving_way():
             return shelf.save(self._composed(header, self._ring.contents(entries)))
 
@@ -149,7 +149,7 @@ class Recorder:
         if self._source is not None:
             self._source.events.emit(event)
 
-    async def _watch(self, source: Source) -> None:
+    async def _watch(self, source: RecordedController) -> None:
         async for state in source.watch():
             self._ring.state(state)
 
@@ -196,7 +196,7 @@ class Recorder:
             self._incident = self._timer = None
         await asyncio.gather(*self._savers)
 
-    def _last_words(self, reason: str, cause: Cause) -> None:
+    def _last_words(self, reason: str, cause: SavingCause) -> None:
         """Save at once, in this thread, as far as that is possible: the loop may be at its end."""
         if self.shelf is None:
             return
@@ -208,7 +208,7 @@ class Recorder:
         else:
             self._tell(RecordingSaved(reason, name=kept.name, bytes=kept.bytes))
 
-    def _header(self, reason: str, cause: Cause) -> Header:
+    def _header(self, reason: str, cause: SavingCause) -> Header:
         return Header(
             reason=reason,
             saved=self._loop.time(),
@@ -222,7 +222,7 @@ class Recorder:
             opening=0.0 if self._opened_at is None else self._opened_at,
         )
 
-    def _composed(self, header: Header, contents: Contents) -> Recording:
+    def _composed(self, header: Header, contents: RingContents) -> Recording:
         wire = contents.wire
         if contents.dropped:
             wire = (*(piece for piece in self._opening if piece.time < contents.whole), *wire)
@@ -241,5 +241,5 @@ def _giving_way() -> Iterator[None]:
         sys.setswitchinterval(before)
 
 
-def _cause(event: Event) -> Cause:
-    return Cause(event.seq, event.kind, event.code, str(event.detail.get("message", "")))
+def _cause(event: Event) -> SavingCause:
+    return SavingCause(event.seq, event.kind, event.code, str(event.detail.get("message", "")))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.events import Event
-from maya_un.galil.transcript import Piece
 from maya_un.recorder.header import Header
 from maya_un.values import State
 
@@ -20,7 +20,7 @@ class Recording:
     header: Header
     states: tuple[State, ...] = ()
     events: tuple[Event, ...] = ()
-    wire: tuple[Piece, ...] = ()
+    wire: tuple[WirePiece, ...] = ()
 
     @property
     def span(self) -> tuple[float, float]:

@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
+from dmc41x3.wire.transcript import Side, WirePiece
 from maya_un.events import Event
-from maya_un.galil.transcript import Piece, Side
 from maya_un.values import State
 
 WIRE_COST = 192
@@ -29,7 +29,7 @@ _SHARE = 64
 """A full ring drops a 64th part of its bounds at once, so that dropping costs next to nothing for each entry."""
 
 
-class Way(NamedTuple):
+class WireDirection(NamedTuple):
     """Where a piece of the wire passes: the connection, the side it comes from; or that it begins or ends (`event`)."""
 
     link: int
@@ -37,24 +37,24 @@ class Way(NamedTuple):
     event: str = ""
 
 
-_Wire: TypeAlias = tuple[float, bytes, Way]
+_Wire: TypeAlias = tuple[float, bytes, WireDirection]
 _Other: TypeAlias = tuple[float, int, State | Event]
 Entry: TypeAlias = _Wire | _Other
-"""An entry as it is held: when, what it costs, and what it is; `Ring.contents` sorts them out."""
+"""An entry as it is held: when, what it costs, and what it is; `RecorderRing.contents` sorts them out."""
 
 
 @dataclass(frozen=True, slots=True)
-class Contents:
+class RingContents:
     """What a ring holds, oldest first; `dropped` tells whether there was more before it, `whole` from when on [s]."""
 
     states: tuple[State, ...]
     events: tuple[Event, ...]
-    wire: tuple[Piece, ...]
+    wire: tuple[WirePiece, ...]
     dropped: bool
     whole: float
 
 
-class Ring:
+class RecorderRing:
     """Keeps the newest entries: at most so many `seconds` of the loop's time and so many bytes, both above 0.
 
     What is too old goes when a state or an event comes: a piece of the wire must cost next to nothing.
@@ -81,7 +81,7 @@ class Ring:
         """Bytes counted for everything in it."""
         return self._bytes
 
-    def piece(self, way: Way, data: bytes = b"") -> None:
+    def piece(self, way: WireDirection, data: bytes = b"") -> None:
         """Keep what passes now."""
         self._entries.append((self._time(), data, way))
         self._bytes += len(data) + WIRE_COST
@@ -100,22 +100,22 @@ class Ring:
         """Return what it holds now, for `contents` to sort out when there is time."""
         return list(self._entries)
 
-    def contents(self, entries: Iterable[Entry] | None = None) -> Contents:
+    def contents(self, entries: Iterable[Entry] | None = None) -> RingContents:
         """Return what it holds, or `entries` that it held before, by kind; may be called in another thread."""
         held = self.entries() if entries is None else list(entries)
         states: list[State] = []
         events: list[Event] = []
-        wire: list[Piece] = []
+        wire: list[WirePiece] = []
         for entry in held:
             time, _, thing = entry
-            if isinstance(thing, Way):
-                wire.append(Piece(time, thing.link, thing.side, _data(entry), thing.event))
+            if isinstance(thing, WireDirection):
+                wire.append(WirePiece(time, thing.link, thing.side, _data(entry), thing.event))
             elif isinstance(thing, State):
                 states.append(thing)
             else:
                 events.append(thing)
         whole = held[0][0] if self._dropped and held else self._began
-        return Contents(tuple(states), tuple(events), tuple(wire), self._dropped, whole)
+        return RingContents(tuple(states), tuple(events), tuple(wire), self._dropped, whole)
 
     def _keep(self, time: float, cost: int, value: State | Event) -> None:
         self._entries.append((time, cost, value))

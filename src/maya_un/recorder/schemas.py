@@ -12,7 +12,7 @@ _WHOLE: dict[str, Any] = {"type": "integer"}
 _TRUTH: dict[str, Any] = {"type": "boolean"}
 
 
-class Topic(NamedTuple):
+class RecordedTopic(NamedTuple):
     """A topic: its name, the name of its schema, and the schema."""
 
     name: str
@@ -40,7 +40,7 @@ def _object(title: str, properties: dict[str, Any]) -> dict[str, Any]:
 
 _TIME = _described(_NUMBER, "clock of the program's event loop [s]")
 
-STATE = Topic(
+STATE = RecordedTopic(
     "/state",
     "maya.State",
     _object(
@@ -68,7 +68,7 @@ STATE = Topic(
     ),
 )
 
-EVENTS = Topic(
+EVENTS = RecordedTopic(
     "/events",
     "maya.Event",
     _object(
@@ -83,7 +83,7 @@ EVENTS = Topic(
     ),
 )
 
-WIRE = Topic(
+WIRE = RecordedTopic(
     "/wire",
     "maya.Wire",
     {
@@ -101,7 +101,7 @@ WIRE = Topic(
     },
 )
 
-EXCHANGES = Topic(
+EXCHANGES = RecordedTopic(
     "/exchanges",
     "maya.Exchange",
     _object(
@@ -126,7 +126,7 @@ _JOINT = {
     },
 }
 
-JOINTS = Topic(
+JOINTS = RecordedTopic(
     "/joint_states",
     "foxglove.JointStates",
     _object(

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from dmc41x3.files import sync_folder
 from maya_un.config import RecorderConfig
 from maya_un.errors import FileUnwritable, NotFound
-from maya_un.files import sync_folder
 from maya_un.recorder.header import date
 from maya_un.recorder.recording import Recording
 from maya_un.schema.robot import Kept
@@ -26,7 +26,7 @@ _NAME = re.compile(r"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d)Z-([a-z0-9_-]+?)(?:\.(\d+))
 _UNFIT = re.compile(r"[^a-z0-9_]+")
 
 
-class Shelf:
+class RecordingStore:
     """Recordings in `folder`, at most `most_files` and `most_bytes` of them; the newest always stays.
 
     `utc` tells the date that they get.
@@ -39,7 +39,7 @@ class Shelf:
         self._most_bytes = most_bytes
 
     @classmethod
-    def of(cls, settings: RecorderConfig, folder: Path, utc: Clock) -> Shelf:
+    def of(cls, settings: RecorderConfig, folder: Path, utc: Clock) -> RecordingStore:
         """Return the recordings in a folder, as many as the configuration wants."""
         return cls(folder, settings.files, settings.disk_megabytes * 1_000_000, utc)
 

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterator
 from typing import TextIO
 
-from maya_un.galil.transcript import Piece
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.header import date
 from maya_un.recorder.recording import Recording
 from maya_un.values import AXES, State
@@ -55,7 +55,7 @@ def _state(recording: Recording, state: State) -> Iterator[object]:
     yield state.override
 
 
-def _piece(recording: Recording, piece: Piece) -> tuple[object, ...]:
+def _piece(recording: Recording, piece: WirePiece) -> tuple[object, ...]:
     text = piece.data.decode("latin-1").encode("unicode_escape").decode("ascii")
     stamp = date(recording.header.utc_at(piece.time))
     return stamp, piece.time, piece.link, piece.side, piece.event, len(piece.data), piece.data.hex(), text

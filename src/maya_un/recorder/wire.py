@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+from dmc41x3.wire.transcript import Side
+from dmc41x3.wire.transport import Datagrams, Transport
 from maya_un.errors import MachineError
-from maya_un.galil.transcript import Side
-from maya_un.galil.transport import Datagrams, Transport
-from maya_un.recorder.ring import Way
+from maya_un.recorder.ring import WireDirection
 
 
-class Note(Protocol):
+class PieceSink(Protocol):
     """Takes a piece of the wire."""
 
-    def __call__(self, way: Way, data: bytes = b"") -> None:
+    def __call__(self, way: WireDirection, data: bytes = b"") -> None:
         """Keep what passes now; without data, that the connection begins or ends."""
         ...
 
@@ -24,13 +24,13 @@ class RecordedTransport:
 
     __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
 
-    def __init__(self, inner: Transport, note: Note, link: int) -> None:
+    def __init__(self, inner: Transport, note: PieceSink, link: int) -> None:
         self._inner = inner
         self._note = note
         self._link = link
-        self._sent, self._received = Way(link, "client"), Way(link, "controller")
+        self._sent, self._received = WireDirection(link, "client"), WireDirection(link, "controller")
         self._ended = False
-        note(Way(link, "client", "open"))
+        note(WireDirection(link, "client", "open"))
 
     @property
     def peer(self) -> str:
@@ -63,7 +63,7 @@ class RecordedTransport:
     def _end(self, side: Side) -> None:
         if not self._ended:
             self._ended = True
-            self._note(Way(self._link, side, "end"))
+            self._note(WireDirection(self._link, side, "end"))
 
 
 class RecordedDatagrams:
@@ -74,13 +74,13 @@ class RecordedDatagrams:
 
     __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
 
-    def __init__(self, inner: Datagrams, note: Note, link: int) -> None:
+    def __init__(self, inner: Datagrams, note: PieceSink, link: int) -> None:
         self._inner = inner
         self._note = note
         self._link = link
-        self._sent, self._received = Way(link, "client"), Way(link, "controller")
+        self._sent, self._received = WireDirection(link, "client"), WireDirection(link, "controller")
         self._ended = False
-        note(Way(link, "client", "open"))
+        note(WireDirection(link, "client", "open"))
 
     @property
     def peer(self) -> str:
@@ -113,5 +113,5 @@ class RecordedDatagrams:
         """Give back what it held; again is harmless."""
         if not self._ended:
             self._ended = True
-            self._note(Way(self._link, "client", "end"))
+            self._note(WireDirection(self._link, "client", "end"))
         await self._inner.close()

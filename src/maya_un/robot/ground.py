@@ -12,7 +12,7 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
 
 
-class Ground(Protocol):
+class PlanningMachine(Protocol):
     """The machine for planning: a controller, or `controller.paper`."""
 
     @property

@@ -21,7 +21,7 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Homing:
+class HomingAction:
     """Find the switches; how long that takes depends on where the robot really is, so nobody knows before."""
 
     phase: str
@@ -38,7 +38,7 @@ class Homing:
 
 
 @dataclass(frozen=True, slots=True)
-class Travel:
+class TravelAction:
     """Go along `path` from where the robot is, as `preview` says, without a stop.
 
     `turn` is the phase that begins where the via of that number is passed, with its name; None where it is all one.
@@ -64,7 +64,7 @@ class Travel:
 
 
 @dataclass(frozen=True, slots=True)
-class Grip:
+class GripAction:
     """Open or close the gripper; `duration` is the wait until it has moved [s]. `grasps` a part when it closes."""
 
     phase: str
@@ -77,7 +77,7 @@ class Grip:
         return (PhasePreview(self.phase, self.duration),)
 
 
-Action = Homing | Travel | Grip
+Action = HomingAction | TravelAction | GripAction
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,7 @@ class PrimitivePreview:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class PrimitivePlan:
     """The actions of one primitive in order, every path in them checked, and the pose they lead to."""
 
     actions: tuple[Action, ...]
@@ -113,7 +113,7 @@ class Plan:
 
     def preview(self) -> PrimitivePreview:
         """Return what the plan will be."""
-        travels = [action.preview for action in self.actions if isinstance(action, Travel)]
+        travels = [action.preview for action in self.actions if isinstance(action, TravelAction)]
         durations = [action.duration for action in self.actions]
         known = [duration for duration in durations if duration is not None]
         return PrimitivePreview(

@@ -9,8 +9,8 @@ from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.workspace import Reason
 from maya_un.motion.path import Path
 from maya_un.robot.gripper_state import GripperState
-from maya_un.robot.ground import Ground
-from maya_un.robot.plan import Action, Grip, Homing, Plan, Pose, Travel
+from maya_un.robot.ground import PlanningMachine
+from maya_un.robot.plan import Action, GripAction, HomingAction, Pose, PrimitivePlan, TravelAction
 from maya_un.robot.target import ApproachTarget, text
 from maya_un.robot.transfer import TransferPlanner
 from maya_un.values import Joints, Point
@@ -22,21 +22,21 @@ class PlanBuilder:
     Every method that travels raises `NotHomed`, `Unreachable` or `PathRefused`; nothing is ever sent.
     """
 
-    def __init__(self, ground: Ground, pose: Pose) -> None:
+    def __init__(self, ground: PlanningMachine, pose: Pose) -> None:
         self._ground = ground
         self._config = ground.config
         self._actions: list[Action] = []
         self.pose = pose
 
-    def build(self) -> Plan:
+    def build(self) -> PrimitivePlan:
         """Return the plan."""
-        return Plan(tuple(self._actions), self.pose)
+        return PrimitivePlan(tuple(self._actions), self.pose)
 
     def home(self, phase: str) -> None:
         """Find the switches; ends at the homed pose, in whole counts."""
         units = Units.of(self._config)
         end = units.to_joints(units.to_counts(homed_pose(self._config)))
-        self._actions.append(Homing(phase, end))
+        self._actions.append(HomingAction(phase, end))
         self.pose = self.pose._replace(joints=end)
 
     def approach(self, phase: str, target: Point, down: str | None = None) -> Point:
@@ -107,7 +107,7 @@ class PlanBuilder:
 
     def grip(self, phase: str, *, open_: bool, grasps: bool = False) -> None:
         """Open or close the gripper."""
-        self._actions.append(Grip(phase, open_, self._config.gripper.settle_time, grasps))
+        self._actions.append(GripAction(phase, open_, self._config.gripper.settle_time, grasps))
         self.pose = self.pose._replace(gripper=GripperState.OPEN if open_ else GripperState.CLOSED)
 
     def here(self) -> Joints:
@@ -118,5 +118,5 @@ class PlanBuilder:
 
     def _travel(self, phase: str, path: Path, preview: Preview, turn: tuple[int, str] | None = None) -> None:
         if preview.duration > 0.0:
-            self._actions.append(Travel(phase, path, preview, turn))
+            self._actions.append(TravelAction(phase, path, preview, turn))
         self.pose = self.pose._replace(joints=preview.end)

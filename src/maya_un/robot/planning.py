@@ -11,7 +11,7 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Stopped
 from maya_un.events import PhaseBegun
 from maya_un.robot.gripper_tracker import GripperTracker
-from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview
+from maya_un.robot.plan import ActionDetail, Pose, PrimitivePlan, PrimitivePreview
 from maya_un.robot.plans import Plans, plan
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
@@ -95,7 +95,7 @@ class PlanningRobot:
         if on_phase is not None:
             on_phase(phase)
 
-    async def _planned(self, primitive: Primitive) -> Plan:
+    async def _planned(self, primitive: Primitive) -> PrimitivePlan:
         """Return the plan from the position of the robot, which has not moved meanwhile; raises as `preview`.
 
         A worker takes some time: raises `Stopped` if a stop comes meanwhile.

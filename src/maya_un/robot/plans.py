@@ -11,8 +11,8 @@ from maya_un.config import Config
 from maya_un.controller.paper import drawer
 from maya_un.errors import PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.workspace import Workspace
-from maya_un.robot.ground import Ground
-from maya_un.robot.plan import ActionDetail, Plan, Pose, PrimitivePreview, Travel
+from maya_un.robot.ground import PlanningMachine
+from maya_un.robot.plan import ActionDetail, Pose, PrimitivePlan, PrimitivePreview, TravelAction
 from maya_un.robot.plan_builder import PlanBuilder
 from maya_un.robot.primitives import Primitive
 
@@ -22,16 +22,16 @@ _REMEMBERED = 4096
 class Plans:
     """Computes plans on `ground`, and caches them by primitive and start."""
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, ground: PlanningMachine) -> None:
         self._ground = ground
-        self._plans: dict[tuple[Primitive, Pose], tuple[Plan, Workspace]] = {}
+        self._plans: dict[tuple[Primitive, Pose], tuple[PrimitivePlan, Workspace]] = {}
 
     @property
     def config(self) -> Config:
         """The machine's constants."""
         return self._ground.config
 
-    def plan(self, primitive: Primitive, start: Pose) -> Plan:
+    def plan(self, primitive: Primitive, start: Pose) -> PrimitivePlan:
         """Return the plan, cached or new; a cached one of another workspace must be equal in this one.
 
         Raises what `Robot.preview` raises.
@@ -47,7 +47,7 @@ class Plans:
         self.remember(primitive, start, plan)
         return plan
 
-    def remember(self, primitive: Primitive, start: Pose, plan: Plan) -> None:
+    def remember(self, primitive: Primitive, start: Pose, plan: PrimitivePlan) -> None:
         """Cache a plan of the present workspace."""
         if len(self._plans) >= _REMEMBERED:
             self._plans.clear()
@@ -65,13 +65,13 @@ class Plans:
         plan = self.plan(primitive, start)
         details: list[ActionDetail] = []
         for action in plan.actions:
-            motion = self._ground.inspect(action.path, samples=samples) if isinstance(action, Travel) else None
+            motion = self._ground.inspect(action.path, samples=samples) if isinstance(action, TravelAction) else None
             details.append(ActionDetail(action.phases(), action.duration, motion))
         return details, plan.end
 
-    def _holds(self, plan: Plan) -> bool:
+    def _holds(self, plan: PrimitivePlan) -> bool:
         """Whether `plan` is unchanged in this workspace: homing measures strokes, and zones lower speeds."""
-        travels = [action for action in plan.actions if isinstance(action, Travel)]
+        travels = [action for action in plan.actions if isinstance(action, TravelAction)]
         try:
             return all(self._ground.preview(travel.path) == travel.preview for travel in travels)
         except (Unreachable, PathRefused, TrajectoryRefused):
@@ -83,7 +83,7 @@ def on_paper(workspace: Workspace) -> Plans:
     return drawer().on(workspace, Plans)
 
 
-def plan(workspace: Workspace, primitive: Primitive, start: Pose) -> Generator[None, None, Plan]:
+def plan(workspace: Workspace, primitive: Primitive, start: Pose) -> Generator[None, None, PrimitivePlan]:
     """Return the plan of a primitive in a worker; raises as `Plans.plan` does."""
     yield
     return on_paper(workspace).plan(primitive, start)

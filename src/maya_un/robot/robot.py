@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from maya_un.errors import Busy, Faulted, NotConnected, NotHomed
-from maya_un.robot.plan import Action, Grip, Homing, Travel
+from maya_un.robot.plan import Action, GripAction, HomingAction, TravelAction
 from maya_un.robot.planning import PlanningRobot
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
@@ -44,18 +44,18 @@ class MayaRobot(PlanningRobot):
     async def _do(self, action: Action, enter: OnPhase) -> None:
         enter(action.phase)
         match action:
-            case Homing():
+            case HomingAction():
                 await self._controller.home()
-            case Travel():
+            case TravelAction():
                 await self._travel(action, enter)
-            case Grip(open=open_, grasps=grasps):
+            case GripAction(open=open_, grasps=grasps):
                 if not open_:
                     self._memory.closing()
                 await self._controller.gripper(open_)
                 if grasps:
                     self._memory.grasped()
 
-    async def _travel(self, action: Travel, enter: OnPhase) -> None:
+    async def _travel(self, action: TravelAction, enter: OnPhase) -> None:
         if action.turn is None:
             await self._controller.follow(action.path)
             return

@@ -21,7 +21,7 @@ from maya_un.config import Config, Units
 from maya_un.controller.protocol import Preview
 from maya_un.errors import PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.motion.corners import Pace, overlap, pace, reversed_blend
+from maya_un.motion.corners import LegLimits, overlap, pace, reversed_blend
 from maya_un.motion.limits import Limits
 from maya_un.motion.path import SHARP, Blend, Path, Route, Space, Waypoint, from_joints
 from maya_un.values import Joints
@@ -115,7 +115,7 @@ class TransferPlanner:
         width *= max(_LEAST_WIDTH, 1.0 - onwards.lines)
         return overlap(upwards, upwards.after(floor - low[2]), onwards, 0.5 * across).scaled(width)
 
-    def _pace(self, start: Waypoint, end: Waypoint, length: float) -> Pace:
+    def _pace(self, start: Waypoint, end: Waypoint, length: float) -> LegLimits:
         return pace(Space.CYLINDRICAL, start, end, length, self._mechanism, self._units, self._limits)
 
 

@@ -6,25 +6,27 @@ import asyncio
 
 import rospy
 
-from maya_un.graph.goals import GoalServer, Voices
+from maya_un.graph.goals import GoalServer, GoalTopics
 from maya_un.graph.protocol import Act, Message
 from maya_un.graph.stamps import Stamp
 from maya_un.ros.registering import Registrar
-from maya_un.ros.threads import Post
+from maya_un.ros.threads import LoopCalls
 from maya_un.ros.topics import RosPublisher, RosSubscription
 
 _QUEUE = 50
 
 
 class RosAction:
-    """The server of an action, until it is closed (`graph.protocol.Held`). `speed` is how fast the loop's clock runs.
+    """The server of an action, until it is closed (`graph.protocol.GraphHandle`).
+
+    `speed` is how fast the loop's clock runs.
 
     Not actionlib's: that one lives in rospy's threads, where a cancel may overtake what it cancels. A client that had
     subscribed to the result and whose connection is gone has its goals cancelled; rospy looks for broken connections
     twice a second. `ended` completes once this is closed and all is at rest.
     """
 
-    def __init__(self, registrar: Registrar, post: Post, action: str, kind: str, act: Act, speed: float) -> None:
+    def __init__(self, registrar: Registrar, post: LoopCalls, action: str, kind: str, act: Act, speed: float) -> None:
         self.name = action
         self.open = True
         self.ended: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -40,7 +42,7 @@ class RosAction:
             queue_size=_QUEUE,
             changed=lambda: post(self._look_for_clients),
         )
-        voices = Voices(status, feedback, self._result)
+        voices = GoalTopics(status, feedback, self._result)
         self._server = GoalServer(action, kind, act, voices, _now, self._over, speed=speed)
         self._ears = (
             RosSubscription(registrar, post, f"{action}/goal", f"{kind}ActionGoal", self._take),

@@ -11,7 +11,7 @@ from maya_un.address import REAL, SIM, split
 from maya_un.config import Config, load
 from maya_un.config.load import parse
 from maya_un.errors import InvalidConfig, InvalidValue, MasterGone
-from maya_un.graph.protocol import Parameters
+from maya_un.graph.protocol import ParameterServer
 
 CONFIG = "/maya/config"
 """The parameter with the configuration: first what a launch file gives of it, then all of it."""
@@ -21,7 +21,7 @@ _GIVEN = "/maya/config_given"
 _SETTLED = "/maya/config_settled"
 
 
-async def settle(parameters: Parameters) -> Config:
+async def settle(parameters: ParameterServer) -> Config:
     """Return the configuration: the user's file, with the parameters under `CONFIG` laid over it; write it all there.
 
     What an earlier node wrote is not laid over the file, only what it had been given. Raises `InvalidConfig` and
@@ -41,7 +41,7 @@ async def settle(parameters: Parameters) -> Config:
 
 
 @asynccontextmanager
-async def configured(parameters: Parameters) -> AsyncGenerator[Config]:
+async def configured(parameters: ParameterServer) -> AsyncGenerator[Config]:
     """Have the configuration settled while the block runs; raises as `settle` does."""
     config = await settle(parameters)
     try:
@@ -51,7 +51,7 @@ async def configured(parameters: Parameters) -> AsyncGenerator[Config]:
             await unsettle(parameters)
 
 
-async def unsettle(parameters: Parameters) -> None:
+async def unsettle(parameters: ParameterServer) -> None:
     """Leave of the configuration what was given; whoever comes next reads the file again."""
     given = await parameters.get(_GIVEN, {})
     for name in (CONFIG, _GIVEN, _SETTLED):
@@ -60,7 +60,9 @@ async def unsettle(parameters: Parameters) -> None:
         await parameters.set(CONFIG, given)
 
 
-async def awaited(parameters: Parameters, *, speed: float = 1.0, waiting: Callable[[], None] | None = None) -> Config:
+async def awaited(
+    parameters: ParameterServer, *, speed: float = 1.0, waiting: Callable[[], None] | None = None
+) -> Config:
     """Return the configuration once the controller's node has settled it; `waiting` is called where it has not yet.
 
     `speed` is how fast the loop's clock runs.
@@ -73,7 +75,7 @@ async def awaited(parameters: Parameters, *, speed: float = 1.0, waiting: Callab
     return found
 
 
-async def settled(parameters: Parameters) -> Config | None:
+async def settled(parameters: ParameterServer) -> Config | None:
     """Return the configuration that the controller's node settled, None before it did."""
     found = await parameters.get(CONFIG, {})
     return parse(found) if found and found == await parameters.get(_SETTLED, {}) else None

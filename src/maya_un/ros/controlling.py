@@ -7,14 +7,14 @@ import logging
 
 import rospy
 
-from maya_un.assembly import ControllerFloor
+from maya_un.assembly import ControllerAssembly
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.events import Connected, ControllerEvent, Disconnected, Event
-from maya_un.graph.attended import Attended
-from maya_un.graph.doors.controller import ControllerDoor
+from maya_un.graph.attended import PermittedGraph
+from maya_un.graph.doors.controller import ControllerServer
 from maya_un.graph.table import POSITION
-from maya_un.ros.node import Node
+from maya_un.ros.node import RosNode
 from maya_un.ros.rights import rights_of_node
 
 _WRITE = {
@@ -48,13 +48,13 @@ def fast_enough(config: Config, speed: float) -> Config:
     return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": rate})})
 
 
-async def offered(node: Node, floor: ControllerFloor, *, skip_home: bool) -> None:
+async def offered(node: RosNode, floor: ControllerAssembly, *, skip_home: bool) -> None:
     """Offer a controller floor to the graph until cancelled; with `skip_home` take over the homing that it bears.
 
     Where that is refused the graph stays up, and motion is refused until a homing.
     """
-    door = ControllerDoor(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
-    async with rights_of_node(node.speed) as rights, door.open(Attended(node.graph, rights.permit)):
+    door = ControllerServer(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
+    async with rights_of_node(node.speed) as rights, door.open(PermittedGraph(node.graph, rights.permit)):
         await node.say_ready(f"The controller at {floor.address} is offered to the graph.")
         if skip_home:
             try:

@@ -17,7 +17,7 @@ import rospy
 
 from maya_un.errors import InvalidMessage
 from maya_un.graph.catalogue import is_base
-from maya_un.graph.conforming import Misfit, converter
+from maya_un.graph.conforming import Mismatch, converter
 from maya_un.graph.protocol import Message
 from maya_un.ros.classes import MessageClass, message_class
 
@@ -28,8 +28,8 @@ _OCTETS = {"uint8", "char"}
 _TIMES: dict[str, type[genpy.Time] | type[genpy.Duration]] = {"time": genpy.Time, "duration": genpy.Duration}
 
 
-class Ways(NamedTuple):
-    """Both ways of a type: `plain` to plain data, None where that is the same; `made` back, which raises `Misfit`.
+class TypeConversion(NamedTuple):
+    """Both ways of a type: `plain` to plain data, None where that is the same; `made` back, which raises `Mismatch`.
 
     `default` returns what ROS has where nothing is said.
     """
@@ -56,7 +56,7 @@ class Converter:
         """Return the message that plain data says; what it leaves out has its default. Raises `InvalidMessage`."""
         try:
             made: MessageClass = self._ways.made(message)
-        except Misfit as misfit:
+        except Mismatch as misfit:
             name = f"{misfit.path} of {self.name}" if misfit.path else self.name
             raise InvalidMessage(name=name, reason=misfit.reason) from None
         return made
@@ -69,7 +69,7 @@ def converter_of(kind: type[MessageClass]) -> Converter:
 
 
 @cache
-def _of_class(kind: type[MessageClass]) -> Ways:
+def _of_class(kind: type[MessageClass]) -> TypeConversion:
     names = tuple(kind.__slots__)
     fields = [(name, _of(text)) for name, text in zip(names, kind._slot_types, strict=True)]
     deep = [(name, ways.plain) for name, ways in fields if ways.plain is not None]
@@ -82,27 +82,27 @@ def _of_class(kind: type[MessageClass]) -> Ways:
 
     def made(data: Any) -> MessageClass:
         if not isinstance(data, Mapping):
-            raise Misfit(f"it must be an object, not {data!r:.40}")
+            raise Mismatch(f"it must be an object, not {data!r:.40}")
         message = kind.__new__(kind)
         for name, ways in fields:
             setattr(message, name, _field(ways, name, data[name]) if name in data else ways.default())
         if len(data) > len(names) or any(name not in names for name in data):
             unknown = next(str(name) for name in data if name not in names)
-            raise Misfit(f"it has {', '.join(sorted(names)) or 'no field'}, and no other").within(unknown[:64])
+            raise Mismatch(f"it has {', '.join(sorted(names)) or 'no field'}, and no other").within(unknown[:64])
         return message
 
-    return Ways(plain, made, lambda: made({}))
+    return TypeConversion(plain, made, lambda: made({}))
 
 
-def _field(ways: Ways, name: str, value: Any) -> Any:
+def _field(ways: TypeConversion, name: str, value: Any) -> Any:
     try:
         return ways.made(value)
-    except Misfit as misfit:
+    except Mismatch as misfit:
         raise misfit.within(name) from None
 
 
 @cache
-def _of(text: str) -> Ways:
+def _of(text: str) -> TypeConversion:
     """Return the ways of a field's type, as a class writes it."""
     array = _ARRAY.fullmatch(text)
     if array is not None:
@@ -111,11 +111,11 @@ def _of(text: str) -> Ways:
         return _of_time(text)
     if is_base(text):
         nothing = {"string": str, "bool": bool, "float32": float, "float64": float}.get(text, int)
-        return Ways(None, converter(text), nothing)
+        return TypeConversion(None, converter(text), nothing)
     return _of_class(message_class(text))
 
 
-def _of_array(item: str, length: int | None) -> Ways:
+def _of_array(item: str, length: int | None) -> TypeConversion:
     each = _of(item)
     octets = item in _OCTETS
     plain, change = each.plain, each.made
@@ -125,25 +125,25 @@ def _of_array(item: str, length: int | None) -> Ways:
         if octets and isinstance(values, str | bytes | bytearray):
             values = _octets(values)
         if not isinstance(values, list | tuple):
-            raise Misfit(f"it must be an array, not {values!r:.40}")
+            raise Mismatch(f"it must be an array, not {values!r:.40}")
         if length is not None and len(values) != length:
-            raise Misfit(f"it must have {length} items, not {len(values)}")
+            raise Mismatch(f"it must have {length} items, not {len(values)}")
         return whole([change(value) for value in values])
 
     def default() -> Any:
         return whole([each.default() for _ in range(length or 0)])
 
-    return Ways(list if plain is None else lambda values: [plain(value) for value in values], made, default)
+    return TypeConversion(list if plain is None else lambda values: [plain(value) for value in values], made, default)
 
 
 def _octets(data: str | bytes | bytearray) -> list[int]:
     try:
         return list(b64decode(data, validate=True) if isinstance(data, str) else data)
     except ValueError:
-        raise Misfit("it must be an array, or bytes as base64") from None
+        raise Mismatch("it must be an array, or bytes as base64") from None
 
 
-def _of_time(name: str) -> Ways:
+def _of_time(name: str) -> TypeConversion:
     kind, checked = _TIMES[name], converter(name)
 
     def made(value: Any) -> genpy.Time | genpy.Duration:
@@ -153,4 +153,4 @@ def _of_time(name: str) -> Ways:
         found = checked(value)
         return kind(found["secs"], found["nsecs"])
 
-    return Ways(lambda value: {"secs": value.secs, "nsecs": value.nsecs}, made, kind)
+    return TypeConversion(lambda value: {"secs": value.secs, "nsecs": value.nsecs}, made, kind)

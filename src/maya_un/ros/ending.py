@@ -9,20 +9,20 @@ import threading
 from types import FrameType
 
 from maya_un.ros import rosout
-from maya_un.ros.threads import Post
+from maya_un.ros.threads import LoopCalls
 
 PATIENCE = 12.0
 """A node that is told to end has ended after this time [s], be it by force: roslaunch waits for 15 s."""
 
 
-class Ending:
+class NodeShutdown:
     """Is told that the node is to end, from any thread and at any time, and tells the loop once there is one."""
 
     def __init__(self) -> None:
         self.over = threading.Event()
         self._wanted = False
         self._asked: asyncio.Event | None = None
-        self._post: Post | None = None
+        self._post: LoopCalls | None = None
 
     def listen(self) -> None:
         """Take signals from now on; in the main thread."""
@@ -31,7 +31,7 @@ class Ending:
 
     async def asked(self) -> None:
         """Wait until the node is to end."""
-        self._post = Post(asyncio.get_running_loop())
+        self._post = LoopCalls(asyncio.get_running_loop())
         self._asked = asyncio.Event()
         if self._wanted:
             self._asked.set()

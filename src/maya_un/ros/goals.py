@@ -15,10 +15,10 @@ import rospy
 
 from maya_un.cancellation import run_to_rest
 from maya_un.errors import NodeGone
-from maya_un.graph.protocol import Ended, Feedback, Message, Outcome
+from maya_un.graph.protocol import Feedback, GoalResult, GoalStatus, Message
 from maya_un.ros.master import REACH, published
 from maya_un.ros.registering import Registrar
-from maya_un.ros.threads import Post, in_thread
+from maya_un.ros.threads import LoopCalls, in_thread
 from maya_un.ros.topics import RosPublisher, RosSubscription
 
 _LOOK = 0.1
@@ -42,18 +42,18 @@ class _Goal:
         self.server = server
         self.feedback = feedback
         self.silent = 0.0
-        self.ended: asyncio.Future[Ended] = asyncio.get_running_loop().create_future()
+        self.ended: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
 
-    def end(self, outcome: Outcome, result: Message) -> None:
+    def end(self, outcome: GoalStatus, result: Message) -> None:
         """Say how it ended; what comes first counts."""
         if not self.ended.done():
-            self.ended.set_result(Ended(outcome, result))
+            self.ended.set_result(GoalResult(outcome, result))
 
 
 class ActionClient:
     """All goals of this node for one action. `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, registrar: Registrar, post: Post, action: str, kind: str, speed: float) -> None:
+    def __init__(self, registrar: Registrar, post: LoopCalls, action: str, kind: str, speed: float) -> None:
         self._action = action
         self._speed = speed
         self._goals: dict[str, _Goal] = {}
@@ -69,7 +69,7 @@ class ActionClient:
         """Whether a goal is under way."""
         return bool(self._goals)
 
-    async def do(self, goal: Message, feedback: Feedback | None) -> Ended:
+    async def do(self, goal: Message, feedback: Feedback | None) -> GoalResult:
         """Have a goal carried out and return how it ended (`graph.protocol.Graph.do`); raises `NodeGone`."""
         server = await self._server()
         run = _Goal(f"{rospy.get_name()}-{next(_numbers)}-{rospy.Time.now().to_sec():.9f}", server, feedback)
@@ -87,7 +87,7 @@ class ActionClient:
         for held in (self._goal, self._cancel, self._status, self._feedback, self._result):
             held.close()
 
-    async def _outcome(self, run: _Goal) -> Ended:
+    async def _outcome(self, run: _Goal) -> GoalResult:
         """Wait for the end; being cancelled, cancel the goal and wait for its end all the same."""
         return await run_to_rest(run.ended, lambda: self._cancel.publish({"id": run.name}))
 
@@ -118,9 +118,9 @@ class ActionClient:
             run.silent += _LOOK
             if not run.server & self._result.writers or run.silent > _NOTICE:
                 self._cancel.publish({"id": run.name})  # should it live all the same
-                run.end(Outcome.LOST, {})
+                run.end(GoalStatus.LOST, {})
 
-    def _heard(self, post: Post, part: str, kind: str, heard: Callable[[Message], None]) -> RosSubscription:
+    def _heard(self, post: LoopCalls, part: str, kind: str, heard: Callable[[Message], None]) -> RosSubscription:
         return RosSubscription(self._registrar, post, f"{self._action}/{part}", kind, lambda message, _: heard(message))
 
     def _status_came(self, message: Message) -> None:
@@ -137,7 +137,7 @@ class ActionClient:
     def _result_came(self, message: Message) -> None:
         run = self._of(message["status"])
         if run is not None:
-            run.end(Outcome(message["status"]["status"]), message["result"])
+            run.end(GoalStatus(message["status"]["status"]), message["result"])
 
     def _of(self, status: dict[str, Any]) -> _Goal | None:
         return self._goals.get(status["goal_id"]["id"])

@@ -8,10 +8,10 @@ from maya_un.errors import InvalidRequest, NodeGone, UnknownInterface
 from maya_un.graph.protocol import (
     Act,
     Answer,
-    Ended,
     Feedback,
+    GoalResult,
+    GraphHandle,
     Heard,
-    Held,
     Message,
     Publisher,
     Quick,
@@ -24,7 +24,7 @@ from maya_un.ros.master import REACH, RosDirectory, RosParameters
 from maya_un.ros.names import whole
 from maya_un.ros.registering import Registrar
 from maya_un.ros.services import Calls, RosService
-from maya_un.ros.threads import Post
+from maya_un.ros.threads import LoopCalls
 from maya_un.ros.topics import LINGER, RosPublisher, RosSubscription
 
 
@@ -38,7 +38,7 @@ class RosGraph:
 
     def __init__(self, *, speed: float = 1.0) -> None:
         self._loop = asyncio.get_running_loop()
-        self._post = Post(self._loop)
+        self._post = LoopCalls(self._loop)
         self._speed = speed
         self._registrar = Registrar(speed)
         self._directory = RosDirectory(self._registrar.settled)
@@ -73,7 +73,7 @@ class RosGraph:
         name = whole(topic)
         return RosSubscription(self._registrar, self._post, name, kind, lambda message, _: heard(message), queue_size)
 
-    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
         """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled.
 
         Raises `InvalidRequest` where this node serves one of that name already.
@@ -94,7 +94,7 @@ class RosGraph:
         """Look up services that will be called, in a thread; later calls of theirs need no master."""
         self._calls.expect(*services)
 
-    def act(self, action: str, kind: str, act: Act) -> Held:
+    def act(self, action: str, kind: str, act: Act) -> GraphHandle:
         """Be the server of an action; raises `InvalidRequest` where this node is that already."""
         name = whole(action)
         if any(one.name == name and one.open for one in self._actions):
@@ -102,7 +102,7 @@ class RosGraph:
         self._actions.append(RosAction(self._registrar, self._post, name, kind, act, self._speed))
         return self._actions[-1]
 
-    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
         """Have a goal carried out and return how it ended; raises `NodeGone` where nobody serves the action."""
         key = (whole(action), kind)
         client = self._clients.get(key)

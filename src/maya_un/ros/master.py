@@ -19,7 +19,7 @@ import rosservice
 from rosgraph.network import ROSHandshakeException
 
 from maya_un.errors import MasterGone
-from maya_un.graph.protocol import Node
+from maya_un.graph.protocol import NodeInfo
 from maya_un.ros.names import inner_keys, inner_names, whole
 from maya_un.ros.threads import in_thread
 
@@ -157,7 +157,7 @@ class RosDirectory:
         await self._settled(REACH)
         return urlsplit(await in_thread(lambda: service_uri(service))).hostname or ""
 
-    async def nodes(self) -> Mapping[str, Node]:
+    async def nodes(self) -> Mapping[str, NodeInfo]:
         """Return what every node publishes, subscribes and serves."""
         await self._settled(REACH)
         parts = await in_thread(lambda: told(lambda at: at.getSystemState()))
@@ -166,12 +166,12 @@ class RosDirectory:
             for name, nodes in part:
                 for node in nodes:
                     done[node][place].append(name)
-        found = {node: Node(*(tuple(sorted(inner_names(names))) for names in does)) for node, does in done.items()}
+        found = {node: NodeInfo(*(tuple(sorted(inner_names(names))) for names in does)) for node, does in done.items()}
         return inner_keys(found)
 
 
 class RosParameters:
-    """The parameters in this node's namespace (`graph.protocol.Parameters`). Raises `MasterGone`."""
+    """The parameters in this node's namespace (`graph.protocol.ParameterServer`). Raises `MasterGone`."""
 
     async def get(self, name: str, default: Any = None) -> Any:
         """Return the value at `name`, a dict for a name that others begin with."""

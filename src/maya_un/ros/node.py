@@ -20,14 +20,14 @@ from typing import Any
 
 import rospy
 
+from dmc41x3.listening import reserve_descriptors
 from maya_un import graph
 from maya_un.errors import InternalError, InvalidValue, MayaError
 from maya_un.interpreter import prompt_loop
-from maya_un.listening import reserve_descriptors
 from maya_un.loops import ScaledLoop
 from maya_un.ros import rosout
 from maya_un.ros.beginning import require_master, require_sole
-from maya_un.ros.ending import Ending
+from maya_un.ros.ending import NodeShutdown
 from maya_un.ros.graph import RosGraph
 from maya_un.ros.names import settle_namespace, whole
 from maya_un.ros.threads import in_thread
@@ -52,7 +52,7 @@ SIMULATED = "/maya/sim_mode"
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class RosNode:
     """What a node has: its graph, and how fast its clock runs (1 but for the twin)."""
 
     graph: RosGraph
@@ -92,7 +92,7 @@ class Node:
         return found
 
 
-Serve = Callable[[Node], Awaitable[None]]
+Serve = Callable[[RosNode], Awaitable[None]]
 """What a node does until it is cancelled."""
 
 
@@ -105,7 +105,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
     if not {"-h", "--help"}.isdisjoint(sys.argv[1:]):
         print((sys.modules[serve.__module__].__doc__ or name).strip())
         return DONE
-    ending = Ending()
+    ending = NodeShutdown()
     ending.listen()
     try:
         reserve_descriptors()
@@ -156,16 +156,16 @@ def _clocked(serve: Serve) -> tuple[float, Serve]:
     except InvalidValue as refusal:
         error = refusal
 
-    async def refuse(_: Node) -> None:
+    async def refuse(_: RosNode) -> None:
         raise error
 
     return 1.0, refuse
 
 
-async def _live(serve: Serve, ending: Ending, speed: float) -> int:
+async def _live(serve: Serve, ending: NodeShutdown, speed: float) -> int:
     asyncio.get_running_loop().set_exception_handler(_defect)
     ours = RosGraph(speed=speed)
-    work = asyncio.ensure_future(serve(Node(ours, speed)))
+    work = asyncio.ensure_future(serve(RosNode(ours, speed)))
     asked = asyncio.ensure_future(ending.asked())
     await asyncio.wait({work, asked}, return_when=asyncio.FIRST_COMPLETED)
     asked.cancel()

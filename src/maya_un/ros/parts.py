@@ -9,7 +9,7 @@ from typing import Any
 from maya_un.config import Config, default_path
 from maya_un.errors import InvalidValue
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.process.files import load_job
 from maya_un.process.tasks import starting_parts
 from maya_un.values import Point
@@ -22,7 +22,7 @@ def on_the_table(config: Config, job: str, parts: Any) -> dict[str, Point]:
     """
     standing: dict[str, Point] = {}
     if job:
-        book = Book(Mechanism.of(config), default_path().with_name("poses.toml"))
+        book = PoseStore(Mechanism.of(config), default_path().with_name("poses.toml"))
         standing.update(starting_parts(load_job(Path(job)), config.cell.grasp_height, book.taught))
     if not isinstance(parts, Mapping):
         raise InvalidValue(key="parts", value=parts, reason="it is a table of names and places")

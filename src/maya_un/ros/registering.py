@@ -17,7 +17,7 @@ import rospy
 
 from maya_un.errors import MasterGone
 from maya_un.ros.master import told
-from maya_un.ros.threads import Post
+from maya_un.ros.threads import LoopCalls
 
 LOOK = 0.5
 """Wait before the next call of a master that does not answer [s]."""
@@ -51,7 +51,7 @@ class Registrar:
         Without a master, it is done when the master is back.
         """
         done = asyncio.Event()
-        post = Post(asyncio.get_running_loop())
+        post = LoopCalls(asyncio.get_running_loop())
         self(lambda: post(done.set))
         with suppress(TimeoutError):
             async with asyncio.timeout(None if within is None else within * self._speed):

@@ -17,9 +17,9 @@ from maya_un import credentials
 from maya_un.api.access.caller import BYSTANDER, ROS, Caller
 from maya_un.api.access.callers import Callers
 from maya_un.api.access.hashing import Hasher
-from maya_un.api.access.looking import LookingStore
+from maya_un.api.access.looking import ReadOnlyStore
 from maya_un.api.access.operations import RULES, STOPPING, Operation, allowed, require
-from maya_un.api.access.register import Register
+from maya_un.api.access.register import UserRegistry
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnreadable, MayaError, NotSignedIn
 from maya_un.process.journal.file import NAME
@@ -80,12 +80,12 @@ class GraphRights:
         return replace(caller, implicit=allowed(caller.role, Operation.LEND))
 
 
-class Looked:
-    """Users and tokens of the state folder, read only; a `guest.Admission`."""
+class FolderTokenChecker:
+    """Users and tokens of the state folder, read only; a `guest.TokenChecker`."""
 
     def __init__(self, speed: float) -> None:
-        self._store = LookingStore(state_folder() / NAME)
-        self._register = Register(self._store)
+        self._store = ReadOnlyStore(state_folder() / NAME)
+        self._register = UserRegistry(self._store)
         self._speed = max(1.0, speed)
         self.callers = Callers(self._register, dates, speed=speed, hasher=Hasher())
 
@@ -127,12 +127,12 @@ class Looked:
 
 
 @asynccontextmanager
-async def looked(speed: float = 1.0) -> AsyncGenerator[Looked]:
+async def looked(speed: float = 1.0) -> AsyncGenerator[FolderTokenChecker]:
     """Yield the users of the state folder, which are read again while the block runs.
 
     `speed` is how fast the loop's clock runs. Raises `StorageDamaged` and its kin.
     """
-    found = Looked(speed)
+    found = FolderTokenChecker(speed)
     await found.open()
     following = asyncio.create_task(found.follow(), name="users that are kept")
     try:

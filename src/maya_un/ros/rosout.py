@@ -15,7 +15,7 @@ _WAITING = 1000
 _LOG = logging.getLogger("rosout")
 
 
-class _Waiting(QueueHandler):
+class _LogQueue(QueueHandler):
     """Passes lines to a thread, and drops lines if the queue is full."""
 
     def enqueue(self, record: logging.LogRecord) -> None:
@@ -34,10 +34,10 @@ def write_in_thread() -> None:
     listener.start()  # a daemon: it ends with the program
     for handler in slow:
         _LOG.removeHandler(handler)
-    _LOG.addHandler(_Waiting(waiting))
+    _LOG.addHandler(_LogQueue(waiting))
 
 
 def leave() -> None:
     """Write nothing more to /rosout, because that would end another node of this name."""
-    for handler in [handler for handler in _LOG.handlers if isinstance(handler, RosOutHandler | _Waiting)]:
+    for handler in [handler for handler in _LOG.handlers if isinstance(handler, RosOutHandler | _LogQueue)]:
         _LOG.removeHandler(handler)

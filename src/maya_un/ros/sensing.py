@@ -8,16 +8,16 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import TypeVar
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.address import split
 from maya_un.config import Config, Units
-from maya_un.controller.latest import Latest
-from maya_un.controller.link import Link
+from maya_un.controller.latest import StateBroadcaster
+from maya_un.controller.link import DriverLink
 from maya_un.errors import InvalidMessage, MachineError, NotConnected, Unreachable
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport, Transport
 from maya_un.graph.doors.sensors import raw_message
 from maya_un.graph.doors.working import Clock
-from maya_un.graph.events import Standing, read
+from maya_un.graph.events import ControllerCondition, read
 from maya_un.graph.protocol import Graph, Message
 from maya_un.graph.table import EVENT, SENSORS
 from maya_un.graph.types import default
@@ -41,7 +41,7 @@ class Probe:
     async def tell(self, graph: Graph) -> None:
         """Publish what is measured until cancelled; a lost connection is made anew. Raises `ConnectFailed` and kin."""
         publisher = graph.advertise(SENSORS.name, SENSORS.type, queue_size=SENSORS.queue_size)
-        link = Link(self._dial, self._address, self._config.controller.timeout, _nothing, _nothing_else)
+        link = DriverLink(self._dial, self._address, self._config.controller.timeout, _nothing, _nothing_else)
         try:
             await link.open()
             now = asyncio.get_running_loop().time
@@ -60,7 +60,7 @@ class Probe:
         host, port = split(self._address)
         return await TcpTransport.connect(host, port, self._config.controller.timeout)
 
-    async def _measured(self, link: Link) -> Message | None:
+    async def _measured(self, link: DriverLink) -> Message | None:
         """Return a record as a message, None while there is none to be had."""
         try:
             return raw_message(await link.driver.record(), self._config, self._clock())
@@ -76,15 +76,15 @@ async def _nothing_else(_: Driver) -> None:
     pass
 
 
-class Heard:
-    """The state as /hardware_sensor and /maya_event tell it: a floor to publish from (`doors.sensors.Floor`)."""
+class SensedController:
+    """The state as /hardware_sensor and /maya_event tell it: a floor to publish from (`doors.sensors.SensorLayer`)."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
         self._units = Units.of(config)
-        self._standing = Standing(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
+        self._standing = ControllerCondition(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
         self.workspace = Workspace.of(config)
-        self._latest = Latest(self._seen(default(SENSORS.type)))
+        self._latest = StateBroadcaster(self._seen(default(SENSORS.type)))
 
     @asynccontextmanager
     async def listening(self, graph: Graph) -> AsyncGenerator[None]:

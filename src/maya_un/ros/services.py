@@ -42,7 +42,7 @@ _HUNG_UP = select.POLLRDHUP | select.POLLHUP | select.POLLERR | select.POLLNVAL
 
 
 class RosService:
-    """A service that is answered until it is closed (`graph.protocol.Held`)."""
+    """A service that is answered until it is closed (`graph.protocol.GraphHandle`)."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class RosService:
         self._quick = quick
         self._anyhow = service in _ANYHOW
         self._open = True
-        self._held: _Service | None = None
+        self._held: _AwaitedService | None = None
         registrar(lambda: self._register(service, found.kind))
 
     @property
@@ -78,7 +78,7 @@ class RosService:
 
     def _register(self, service: str, kind: type[genpy.Service]) -> None:
         if self._open:
-            self._held = _Service(whole(service), kind, self._handle)
+            self._held = _AwaitedService(whole(service), kind, self._handle)
 
     def _given_back(self) -> None:
         if self._held is not None:
@@ -113,14 +113,14 @@ class RosService:
 
     @property
     def _unwanted(self) -> bool:
-        return not self._anyhow and _Service.asked_by_nobody()
+        return not self._anyhow and _AwaitedService.asked_by_nobody()
 
 
 async def _awaited(answer: Answer, request: Message) -> Message:
     return await answer(request)
 
 
-class _Service(rospy.Service):
+class _AwaitedService(rospy.Service):
     """A service whose handler can look whether anybody still waits for its answer."""
 
     _asking = threading.local()

@@ -15,7 +15,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-class Post:
+class LoopCalls:
     """Has calls made in a loop, in the order they are asked for, from any thread; once the loop is closed, none."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
@@ -31,7 +31,7 @@ async def in_thread(work: Callable[[], T], name: str = "maya-ros") -> T:
     """Do `work` in a thread and return its result; being cancelled, this no longer waits for it."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[T] = loop.create_future()
-    post = Post(loop)
+    post = LoopCalls(loop)
 
     def run() -> None:
         try:

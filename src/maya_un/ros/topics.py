@@ -19,7 +19,7 @@ from maya_un.graph.types import says_when
 from maya_un.ros.classes import MessageClass, message_class
 from maya_un.ros.convert import converter_of
 from maya_un.ros.registering import Registrar
-from maya_un.ros.threads import Post
+from maya_un.ros.threads import LoopCalls
 
 LINGER = 0.2
 """What was published last has gone out after this time [s, real]: rospy drops what still waits on a topic it closes."""
@@ -142,7 +142,7 @@ class RosSubscription:
     def __init__(
         self,
         registrar: Registrar,
-        post: Post,
+        post: LoopCalls,
         topic: str,
         kind: str,
         heard: Callable[[Message, str], None],

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 
 from maya_un.assembly import Twin
-from maya_un.graph.protocol import Graph, Held, Message
+from maya_un.graph.protocol import Graph, GraphHandle, Message
 
 SERVICE = "~twin"
 """Answers std_srvs/Trigger; its message is one JSON object."""
 
 
-def witness(graph: Graph, twin: Twin) -> Held:
+def witness(graph: Graph, twin: Twin) -> GraphHandle:
     """Serve what the mechanics know: where parts are, what is carried, what fell, and the extremes of the motion.
 
     {"joints": [a, b, c], "point": [x, y, z], "parts": {name: [x, y, z]}, "carried": name or null, "closed": true,

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 from maya_un.cancellation import wait_for_end
 from maya_un.errors import Cancelled, InvalidRequest, ServiceFailed
 from maya_un.graph import types
-from maya_un.graph.protocol import Feedback, Held, Message
+from maya_un.graph.protocol import Feedback, GraphHandle, Message
 from maya_un.graph.stamps import stamp
 from maya_un.rosbridge import forms
-from maya_un.rosbridge.client import ROWS, Client, Level
+from maya_un.rosbridge.client import ROWS, RosbridgeClient, StatusLevel
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.goals import CANCELED, SUCCEEDED
 from maya_un.rosbridge.limits import SERVED, UNDER_WAY
@@ -31,13 +31,13 @@ class _Given(NamedTuple):
 class _Action:
     """One action that a client carries out."""
 
-    def __init__(self, client: Client, said: str, action: str, kind: str) -> None:
+    def __init__(self, client: RosbridgeClient, said: str, action: str, kind: str) -> None:
         self._client = client
         self._said = said
         self._action = action
         self._kind = kind
         self._given: dict[str, _Given] = {}
-        self.held: Held | None = None
+        self.held: GraphHandle | None = None
 
     async def act(self, goal: Message, feedback: Feedback) -> Message:
         """Have the client carry a goal out; being cancelled, it is told so and waited for."""
@@ -84,10 +84,10 @@ class _Action:
                 given.ended.set_exception(ServiceFailed(service=self._action, reason=reason))
 
 
-class Acting:
+class ClientActions:
     """The actions that one client carries out."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: RosbridgeClient) -> None:
         self._client = client
         self._actions: dict[str, _Action] = {}
         self.ops: dict[str, Callable[[Fields], Any]] = {
@@ -111,17 +111,17 @@ class Acting:
         one = _Action(self._client, said, action, kind)
         one.held = self._client.graph.act(action, kind, one.act)
         self._actions[action] = one
-        self._client.tell(Level.info, f"advertised action {said}", fields.id)
+        self._client.tell(StatusLevel.info, f"advertised action {said}", fields.id)
 
     def unadvertise_action(self, fields: Fields) -> None:
         """Carry out `unadvertise_action`."""
         said, action = fields.name("action")
         one = self._actions.pop(action, None)
         if one is None:
-            self._client.tell(Level.warning, f"{said} is not carried out by this client", fields.id)
+            self._client.tell(StatusLevel.warning, f"{said} is not carried out by this client", fields.id)
             return
         one.close("whoever carried it out does so no more")
-        self._client.tell(Level.info, f"unadvertised action {said}", fields.id)
+        self._client.tell(StatusLevel.info, f"unadvertised action {said}", fields.id)
 
     def action_feedback(self, fields: Fields) -> None:
         """Carry out `action_feedback`."""

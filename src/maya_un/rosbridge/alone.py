@@ -13,35 +13,35 @@ from maya_un.address import SIM
 from maya_un.assembly import Stack
 from maya_un.config import Config
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.bridge import BridgeDoor
-from maya_un.graph.doors.controller import ControllerDoor
-from maya_un.graph.doors.process import ProcessDoor
-from maya_un.graph.doors.robot import RobotDoor
-from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.graph.doors.bridge import TaskServer
+from maya_un.graph.doors.controller import ControllerServer
+from maya_un.graph.doors.process import ProcessServer
+from maya_un.graph.doors.robot import RobotServer
+from maya_un.graph.doors.sensors import SensorServer
 from maya_un.graph.doors.working import Clock
 from maya_un.graph.protocol import Graph
-from maya_un.graph.queue import Queue
+from maya_un.graph.queue import GraphQueue
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.table import POSITION
 from maya_un.rosbridge.endpoint import NODE, Endpoint
 from maya_un.rosbridge.guest import Guest
-from maya_un.rosbridge.near import Echo, NearController, NearRobot, echoed
+from maya_un.rosbridge.near import ControllerProxy, RobotProxy, StackEvents, echoed
 from maya_un.server import dates
 from maya_un.server.bridge import Bridge
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 
 
-class Place(NamedTuple):
+class EndpointOptions(NamedTuple):
     """Where the endpoint is served, to whom, and the file that keeps which steps were carried out."""
 
     door: socket.socket
-    edge: Edge
+    edge: OriginPolicy
     steps: Path
 
 
 @asynccontextmanager
 async def endpoint(
-    stack: Stack, bridge: Bridge, place: Place, *, speed: float = 1.0, now: Clock = dates.epoch
+    stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0, now: Clock = dates.epoch
 ) -> AsyncIterator[Endpoint]:
     """Serve rosbridge for `stack` at a place, on the graph that `graph_of` makes of it, while the block runs."""
     async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
@@ -68,28 +68,28 @@ async def graph_of(
         for name, door in _doors(stack, bridge, echo, now):
             await _open(held, bus, name, door)
         name = stack.config.coms.name
-        await _open(held, bus, "firebase_bridge", BridgeDoor(store, dates.now, clock=now, name=name))
+        await _open(held, bus, "firebase_bridge", TaskServer(store, dates.now, clock=now, name=name))
         yield bus
 
 
-class _Door(Protocol):
+class _LayerServer(Protocol):
     def open(self, graph: Graph, /) -> AbstractAsyncContextManager[object]: ...
 
 
-def _doors(stack: Stack, bridge: Bridge, echo: Echo, now: Clock) -> tuple[tuple[str, _Door], ...]:
+def _doors(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple[tuple[str, _LayerServer], ...]:
     """Return what is offered, by the nodes that offer it in a graph of ROS."""
-    floor = NearController(stack, bridge, echo)
+    floor = ControllerProxy(stack, bridge, echo)
     hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
-    queue = Queue(bridge.carry, lambda: echo.view, stack.controller)
+    queue = GraphQueue(bridge.carry, lambda: echo.view, stack.controller)
     return (
-        (hardware, ControllerDoor(floor, address=stack.address, clock=now)),
-        (sensor, SensorsDoor(floor, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
-        ("robot_controller", RobotDoor(NearRobot(stack, bridge, echo), clock=now)),
-        ("process_controller", ProcessDoor(queue, clock=now)),
+        (hardware, ControllerServer(floor, address=stack.address, clock=now)),
+        (sensor, SensorServer(floor, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
+        ("robot_controller", RobotServer(RobotProxy(stack, bridge, echo), clock=now)),
+        ("process_controller", ProcessServer(queue, clock=now)),
     )
 
 
-async def _open(held: AsyncExitStack, bus: Bus, name: str, door: _Door) -> None:
+async def _open(held: AsyncExitStack, bus: Bus, name: str, door: _LayerServer) -> None:
     node = bus.node(name)
     held.callback(node.close)
     await held.enter_async_context(door.open(node))

@@ -8,7 +8,7 @@ from typing import Any
 
 from maya_un.errors import InvalidRequest, MayaError, ServiceFailed
 from maya_un.graph.protocol import Message, Request
-from maya_un.rosbridge.client import Client
+from maya_un.rosbridge.client import RosbridgeClient
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, SMALLEST_FRAGMENT, UNDER_WAY
 from maya_un.rosbridge.outgoing import COMPRESSIONS
@@ -16,10 +16,10 @@ from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.server.crash import written_down
 
 
-class Calling:
+class ClientCalls:
     """The calls of one client that are under way."""
 
-    def __init__(self, client: Client, rosapi: Rosapi) -> None:
+    def __init__(self, client: RosbridgeClient, rosapi: Rosapi) -> None:
         self._client = client
         self._rosapi = rosapi
         self._under_way = 0
@@ -66,7 +66,7 @@ class Calling:
 class _Call:
     """A call of a client, and how to answer it."""
 
-    def __init__(self, client: Client, fields: Fields) -> None:
+    def __init__(self, client: RosbridgeClient, fields: Fields) -> None:
         """Take a message that names a service and says what it is called; raises `InvalidRequest` for another."""
         self._client = client
         self._said = fields.text("service")

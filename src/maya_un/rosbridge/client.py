@@ -11,7 +11,7 @@ from maya_un.errors import InvalidRequest, MayaError, UnknownInterface
 from maya_un.graph.protocol import Graph
 from maya_un.graph.table import TABLE, Row, type_of_topic
 from maya_un.rosbridge import forms
-from maya_un.rosbridge.outgoing import Press, shaped
+from maya_un.rosbridge.outgoing import MessageEncoder, shaped
 from maya_un.rosbridge.sending import Sender
 from maya_un.server.crash import written_down
 
@@ -20,7 +20,7 @@ Id = str | float | None
 ROWS: Mapping[str, Row] = {row.name: row for row in TABLE}
 
 
-class Level(IntEnum):
+class StatusLevel(IntEnum):
     """What a client is told by status messages: these and all graver ones."""
 
     none = 0
@@ -29,14 +29,14 @@ class Level(IntEnum):
     info = 3
 
 
-class Client:
+class RosbridgeClient:
     """One client of the endpoint, as the concerns of its session see it. `language` is that of its sentences."""
 
-    def __init__(self, graph: Graph, sender: Sender, press: Press, language: str = "en") -> None:
+    def __init__(self, graph: Graph, sender: Sender, press: MessageEncoder, language: str = "en") -> None:
         self.graph = graph
         self.sender = sender
         self.press = press
-        self.level = Level.error
+        self.level = StatusLevel.error
         self._language = language
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -44,7 +44,7 @@ class Client:
         """Send a message, as a picture and in pieces where that is wanted."""
         self.sender.answer(shaped(forms.text_of(message), compression, fragment, name))
 
-    def tell(self, level: Level, text: str, name: Id = None, **more: object) -> None:
+    def tell(self, level: StatusLevel, text: str, name: Id = None, **more: object) -> None:
         """Tell a status that belongs to the message that the client calls `name`, if it wants such ones."""
         if level <= self.level:
             named = {} if name is None else {"id": name}
@@ -56,7 +56,7 @@ class Client:
 
     def refuse(self, error: MayaError, name: Id = None) -> None:
         """Tell that a message was refused."""
-        self.tell(Level.error, self.words(error), name, code=error.code)
+        self.tell(StatusLevel.error, self.words(error), name, code=error.code)
 
     def spawn(self, work: Coroutine[Any, Any, None], name: str) -> asyncio.Task[None]:
         """Have something done beside what else the client says; it ends with the session."""

@@ -11,22 +11,22 @@ from functools import partial
 
 from starlette.datastructures import Headers
 
+from dmc41x3.listening import DescriptorShares, Listener
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import ROS, Caller
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
 from maya_un.graph.protocol import Graph, Publisher
-from maya_un.listening import Listener, Shares
-from maya_un.rosbridge.client import Client
-from maya_un.rosbridge.guest import Admission, Guest
+from maya_un.rosbridge.client import RosbridgeClient
+from maya_un.rosbridge.guest import Guest, TokenChecker
 from maya_un.rosbridge.limits import CLIENTS
-from maya_un.rosbridge.outgoing import Press
-from maya_un.rosbridge.restricted import Restricted
+from maya_un.rosbridge.outgoing import MessageEncoder
+from maya_un.rosbridge.restricted import RestrictedGraph
 from maya_un.rosbridge.rosapi import Rosapi
 from maya_un.rosbridge.sending import Sender
-from maya_un.rosbridge.session import Session
-from maya_un.rosbridge.turns import Turns
-from maya_un.rosbridge.wire import GOING, Wire
-from maya_un.server.edge import Edge
+from maya_un.rosbridge.session import RosbridgeSession
+from maya_un.rosbridge.turns import MessageScheduler
+from maya_un.rosbridge.wire import GOING, RosbridgeWire
+from maya_un.server.edge import OriginPolicy
 from maya_un.server.language import language_of
 from maya_un.server.rights import Rights
 from maya_un.server.who import LEASE
@@ -74,18 +74,18 @@ class Endpoint:
         self,
         seat: Seat,
         now: Callable[[], float],
-        edge: Edge | None = None,
+        edge: OriginPolicy | None = None,
         most: int = CLIENTS,
-        admission: Admission | None = None,
+        admission: TokenChecker | None = None,
     ) -> None:
         self._seat = seat
         self._admission = admission or Everybody()
         self._rights = Rights(self._admission)
-        self._edge = edge or Edge()
+        self._edge = edge or OriginPolicy()
         self._most = most
-        self._press = Press(now)
-        self._turns = Turns()
-        self._sessions: dict[Wire, tuple[Session, ExitStack]] = {}
+        self._press = MessageEncoder(now)
+        self._turns = MessageScheduler()
+        self._sessions: dict[RosbridgeWire, tuple[RosbridgeSession, ExitStack]] = {}
         self._ending: set[asyncio.Task[None]] = set()
         self._count: Publisher | None = None
 
@@ -100,7 +100,7 @@ class Endpoint:
         with self._seat(Guest()) as graph:
             self._count = graph.advertise(CLIENT_COUNT, "std_msgs/Int32", latch=True)
             self._tell_count()
-            server = Listener([door], lambda: Wire(self), Shares.now().far)
+            server = Listener([door], lambda: RosbridgeWire(self), DescriptorShares.now().far)
             try:
                 yield
             finally:
@@ -118,22 +118,22 @@ class Endpoint:
             return InvalidRequest(key="connection", reason=f"at most {self._most} clients are served at once")
         return refusal
 
-    def enter(self, wire: Wire, headers: Headers, source: str, *, local: bool) -> Session:
+    def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> RosbridgeSession:
         """Begin the session of a client with these headers."""
         guest = Guest(source, local=local, lease=headers.get(LEASE, ""))
         with ExitStack() as stack:
-            graph = Restricted(stack.enter_context(self._seat(guest)), guest)
-            client = Client(graph, Sender(wire), self._press, language_of(headers))
+            graph = RestrictedGraph(stack.enter_context(self._seat(guest)), guest)
+            client = RosbridgeClient(graph, Sender(wire), self._press, language_of(headers))
             stack.enter_context(self._rights.watched(lambda: guest.known, partial(_look, wire, guest)))
             stack.callback(setattr, guest, "left", True)
             entry = partial(guest.introduce, self._admission)
-            session = Session(client, Rosapi(graph, self._press.now), self._turns, entry)
+            session = RosbridgeSession(client, Rosapi(graph, self._press.now), self._turns, entry)
             self._sessions[wire] = (session, stack.pop_all())
         session.begin(tokens.of_header(headers.get("authorization")))
         self._tell_count()
         return session
 
-    def leave(self, wire: Wire) -> None:
+    def leave(self, wire: RosbridgeWire) -> None:
         """End a session: what it began is ended."""
         found = self._sessions.pop(wire, None)
         if found is not None:
@@ -147,12 +147,12 @@ class Endpoint:
             self._count.publish({"data": len(self._sessions)})
 
 
-def _look(wire: Wire, guest: Guest, now: Caller | MayaError) -> None:
+def _look(wire: RosbridgeWire, guest: Guest, now: Caller | MayaError) -> None:
     """Apply changed rights of a client; disconnect it if it has lost some."""
     if not guest.outlasts(now):
         wire.end(NotSignedIn.code, "your rights have changed; connect again")
 
 
-async def _ended(session: Session, stack: ExitStack) -> None:
+async def _ended(session: RosbridgeSession, stack: ExitStack) -> None:
     with stack:
         await session.close()

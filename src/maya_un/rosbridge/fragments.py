@@ -36,7 +36,7 @@ class _Gathered:
     latest: float = 0.0
 
 
-class Gathering:
+class FragmentCollector:
     """The incomplete messages of one client."""
 
     def __init__(self) -> None:

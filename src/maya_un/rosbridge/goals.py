@@ -9,9 +9,9 @@ from typing import Any
 from maya_un.errors import Cancelled, InvalidRequest, MayaError
 from maya_un.graph import types
 from maya_un.graph.outcome import failure
-from maya_un.graph.protocol import Ended, Message, Outcome
+from maya_un.graph.protocol import GoalResult, GoalStatus, Message
 from maya_un.rosbridge import forms
-from maya_un.rosbridge.client import ROWS, Client, Id
+from maya_un.rosbridge.client import ROWS, Id, RosbridgeClient
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, SMALLEST_FRAGMENT, UNDER_WAY
 from maya_un.rosbridge.outgoing import COMPRESSIONS
@@ -20,18 +20,18 @@ from maya_un.server.crash import written_down
 UNKNOWN, SUCCEEDED, CANCELED, ABORTED = 0, 4, 5, 6
 """How a goal ended, in the numbers of the newer protocol (action_msgs/GoalStatus)."""
 
-_STATUS: Mapping[Outcome, int] = {
-    Outcome.SUCCEEDED: SUCCEEDED,
-    Outcome.PREEMPTED: CANCELED,
-    Outcome.RECALLED: CANCELED,
-    Outcome.ABORTED: ABORTED,
+_STATUS: Mapping[GoalStatus, int] = {
+    GoalStatus.SUCCEEDED: SUCCEEDED,
+    GoalStatus.PREEMPTED: CANCELED,
+    GoalStatus.RECALLED: CANCELED,
+    GoalStatus.ABORTED: ABORTED,
 }
 
 
-class _Sent:
+class _SentGoal:
     """One goal of a client: what it said, and the last result that was heard of its action."""
 
-    def __init__(self, client: Client, fields: Fields) -> None:
+    def __init__(self, client: RosbridgeClient, fields: Fields) -> None:
         """Read the action and id of a message; raises `InvalidRequest`."""
         self._client = client
         self.said = fields.text("action")
@@ -41,7 +41,7 @@ class _Sent:
         self._feedback = False
         self._compression = "none"
         self._fragment = 0
-        self._last: Ended | None = None
+        self._last: GoalResult | None = None
 
     def read(self, fields: Fields) -> None:
         """Read the other fields; raises `InvalidRequest`. Results are JSON or a picture of it, as for services."""
@@ -53,7 +53,7 @@ class _Sent:
         self._compression = "png" if fields.one_of("compression", COMPRESSIONS, "none") == "png" else "none"
         self._fragment = fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE)
 
-    async def ended(self) -> Ended:
+    async def ended(self) -> GoalResult:
         """Have it carried out; one that is cancelled is told as it ended.
 
         Whoever cancels `do` learns that the goal has ended but not how, so its results are listened to beside it.
@@ -63,21 +63,21 @@ class _Sent:
         try:
             return await self._client.graph.do(self.action, self.kind, self.goal, told)
         except asyncio.CancelledError:
-            return self._last or Ended(Outcome.PREEMPTED, _fitting(self.kind, failure(Cancelled())))
+            return self._last or GoalResult(GoalStatus.PREEMPTED, _fitting(self.kind, failure(Cancelled())))
         finally:
             heard.close()
 
     def _heard(self, message: Message) -> None:
-        outcome = Outcome(message["status"]["status"])
-        if outcome is not Outcome.REJECTED:
-            self._last = Ended(outcome, message["result"])
+        outcome = GoalStatus(message["status"]["status"])
+        if outcome is not GoalStatus.REJECTED:
+            self._last = GoalResult(outcome, message["result"])
 
     def tell(self, feedback: Message) -> None:
         """Tell how far it is."""
         values = forms.as_plain(f"{self.kind}Feedback", feedback)
         self._say({"op": "action_feedback", "action": self.said, "values": values})
 
-    def tell_end(self, ended: Ended) -> None:
+    def tell_end(self, ended: GoalResult) -> None:
         """Tell how it ended."""
         status = _STATUS.get(ended.outcome)
         if status is None:
@@ -95,10 +95,10 @@ class _Sent:
         self._client.say({**message, **named}, self._compression, self._fragment, self.name)
 
 
-class SendingGoals:
+class ClientGoals:
     """The goals of one client that are under way."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: RosbridgeClient) -> None:
         self._client = client
         self._tasks: dict[Id, tuple[str, asyncio.Task[None]]] = {}
         self._goals = 0
@@ -110,7 +110,7 @@ class SendingGoals:
 
         A refused goal that names an action gets a result as well, because its client waits for that.
         """
-        goal = _Sent(self._client, fields)
+        goal = _SentGoal(self._client, fields)
         if goal.name in self._tasks:
             raise InvalidRequest(key="id", reason="a goal of this name is under way")
         try:
@@ -125,7 +125,7 @@ class SendingGoals:
         if goal.name is not None:
             self._tasks[goal.name] = (goal.action, task)
 
-    async def _carry_out(self, goal: _Sent) -> None:
+    async def _carry_out(self, goal: _SentGoal) -> None:
         try:
             goal.tell_end(await goal.ended())
         except MayaError as error:
@@ -150,7 +150,7 @@ def _fitting(kind: str, result: Message) -> Message:
     return types.conform(f"{kind}Result", {name: value for name, value in result.items() if name in known})
 
 
-def _why(ended: Ended) -> str:
+def _why(ended: GoalResult) -> str:
     code, sentence = ended.result.get("code"), ended.result.get("message")
     if code and sentence:
         return f"{code}: {sentence}"

@@ -8,10 +8,10 @@ from typing import Protocol
 from maya_un.api.access.caller import BYSTANDER, ROS, Caller
 from maya_un.api.access.operations import STOPPING, Operation, allowed, require
 from maya_un.errors import MayaError, NotSignedIn
-from maya_un.server.rights import Source
+from maya_un.server.rights import RightsSource
 
 
-class Admission(Source, Protocol):
+class TokenChecker(RightsSource, Protocol):
     """Authenticates tokens; implemented by `server.bridge.Bridge`."""
 
     async def caller(
@@ -55,7 +55,7 @@ class Guest:
         elif not (self.local and operation in STOPPING):
             raise self._why
 
-    async def introduce(self, admission: Admission, token: str | None) -> None:
+    async def introduce(self, admission: TokenChecker, token: str | None) -> None:
         """Sign in with a token; raises `NotSignedIn`, `TooManyRequests`, and then the client is unknown."""
         self._caller = None
         shown = None if token is None else f"Bearer {token}"

@@ -24,7 +24,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.protocol import OnPhase
 from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.server.bridge import Bridge
-from maya_un.server.stream_tap import Batch, Tap
+from maya_un.server.stream_tap import Batch, StreamSource
 from maya_un.values import Joints, Progress, State, StopReport
 
 T = TypeVar("T")
@@ -32,7 +32,7 @@ T = TypeVar("T")
 Wish = Callable[[Service], Awaitable[T]]
 
 
-class Echo:
+class StackEvents:
     """Events of the stack, heard in this loop; and the queue as it was a moment ago (`view`)."""
 
     def __init__(self, view: QueueView) -> None:
@@ -58,7 +58,7 @@ class Echo:
 
 
 @asynccontextmanager
-async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[Echo]:
+async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
     """Hear what happens in the stack while the block runs; `speed` is how fast its clock runs."""
 
     async def begun(service: Service) -> tuple[Service, int, QueueView]:
@@ -66,7 +66,7 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[Echo]:
 
     loop = asyncio.get_running_loop()
     service, last, view = await bridge.asked(begun)
-    echo = Echo(view)
+    echo = StackEvents(view)
 
     async def queue() -> object:
         return service.queue.view()
@@ -74,7 +74,7 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[Echo]:
     def hand_over(batch: Batch) -> None:
         loop.call_soon_threadsafe(echo.take, batch)
 
-    tap = Tap(service, queue, hand_over, speed)
+    tap = StreamSource(service, queue, hand_over, speed)
     tap.queue_wanted = True
     tapping = loop.create_task(bridge.within(lambda: tap.run(last)), name="tap of the graph")
     try:
@@ -84,10 +84,10 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[Echo]:
         await asyncio.gather(tapping, return_exceptions=True)
 
 
-class NearController:
+class ControllerProxy:
     """The controller floor, for its door and for that of the sensors."""
 
-    def __init__(self, stack: Stack, bridge: Bridge, echo: Echo) -> None:
+    def __init__(self, stack: Stack, bridge: Bridge, echo: StackEvents) -> None:
         self._stack = stack
         self._bridge = bridge
         self.events = echo
@@ -164,10 +164,10 @@ class NearController:
         return await self._bridge.carry(caller(), operation, wish, subject)
 
 
-class NearRobot:
+class RobotProxy:
     """The robot floor, for its door."""
 
-    def __init__(self, stack: Stack, bridge: Bridge, echo: Echo) -> None:
+    def __init__(self, stack: Stack, bridge: Bridge, echo: StackEvents) -> None:
         self._stack = stack
         self._bridge = bridge
         self._echo = echo

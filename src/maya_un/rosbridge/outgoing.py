@@ -17,7 +17,7 @@ COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 """What a message may be compressed by, the weakest first: the strongest that a client wants is taken."""
 
 
-class Form(NamedTuple):
+class MessageFormat(NamedTuple):
     """How a client wants the messages of a topic, which it calls `name`; `fragment` is the size of pieces, 0: whole."""
 
     name: str
@@ -33,16 +33,16 @@ class Outgoing:
         self._kind = kind
         self._now = now
         self._text: str | None = None
-        self._frames: dict[Form, bytes] = {}
+        self._frames: dict[MessageFormat, bytes] = {}
 
-    def frames(self, form: Form) -> bytes:
+    def frames(self, form: MessageFormat) -> bytes:
         """Return whole websocket frames."""
         made = self._frames.get(form)
         if made is None:
             made = self._frames[form] = self._made(form)
         return made
 
-    def _made(self, form: Form) -> bytes:
+    def _made(self, form: MessageFormat) -> bytes:
         if form.compression == "cbor":
             return self._binary(form.name, forms.as_cbor(self._kind, self.message))
         if form.compression == "cbor-raw":
@@ -68,7 +68,7 @@ def shaped(text: str, compression: str, fragment: int, name: str | float | None 
     return framed(text.encode("utf-8", "replace"))
 
 
-class Press:
+class MessageEncoder:
     """Makes what goes out of what is heard, the latest of every topic once for all clients that hear it."""
 
     def __init__(self, now: Callable[[], float]) -> None:

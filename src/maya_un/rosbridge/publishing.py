@@ -12,7 +12,7 @@ from maya_un.errors import InvalidRequest, MayaError
 from maya_un.graph import types
 from maya_un.graph.protocol import Message, Publisher
 from maya_un.graph.stamps import stamp
-from maya_un.rosbridge.client import Client, Id, Level, other_type
+from maya_un.rosbridge.client import Id, RosbridgeClient, StatusLevel, other_type
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import TOPICS, UNDER_WAY, WAITING
 
@@ -31,7 +31,7 @@ class _Writing:
     lost, so it waits for the first of them, as in rosbridge.
     """
 
-    def __init__(self, client: Client, kind: str, publisher: Publisher, *, latch: bool) -> None:
+    def __init__(self, client: RosbridgeClient, kind: str, publisher: Publisher, *, latch: bool) -> None:
         self.kind = kind
         self.names: set[Id] = set()
         self.action = types.action_of(kind)
@@ -75,10 +75,10 @@ class _Writing:
                 self._client.refuse(error)
 
 
-class Publishing:
+class ClientPublications:
     """What one client publishes. `hears` tells whether it subscribes to a topic."""
 
-    def __init__(self, client: Client, hears: Callable[[str], bool]) -> None:
+    def __init__(self, client: RosbridgeClient, hears: Callable[[str], bool]) -> None:
         self._client = client
         self._hears = hears
         self._writings: dict[str, _Writing] = {}
@@ -105,20 +105,20 @@ class Publishing:
         if writing.kind != kind:
             raise other_type(said, writing.kind)
         writing.names.add(fields.id)
-        self._client.tell(Level.info, f"advertised {said}", fields.id)
+        self._client.tell(StatusLevel.info, f"advertised {said}", fields.id)
 
     def unadvertise(self, fields: Fields) -> None:
         """Carry out `unadvertise`."""
         said, topic = fields.name("topic")
         writing = self._writings.get(topic)
         if writing is None:
-            self._client.tell(Level.warning, f"{said} is not advertised", fields.id)
+            self._client.tell(StatusLevel.warning, f"{said} is not advertised", fields.id)
             return
         writing.names.discard(fields.id)
         if fields.id is None or not writing.names:
             del self._writings[topic]
             writing.close()
-        self._client.tell(Level.info, f"unadvertised {said}", fields.id)
+        self._client.tell(StatusLevel.info, f"unadvertised {said}", fields.id)
 
     def publish(self, fields: Fields) -> Any:
         """Carry out `publish`; on a topic that the client did not advertise too, where its type is known."""

@@ -10,26 +10,26 @@ from maya_un.graph.protocol import (
     Act,
     Answer,
     Directory,
-    Ended,
     Feedback,
+    GoalResult,
     Graph,
+    GraphHandle,
     Heard,
-    Held,
     Message,
-    Parameters,
+    ParameterServer,
     Publisher,
     Quick,
     Request,
     Subscription,
 )
-from maya_un.graph.table import MAYA_COMMAND, Form, asked_by_call, asked_by_topic
+from maya_un.graph.table import MAYA_COMMAND, Kind, asked_by_call, asked_by_topic
 from maya_un.robot.primitives.can_teleop import CanTeleop
 from maya_un.rosbridge.guest import Guest
 
 _CANCEL = "/cancel"
 
 
-class Restricted:
+class RestrictedGraph:
     """A `graph` for one `guest`; see `graph.protocol.Graph`. Everything raises `NotSignedIn` and `NotAllowed` as well.
 
     Every message is checked again, because rights may have ended.
@@ -47,7 +47,7 @@ class Restricted:
         return self._graph.directory
 
     @property
-    def parameters(self) -> Parameters:
+    def parameters(self) -> ParameterServer:
         """Its parameters."""
         return self._parameters
 
@@ -66,7 +66,7 @@ class Restricted:
         self._guest.require(Operation.READ)
         return self._graph.subscribe(topic, kind, heard, queue_size=queue_size)
 
-    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> Held:
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
         """Answer a service."""
         self._guest.require(Operation.GRAPH)
         return self._graph.serve(service, kind, answer, quick)
@@ -80,14 +80,14 @@ class Restricted:
         """Find services that will be called, soon."""
         self._graph.expect(*services)
 
-    def act(self, action: str, kind: str, act: Act) -> Held:
+    def act(self, action: str, kind: str, act: Act) -> GraphHandle:
         """Be the server of an action."""
         self._guest.require(Operation.GRAPH)
         return self._graph.act(action, kind, act)
 
-    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> Ended:
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
         """Have a goal carried out and return how it ended."""
-        self._guest.require(asked_by_call(_whole(action), Form.ACTION))
+        self._guest.require(asked_by_call(_whole(action), Kind.ACTION))
         return await self._graph.do(action, kind, goal, feedback)
 
 
@@ -112,7 +112,7 @@ class _RestrictedPublisher:
 
 
 class _RestrictedParameters:
-    def __init__(self, parameters: Parameters, guest: Guest) -> None:
+    def __init__(self, parameters: ParameterServer, guest: Guest) -> None:
         self._all = parameters
         self._guest = guest
 
@@ -142,7 +142,7 @@ def _asked_by(service: str, request: Request) -> Operation:
     first = request[0] if isinstance(request, list) and request else None
     task = request.get("task") if isinstance(request, dict) else first
     question = isinstance(task, dict) and task.get("command") == CanTeleop.command
-    return Operation.READ if question and service == MAYA_COMMAND.name else asked_by_call(service, Form.SERVICE)
+    return Operation.READ if question and service == MAYA_COMMAND.name else asked_by_call(service, Kind.SERVICE)
 
 
 def _whole(name: str) -> str:

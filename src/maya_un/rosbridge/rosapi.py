@@ -9,7 +9,7 @@ from maya_un.errors import InvalidMessage, InvalidRequest, UnknownInterface
 from maya_un.graph import types
 from maya_un.graph.arguments import by_name
 from maya_un.graph.catalogue import is_base
-from maya_un.graph.protocol import Graph, Message, Node, Request
+from maya_un.graph.protocol import Graph, Message, NodeInfo, Request
 from maya_un.graph.stamps import stamp
 from maya_un.rosbridge import forms
 from maya_un.rosbridge.names import resolved, type_of
@@ -111,9 +111,9 @@ class Rosapi:
         kind, found = _kind(request["type"]), await self._all_services()
         return {"services": [service for service, one in found.items() if one == kind]}
 
-    async def _all_nodes(self) -> Mapping[str, Node]:
+    async def _all_nodes(self) -> Mapping[str, NodeInfo]:
         found = dict(await self._graph.directory.nodes())
-        return {**found, NODE: Node(serves=tuple(self._asked))}
+        return {**found, NODE: NodeInfo(serves=tuple(self._asked))}
 
     async def _service_node(self, request: Message) -> Message:
         providers = await self._serving(request["service"])

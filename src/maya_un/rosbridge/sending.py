@@ -10,7 +10,7 @@ from maya_un.errors import StreamLagging
 from maya_un.rosbridge.limits import ANSWERS_OWED, OWED
 
 
-class Outlet(Protocol):
+class SenderWire(Protocol):
     """What a sender needs of a wire: `full` while the other side is behind, `on_room` called when it is no more."""
 
     on_room: Callable[[], None] | None
@@ -59,7 +59,7 @@ class Backlog:
 class Sender:
     """The way out to one client. Nothing here waits for it."""
 
-    def __init__(self, outlet: Outlet) -> None:
+    def __init__(self, outlet: SenderWire) -> None:
         self._outlet = outlet
         self._answers: deque[bytes] = deque()
         self._answers_size = 0

@@ -8,25 +8,25 @@ from collections.abc import Callable
 from typing import Any
 
 from maya_un.errors import InvalidRequest, ServiceFailed
-from maya_un.graph.protocol import Held, Message
+from maya_un.graph.protocol import GraphHandle, Message
 from maya_un.rosbridge import forms
-from maya_un.rosbridge.client import ROWS, Client, Level
+from maya_un.rosbridge.client import ROWS, RosbridgeClient, StatusLevel
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import SERVED, UNDER_WAY
 
 _numbers = itertools.count(1)
 
 
-class _Service:
+class _ClientService:
     """One service whose answers a client gives."""
 
-    def __init__(self, client: Client, said: str, service: str, kind: str) -> None:
+    def __init__(self, client: RosbridgeClient, said: str, service: str, kind: str) -> None:
         self._client = client
         self._said = said
         self._service = service
         self._request = f"{kind}Request"  # of a type that only ROS knows as well; `Graph.serve` refuses unknown ones
         self._asked: dict[str, asyncio.Future[Message]] = {}
-        self.held: Held | None = None
+        self.held: GraphHandle | None = None
 
     async def answer(self, request: Message) -> Message:
         """Return what the client answers."""
@@ -57,12 +57,12 @@ class _Service:
                 asked.set_exception(ServiceFailed(service=self._service, reason=reason))
 
 
-class Serving:
+class ClientServices:
     """The services that one client answers."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: RosbridgeClient) -> None:
         self._client = client
-        self._services: dict[str, _Service] = {}
+        self._services: dict[str, _ClientService] = {}
         self.ops: dict[str, Callable[[Fields], Any]] = {
             "advertise_service": self.advertise_service,
             "unadvertise_service": self.unadvertise_service,
@@ -80,20 +80,20 @@ class Serving:
             ours.close("it was advertised anew")
         if service in ROWS or service in await self._client.graph.directory.service_names():
             raise InvalidRequest(key="service", reason=f"{service} is served already")
-        one = _Service(self._client, said, service, kind)
+        one = _ClientService(self._client, said, service, kind)
         one.held = self._client.graph.serve(service, kind, one.answer)
         self._services[service] = one
-        self._client.tell(Level.info, f"advertised service {said}", fields.id)
+        self._client.tell(StatusLevel.info, f"advertised service {said}", fields.id)
 
     def unadvertise_service(self, fields: Fields) -> None:
         """Carry out `unadvertise_service`."""
         said, service = fields.name("service")
         one = self._services.pop(service, None)
         if one is None:
-            self._client.tell(Level.warning, f"{said} is not served by this client", fields.id)
+            self._client.tell(StatusLevel.warning, f"{said} is not served by this client", fields.id)
             return
         one.close("whoever answered it does so no more")
-        self._client.tell(Level.info, f"unadvertised service {said}", fields.id)
+        self._client.tell(StatusLevel.info, f"unadvertised service {said}", fields.id)
 
     def service_response(self, fields: Fields) -> None:
         """Carry out `service_response`: hand a client's answer to whoever asked."""

@@ -10,21 +10,21 @@ from typing import Any
 
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.rosbridge import png
-from maya_un.rosbridge.acting import Acting
-from maya_un.rosbridge.calling import Calling
-from maya_un.rosbridge.client import Client, Id, Level
+from maya_un.rosbridge.acting import ClientActions
+from maya_un.rosbridge.calling import ClientCalls
+from maya_un.rosbridge.client import Id, RosbridgeClient, StatusLevel
 from maya_un.rosbridge.decoding import as_object, decoded, not_json, parsed
 from maya_un.rosbridge.fields import Fields
-from maya_un.rosbridge.fragments import Gathering
-from maya_un.rosbridge.goals import SendingGoals
+from maya_un.rosbridge.fragments import FragmentCollector
+from maya_un.rosbridge.goals import ClientGoals
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, NESTED, WAITING
 from maya_un.rosbridge.objects import Objects
-from maya_un.rosbridge.publishing import Publishing
+from maya_un.rosbridge.publishing import ClientPublications
 from maya_un.rosbridge.rosapi import Rosapi
-from maya_un.rosbridge.serving import Serving
+from maya_un.rosbridge.serving import ClientServices
 from maya_un.rosbridge.stopping import stop_in
-from maya_un.rosbridge.subscribing import Subscribing
-from maya_un.rosbridge.turns import Turns
+from maya_un.rosbridge.subscribing import ClientSubscriptions
+from maya_un.rosbridge.turns import MessageScheduler
 from maya_un.server.crash import written_down
 
 Operation = Callable[[Fields], Awaitable[None] | None]
@@ -33,10 +33,10 @@ Operation = Callable[[Fields], Awaitable[None] | None]
 Entry = Callable[[str | None], Awaitable[None]]
 """Signs a client in with a token; raises the reason of a refusal."""
 
-_LEVELS = tuple(Level.__members__)
+_LEVELS = tuple(StatusLevel.__members__)
 
 
-class Session:
+class RosbridgeSession:
     """Carries out what one client says, in the `turns` of all. `on_calm` is called when it is ready to hear more.
 
     `entry` is called with tokens, if clients must sign in.
@@ -44,17 +44,19 @@ class Session:
     Nothing that a client says raises anything here. Whoever hands on more while it is `busy` makes it grow.
     """
 
-    def __init__(self, client: Client, rosapi: Rosapi, turns: Turns, entry: Entry | None = None) -> None:
+    def __init__(
+        self, client: RosbridgeClient, rosapi: Rosapi, turns: MessageScheduler, entry: Entry | None = None
+    ) -> None:
         self._client = client
         self._turns = turns
         self._entry = entry
-        self._subscribing = Subscribing(client)
-        self._publishing = Publishing(client, self._subscribing.hears)
-        self._calling = Calling(client, rosapi)
-        self._serving = Serving(client)
-        self._goals = SendingGoals(client)
-        self._acting = Acting(client)
-        self._gathering = Gathering()
+        self._subscribing = ClientSubscriptions(client)
+        self._publishing = ClientPublications(client, self._subscribing.hears)
+        self._calling = ClientCalls(client, rosapi)
+        self._serving = ClientServices(client)
+        self._goals = ClientGoals(client)
+        self._acting = ClientActions(client)
+        self._gathering = FragmentCollector()
         self._objects = Objects()
         self._inbox: deque[str | bytes] = deque()
         self._loop = asyncio.get_running_loop()
@@ -211,7 +213,7 @@ class Session:
         raise InvalidRequest(key="op", reason=f"a message is wrapped at most {NESTED} times")
 
     def _set_level(self, fields: Fields) -> None:
-        self._client.level = Level[fields.one_of("level", _LEVELS, "")]
+        self._client.level = StatusLevel[fields.one_of("level", _LEVELS, "")]
 
     def _auth(self, fields: Fields) -> Awaitable[None] | None:
         """Carry out `auth`: `mac` is a token, because only hashes of tokens are stored, which cannot check a MAC."""
@@ -222,13 +224,13 @@ class Session:
 
     async def _signed_in(self, entry: Entry, token: str, name: Id) -> None:
         await self._shown(entry, token)
-        self._client.tell(Level.info, "signed in", name)
+        self._client.tell(StatusLevel.info, "signed in", name)
 
     async def close(self) -> None:
         """End everything that this client began; returns when it has ended."""
         self._closed = True
         self._inbox.clear()
-        self._client.level = Level.none
+        self._client.level = StatusLevel.none
         self._publishing.close()
         self._subscribing.close()
         self._serving.close()

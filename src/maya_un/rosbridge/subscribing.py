@@ -9,16 +9,16 @@ from typing import NamedTuple
 
 from maya_un.errors import InvalidRequest
 from maya_un.graph.protocol import Message, Subscription
-from maya_un.rosbridge.client import ROWS, Client, Id, Level, other_type
+from maya_un.rosbridge.client import ROWS, Id, RosbridgeClient, StatusLevel, other_type
 from maya_un.rosbridge.fields import Fields
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, LONGEST_QUEUE, REQUESTS, SMALLEST_FRAGMENT, TOPICS, WAITING
-from maya_un.rosbridge.outgoing import COMPRESSIONS, Form, Outgoing
+from maya_un.rosbridge.outgoing import COMPRESSIONS, MessageFormat, Outgoing
 from maya_un.rosbridge.sending import Backlog
 
 _LONGEST_THROTTLE = 86_400_000
 
 
-class Request(NamedTuple):
+class SubscribeRequest(NamedTuple):
     """What one subscribe message asked for: messages at least `throttle` [s] apart, so many waiting, of this form."""
 
     throttle: float
@@ -27,7 +27,7 @@ class Request(NamedTuple):
     compression: str
 
     @classmethod
-    def of(cls, fields: Fields) -> Request:
+    def of(cls, fields: Fields) -> SubscribeRequest:
         """Return what is asked for; raises `InvalidRequest`."""
         return cls(
             fields.whole("throttle_rate", 0, 0, _LONGEST_THROTTLE) / 1000.0,
@@ -37,19 +37,19 @@ class Request(NamedTuple):
         )
 
 
-class Reading:
+class TopicReading:
     """One topic that a client hears under the name that it used.
 
     Of several requests the least throttle, queue and fragment count, and the strongest compression, as in rosbridge.
     """
 
-    def __init__(self, client: Client, said: str, topic: str, kind: str) -> None:
+    def __init__(self, client: RosbridgeClient, said: str, topic: str, kind: str) -> None:
         self._client = client
         self._said = said
         self._topic = topic
         self.kind = kind
-        self.requests: dict[Id, Request] = {}
-        self._throttle, self._queue, self._form = 0.0, 0, Form(said)
+        self.requests: dict[Id, SubscribeRequest] = {}
+        self._throttle, self._queue, self._form = 0.0, 0, MessageFormat(said)
         self._backlog = Backlog(WAITING)
         self._pending: deque[Outgoing] = deque()
         self._due = 0.0
@@ -67,7 +67,7 @@ class Reading:
             self._client.press.leave(self._topic, self.kind)
             raise
 
-    def add(self, name: Id, request: Request) -> None:
+    def add(self, name: Id, request: SubscribeRequest) -> None:
         """Add a request, or take it for an older one of the same name.
 
         Whoever comes later to a latched topic is shown its latest message, as on a topic of its own.
@@ -104,7 +104,7 @@ class Reading:
         strongest = max(COMPRESSIONS.index(one.compression) for one in requests)
         self._throttle = min(one.throttle for one in requests)
         self._queue = min(one.queue for one in requests)
-        self._form = Form(self._said, COMPRESSIONS[strongest], min(pieces, default=0))
+        self._form = MessageFormat(self._said, COMPRESSIONS[strongest], min(pieces, default=0))
         self._backlog.most = self._queue or WAITING
         self._pending = deque(self._pending, maxlen=self._queue)
 
@@ -136,12 +136,12 @@ class Reading:
             self._wait()
 
 
-class Subscribing:
+class ClientSubscriptions:
     """The subscriptions of one client, by the names that it uses."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: RosbridgeClient) -> None:
         self._client = client
-        self._readings: dict[str, Reading] = {}
+        self._readings: dict[str, TopicReading] = {}
         self.ops = {"subscribe": self.subscribe, "unsubscribe": self.unsubscribe}
 
     def hears(self, topic: str) -> bool:
@@ -151,7 +151,7 @@ class Subscribing:
     def subscribe(self, fields: Fields) -> Awaitable[None] | None:
         """Carry out `subscribe`, at once unless the type of the topic must be requested from the graph."""
         said, topic = fields.name("topic")
-        request, kind, name = Request.of(fields), fields.kind(needed=False), fields.id
+        request, kind, name = SubscribeRequest.of(fields), fields.kind(needed=False), fields.id
         reading = self._readings.get(said)
         if reading is not None:
             self._join(reading, said, kind, request, name)
@@ -163,40 +163,40 @@ class Subscribing:
         return None
 
     async def _find_out(
-        self, said: str, topic: str, kind: str, request: Request, name: Id, asked: Awaitable[str | None]
+        self, said: str, topic: str, kind: str, request: SubscribeRequest, name: Id, asked: Awaitable[str | None]
     ) -> None:
         found = await asked
         self._begin(said, topic, kind or found or "", request, name)
 
-    def _begin(self, said: str, topic: str, kind: str, request: Request, name: Id) -> None:
+    def _begin(self, said: str, topic: str, kind: str, request: SubscribeRequest, name: Id) -> None:
         if len(self._readings) >= TOPICS:
             raise InvalidRequest(key="topic", reason=f"a client subscribes to at most {TOPICS}")
-        reading = Reading(self._client, said, topic, kind)
+        reading = TopicReading(self._client, said, topic, kind)
         reading.add(name, request)
         reading.open()
         self._readings[said] = reading
-        self._client.tell(Level.info, f"subscribed to {said}", name)
+        self._client.tell(StatusLevel.info, f"subscribed to {said}", name)
 
-    def _join(self, reading: Reading, said: str, kind: str, request: Request, name: Id) -> None:
+    def _join(self, reading: TopicReading, said: str, kind: str, request: SubscribeRequest, name: Id) -> None:
         if kind and kind != reading.kind:
             raise other_type(said, reading.kind)
         if len(reading.requests) >= REQUESTS:
             raise InvalidRequest(key="id", reason=f"at most {REQUESTS} subscriptions stand on a topic")
         reading.add(name, request)
-        self._client.tell(Level.info, f"subscribed to {said}", name)
+        self._client.tell(StatusLevel.info, f"subscribed to {said}", name)
 
     def unsubscribe(self, fields: Fields) -> None:
         """Carry out `unsubscribe`."""
         said, _ = fields.name("topic")
         reading = self._readings.get(said)
         if reading is None:
-            self._client.tell(Level.warning, f"{said} is not subscribed to", fields.id)
+            self._client.tell(StatusLevel.warning, f"{said} is not subscribed to", fields.id)
             return
         reading.remove(fields.id)
         if not reading.requests:
             del self._readings[said]
             reading.close()
-        self._client.tell(Level.info, f"unsubscribed from {said}", fields.id)
+        self._client.tell(StatusLevel.info, f"unsubscribed from {said}", fields.id)
 
     def close(self) -> None:
         """Hear nothing any more."""

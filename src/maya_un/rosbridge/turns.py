@@ -12,7 +12,7 @@ Step = Callable[[], bool]
 """Carries out one message of a client; tells whether another can be carried out now."""
 
 
-class Turns:
+class MessageScheduler:
     """Carries out messages of all clients in line, one of each, so many in a turn of the loop.
 
     What a message sets going runs in the loop's turns too: were more begun in one than it can bear, each hop of a stop

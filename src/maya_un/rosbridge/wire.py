@@ -42,7 +42,7 @@ GOING = 1012
 _FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
 
 
-class Conversation(Protocol):
+class MessageHandler(Protocol):
     """Who carries out what a client says."""
 
     on_calm: Callable[[], None] | None
@@ -57,30 +57,30 @@ class Conversation(Protocol):
         ...
 
 
-class Host(Protocol):
+class RosbridgeHost(Protocol):
     """Who lets clients in."""
 
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
         """Return why a client is not let in."""
         ...
 
-    def enter(self, wire: Wire, headers: Headers, source: str, *, local: bool) -> Conversation:
+    def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> MessageHandler:
         """Begin a conversation."""
         ...
 
-    def leave(self, wire: Wire) -> None:
+    def leave(self, wire: RosbridgeWire) -> None:
         """End it: the connection is over."""
         ...
 
 
-class Wire(asyncio.BufferedProtocol):
-    """One connection; see `sending.Outlet` for what may be done with it."""
+class RosbridgeWire(asyncio.BufferedProtocol):
+    """One connection; see `sending.SenderWire` for what may be done with it."""
 
-    def __init__(self, host: Host) -> None:
+    def __init__(self, host: RosbridgeHost) -> None:
         self._host = host
         self._loop = asyncio.get_running_loop()
         self._conn = ServerProtocol(max_size=LONGEST_MESSAGE, logger=SILENT)
-        self._conversation: Conversation | None = None
+        self._conversation: MessageHandler | None = None
         self._parts: list[bytes] = []
         self._read = bytearray(READ_AT_ONCE)
         self._timer: asyncio.TimerHandle | None = None

@@ -23,7 +23,7 @@ _METHODS = frozenset({"GET", "HEAD", "OPTIONS", "POST", "PUT", "PATCH", "DELETE"
 _LONGEST = 200
 
 
-class Account:
+class AccessLogEntry:
     """Follows one request from its beginning."""
 
     def __init__(self, scope: Scope, metrics: Metrics) -> None:

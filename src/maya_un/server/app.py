@@ -10,9 +10,9 @@ from maya_un import __version__
 from maya_un.errors import MayaError
 from maya_un.server import problems
 from maya_un.server.bridge import Bridge
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 from maya_un.server.geometry import add_geometry
-from maya_un.server.guard import Guard
+from maya_un.server.guard import RequestGuard
 from maya_un.server.jobs import add_jobs, add_previews, add_tasks
 from maya_un.server.keeping import add_keeping
 from maya_un.server.leasing import add_lease
@@ -30,7 +30,7 @@ from maya_un.server.teaching import add_pallets, add_poses
 from maya_un.server.zoning import add_zones
 
 
-def create_app(bridge: Bridge, edge: Edge | None = None, metrics: Metrics | None = None) -> FastAPI:
+def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metrics | None = None) -> FastAPI:
     """Return the application that hands every request to the service behind `bridge`.
 
     `edge` says whom it lets in, `metrics` count. Every error, ours or the framework's, is answered as problem+json with
@@ -40,7 +40,7 @@ def create_app(bridge: Bridge, edge: Edge | None = None, metrics: Metrics | None
     app.state.bridge = bridge
     app.state.rights = Rights(bridge)
     counted = metrics or Metrics()
-    app.add_middleware(Guard, edge=edge or Edge(), metrics=counted)
+    app.add_middleware(RequestGuard, edge=edge or OriginPolicy(), metrics=counted)
     app.add_exception_handler(MayaError, problems.on_maya_error)
     app.add_exception_handler(RequestValidationError, problems.on_validation_error)
     app.add_exception_handler(HTTPException, problems.on_http_error)

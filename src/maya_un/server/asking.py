@@ -14,13 +14,13 @@ from maya_un.api.service import Service
 from maya_un.errors import Cancelled, InvalidRequest, MayaError
 from maya_un.server.bridge import Bridge
 from maya_un.server.rights import Rights
-from maya_un.server.routes import Rule, rule_of
+from maya_un.server.routes import RouteRule, rule_of
 from maya_un.server.who import caller_of
 
 T = TypeVar("T")
 
 
-class Asking:
+class RequestContext:
     """Asks the service on behalf of `caller` for what the route is for; `subject` says in the audit log about what."""
 
     def __init__(
@@ -96,7 +96,7 @@ def _refusal(now: Caller | MayaError, operation: Operation) -> MayaError | None:
     return None
 
 
-async def _asking(request: Request) -> Asking:
+async def _asking(request: Request) -> RequestContext:
     rule = rule_of(request)
     bridge: Bridge = request.app.state.bridge
     caller = await caller_of(request, bridge, rule.operations)
@@ -105,7 +105,7 @@ async def _asking(request: Request) -> Asking:
     if not any(allowed(caller.role, operation) for operation in rule.operations):
         await bridge.call(caller, rule.operations[-1], _nothing, subject)  # refused there, before anything is read
     _refuse_unknown(request, rule)
-    return Asking(request, bridge, caller, rule.operations, subject)
+    return RequestContext(request, bridge, caller, rule.operations, subject)
 
 
 async def _nothing(_service: Service) -> None:
@@ -117,11 +117,11 @@ def _subject(request: Request) -> str:
     return " ".join(f"{kind} {name}" for kind, name in request.path_params.items())
 
 
-def _refuse_unknown(request: Request, rule: Rule) -> None:
+def _refuse_unknown(request: Request, rule: RouteRule) -> None:
     for key in request.query_params:
         if key not in rule.query:
             raise InvalidRequest(key=f"query.{key}", reason=f"known here: {', '.join(rule.query) or 'none'}")
 
 
-Ask = Annotated[Asking, Depends(_asking)]
+Ask = Annotated[RequestContext, Depends(_asking)]
 """The context of a request, through which a route calls the service."""

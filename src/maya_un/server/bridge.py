@@ -18,9 +18,9 @@ from maya_un.cancellation import cancel_once, run_to_rest
 from maya_un.errors import Cancelled, MayaError
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import Journal
-from maya_un.process.lease import Lease
+from maya_un.process.lease import ControlLease
 from maya_un.schema.robot import EventMessage
-from maya_un.server.share import Share
+from maya_un.server.share import LoopShare
 from maya_un.values import Point
 
 T = TypeVar("T")
@@ -53,7 +53,7 @@ class Bridge:
         self.parts = parts
         self.journal = journal
         self.missing = missing
-        self.past = Share()
+        self.past = LoopShare()
 
     async def caller(
         self,
@@ -187,7 +187,7 @@ def _nothing() -> None:
 
 
 def _unwatched(service: Service) -> Gate:
-    lease = Lease(EventLog(lambda: asyncio.get_running_loop().time()))
+    lease = ControlLease(EventLog(lambda: asyncio.get_running_loop().time()))
     return Gate(service, lease)
 
 

@@ -26,7 +26,7 @@ FAR_CONNECTIONS_EACH = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Door:
+class ListeningSocket:
     """A socket that listens, how many connections it takes, in all and of each address, and its TLS, None without."""
 
     socket: socket.socket
@@ -66,9 +66,9 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
     return door
 
 
-def far_door(host: str, port: int, tls: ssl.SSLContext | None) -> Door:
+def far_door(host: str, port: int, tls: ssl.SSLContext | None) -> ListeningSocket:
     """Return a listener for other machines; raises as `bound_socket` does."""
-    return Door(bound_socket(port, host), FAR_CONNECTIONS, FAR_CONNECTIONS_EACH, tls)
+    return ListeningSocket(bound_socket(port, host), FAR_CONNECTIONS, FAR_CONNECTIONS_EACH, tls)
 
 
 def tls_of(certificate: Path, key: Path) -> ssl.SSLContext:

@@ -22,7 +22,7 @@ FAR = Rate(50.0, 200.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Edge:
+class OriginPolicy:
     """Names and pages that are allowed besides this machine's own clients by a name of loopback.
 
     `remote` says that the service is open to other machines: then its addresses and `hosts` are allowed names, too.

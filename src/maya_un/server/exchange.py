@@ -18,7 +18,7 @@ LONG = 16_384
 """Longest body that is parsed in the loop [bytes]; only bodies with jobs may be longer."""
 
 
-class Reader:
+class BodyReader:
     """Reads the object that a request carries as one of `kinds`; a route depends on it by `sent`.
 
     `choose` tells which kind an object is where there are several. With `optional` no body means an empty object.
@@ -59,17 +59,17 @@ def refusal(error: ValidationError) -> MayaError:
 
 def sent(*kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool = False) -> Any:
     """Return the dependency of a route on the message that its request carries."""
-    return Depends(Reader(*kinds, choose=choose, optional=optional), use_cache=False)
+    return Depends(BodyReader(*kinds, choose=choose, optional=optional), use_cache=False)
 
 
-class Plain:
+class RawBody:
     """Hands on what a request carries, for whoever understands it; `schema` describes it."""
 
     def __init__(self, schema: Mapping[str, Any]) -> None:
         self.schema = schema
 
 
-class Read(Plain):
+class ParsedBody(RawBody):
     """Parses the object of a request; a worker parses one longer than `LONG`."""
 
     async def __call__(self, request: Request) -> dict[str, Any]:
@@ -81,7 +81,7 @@ class Read(Plain):
         return await bridge.asked(lambda service: service.previews.decoded(body, source_of(request)))
 
 
-class Handed(Plain):
+class LongBody(RawBody):
     """Parses the object of a request; passes one longer than `LONG` on as bytes, for a worker."""
 
     async def __call__(self, request: Request) -> dict[str, Any] | bytes:
@@ -92,12 +92,12 @@ class Handed(Plain):
 
 def sent_long(schema: Mapping[str, Any]) -> Any:
     """Return the dependency of a route on an object that may be long."""
-    return Depends(Handed(schema), use_cache=False)
+    return Depends(LongBody(schema), use_cache=False)
 
 
 def sent_as_written(schema: Mapping[str, Any]) -> Any:
     """Return the dependency of a route on an object that is read further in."""
-    return Depends(Read(schema), use_cache=False)
+    return Depends(ParsedBody(schema), use_cache=False)
 
 
 def answer(value: object, status: int = 200) -> Response:

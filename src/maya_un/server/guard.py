@@ -14,9 +14,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from maya_un import __version__
 from maya_un.errors import InvalidRequest, MayaError, TooManyRequests
-from maya_un.server.account import Account
+from maya_un.server.account import AccessLogEntry
 from maya_un.server.crash import written_down
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 from maya_un.server.exchange import LONG
 from maya_un.server.language import language_of
 from maya_un.server.limits import Buckets
@@ -52,13 +52,13 @@ class _GoneError(Exception):
     """The client went away before it had said everything."""
 
 
-class Guard:
+class RequestGuard:
     """ASGI middleware around the whole application, for HTTP and websockets alike.
 
     Every answer tells by the header `Maya` that it is ours, and by `Maya-Request` how the log names it.
     """
 
-    def __init__(self, app: ASGIApp, edge: Edge, metrics: Metrics) -> None:
+    def __init__(self, app: ASGIApp, edge: OriginPolicy, metrics: Metrics) -> None:
         self._app = app
         self._edge = edge
         self._metrics = metrics
@@ -73,7 +73,7 @@ class Guard:
         name = next(self._names)
         scope.setdefault("state", {})["request"] = name
         if scope["type"] == "http":
-            send = Account(scope, self._metrics).watching(send)
+            send = AccessLogEntry(scope, self._metrics).watching(send)
         connection = HTTPConnection(scope)
         local = is_local(connection)
         stranger = self._edge.refusal(connection.headers, local=local)

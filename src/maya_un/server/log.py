@@ -20,10 +20,10 @@ from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from typing import Any, TextIO
 
+from dmc41x3.files import private_opener
 from maya_un.config.state import own_state_folder, state_folder
 from maya_un.errors import MayaError
 from maya_un.events import DECLARED, Event
-from maya_un.files import private_opener
 
 ROOT = "maya"
 """The logger above all of ours."""
@@ -67,7 +67,7 @@ def note_defect(error: BaseException) -> str:
     record = logging.LogRecord(f"{ROOT}.defect", logging.ERROR, "", 0, f"{type(error).__name__}: {error}", None, None)
     record.exc_info = (type(error), error, error.__traceback__)
     for handler in logging.getLogger(ROOT).handlers:
-        if isinstance(handler, _Desk):
+        if isinstance(handler, _LogWriter):
             handler.file.handle(record)
             return handler.file.refusal
     file = LogFile.opened()
@@ -80,7 +80,7 @@ def note_defect(error: BaseException) -> str:
 def kept(*, people: bool = True) -> Iterator[None]:
     """Keep a log while the block runs; with `people` the error line has warnings too, under systemd everything."""
     logger = logging.getLogger(ROOT)
-    desk = _Desk(LogFile.opened(), _for_people() if people else None)
+    desk = _LogWriter(LogFile.opened(), _for_people() if people else None)
     logger.setLevel(logging.INFO)
     logger.propagate = False
     logger.addHandler(desk)
@@ -132,7 +132,7 @@ class LogFile(RotatingFileHandler):
         self.refusal = getattr(error, "strerror", None) or str(error)
 
 
-class _Desk(logging.Handler):
+class _LogWriter(logging.Handler):
     """Takes lines and has a thread write them: whoever has something to say never waits for a disk or a terminal.
 
     If there are more messages than can be written, the rest is lost.

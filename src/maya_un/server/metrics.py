@@ -27,7 +27,7 @@ _SLOW = (*_FAST, 20.0, 60.0)
 _ENDED = frozenset(state.value for state in TaskState if state.ended)
 
 
-class Storage(NamedTuple):
+class JournalHealth(NamedTuple):
     """How the journal is: why it cannot be written, "" where it can, and how often it was."""
 
     failing: str = ""
@@ -116,7 +116,7 @@ class Metrics:
             await asyncio.sleep(LOOK * speed)
             self._lag.observe(max(0.0, loop.time() - due) / speed)
 
-    def text(self, status: Status, queue: QueueView, storage: Storage) -> bytes:
+    def text(self, status: Status, queue: QueueView, storage: JournalHealth) -> bytes:
         """Return everything as Prometheus reads it."""
         state = status.state
         _one_of(self._mode, tuple(Mode), state.mode)

@@ -28,10 +28,10 @@ from maya_un.errors import (
     TooManyRequests,
     by_code,
 )
-from maya_un.server.exchange import Plain
+from maya_un.server.exchange import RawBody
 from maya_un.server.guard import UNLIMITED
 from maya_un.server.problems import status_of, title_of
-from maya_un.server.routes import Rule
+from maya_un.server.routes import RouteRule
 from maya_un.server.schemas import REFERENCE
 from maya_un.server.who import LEASE
 
@@ -79,13 +79,13 @@ def document(app: FastAPI) -> Json:
     return known
 
 
-def ruled(app: FastAPI) -> list[tuple[APIRoute, Rule]]:
+def ruled(app: FastAPI) -> list[tuple[APIRoute, RouteRule]]:
     """Return all routes with what is known of them."""
-    rules: Mapping[Callable[..., Any], Rule] = app.state.rules
+    rules: Mapping[Callable[..., Any], RouteRule] = app.state.rules
     return [(route, rules[route.endpoint]) for route in app.routes if isinstance(route, APIRoute)]
 
 
-def refusals(route: APIRoute, rule: Rule) -> list[type[MayaError]]:
+def refusals(route: APIRoute, rule: RouteRule) -> list[type[MayaError]]:
     """Return every kind of error that a route may answer as `status_of` has it."""
     kinds: list[type[MayaError]] = [InvalidRequest, *rule.refuses]
     if rule.operations:
@@ -137,17 +137,17 @@ class _Document:
             known = self._schemas.setdefault(name, schema)
             assert known == schema, f"two messages are called {name}"
 
-    def _fill(self, operation: Json, route: APIRoute, rule: Rule) -> None:
+    def _fill(self, operation: Json, route: APIRoute, rule: RouteRule) -> None:
         if rule.takes is not None:
             operation["requestBody"] = self._request(rule)
         operation["responses"] = self._answers(rule) | self._problems(route, rule)
         operation["security"] = _security(rule.operations)
         operation["x-maya-operations"] = [one.value for one in rule.operations]
 
-    def _request(self, rule: Rule) -> Json:
+    def _request(self, rule: RouteRule) -> Json:
         takes = rule.takes
         assert takes is not None
-        if isinstance(takes, Plain):
+        if isinstance(takes, RawBody):
             name = takes.schema["title"]
             self._keep({name: {key: value for key, value in takes.schema.items() if key != "$defs"}})
             self._keep(takes.schema.get("$defs", {}))
@@ -161,14 +161,14 @@ class _Document:
             content["examples"] = {name: {"summary": name, "value": value} for name, value in rule.examples.items()}
         return {"required": required, "content": {"application/json": content}}
 
-    def _answers(self, rule: Rule) -> Json:
+    def _answers(self, rule: RouteRule) -> Json:
         schema = _BINARY if rule.gives is bytes else self._of[str(rule.gives), "serialization"]
         told: Json = {"headers": _headers(), "content": {rule.media.partition(";")[0]: {"schema": schema}}}
         return {
             str(int(status)): {"description": HTTPStatus(status).phrase} | told for status in (rule.status, *rule.also)
         }
 
-    def _problems(self, route: APIRoute, rule: Rule) -> Json:
+    def _problems(self, route: APIRoute, rule: RouteRule) -> Json:
         by_status: dict[int, list[type[MayaError]]] = {HTTPStatus.FORBIDDEN: [InvalidRequest]}
         if "{" in route.path:
             by_status[HTTPStatus.NOT_FOUND] = [InvalidRequest]  # a name that breaks the line is no path
@@ -180,10 +180,10 @@ class _Document:
         return {str(int(status)): _problem(kinds) for status, kinds in sorted(by_status.items())}
 
 
-def _messages(rule: Rule) -> Iterable[tuple[Any, JsonSchemaMode]]:
+def _messages(rule: RouteRule) -> Iterable[tuple[Any, JsonSchemaMode]]:
     if rule.gives is not bytes:
         yield rule.gives, "serialization"
-    if rule.takes is not None and not isinstance(rule.takes, Plain):
+    if rule.takes is not None and not isinstance(rule.takes, RawBody):
         for kind in rule.takes.kinds:
             yield kind, "validation"
 

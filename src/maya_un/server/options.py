@@ -8,7 +8,7 @@ from fastapi import Depends, Header, Query
 from pydantic import Field
 
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobOptions
 from maya_un.schema.jobs import OnFailure
 from maya_un.schema.states import TaskState
 from maya_un.server.numbers import MOST
@@ -26,11 +26,11 @@ async def _options(
     on_failure: Annotated[OnFailure, Query(description="what the queue does after it failed")] = OnFailure.CONTINUE,
     retries: Annotated[int, Query(ge=0, le=10, description="of a step that is harmless to repeat")] = 0,
     stepwise: Annotated[bool, Query(description="the queue pauses after every step")] = False,
-) -> Options:
-    return Options(priority, held, tuple(depends_on), notes, on_failure, retries, stepwise)
+) -> JobOptions:
+    return JobOptions(priority, held, tuple(depends_on), notes, on_failure, retries, stepwise)
 
 
-SubmitOptions = Annotated[Options, Depends(_options)]
+SubmitOptions = Annotated[JobOptions, Depends(_options)]
 """The options in a request's query."""
 
 IdempotencyKey = Annotated[

@@ -12,9 +12,9 @@ from uvicorn.config import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
+from dmc41x3.listening import ALL, DescriptorShare, Refusals
 from maya_un import __version__
 from maya_un.errors import InvalidRequest
-from maya_un.listening import ALL, Refusals, Share
 from maya_un.server.framing import StrictConnection
 from maya_un.server.problems import problem
 
@@ -31,14 +31,14 @@ STOPS_ONLY = "stops only"
 """In the state of a request that came without a place: it is answered where it says stop or abort."""
 
 
-class Places:
+class ConnectionSlots:
     """The free connections of a listener: `most` in all, `most_each` of one address, within a `share` of descriptors.
 
     `without` has connections beyond these numbers, admitted for a stop, oldest first; if the share is used up, a new
     one ends the oldest.
     """
 
-    def __init__(self, most: int, most_each: int, share: Share = ALL) -> None:
+    def __init__(self, most: int, most_each: int, share: DescriptorShare = ALL) -> None:
         self._most = most
         self._most_each = most_each
         self._taken: Counter[str] = Counter()
@@ -75,7 +75,7 @@ class BoundedProtocol(H11Protocol):
 
     def __init__(
         self,
-        places: Places,
+        places: ConnectionSlots,
         config: Config,
         server_state: ServerState,
         app_state: dict[str, Any],

@@ -16,7 +16,7 @@ LOOK_AGAIN = 1.0
 """Period of the check for expired tokens [s]."""
 
 
-class Source(Protocol):
+class RightsSource(Protocol):
     """Source of rights; implemented by `server.bridge.Bridge`."""
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
@@ -46,7 +46,7 @@ class _Watched:
 class Rights:
     """Checks all connections of an interface together; does nothing without connections."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: RightsSource) -> None:
         self._source = source
         self._watched: list[_Watched] = []
         self._looking: asyncio.Task[None] | None = None

@@ -13,7 +13,7 @@ from fastapi.params import Depends, Header
 
 from maya_un.api.access.operations import Operation
 from maya_un.errors import MayaError
-from maya_un.server.exchange import Plain, Reader
+from maya_un.server.exchange import BodyReader, RawBody
 
 Handler = TypeVar("Handler", bound=Callable[..., Any])
 
@@ -31,7 +31,7 @@ HURRY = 2.0
 """Longest wait for the answer to a stop [s]."""
 
 
-class Option(NamedTuple):
+class RouteParameter(NamedTuple):
     """A parameter of a handler that comes from the query or, if it is a `header`, from a header of a request."""
 
     hint: Any
@@ -40,7 +40,7 @@ class Option(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class RouteRule:
     """Metadata of a route: its operations, most powerful first; none for a route that is open to everybody.
 
     `takes` reads its body, `gives` is the kind of its answer, with `status` or one of `also`. `options` are the
@@ -50,14 +50,14 @@ class Rule:
     """
 
     operations: tuple[Operation, ...]
-    takes: Reader | Plain | None
+    takes: BodyReader | RawBody | None
     gives: Any
     media: str
     status: int
     also: tuple[int, ...]
     refuses: tuple[type[MayaError], ...]
     examples: dict[str, Any]
-    options: Mapping[str, Option]
+    options: Mapping[str, RouteParameter]
     client: str = ""
     patience: float = SOON
 
@@ -72,7 +72,7 @@ class Routes:
 
     def __init__(self, app: FastAPI) -> None:
         self._app = app
-        self.rules: dict[Callable[..., Any], Rule] = {}
+        self.rules: dict[Callable[..., Any], RouteRule] = {}
         app.state.rules = self.rules
 
     def add(  # noqa: PLR0913 - every fact of a route is a parameter
@@ -110,7 +110,7 @@ class Routes:
             reader = _reader_of(handler)
             known = examples or {}
             found = _options_of(handler, path)
-            self.rules[handler] = Rule(
+            self.rules[handler] = RouteRule(
                 operations, reader, gives, media, status, also, refuses, known, found, client, patience
             )
             return handler
@@ -118,9 +118,9 @@ class Routes:
         return added
 
 
-def _options_of(handler: Callable[..., Any], path: str = "") -> dict[str, Option]:
+def _options_of(handler: Callable[..., Any], path: str = "") -> dict[str, RouteParameter]:
     """Return the options of a handler, including those of the functions it depends on."""
-    found: dict[str, Option] = {}
+    found: dict[str, RouteParameter] = {}
     hints = get_type_hints(handler, include_extras=True)
     for name, parameter in inspect.signature(handler).parameters.items():
         marks = getattr(hints[name], "__metadata__", ())
@@ -129,19 +129,19 @@ def _options_of(handler: Callable[..., Any], path: str = "") -> dict[str, Option
             found |= _options_of(one) if inspect.isfunction(one) else {}
         if hints[name] is not Request and not needed and f"{{{name}" not in path:
             header = any(isinstance(mark, Header) for mark in marks)
-            found[name] = Option(hints[name], parameter.default, header)
+            found[name] = RouteParameter(hints[name], parameter.default, header)
     return found
 
 
-def _reader_of(handler: Callable[..., Any]) -> Reader | Plain | None:
+def _reader_of(handler: Callable[..., Any]) -> BodyReader | RawBody | None:
     for hint in get_type_hints(handler, include_extras=True).values():
         for mark in getattr(hint, "__metadata__", ()):
-            if isinstance(mark, Depends) and isinstance(mark.dependency, Reader | Plain):
+            if isinstance(mark, Depends) and isinstance(mark.dependency, BodyReader | RawBody):
                 return mark.dependency
     return None
 
 
-def rule_of(request: Request) -> Rule:
+def rule_of(request: Request) -> RouteRule:
     """Return the rule of the route that a request goes to."""
-    rules: dict[Callable[..., Any], Rule] = request.app.state.rules
+    rules: dict[Callable[..., Any], RouteRule] = request.app.state.rules
     return rules[request.scope["endpoint"]]

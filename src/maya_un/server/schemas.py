@@ -8,7 +8,7 @@ from pydantic import TypeAdapter
 
 from maya_un.config.zones import ZoneConfig
 from maya_un.process.job import Job
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobOptions
 from maya_un.process.spots import Grid
 from maya_un.process.step import BARE, COMMANDS
 from maya_un.robot.primitives import PRIMITIVES
@@ -107,7 +107,7 @@ JOB = _job()
 
 
 def _changes() -> dict[str, Any]:
-    options = TypeAdapter(Options).json_schema(ref_template=REFERENCE)
+    options = TypeAdapter(JobOptions).json_schema(ref_template=REFERENCE)
     options["properties"] = {key: one for key, one in options["properties"].items() if key != "held"}
     options["properties"] = {key: _without_default(one) for key, one in options["properties"].items()}
     options["properties"]["job"] = {"$ref": REFERENCE.format(model="Job")}

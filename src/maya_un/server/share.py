@@ -13,7 +13,7 @@ LONGEST_PAUSE = 0.25
 """After a turn the next begins no later than this [s]; a turn may have taken long because others took the time."""
 
 
-class Share:
+class LoopShare:
     """Gives turns, one after the other in the order asked for; behind each the loop is left to others for a while.
 
     The longer a turn took, the longer the pause, so that all of them have `share` of the time.

@@ -15,14 +15,14 @@ from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
 from maya_un.server.language import language_of
-from maya_un.server.protocol import Places
+from maya_un.server.protocol import ConnectionSlots
 from maya_un.server.rights import Rights
-from maya_un.server.stream_entrance import Entrance
-from maya_un.server.stream_hub import Hub
-from maya_un.server.stream_ring import MOST_EVENTS, Ring
-from maya_un.server.stream_session import Session, refuse
-from maya_un.server.stream_tap import Batch, Tap
-from maya_un.server.stream_wire import WIRE, Wire
+from maya_un.server.stream_entrance import StreamHandshake
+from maya_un.server.stream_hub import StreamHub
+from maya_un.server.stream_ring import MOST_EVENTS, EventRing
+from maya_un.server.stream_session import StreamSession, refuse
+from maya_un.server.stream_tap import Batch, StreamSource
+from maya_un.server.stream_wire import WIRE, StreamWire
 from maya_un.server.who import is_local, source_of
 
 NEAR_CLIENTS = 256
@@ -36,30 +36,30 @@ INTRODUCTION = 10.0
 
 
 def add_stream(app: FastAPI, bridge: Bridge, most_behind: int = MOST_EVENTS) -> None:
-    """Add /v1/stream, for a server whose websockets are a `Wire`; readers may be `most_behind` events behind."""
-    stream = Stream(bridge, most_behind)
+    """Add /v1/stream, for a server whose websockets are a `StreamWire`; readers may be `most_behind` events behind."""
+    stream = StreamServer(bridge, most_behind)
     app.add_api_websocket_route("/v1/stream", stream.serve)
 
 
-class Stream:
+class StreamServer:
     """All clients of the stream; what they share lives from the first to the last."""
 
     def __init__(self, bridge: Bridge, most_behind: int) -> None:
         self._bridge = bridge
         self._most_behind = most_behind
         self._opening = asyncio.Lock()
-        self._hub: Hub | None = None
+        self._hub: StreamHub | None = None
         self._tapping: asyncio.Task[None] | None = None
         self._clients = 0
-        self._wires: set[Wire] = set()
+        self._wires: set[StreamWire] = set()
         self._rights = Rights(bridge)
-        self._near = Places(NEAR_CLIENTS, NEAR_CLIENTS)
-        self._far = Places(FAR_CLIENTS, FAR_CLIENTS_EACH)
+        self._near = ConnectionSlots(NEAR_CLIENTS, NEAR_CLIENTS)
+        self._far = ConnectionSlots(FAR_CLIENTS, FAR_CLIENTS_EACH)
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one client from its handshake to its end."""
         wire = socket.scope["extensions"][WIRE]
-        assert isinstance(wire, Wire)
+        assert isinstance(wire, StreamWire)
         language = language_of(socket.headers)
         await socket.accept()
         try:
@@ -69,17 +69,17 @@ class Stream:
         except Exception as defect:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the rest
             refuse(wire, written_down(defect), language)
 
-    async def _serve(self, socket: WebSocket, wire: Wire, language: str) -> None:
+    async def _serve(self, socket: WebSocket, wire: StreamWire, language: str) -> None:
         places, address = self._near if is_local(socket) else self._far, source_of(socket)
         if not places.take(address):
             raise TooManyRequests(limit="no more streams", seconds=1, wait=1)
         self._wires.add(wire)
         try:
-            entrance = Entrance(socket, self._bridge)
+            entrance = StreamHandshake(socket, self._bridge)
             caller = await _introduced(entrance)
             if caller is not None:
                 async with self._entered() as hub:
-                    session = Session(socket, wire, self._bridge, hub, entrance, caller, language)
+                    session = StreamSession(socket, wire, self._bridge, hub, entrance, caller, language)
                     with self._rights.watched(lambda: session.caller, session.take_rights):
                         await session.converse()
         finally:
@@ -87,7 +87,7 @@ class Stream:
             places.give_back(address)
 
     @asynccontextmanager
-    async def _entered(self) -> AsyncIterator[Hub]:
+    async def _entered(self) -> AsyncIterator[StreamHub]:
         self._clients += 1
         try:
             async with self._opening:
@@ -99,10 +99,10 @@ class Stream:
             if self._clients == 0:
                 self._close()
 
-    async def _open(self) -> Hub:
+    async def _open(self) -> StreamHub:
         """Begin to take from the service."""
         service, run, last, speed = await self._bridge.asked(_facts)
-        hub = Hub(run, Ring(last, self._most_behind))
+        hub = StreamHub(run, EventRing(last, self._most_behind))
         loop = asyncio.get_running_loop()
 
         async def view() -> object:
@@ -111,13 +111,13 @@ class Stream:
         def hand_over(batch: Batch) -> None:
             loop.call_soon_threadsafe(self._take, hub, batch)
 
-        tap = Tap(service, view, hand_over, speed)
+        tap = StreamSource(service, view, hand_over, speed)
         hub.open(tap)
         self._tapping = loop.create_task(self._bridge.within(lambda: tap.run(last)), name="stream")
         self._tapping.add_done_callback(self._tapped)
         return hub
 
-    def _take(self, hub: Hub, batch: Batch) -> None:
+    def _take(self, hub: StreamHub, batch: Batch) -> None:
         try:
             hub.take(batch)
         except Exception as defect:  # noqa: BLE001 - nobody else is told
@@ -142,7 +142,7 @@ class Stream:
             self._hub = None
 
 
-async def _introduced(entrance: Entrance) -> Caller | None:
+async def _introduced(entrance: StreamHandshake) -> Caller | None:
     try:
         async with asyncio.timeout(INTRODUCTION):
             return await entrance.introduced()

@@ -23,7 +23,7 @@ async def received(socket: WebSocket) -> str | bytes | None:
     return message["bytes"] if text is None else text
 
 
-class Entrance:
+class StreamHandshake:
     """Names the client of `socket`; called again for every message, since a token may be revoked."""
 
     def __init__(self, socket: WebSocket, bridge: Bridge) -> None:

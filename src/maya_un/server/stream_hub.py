@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from maya_un.schema.robot import EventMessage
 from maya_un.server.stream_messages import content, event_frame, queue_frame, state_frame
-from maya_un.server.stream_reader import Reader
-from maya_un.server.stream_ring import Ring
-from maya_un.server.stream_tap import Batch, Tap
+from maya_un.server.stream_reader import StreamReader
+from maya_un.server.stream_ring import EventRing
+from maya_un.server.stream_tap import Batch, StreamSource
 from maya_un.values import State
 
 HEARTBEAT = 10.0
@@ -20,29 +20,29 @@ TOLERANCE = 0.1
 """By so much of its period a state may be early: those that come at just the rate wanted are shown as they come."""
 
 
-class Snapshot(NamedTuple):
+class StateFrame(NamedTuple):
     """A state as it goes out: what it says, and its frame."""
 
     content: object
     frame: bytes
 
 
-class Pace:
+class RateGroup:
     """Readers that want states at one rate: they see the same ones at the same time.
 
     `latest` answers the newest state there is, `want` asks to be offered the next that says something new.
     """
 
-    def __init__(self, rate: float, latest: Callable[[], Snapshot | None], want: Callable[[], None]) -> None:
+    def __init__(self, rate: float, latest: Callable[[], StateFrame | None], want: Callable[[], None]) -> None:
         self._period = (1.0 - TOLERANCE) / rate
         self._latest = latest
         self._want = want
         self._shown: object = None
         self._idle = True
         self._timer: asyncio.TimerHandle | None = None
-        self.readers: set[Reader] = set()
+        self.readers: set[StreamReader] = set()
 
-    def join(self, reader: Reader) -> None:
+    def join(self, reader: StreamReader) -> None:
         """Show a reader the state of now, and every new one from here on."""
         self.readers.add(reader)
         if self._idle and self._look():
@@ -71,7 +71,7 @@ class Pace:
         self._show(latest)
         return True
 
-    def _show(self, snapshot: Snapshot) -> None:
+    def _show(self, snapshot: StateFrame) -> None:
         self._shown = snapshot.content
         for reader in self.readers:
             reader.show("state", snapshot.frame)
@@ -93,20 +93,20 @@ class Pace:
         self._timer = asyncio.get_running_loop().call_later(after, what)
 
 
-class Hub:
+class StreamHub:
     """Sends what a tap hands over to all readers of one `run`; lives in the server's loop."""
 
-    def __init__(self, run: int, ring: Ring) -> None:
+    def __init__(self, run: int, ring: EventRing) -> None:
         self.run = run
         self.ring = ring
-        self._tap: Tap | None = None
-        self._paces: dict[float, Pace] = {}
-        self._followers: set[Reader] = set()
-        self._watchers: set[Reader] = set()
+        self._tap: StreamSource | None = None
+        self._paces: dict[float, RateGroup] = {}
+        self._followers: set[StreamReader] = set()
+        self._watchers: set[StreamReader] = set()
         self._queue: bytes | None = None
-        self._snapshot: tuple[State | None, Snapshot | None] = (None, None)
+        self._snapshot: tuple[State | None, StateFrame | None] = (None, None)
 
-    def open(self, tap: Tap) -> None:
+    def open(self, tap: StreamSource) -> None:
         """Send what `tap` hands over from now on."""
         self._tap = tap
 
@@ -129,7 +129,7 @@ class Hub:
         if batch.queue is not None:
             self._show_queue(queue_frame(batch.queue))
 
-    def _further(self, reader: Reader) -> None:
+    def _further(self, reader: StreamReader) -> None:
         if reader.lost:
             self._followers.discard(reader)
             reader.on_lost()
@@ -142,7 +142,7 @@ class Hub:
             for reader in self._watchers:
                 reader.show("queue", frame)
 
-    def show_states(self, reader: Reader, rate: float | None) -> None:
+    def show_states(self, reader: StreamReader, rate: float | None) -> None:
         """Show states at `rate` [Hz], or with None no longer."""
         for wanted, pace in tuple(self._paces.items()):
             pace.readers.discard(reader)
@@ -152,10 +152,10 @@ class Hub:
         reader.forget("state")
         if rate is not None:
             if rate not in self._paces:
-                self._paces[rate] = Pace(rate, self._latest, self._want)
+                self._paces[rate] = RateGroup(rate, self._latest, self._want)
             self._paces[rate].join(reader)
 
-    def show_queue(self, reader: Reader, *, wanted: bool) -> None:
+    def show_queue(self, reader: StreamReader, *, wanted: bool) -> None:
         """Show how the queue stands, now and whenever that changes, or no longer."""
         if wanted:
             self._watchers.add(reader)
@@ -171,27 +171,27 @@ class Hub:
         elif self._queue is None:
             self._tap.look_at_queue()
 
-    def send_events(self, reader: Reader) -> None:
+    def send_events(self, reader: StreamReader) -> None:
         """Send a reader the events behind the last that it has seen, as far as the ring has them, then as they come."""
         self._followers.add(reader)
         reader.pump()
 
-    def stop_events(self, reader: Reader) -> None:
+    def stop_events(self, reader: StreamReader) -> None:
         """Send a reader no events any more."""
         self._followers.discard(reader)
 
-    def leave(self, reader: Reader) -> None:
+    def leave(self, reader: StreamReader) -> None:
         """Send a reader nothing any more."""
         self.stop_events(reader)
         self.show_states(reader, None)
         if reader in self._watchers:
             self.show_queue(reader, wanted=False)
 
-    def _latest(self) -> Snapshot | None:
+    def _latest(self) -> StateFrame | None:
         """Return the newest state, encoded once however many paces show it."""
         state = None if self._tap is None else self._tap.latest
         if state is not None and self._snapshot[0] is not state:
-            self._snapshot = (state, Snapshot(content(state), state_frame(self.run, state)))
+            self._snapshot = (state, StateFrame(content(state), state_frame(self.run, state)))
         return self._snapshot[1]
 
     def _want(self) -> None:

@@ -32,7 +32,7 @@ _KEYS: dict[str, frozenset[str]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Past:
+class ReplayStart:
     """From where events are wanted: those numbered above `since` (None: from now on) of `run` (None: this one)."""
 
     since: int | None = None
@@ -40,7 +40,7 @@ class Past:
 
 
 @dataclass(frozen=True, slots=True)
-class Subscription:
+class StreamSubscription:
     """One `subscribe`: a missing key changes nothing (`named` lists the rest).
 
     `rate` [Hz] is None where states, `past` where events are not wanted.
@@ -48,7 +48,7 @@ class Subscription:
 
     named: frozenset[str]
     rate: float | None = None
-    past: Past | None = None
+    past: ReplayStart | None = None
     queue: bool = False
 
 
@@ -68,13 +68,13 @@ def kind_of(message: Mapping[str, Any]) -> str:
     return kind
 
 
-def subscription(message: Mapping[str, Any]) -> Subscription:
+def subscription(message: Mapping[str, Any]) -> StreamSubscription:
     """Return what a `subscribe` wants; raises `InvalidRequest`."""
     queue = message.get("queue", False)
     if not isinstance(queue, bool):
         raise InvalidRequest(key="queue", reason="it is true or false")
     named = frozenset(message) & _KEYS["subscribe"]
-    return Subscription(named, _rate(message.get("state")), _past(message.get("events")), queue)
+    return StreamSubscription(named, _rate(message.get("state")), _past(message.get("events")), queue)
 
 
 def _rate(wanted: object) -> float | None:
@@ -88,11 +88,11 @@ def _rate(wanted: object) -> float | None:
     return float(rate)
 
 
-def _past(wanted: object) -> Past | None:
+def _past(wanted: object) -> ReplayStart | None:
     if wanted is None:
         return None
     part = _part(wanted, "events", frozenset({"since", "run"}))
-    return Past(_number(part, "since", 0), _number(part, "run", 1))
+    return ReplayStart(_number(part, "since", 0), _number(part, "run", 1))
 
 
 def _part(wanted: object, name: str, keys: frozenset[str]) -> dict[str, Any]:

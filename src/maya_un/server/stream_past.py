@@ -10,10 +10,10 @@ from collections.abc import Awaitable, Callable
 
 from maya_un.errors import EventsForgotten
 from maya_un.schema.robot import EventMessage
-from maya_un.server.share import Share
-from maya_un.server.stream_hub import Hub
+from maya_un.server.share import LoopShare
+from maya_un.server.stream_hub import StreamHub
 from maya_un.server.stream_messages import event_frame
-from maya_un.server.stream_reader import CHUNK, Reader
+from maya_un.server.stream_reader import CHUNK, StreamReader
 
 PAGE = 250
 """So many past events are looked up at once."""
@@ -26,7 +26,7 @@ LookUp = Callable[[int, int], Awaitable[list[EventMessage]]]
 
 
 async def catch_up(
-    reader: Reader, hub: Hub, look_up: LookUp, room: Callable[[], Awaitable[object]], share: Share
+    reader: StreamReader, hub: StreamHub, look_up: LookUp, room: Callable[[], Awaitable[object]], share: LoopShare
 ) -> None:
     """Send a reader the events that it lacks, out of the hub's ring or looked up, and let the hub go on from there.
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from maya_un.server.stream_ring import Ring
+from maya_un.server.stream_ring import EventRing
 
 CHUNK = 65_536
 """About so much of the events is written at once [bytes]."""
 
 
-class Outlet(Protocol):
+class ReaderWire(Protocol):
     """The connection of a reader: `full` while the other side is behind; `on_room` is called when it catches up."""
 
     on_room: Callable[[], None] | None
@@ -26,7 +26,7 @@ class Outlet(Protocol):
         ...
 
 
-class Reader:
+class StreamReader:
     """One reader of the stream.
 
     Values (a state, the queue) replace an older one that has not gone out yet. Events are sent out of the `ring` that
@@ -35,7 +35,7 @@ class Reader:
     none; with `catching` somebody else sends it the many that it lacks.
     """
 
-    def __init__(self, outlet: Outlet, ring: Ring, on_lost: Callable[[], None]) -> None:
+    def __init__(self, outlet: ReaderWire, ring: EventRing, on_lost: Callable[[], None]) -> None:
         self._outlet = outlet
         self._ring = ring
         self.on_lost = on_lost

@@ -11,7 +11,7 @@ MOST_BYTES = 16_000_000
 """The newest events that are kept for readers are bounded by this, too [bytes]."""
 
 
-class Ring:
+class EventRing:
     """Frames of events numbered `first` to `last` without a gap; the oldest go where `most` or `most_bytes` is passed.
 
     It begins empty behind the event numbered `last`.

@@ -17,11 +17,11 @@ from maya_un.errors import InvalidRequest, MayaError, NotSignedIn, StreamLagging
 from maya_un.schema.robot import EventMessage
 from maya_un.server.bridge import Bridge
 from maya_un.server.crash import written_down
-from maya_un.server.stream_entrance import Entrance, received
-from maya_un.server.stream_hub import Hub
+from maya_un.server.stream_entrance import StreamHandshake, received
+from maya_un.server.stream_hub import StreamHub
 from maya_un.server.stream_messages import (
     PROTOCOL,
-    Past,
+    ReplayStart,
     decoded,
     error_frame,
     kind_of,
@@ -29,8 +29,8 @@ from maya_un.server.stream_messages import (
     subscription,
 )
 from maya_un.server.stream_past import catch_up
-from maya_un.server.stream_reader import Reader
-from maya_un.server.stream_wire import Wire
+from maya_un.server.stream_reader import StreamReader
+from maya_un.server.stream_wire import StreamWire
 
 MOST_MESSAGES, BURST = 100.0, 200
 """How many messages of a client are answered in a second, and how many at once where it was silent before."""
@@ -42,17 +42,24 @@ _DEFECT = 1011
 """Closing code of a defect of ours (RFC 6455, 7.4.1)."""
 
 
-def refuse(wire: Wire, error: MayaError, language: str) -> None:
+def refuse(wire: StreamWire, error: MayaError, language: str) -> None:
     """Tell why a connection ends, and end it with the code of the error."""
     wire.write(error_frame(error, language))
     wire.end(error.code if 4000 <= error.code < 5000 else _DEFECT, type(error).__name__)
 
 
-class Session:
+class StreamSession:
     """Converses with `caller` on `socket`, to whom `hub` sends by `wire`."""
 
     def __init__(
-        self, socket: WebSocket, wire: Wire, bridge: Bridge, hub: Hub, entrance: Entrance, caller: Caller, language: str
+        self,
+        socket: WebSocket,
+        wire: StreamWire,
+        bridge: Bridge,
+        hub: StreamHub,
+        entrance: StreamHandshake,
+        caller: Caller,
+        language: str,
     ) -> None:
         self._socket = socket
         self._entrance = entrance
@@ -61,7 +68,7 @@ class Session:
         self._hub = hub
         self._caller = caller
         self._language = language
-        self._reader = Reader(wire, hub.ring, self._lag)
+        self._reader = StreamReader(wire, hub.ring, self._lag)
         self._catching: asyncio.Task[None] | None = None
         self._bound = ""
         self._heard_until = 0.0
@@ -144,7 +151,7 @@ class Session:
         if "events" in wanted.named:
             self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
 
-    async def _past(self, wanted: Past | None) -> int | None:
+    async def _past(self, wanted: ReplayStart | None) -> int | None:
         """Return behind which event to begin, None where none are wanted; raises `InvalidRequest`."""
         if wanted is None:
             return None

@@ -21,7 +21,7 @@ _STIRRING = (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged)
 """Events after which the queue is another."""
 
 
-class Source(Protocol):
+class StreamedService(Protocol):
     """The part of the service that the tap needs."""
 
     def watch(self) -> AsyncIterator[State]:
@@ -41,7 +41,7 @@ class Batch(NamedTuple):
     queue: object
 
 
-class Tap:
+class StreamSource:
     """Lives in the stack's loop and looks at `source`; `hand_over` is called there with every batch.
 
     `view` answers how the queue stands. `speed` is how fast the loop's clock runs. Any thread may read `latest`, the
@@ -50,7 +50,7 @@ class Tap:
 
     def __init__(
         self,
-        source: Source,
+        source: StreamedService,
         view: Callable[[], Awaitable[object]],
         hand_over: Callable[[Batch], None],
         speed: float = 1.0,

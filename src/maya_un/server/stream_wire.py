@@ -42,7 +42,7 @@ SILENT = logging.getLogger("maya_un.server.silent")
 SILENT.disabled = True
 
 
-class Wire(WebSocketsSansIOProtocol):
+class StreamWire(WebSocketsSansIOProtocol):
     """One websocket connection. `on_room` is called when a reader that was behind takes more again."""
 
     def __init__(

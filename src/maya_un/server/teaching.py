@@ -1,4 +1,4 @@
-"""The paths of named poses and pallets: to methods of the service's `Teaching`, one to one."""
+"""The paths of named poses and pallets: to methods of the service's `TeachingService`, one to one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fastapi import Response
 
 from maya_un.api.access.operations import Operation
 from maya_un.api.service import Service
-from maya_un.api.teaching import Teaching
+from maya_un.api.teaching import TeachingService
 from maya_un.errors import Busy, FileUnreadable, FileUnwritable, NameTaken, NotConnected, NotHomed, NotTaught
 from maya_un.schema.bodies import Forgotten, Name
 from maya_un.schema.places import PalletInfo, TaughtPose
@@ -40,7 +40,7 @@ def add_poses(routes: Routes) -> None:
     )
     async def poses(ask: Ask) -> Response:
         """Return all taught poses, in the order in which they were taught."""
-        return answer(await _taught(ask, Teaching.poses))
+        return answer(await _taught(ask, TeachingService.poses))
 
     @routes.add(
         "GET", "/v1/poses/{name:path}", Operation.READ, tag=tag, gives=TaughtPose, refuses=_ONE, client="poses.get"
@@ -107,7 +107,7 @@ def add_pallets(routes: Routes) -> None:
     )
     async def pallets(ask: Ask) -> Response:
         """Return all taught pallets, in the order in which they were taught."""
-        return answer(await _taught(ask, Teaching.pallets))
+        return answer(await _taught(ask, TeachingService.pallets))
 
     @routes.add(
         "GET", "/v1/pallets/{name:path}", Operation.READ, tag=tag, gives=PalletInfo, refuses=_ONE, client="pallets.get"
@@ -160,7 +160,7 @@ def add_pallets(routes: Routes) -> None:
         return answer(Forgotten(name))
 
 
-async def _taught(ask: Ask, wish: Callable[[Teaching], T]) -> T:
+async def _taught(ask: Ask, wish: Callable[[TeachingService], T]) -> T:
     """Carry out a request to the service's teaching in its loop."""
 
     async def carried_out(service: Service) -> T:

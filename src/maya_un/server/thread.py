@@ -12,22 +12,22 @@ from functools import partial
 import uvicorn
 from fastapi import FastAPI
 
-from maya_un.listening import Listener, Refusals, Share, Shares
-from maya_un.server.doors import LOOPBACK, Door, bound_socket
+from dmc41x3.listening import DescriptorShare, DescriptorShares, Listener, Refusals
+from maya_un.server.doors import LOOPBACK, ListeningSocket, bound_socket
 from maya_un.server.log import hand_over
-from maya_un.server.protocol import BoundedProtocol, Places
-from maya_un.server.stream_wire import Wire
+from maya_un.server.protocol import BoundedProtocol, ConnectionSlots
+from maya_un.server.stream_wire import StreamWire
 
 __all__ = ["LOOPBACK", "bound_socket", "served"]
 
 _STARTED = 10.0
 
 
-class _Server(uvicorn.Server):
+class _HttpServer(uvicorn.Server):
     """Reports when it listens, accepts with our own listener, and leaves signals to the main thread."""
 
-    def __init__(self, app: FastAPI, door: Door, share: Share) -> None:
-        self._places = Places(door.most, door.most_each, share)
+    def __init__(self, app: FastAPI, door: ListeningSocket, share: DescriptorShare) -> None:
+        self._places = ConnectionSlots(door.most, door.most_each, share)
         super().__init__(_configured(app, door, self._places))
         self.door = door
         self.listening = threading.Event()
@@ -46,12 +46,12 @@ class _Server(uvicorn.Server):
         self.listening.set()
 
 
-def _configured(app: FastAPI, door: Door, places: Places) -> uvicorn.Config:
+def _configured(app: FastAPI, door: ListeningSocket, places: ConnectionSlots) -> uvicorn.Config:
     tls = door.tls
     return uvicorn.Config(
         app,
         http=partial(BoundedProtocol, places),  # type: ignore[arg-type]
-        ws=Wire,
+        ws=StreamWire,
         log_config=None,
         access_log=False,
         lifespan="off",
@@ -69,7 +69,7 @@ Beside = Callable[[], AbstractAsyncContextManager[object]]
 class _Thread(threading.Thread):
     """Serves; what went wrong before it listened is in `failure`."""
 
-    def __init__(self, servers: list[_Server], beside: Beside) -> None:
+    def __init__(self, servers: list[_HttpServer], beside: Beside) -> None:
         super().__init__(name="maya-http", daemon=True)
         self._servers = servers
         self._beside = beside
@@ -93,16 +93,16 @@ class _Thread(threading.Thread):
 
 @asynccontextmanager
 async def served(
-    app: FastAPI, near: socket.socket | Door, *far: Door, beside: Beside = nullcontext
+    app: FastAPI, near: socket.socket | ListeningSocket, *far: ListeningSocket, beside: Beside = nullcontext
 ) -> AsyncIterator[str]:
     """Serve `app` at `near` (loopback) and at listeners for other machines while the block runs; yields near's URL.
 
     The calling loop goes on while the thread starts and ends. Raises what `beside` raises when it opens.
     """
     hand_over("uvicorn.error")
-    first = near if isinstance(near, Door) else Door(near)
-    shares = Shares.now()
-    servers = [_Server(app, first, shares.near), *(_Server(app, door, shares.far) for door in far)]
+    first = near if isinstance(near, ListeningSocket) else ListeningSocket(near)
+    shares = DescriptorShares.now()
+    servers = [_HttpServer(app, first, shares.near), *(_HttpServer(app, door, shares.far) for door in far)]
     url = servers[0].door.url
     thread = _Thread(servers, beside)
     loop = asyncio.get_running_loop()

@@ -9,7 +9,7 @@ from maya_un.errors import MayaError, NotConnected, ServiceNotAnswering, Storage
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.robot import Readiness
 from maya_un.server.bridge import Bridge
-from maya_un.server.metrics import Storage
+from maya_un.server.metrics import JournalHealth
 from maya_un.values import Mode, Notice
 
 PATIENCE = 1.0
@@ -42,10 +42,10 @@ async def _failing(bridge: Bridge) -> str:
         return bridge.journal.failing or f"the disk does not answer within {PATIENCE:g} s"
 
 
-def storage_of(bridge: Bridge) -> Storage:
+def storage_of(bridge: Bridge) -> JournalHealth:
     """Return how the journal is; one in memory never fails."""
     journal = bridge.journal
-    return Storage(journal.failing, journal.commits) if isinstance(journal, SqliteJournal) else Storage()
+    return JournalHealth(journal.failing, journal.commits) if isinstance(journal, SqliteJournal) else JournalHealth()
 
 
 async def _obstacles(service: Service) -> list[MayaError]:

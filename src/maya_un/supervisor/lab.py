@@ -19,12 +19,12 @@ from uuid import uuid4
 import aiomqtt
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from maya_un.coms.broker import SESSION, VERSION, Broker, Client, Refused, topic
+from maya_un.coms.broker import SESSION, VERSION, Broker, BrokerClient, PublishRefused, topic
 from maya_un.coms.choosing import broker_of
 from maya_un.coms.retrying import first_to_end, keep
 from maya_un.coms.settings import from_environment, password_warning
 from maya_un.errors import BrokerRefused, MayaError
-from maya_un.graph.step_text import Result
+from maya_un.graph.step_text import StepEnd
 from maya_un.supervisor.primitives import PrimitiveCommands
 from maya_un.supervisor.step import Step, check, command_text, progress_of, result_of
 
@@ -152,7 +152,7 @@ class Supervisor:
                 ready.set_result(None)
             await first_to_end(self._receive(client), self._send(client))
 
-    async def _subscribe(self, client: Client) -> None:
+    async def _subscribe(self, client: BrokerClient) -> None:
         """Subscribe, and take in the presence of all robots: the second answer comes behind what is retained."""
         where = f"{VERSION}/+/connection"
         self._heard.clear()
@@ -161,11 +161,11 @@ class Supervisor:
         for _ in range(len(client.messages)):
             self._take(client, await anext(client.messages))
 
-    async def _receive(self, client: Client) -> None:
+    async def _receive(self, client: BrokerClient) -> None:
         async for message in client.messages:
             self._take(client, message)
 
-    def _take(self, client: Client, message: aiomqtt.Message) -> None:
+    def _take(self, client: BrokerClient, message: aiomqtt.Message) -> None:
         event = _event_of(message)
         if event is not None:
             self._note(event)
@@ -195,12 +195,12 @@ class Supervisor:
             self._unsent.update({id_: step for id_, step in self._steps.items() if step.robot == robot})
             self._work.set()
 
-    def _end(self, step: Step, how: Result | MayaError) -> None:
+    def _end(self, step: Step, how: StepEnd | MayaError) -> None:
         step.ended(how)
         self._steps.pop(step.id, None)
         self._unsent.pop(step.id, None)
 
-    async def _send(self, client: Client) -> None:
+    async def _send(self, client: BrokerClient) -> None:
         while True:
             await self._work.wait()
             self._work.clear()
@@ -212,10 +212,10 @@ class Supervisor:
                 if step.robot in self._heard:  # else its result would be missed; another round sends it
                     await self._publish(client, step)
 
-    async def _publish(self, client: Client, step: Step) -> None:
+    async def _publish(self, client: BrokerClient, step: Step) -> None:
         try:
             await client.publish_checked(topic(step.robot, "commands"), step.text)
-        except Refused as error:
+        except PublishRefused as error:
             self._end(step, BrokerRefused(where=self._broker.where, reason=str(error)))
         self._unsent.pop(step.id, None)
 

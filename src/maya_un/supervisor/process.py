@@ -28,7 +28,7 @@ _LONGEST_DEADLINE = 7 * 24 * 3600.0
 
 
 @dataclass(frozen=True, slots=True)
-class Planned:
+class ProcessStep:
     """A step of a process; it begins when the steps `after` which it comes have ended."""
 
     id: str
@@ -39,11 +39,11 @@ class Planned:
 
 
 @dataclass(frozen=True, slots=True)
-class Process:
+class FleetProcess:
     """Steps by id, in the order of the file. `deadline` is the time in which a step begins once it was sent [s]."""
 
     name: str
-    steps: dict[str, Planned]
+    steps: dict[str, ProcessStep]
     deadline: float = DEADLINE
 
     @property
@@ -56,7 +56,7 @@ class Process:
         return TopologicalSorter({step.id: step.after for step in self.steps.values()})
 
 
-def load_process(path: Path) -> Process:
+def load_process(path: Path) -> FleetProcess:
     """Return the process of a YAML or JSON file; one without a name is called as the file.
 
     Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidProcess` for anything in it by which it
@@ -65,18 +65,18 @@ def load_process(path: Path) -> Process:
     data = _mapping(read_document(path), "the file", {"steps"}, {"name", "deadline"})
     if not isinstance(data["steps"], list) or not data["steps"]:
         raise InvalidProcess(key="steps", reason="it must be a list of steps")
-    steps: dict[str, Planned] = {}
+    steps: dict[str, ProcessStep] = {}
     for number, one in enumerate(data["steps"], 1):
         step = _planned(one, f"steps, number {number}")
         if step.id in steps:
             raise InvalidProcess(key=step.id, reason="two steps have this id")
         steps[step.id] = step
-    process = Process(_text(data.get("name", path.stem), "name"), steps, _deadline(data.get("deadline", DEADLINE)))
+    process = FleetProcess(_text(data.get("name", path.stem), "name"), steps, _deadline(data.get("deadline", DEADLINE)))
     _check_graph(process)
     return process
 
 
-def _planned(data: object, key: str) -> Planned:
+def _planned(data: object, key: str) -> ProcessStep:
     found = _mapping(data, key, {"id", "robot", "command"}, {"args", "after"})
     id_ = _text(found["id"], f"{key}, id")
     command = _text(found["command"], f"{id_}, command")
@@ -92,10 +92,10 @@ def _planned(data: object, key: str) -> Planned:
     after = found.get("after") or []
     if not isinstance(after, list):
         raise InvalidProcess(key=f"{id_}, after", reason="it must be a list of ids")
-    return Planned(id_, robot, command, args, tuple(_text(one, f"{id_}, after") for one in after))
+    return ProcessStep(id_, robot, command, args, tuple(_text(one, f"{id_}, after") for one in after))
 
 
-def _check_graph(process: Process) -> None:
+def _check_graph(process: FleetProcess) -> None:
     for step in process.steps.values():
         unknown = [name for name in step.after if name not in process.steps]
         if unknown:

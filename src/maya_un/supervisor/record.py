@@ -20,14 +20,14 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from dmc41x3.files import open_own, sync_folder, unwritable
 from maya_un.errors import FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
-from maya_un.files import open_own, sync_folder, unwritable
-from maya_un.graph.step_text import Result
-from maya_un.supervisor.process import Process
+from maya_un.graph.step_text import StepEnd
+from maya_un.supervisor.process import FleetProcess
 from maya_un.supervisor.step import result_of
 
 
-class Decision(StrEnum):
+class FailureDecision(StrEnum):
     """What a person decides about a failed step."""
 
     RETRY = "retry"
@@ -35,7 +35,7 @@ class Decision(StrEnum):
     ABORT = "abort"
 
 
-class State(StrEnum):
+class ProcessStepState(StrEnum):
     """How far a step of a process has come."""
 
     WAITING = "waiting"
@@ -46,55 +46,55 @@ class State(StrEnum):
 
 
 @dataclass(slots=True)
-class Entry:
+class StepEntry:
     """What is known of a step: the id and text of its latest command, and its result."""
 
-    state: State = State.WAITING
+    state: ProcessStepState = ProcessStepState.WAITING
     id: str | None = None
     text: str | None = None
-    result: Result | None = None
+    result: StepEnd | None = None
 
 
-class Record:
+class ProcessRecord:
     """The record of a process in an open file; every change is on the disk when its method returns."""
 
-    def __init__(self, descriptor: int, path: Path, process: Process) -> None:
+    def __init__(self, descriptor: int, path: Path, process: FleetProcess) -> None:
         self._descriptor = descriptor
         self._path = path
         self.process = process
-        self.entries = {id_: Entry() for id_ in process.steps}
+        self.entries = {id_: StepEntry() for id_ in process.steps}
         self.aborted = False
 
     def sent(self, step: str, id_: str, text: str) -> None:
         """Note a command that is sent next."""
         self._append({"step": step, "sent": id_, "text": text})
 
-    def ended(self, step: str, result: Result) -> None:
+    def ended(self, step: str, result: StepEnd) -> None:
         """Note a result."""
         self._append({"step": step, "result": json.loads(result.text)})
 
-    def decided(self, step: str, decision: Decision) -> None:
+    def decided(self, step: str, decision: FailureDecision) -> None:
         """Note what a person decided about a failed step."""
         self._append({"step": step, "decision": decision.value})
 
     def abort(self) -> None:
         """Note that a person ends the process."""
-        self._append({"decision": Decision.ABORT.value})
+        self._append({"decision": FailureDecision.ABORT.value})
 
     def require_not_aborted(self) -> None:
         """Raise `ProcessAborted` if a person ended the process."""
         if self.aborted:
-            done = sum(entry.state is State.DONE for entry in self.entries.values())
+            done = sum(entry.state is ProcessStepState.DONE for entry in self.entries.values())
             raise ProcessAborted(done=done, steps=len(self.entries))
 
     def failed(self) -> list[str]:
         """Return the failed steps, in the order of the file."""
-        return [id_ for id_, entry in self.entries.items() if entry.state is State.FAILED]
+        return [id_ for id_, entry in self.entries.items() if entry.state is ProcessStepState.FAILED]
 
     @property
     def finished(self) -> bool:
         """Whether all steps are done or skipped."""
-        return all(entry.state in {State.DONE, State.SKIPPED} for entry in self.entries.values())
+        return all(entry.state in {ProcessStepState.DONE, ProcessStepState.SKIPPED} for entry in self.entries.values())
 
     def _append(self, line: dict[str, Any]) -> None:
         try:
@@ -106,22 +106,24 @@ class Record:
 
     def apply(self, line: dict[str, Any]) -> None:
         """Take in what a line says."""
-        if line.get("decision") == Decision.ABORT:
+        if line.get("decision") == FailureDecision.ABORT:
             self.aborted = True
             return
         entry = self.entries[line["step"]]
         if "sent" in line:
-            entry.state, entry.id, entry.text, entry.result = State.SENT, line["sent"], line["text"], None
+            entry.state, entry.id, entry.text, entry.result = ProcessStepState.SENT, line["sent"], line["text"], None
         elif "result" in line:
             entry.result = result_of(line["result"])
             success = entry.result is not None and entry.result.error is None
-            entry.state = State.DONE if success else State.FAILED
+            entry.state = ProcessStepState.DONE if success else ProcessStepState.FAILED
         else:
-            entry.state = State.WAITING if line["decision"] == Decision.RETRY else State.SKIPPED
+            entry.state = (
+                ProcessStepState.WAITING if line["decision"] == FailureDecision.RETRY else ProcessStepState.SKIPPED
+            )
 
 
 @contextmanager
-def recorded(path: Path, process: Process, *, again: bool = False) -> Iterator[Record]:
+def recorded(path: Path, process: FleetProcess, *, again: bool = False) -> Iterator[ProcessRecord]:
     """Open the record of a process, or begin one; with `again` the old one is dropped.
 
     Raises `ProcessChanged` for the record of another process, `StorageInUse` while another program uses it,
@@ -132,7 +134,7 @@ def recorded(path: Path, process: Process, *, again: bool = False) -> Iterator[R
         _lock(descriptor, path)
         if again:
             os.ftruncate(descriptor, 0)
-        record = Record(descriptor, path, process)
+        record = ProcessRecord(descriptor, path, process)
         lines = _lines(descriptor, path)
         head = {"process": process.name, "digest": process.digest}
         if not lines:
@@ -173,7 +175,7 @@ def _lines(descriptor: int, path: Path) -> list[dict[str, Any]]:
     return lines
 
 
-def _replay(record: Record, lines: list[dict[str, Any]], path: Path) -> None:
+def _replay(record: ProcessRecord, lines: list[dict[str, Any]], path: Path) -> None:
     try:
         for line in lines:
             record.apply(line)

@@ -12,22 +12,22 @@ from collections.abc import Callable
 from uuid import uuid4
 
 from maya_un.errors import DecisionNeeded
-from maya_un.graph.step_text import Progress, Result
+from maya_un.graph.step_text import StepEnd, StepProgress
 from maya_un.supervisor.lab import Supervisor
-from maya_un.supervisor.process import Planned
-from maya_un.supervisor.record import Record, State
+from maya_un.supervisor.process import ProcessStep
+from maya_un.supervisor.record import ProcessRecord, ProcessStepState
 from maya_un.supervisor.step import Step, command_text
 
-Tell = Callable[[Planned, Progress | Result], None]
+Tell = Callable[[ProcessStep, StepProgress | StepEnd], None]
 """Is told of every report and every result."""
 
-_OVER = frozenset({State.DONE, State.SKIPPED})
+_OVER = frozenset({ProcessStepState.DONE, ProcessStepState.SKIPPED})
 
 
-class Runner:
+class FleetProcessRunner:
     """Carries out the process of a record over `lab`."""
 
-    def __init__(self, record: Record, lab: Supervisor, tell: Tell | None = None) -> None:
+    def __init__(self, record: ProcessRecord, lab: Supervisor, tell: Tell | None = None) -> None:
         self._record = record
         self._lab = lab
         self._tell = tell or (lambda _step, _report: None)
@@ -62,13 +62,13 @@ class Runner:
                 self._pass(id_)
         for id_ in sorted(self._ready, key=self._rank):
             step = self._record.process.steps[id_]
-            if step.robot not in self._busy and self._record.entries[id_].state is not State.FAILED:
+            if step.robot not in self._busy and self._record.entries[id_].state is not ProcessStepState.FAILED:
                 self._ready.remove(id_)
                 self._busy[step.robot] = asyncio.create_task(self._carry_out(step), name=f"step {id_}")
 
     def _rank(self, id_: str) -> tuple[bool, int]:
         """Return the place of a step among those of its robot: sent ones first, then by the order of the file."""
-        return self._record.entries[id_].state is not State.SENT, list(self._record.entries).index(id_)
+        return self._record.entries[id_].state is not ProcessStepState.SENT, list(self._record.entries).index(id_)
 
     def _pass(self, id_: str) -> None:
         """Let the steps after a step begin if it is over."""
@@ -84,7 +84,7 @@ class Runner:
                 del self._busy[robot]
                 task.result()
 
-    async def _carry_out(self, step: Planned) -> None:
+    async def _carry_out(self, step: ProcessStep) -> None:
         sent = self._send(step)
         async for report in sent:
             self._tell(step, report)
@@ -94,9 +94,9 @@ class Runner:
         self._ready.append(step.id)
         self._pass(step.id)
 
-    def _send(self, step: Planned) -> Step:
+    def _send(self, step: ProcessStep) -> Step:
         entry = self._record.entries[step.id]
-        if entry.state is not State.SENT or entry.id is None or entry.text is None:
+        if entry.state is not ProcessStepState.SENT or entry.id is None or entry.text is None:
             id_ = str(uuid4())
             text = command_text(id_, step.robot, step.command, step.args, self._record.process.deadline)
             self._record.sent(step.id, id_, text)

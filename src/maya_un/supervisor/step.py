@@ -8,9 +8,17 @@ from collections.abc import AsyncIterator, Generator, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
-from maya_un.errors import InvalidRequest, InvalidValue, MayaError, StepFailed, StepInterrupted, UnknownName, by_code
-from maya_un.errors.lookup import as_said
-from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, Progress, Result, State, content_of
+from maya_un.errors import (
+    InvalidRequest,
+    InvalidValue,
+    MayaError,
+    StepFailed,
+    StepInterrupted,
+    UnknownName,
+    as_said,
+    by_code,
+)
+from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, StepEnd, StepProgress, StepState, content_of
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.arguments import Argument, Switch
 from maya_un.values import FARTHEST, WITHIN
@@ -56,14 +64,14 @@ class Step:
         self.id = id_
         self.robot = robot
         self.text = text
-        self._reports: list[Progress] = []
+        self._reports: list[StepProgress] = []
         self._changed = asyncio.Event()
-        self._ended: asyncio.Future[Result | MayaError] = asyncio.get_running_loop().create_future()
+        self._ended: asyncio.Future[StepEnd | MayaError] = asyncio.get_running_loop().create_future()
 
-    def __await__(self) -> Generator[Any, None, Result]:
+    def __await__(self) -> Generator[Any, None, StepEnd]:
         return self._result().__await__()
 
-    async def __aiter__(self) -> AsyncIterator[Progress]:
+    async def __aiter__(self) -> AsyncIterator[StepProgress]:
         seen = 0
         while True:
             for report in self._reports[seen:]:
@@ -79,33 +87,33 @@ class Step:
         """The part of the command that the robot compares if the same id comes again."""
         return content_of(json.loads(self.text))
 
-    async def outcome(self) -> Result:
+    async def outcome(self) -> StepEnd:
         """Return the result, that of a failed step too; raises `BrokerRefused` for a step that was never sent."""
         ended = await asyncio.shield(self._ended)
         if isinstance(ended, MayaError):
             raise ended
         return ended
 
-    async def _result(self) -> Result:
+    async def _result(self) -> StepEnd:
         result = await self.outcome()
         if result.error is not None:
             raise error_of(result, self.robot)
         return result
 
-    def reported(self, progress: Progress) -> None:
+    def reported(self, progress: StepProgress) -> None:
         """Note a report of the robot; a repeated one changes nothing."""
         if progress.state not in {known.state for known in self._reports}:
             self._reports.append(progress)
             self._changed.set()
 
-    def ended(self, how: Result | MayaError) -> None:
+    def ended(self, how: StepEnd | MayaError) -> None:
         """Note the result, or the error for which it could not be sent; only the first counts."""
         if not self._ended.done():
             self._ended.set_result(how)
             self._changed.set()
 
 
-def error_of(result: Result, robot: str) -> MayaError:
+def error_of(result: StepEnd, robot: str) -> MayaError:
     """Return the error of a failed step, with the robot's code and words."""
     error, code = result.error or "", result.code or ""
     if code == INTERRUPTED:
@@ -115,21 +123,21 @@ def error_of(result: Result, robot: str) -> MayaError:
     return StepFailed(id=result.id, robot=robot, error=error, code=code)
 
 
-def progress_of(data: Mapping[str, Any]) -> Progress | None:
+def progress_of(data: Mapping[str, Any]) -> StepProgress | None:
     """Return what a robot reports, None for what is no report."""
     try:
-        return Progress(str(data["id"]), State(data["state"]), str(data["date"]))
+        return StepProgress(str(data["id"]), StepState(data["state"]), str(data["date"]))
     except (KeyError, ValueError):
         return None
 
 
-def result_of(data: Mapping[str, Any]) -> Result | None:
+def result_of(data: Mapping[str, Any]) -> StepEnd | None:
     """Return a result that a robot published, None for what is none."""
     try:
         error = None if data["success"] is True else str(data["error"])
         code = None if error is None else str(data["code"])
         warnings = tuple(str(warning) for warning in data.get("warnings", ()))
         dates = str(data["started"]), str(data["finished"])
-        return Result(str(data["id"]), error, code, *dates, warnings, data.get("content"))
+        return StepEnd(str(data["id"]), error, code, *dates, warnings, data.get("content"))
     except (KeyError, TypeError):
         return None

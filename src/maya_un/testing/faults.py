@@ -12,10 +12,10 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from math import inf
 from typing import Literal
 
-from maya_un.galil.hardware import LETTERS
-from maya_un.virtual.wire.faults import Value
-from maya_un.virtual.wire.injection import Injection
-from maya_un.virtual.wire.server import VirtualController
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.twin.wire.faults import Value
+from dmc41x3.twin.wire.injection import Injection
+from dmc41x3.twin.wire.server import VirtualController
 
 OVERCURRENT = 1 << 24
 """Amplifier status: overcurrent, axes A to D (byte 55 of the data record)."""

@@ -6,15 +6,15 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
-from maya_un.galil.transport import Transport
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.values import Point
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
-from maya_un.virtual.wire.server import VirtualController
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,8 +34,8 @@ class Rig:
 async def rig(
     config: Config | None = None,
     *,
-    truth: Truth | None = None,
-    start: Start | None = None,
+    truth: TrueConstants | None = None,
+    start: StartPose | None = None,
     parts: Mapping[str, Point] | None = None,
     live: bool = False,
     trace: bool = False,
@@ -46,8 +46,8 @@ async def rig(
     """
     chosen = Config() if config is None else config
     mechanics = MayaMechanics(
-        Truth() if truth is None else truth,
-        Start() if start is None else start,
+        TrueConstants() if truth is None else truth,
+        StartPose() if start is None else start,
         parts=parts or {},
         trace=trace,
     )

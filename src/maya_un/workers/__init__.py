@@ -11,6 +11,6 @@ handed over at once, and what it returns is the answer. See docs/decisions/0039-
 
 from __future__ import annotations
 
-from maya_un.workers.pool import Answer, Bounds, Staff, Work, Workers
+from maya_un.workers.pool import ComputeLimits, Work, Workers, WorkerSet, WorkResult
 
-__all__ = ["Answer", "Bounds", "Staff", "Work", "Workers"]
+__all__ = ["ComputeLimits", "Work", "WorkResult", "WorkerSet", "Workers"]

@@ -14,7 +14,7 @@ from collections.abc import Callable, Generator
 from typing import Any
 
 from maya_un.errors import MayaError
-from maya_un.workers.wire import Ask, ClosedError, Told, receive, send
+from maya_un.workers.wire import ClosedError, WorkerAnswer, WorkerCommand, receive, send
 
 SLICE = 0.02
 """A request has its turn for about so long [s, computing]."""
@@ -45,43 +45,43 @@ class _Worker:
 
     def __init__(self, answers: int) -> None:
         self._answers = answers
-        self._under_way: dict[int, _Request] = {}
+        self._under_way: dict[int, _WorkerTask] = {}
 
-    def take(self, ask: Ask, number: int, payload: bytes) -> None:
+    def take(self, ask: WorkerCommand, number: int, payload: bytes) -> None:
         """Carry out a command and answer it; a dropped request gets no answer."""
         match ask:
-            case Ask.PREPARE:
+            case WorkerCommand.PREPARE:
                 memory, nicer, prepare, arguments = pickle.loads(payload)
                 os.nice(nicer)
                 resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
                 prepare(*arguments)
-            case Ask.BEGIN:
-                self._work(number, lambda: _Request.begun(payload))
-            case Ask.GO_ON:
+            case WorkerCommand.BEGIN:
+                self._work(number, lambda: _WorkerTask.begun(payload))
+            case WorkerCommand.GO_ON:
                 request = self._under_way.pop(number)
                 self._work(number, lambda: request)
-            case Ask.FORGET:
+            case WorkerCommand.FORGET:
                 self._under_way.pop(number, None)
 
-    def _work(self, number: int, taken: Callable[[], _Request]) -> None:
+    def _work(self, number: int, taken: Callable[[], _WorkerTask]) -> None:
         """Work on a request for a slice, and report the progress."""
         _bound(LONGEST)
         try:
             request = taken()
             told, payload = request.go_on()
         except MayaError as error:
-            told, payload = Told.REFUSED, _pickled(error)
+            told, payload = WorkerAnswer.REFUSED, _pickled(error)
         except MemoryError:
-            told, payload = Told.TOO_LARGE, b""
+            told, payload = WorkerAnswer.TOO_LARGE, b""
         except Exception as defect:  # noqa: BLE001 - told to whoever asked
-            told, payload = Told.FAILED, _pickled(repr(defect)[:500])
+            told, payload = WorkerAnswer.FAILED, _pickled(repr(defect)[:500])
         else:
-            if told in {Told.MORE, Told.PART}:
+            if told in {WorkerAnswer.MORE, WorkerAnswer.PART}:
                 self._under_way[number] = request
         send(self._answers, told, number, payload)
 
 
-class _Request:
+class _WorkerTask:
     """Work under way, which may take `seconds` of computing in all."""
 
     def __init__(self, work: _Work, seconds: float) -> None:
@@ -89,12 +89,12 @@ class _Request:
         self._left = seconds
 
     @classmethod
-    def begun(cls, payload: bytes) -> _Request:
+    def begun(cls, payload: bytes) -> _WorkerTask:
         """Return the requested work."""
         seconds, function, arguments = pickle.loads(payload)
         return cls(function(*arguments), seconds)
 
-    def go_on(self) -> tuple[Told, bytes]:
+    def go_on(self) -> tuple[WorkerAnswer, bytes]:
         """Work until a slice of time is over, something is to be handed over, or all is done."""
         began = _computed()
         try:
@@ -102,15 +102,15 @@ class _Request:
                 part = next(self._work)
                 spent = _computed() - began
                 if self._left < spent:
-                    return Told.TOO_LONG, b""
+                    return WorkerAnswer.TOO_LONG, b""
                 if part is not None:
                     self._left -= spent
-                    return Told.PART, _pickled(part)
+                    return WorkerAnswer.PART, _pickled(part)
                 if spent >= SLICE:
                     self._left -= spent
-                    return Told.MORE, b""
+                    return WorkerAnswer.MORE, b""
         except StopIteration as end:
-            return Told.DONE, _pickled(end.value)
+            return WorkerAnswer.DONE, _pickled(end.value)
 
 
 def _pickled(value: object) -> bytes:

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
 
 from maya_un.errors import InternalError, MayaError, TakesTooLong, TooLarge, WorkerFailed
-from maya_un.workers.turns import Circle, Request
-from maya_un.workers.wire import Ask, ClosedError, StuckError, Told, receive, send
+from maya_un.workers.turns import RoundRobin, WorkRequest
+from maya_un.workers.wire import ClosedError, StuckError, WorkerAnswer, WorkerCommand, receive, send
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -30,7 +30,7 @@ _MAIN = "import sys; sys.path[:] = {path!r}; from maya_un.workers.child import m
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
-class Answer(NamedTuple, Generic[T]):
+class WorkResult(NamedTuple, Generic[T]):
     """Outcome of work: the pieces that it handed over on the way, and its result."""
 
     parts: list[Any]
@@ -38,7 +38,7 @@ class Answer(NamedTuple, Generic[T]):
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class ComputeLimits:
     """How much may be asked: `seconds` of computing for one request, `memory` [bytes] of the process.
 
     `most` requests may wait or be under way in all, and `each` of one who asks. The priority of the process is lower by
@@ -53,7 +53,7 @@ class Bounds:
     patience: float = 30.0
 
 
-class Staff(NamedTuple):
+class WorkerSet(NamedTuple):
     """The workers beside the loop: one for the robot, one for the requests of people."""
 
     own: Workers
@@ -69,7 +69,7 @@ class Workers:
     def __init__(
         self,
         name: str,
-        bounds: Bounds,
+        bounds: ComputeLimits,
         prepare: Callable[..., object],
         *arguments: object,
     ) -> None:
@@ -77,7 +77,7 @@ class Workers:
         self._bounds = bounds
         self._prepare = pickle.dumps((bounds.memory, bounds.nicer, prepare, arguments))
         self._numbers = itertools.count(1)
-        self._circle = Circle(bounds.most, bounds.each)
+        self._circle = RoundRobin(bounds.most, bounds.each)
         self._changed = threading.Condition()
         self._thread: threading.Thread | None = None
         self._process: subprocess.Popen[bytes] | None = None
@@ -96,7 +96,7 @@ class Workers:
             self._wanted = True
             self._go()
 
-    async def run(self, work: Work[..., T], *args: object, whose: str = "", each: int | None = None) -> Answer[T]:
+    async def run(self, work: Work[..., T], *args: object, whose: str = "", each: int | None = None) -> WorkResult[T]:
         """Return what `work` comes to in the worker; being cancelled, nobody works on it any more.
 
         `whose` names who asks: everybody has a turn. He may have `each` requests here, those of the bounds without it.
@@ -104,7 +104,7 @@ class Workers:
         `TakesTooLong`, `TooLarge` and `WorkerFailed`.
         """
         payload = pickle.dumps((self._bounds.seconds, work, args), pickle.HIGHEST_PROTOCOL)
-        request = Request(next(self._numbers), whose, payload)
+        request = WorkRequest(next(self._numbers), whose, payload)
         with self._changed:
             if self._closed:
                 raise WorkerFailed(reason="the program is ending")
@@ -133,7 +133,7 @@ class Workers:
             self._thread.start()
         self._changed.notify_all()
 
-    def _drop(self, request: Request) -> None:
+    def _drop(self, request: WorkRequest) -> None:
         with self._changed:
             request.dropped = True
             if not request.began:
@@ -162,7 +162,7 @@ class Workers:
         self._kill()
         self._circle.each(lambda one: self._over(one, WorkerFailed(reason="the program is ending")))
 
-    def _turn(self, request: Request | None) -> None:
+    def _turn(self, request: WorkRequest | None) -> None:
         """Have a request worked on for a slice."""
         process = self._running()
         if request is None:
@@ -174,30 +174,30 @@ class Workers:
             request.began = not dropped
         if dropped:
             if began:
-                send(process.stdin.fileno(), Ask.FORGET, request.number, b"", within=within)
+                send(process.stdin.fileno(), WorkerCommand.FORGET, request.number, b"", within=within)
             self._over(request, None)
             return
-        ask, payload = (Ask.GO_ON, b"") if began else (Ask.BEGIN, request.payload)
+        ask, payload = (WorkerCommand.GO_ON, b"") if began else (WorkerCommand.BEGIN, request.payload)
         send(process.stdin.fileno(), ask, request.number, payload, within=within)
         told, _, answer = receive(process.stdout.fileno(), within)
         self._take(request, told, answer)
 
-    def _take(self, request: Request, told: Told, payload: bytes) -> None:
+    def _take(self, request: WorkRequest, told: WorkerAnswer, payload: bytes) -> None:
         match told:
-            case Told.MORE:
+            case WorkerAnswer.MORE:
                 pass
-            case Told.PART:
+            case WorkerAnswer.PART:
                 request.parts.append(pickle.loads(payload))
-            case Told.DONE:
-                self._over(request, Answer(request.parts, pickle.loads(payload)))
-            case Told.REFUSED:
+            case WorkerAnswer.DONE:
+                self._over(request, WorkResult(request.parts, pickle.loads(payload)))
+            case WorkerAnswer.REFUSED:
                 self._over(request, pickle.loads(payload))
-            case Told.TOO_LONG:
+            case WorkerAnswer.TOO_LONG:
                 self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
-            case Told.TOO_LARGE:
+            case WorkerAnswer.TOO_LARGE:
                 # what it holds is not worth keeping; the next begins small
                 self._replaced(request, TooLarge(most=f"{self._bounds.memory >> 20} MB"))
-            case Told.FAILED:
+            case WorkerAnswer.FAILED:
                 self._over(request, WorkerFailed(reason=pickle.loads(payload)))
 
     def _running(self) -> subprocess.Popen[bytes]:
@@ -209,7 +209,7 @@ class Workers:
                 self._process = process = _started()
             assert process.stdin is not None
             os.set_blocking(process.stdin.fileno(), False)
-            send(process.stdin.fileno(), Ask.PREPARE, 0, self._prepare, within=self._bounds.patience)
+            send(process.stdin.fileno(), WorkerCommand.PREPARE, 0, self._prepare, within=self._bounds.patience)
         return self._process
 
     def _ended(self, error: Exception) -> int:
@@ -220,7 +220,7 @@ class Workers:
         self._kill()
         return process.returncode or 0
 
-    def _failed(self, request: Request | None, code: int) -> None:
+    def _failed(self, request: WorkRequest | None, code: int) -> None:
         """Handle the end of the process: its requests are refused, or tried once more."""
         if request is not None and code == -signal.SIGXCPU:
             self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
@@ -230,7 +230,7 @@ class Workers:
             request.again = True
         self._begin_again()
 
-    def _replaced(self, request: Request | None, error: MayaError) -> None:
+    def _replaced(self, request: WorkRequest | None, error: MayaError) -> None:
         """Refuse a request, and have the others done by another process."""
         if request is not None:
             self._over(request, error)
@@ -240,14 +240,14 @@ class Workers:
     def _begin_again(self) -> None:
         """Have everything that the process knew begun from the start by the next."""
 
-        def begin(request: Request) -> None:
+        def begin(request: WorkRequest) -> None:
             request.began = False
             request.parts.clear()
 
         with self._changed:
             self._circle.each(begin)
 
-    def _over(self, request: Request, outcome: object) -> None:
+    def _over(self, request: WorkRequest, outcome: object) -> None:
         """Answer a request and take it out."""
         with self._changed:
             self._circle.remove(request)

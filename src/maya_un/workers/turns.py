@@ -15,7 +15,7 @@ OPEN = 4
 
 
 @dataclass(eq=False, slots=True)
-class Request:
+class WorkRequest:
     """Something to be worked out: `payload` says what, `whose` for whom.
 
     `began` tells that the worker knows it, `parts` what it has handed over, `again` that it was begun once more
@@ -32,13 +32,13 @@ class Request:
     dropped: bool = False
 
 
-class Circle:
+class RoundRobin:
     """Holds requests, `most` in all and `each` of one principal; callers ensure that one thread acts at a time."""
 
     def __init__(self, most: int, each: int) -> None:
         self._most = most
         self._each = each
-        self._waiting: dict[str, deque[Request]] = {}
+        self._waiting: dict[str, deque[WorkRequest]] = {}
 
     def __len__(self) -> int:
         return sum(map(len, self._waiting.values()))
@@ -46,7 +46,7 @@ class Circle:
     def __iter__(self) -> Any:
         return (request for requests in self._waiting.values() for request in requests)
 
-    def put(self, request: Request, each: int | None = None) -> None:
+    def put(self, request: WorkRequest, each: int | None = None) -> None:
         """Take a request in, where there are not `each` of the same one already; raises `TooMuchAsked`."""
         each = self._each if each is None else each
         if len(self._waiting.get(request.whose, ())) >= each:
@@ -55,7 +55,7 @@ class Circle:
             raise TooMuchAsked(most=self._most)
         self._waiting.setdefault(request.whose, deque()).append(request)
 
-    def next(self) -> Request | None:
+    def next(self) -> WorkRequest | None:
         """Return the request whose turn it is, and let the others of the circle come before its next; None for none."""
         began = sum(requests[0].began for requests in self._waiting.values())
         for whose, requests in self._waiting.items():
@@ -64,7 +64,7 @@ class Circle:
                 return requests[0]
         return None
 
-    def remove(self, request: Request) -> None:
+    def remove(self, request: WorkRequest) -> None:
         """Take a request out."""
         requests = self._waiting.get(request.whose)
         if requests is not None and request in requests:
@@ -72,7 +72,7 @@ class Circle:
             if not requests:
                 del self._waiting[request.whose]
 
-    def each(self, do: Callable[[Request], None]) -> None:
+    def each(self, do: Callable[[WorkRequest], None]) -> None:
         """Do something to all of them."""
         for request in list(self):
             do(request)

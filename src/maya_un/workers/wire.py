@@ -16,7 +16,7 @@ _LENGTH = struct.Struct(">I")
 _AT_ONCE = 1 << 20
 
 
-class Ask(IntEnum):
+class WorkerCommand(IntEnum):
     """Commands for a worker: prepare itself, begin a request, go on with one, forget one."""
 
     PREPARE = 0
@@ -25,7 +25,7 @@ class Ask(IntEnum):
     FORGET = 3
 
 
-class Told(IntEnum):
+class WorkerAnswer(IntEnum):
     """Answers of a worker.
 
     A request is not done yet (`MORE`), has handed something over (`PART`), is done, was refused with an error of the

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from maya_un.graph.table import (
     ABORT,
     COMMAND,
@@ -30,7 +30,7 @@ from maya_un.graph.table import (
     STOP,
     TABLE,
     TASK,
-    Form,
+    Kind,
     Row,
 )
 from tests.ros.driven import Message
@@ -65,14 +65,14 @@ def test_the_row_is_in_the_graph_with_its_type_at_its_node(row: Row, robot: Floo
     published, heard, served = (dict(part) for part in robot.ros.ask_master("getSystemState"))
     types = robot.ros.topics()
     match row.form:
-        case Form.TOPIC:
+        case Kind.TOPIC:
             assert types[row.name] == row.type
             nodes = heard[row.name] if row.heard else published[row.name]
             assert {f"/{name}" for name in (row.sinks if row.heard else row.sources)} & set(nodes)
-        case Form.SERVICE:
+        case Kind.SERVICE:
             assert {f"/{name}" for name in row.sources} & set(served[row.name])
             assert robot.ros.tool("rosservice", "type", row.name).strip() == row.type
-        case Form.ACTION:
+        case Kind.ACTION:
             for part, ending in ACTION_TOPICS.items():
                 expected = f"{row.type}{ending}" if ending else "actionlib_msgs/Goal"
                 assert types[f"{row.name}/{part}"].startswith(expected)
@@ -129,7 +129,7 @@ def test_pause_and_resume_hold_a_motion_and_let_it_go_on(robot: Floors) -> None:
     robot.eventually(lambda: robot.told[1]["mode"] == "paused", "paused")
     assert robot.driver.call(RESUME.name)["success"]
     robot.at_speed(1.0)
-    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
 
 
 def test_stop_ends_a_motion_on_its_path_with_its_code(robot: Floors) -> None:
@@ -137,13 +137,13 @@ def test_stop_ends_a_motion_on_its_path_with_its_code(robot: Floors) -> None:
     goal = robot.begun("approach", robot.away())
     assert robot.driver.call(STOP.name)["success"]
     outcome, result = goal.ended()
-    assert (outcome, result["code"]) == (Outcome.PREEMPTED, "2201")
+    assert (outcome, result["code"]) == (GoalStatus.PREEMPTED, "2201")
     robot.at_rest()
 
 
 def test_home_says_its_phases(robot: Floors) -> None:
     goal = robot.driver.do(HOME.name, HOME.type)
-    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     phases = [message["phase"] for message in goal.feedback.messages]
     assert phases[0] == "homing"
     assert {"raise", "stroke_b", "stroke_c"} <= set(phases)
@@ -151,18 +151,18 @@ def test_home_says_its_phases(robot: Floors) -> None:
 
 def test_move_and_follow_go_where_they_are_told_and_say_how_far_they_are(robot: Floors) -> None:
     goal = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 1.7, "c": 1.7})
-    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert near(robot.twin()["joints"], (0.5, 1.7, 1.7))
     assert 0.0 <= goal.feedback.messages[-1]["progress"] <= 1.0
     robot.at_rest()
     goal = robot.driver.do(FOLLOW.name, FOLLOW.type, {"trajectory": _joints(robot, 0.9)})
-    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert near(robot.twin()["joints"], (0.9, 1.7, 1.7))
 
 
 def test_what_cannot_be_reached_is_refused_with_its_code(robot: Floors) -> None:
     outcome, result = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 0.6, "c": 0.6}).ended()
-    assert (outcome, result["code"]) == (Outcome.REJECTED, "2101")
+    assert (outcome, result["code"]) == (GoalStatus.REJECTED, "2101")
     assert robot.command("pick", (9.0, 9.0, 0.4))["code"] == "2101"
     assert robot.task("pick", (9.0, 9.0, 0.4)).ended()[1]["code"] == "2101"
 
@@ -172,7 +172,7 @@ def test_a_cancel_of_a_task_stops_on_the_path(robot: Floors) -> None:
     goal = robot.begun("approach", robot.away())
     goal.cancel()
     outcome, result = goal.ended()
-    assert (outcome, result["code"]) == (Outcome.PREEMPTED, "2202")
+    assert (outcome, result["code"]) == (GoalStatus.PREEMPTED, "2202")
     robot.at_rest()
 
 
@@ -210,7 +210,7 @@ def test_can_teleop_by_the_command_line(robot: Floors) -> None:
 
 def test_a_task_says_its_phase_how_far_it_is_and_where(robot: Floors) -> None:
     goal = robot.driver.do(TASK.name, TASK.type, {"task": primitive("approach", robot.away())})
-    assert goal.ended() == (Outcome.SUCCEEDED, DONE)
+    assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert goal.feedback.messages
     assert near(list(goal.feedback.messages[-1]["position"].values()), robot.twin()["point"], within=3.0)
 
@@ -227,5 +227,5 @@ def test_abort_stops_without_deceleration_and_a_person_recovers(robot: Floors) -
     goal = robot.begun("approach", robot.away())
     robot.driver.call(ABORT.name)
     outcome, _ = goal.ended()
-    assert outcome in {Outcome.ABORTED, Outcome.PREEMPTED}
+    assert outcome in {GoalStatus.ABORTED, GoalStatus.PREEMPTED}
     robot.at_rest()

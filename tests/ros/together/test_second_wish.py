@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from tests.ros.driven import Message
 from tests.ros.floors import DONE, HERE, SLOW, Floors, near, primitive
 
@@ -32,12 +32,12 @@ def _action(name: str, kind: str, goal: Message) -> Callable[[Floors], tuple[int
 
 def _by_service(robot: Floors) -> tuple[int, str]:
     answer = robot.command("approach", HERE)
-    return Outcome.ABORTED if answer["success"] else Outcome.REJECTED, answer["code"]
+    return GoalStatus.ABORTED if answer["success"] else GoalStatus.REJECTED, answer["code"]
 
 
 def _by_gripper(robot: Floors) -> tuple[int, str]:
     answer = robot.driver.call("/gripper", {"data": True})
-    return Outcome.ABORTED if answer["success"] else Outcome.REJECTED, str(answer["message"]).partition(":")[0]
+    return GoalStatus.ABORTED if answer["success"] else GoalStatus.REJECTED, str(answer["message"]).partition(":")[0]
 
 
 SECONDS = {
@@ -55,10 +55,10 @@ def test_a_second_wish_is_refused_and_the_first_goes_on(door: str, robot: Floors
     robot.at_speed(SLOW)
     place = robot.away()
     first = robot.begun("approach", place)
-    assert SECONDS[door](robot) == (Outcome.REJECTED, BUSY)
+    assert SECONDS[door](robot) == (GoalStatus.REJECTED, BUSY)
     assert not robot.can_teleop()
     robot.at_speed(1.0)
-    assert first.ended() == (Outcome.SUCCEEDED, DONE)
+    assert first.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert near(robot.twin()["point"][:2], place[:2])
 
 
@@ -69,10 +69,10 @@ def test_a_second_goal_at_the_controller_leaves_the_first_alone(robot: Floors) -
     before = robot.mark()
     first = robot.driver.do("/move", "maya_controller/Move", target)
     robot.until_told("moving", before)
-    assert SECONDS["/move"](robot) == (Outcome.REJECTED, BUSY)
+    assert SECONDS["/move"](robot) == (GoalStatus.REJECTED, BUSY)
     assert SECONDS["/task"](robot)[1] == BUSY
     robot.at_speed(1.0)
-    assert first.ended()[0] == Outcome.SUCCEEDED
+    assert first.ended()[0] == GoalStatus.SUCCEEDED
     assert near(robot.twin()["joints"], target.values())
 
 
@@ -83,4 +83,4 @@ def test_a_second_wish_on_a_topic_is_refused_by_an_event(robot: Floors) -> None:
     robot.driver.publish("/controller/command", "trajectory_msgs/JointTrajectory", TRAJECTORY["trajectory"])
     assert str(robot.until_told("refused", before)["code"]) == BUSY
     robot.at_speed(1.0)
-    assert first.ended() == (Outcome.SUCCEEDED, DONE)
+    assert first.ended() == (GoalStatus.SUCCEEDED, DONE)

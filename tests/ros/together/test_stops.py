@@ -8,7 +8,7 @@ from threading import Event
 
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from tests.campaign import Campaign
 from tests.ros.driven import Goal, Message
 from tests.ros.floors import HERE, SLOW, THERE, Floors, primitive
@@ -60,13 +60,13 @@ def test_stop_queue_at_random_instants(robot: Floors, campaign: Campaign) -> Non
         for goal in goals:
             outcome, result = goal.ended()
             assert outcome in {
-                Outcome.PREEMPTED,
-                Outcome.RECALLED,
-                Outcome.SUCCEEDED,
-                Outcome.ABORTED,
-                Outcome.REJECTED,
+                GoalStatus.PREEMPTED,
+                GoalStatus.RECALLED,
+                GoalStatus.SUCCEEDED,
+                GoalStatus.ABORTED,
+                GoalStatus.REJECTED,
             }
-            assert outcome == Outcome.SUCCEEDED or result["code"] in {"2201", "2202"}, result
+            assert outcome == GoalStatus.SUCCEEDED or result["code"] in {"2201", "2202"}, result
         robot.eventually(partial(_ended, robot, before), "the end of what was under way")
         robot.at_rest()
         assert robot.told[1]["fault"] is None

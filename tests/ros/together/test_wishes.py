@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from maya_un.graph.protocol import Outcome
+from maya_un.graph.protocol import GoalStatus
 from tests.ros.floors import DONE, HERE, THERE, Floors, near, primitive
 
 pytestmark = pytest.mark.system
@@ -15,8 +15,8 @@ Place = tuple[float, float, float]
 
 
 def by_task(robot: Floors, here: Place, there: Place) -> None:
-    assert robot.task("pick", here).ended() == (Outcome.SUCCEEDED, DONE)
-    assert robot.task("place", there).ended() == (Outcome.SUCCEEDED, DONE)
+    assert robot.task("pick", here).ended() == (GoalStatus.SUCCEEDED, DONE)
+    assert robot.task("place", there).ended() == (GoalStatus.SUCCEEDED, DONE)
 
 
 def by_maya_command(robot: Floors, here: Place, there: Place) -> None:

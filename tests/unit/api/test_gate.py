@@ -21,7 +21,7 @@ from maya_un.api.service import Service
 from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, Unreachable
 from maya_un.events import EventLog
 from maya_un.process.journal.rows import AuditRow
-from maya_un.process.lease import Lease
+from maya_un.process.lease import ControlLease
 from maya_un.schema.bodies import PATIENCE
 from tests.virtual_time import elapse, turn
 
@@ -77,7 +77,7 @@ class Door:
 
     def __init__(self) -> None:
         loop = asyncio.get_running_loop()
-        self.lease = Lease(EventLog(loop.time))
+        self.lease = ControlLease(EventLog(loop.time))
         self.told: list[tuple[str, str, int, str]] = []
         self.done: list[str] = []
         self.gate = Gate(cast("Service", None), self.lease, self._tell)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.api.history import History
+from maya_un.api.history import HistoryService
 from maya_un.errors import EventsForgotten, NotFound
 from maya_un.events import EventLog, MotionBegun
 from maya_un.process import items
@@ -19,7 +19,7 @@ HOME = job("home", name="home")
 
 async def test_a_page_shows_what_is_under_way_as_it_is_now() -> None:
     async with Machine().running() as floor:
-        history = History(floor.process, floor.controller.events)
+        history = HistoryService(floor.process, floor.controller.events)
         for owner in ("ana", "ben", "ana"):
             await floor.process.submit(job("home", "home"), asked(owner))
         await floor.until(1, 2)
@@ -34,7 +34,7 @@ async def test_a_page_shows_what_is_under_way_as_it_is_now() -> None:
 async def test_a_job_that_memory_has_forgotten_is_told_from_the_journal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(items, "REMEMBERED", 1)
     async with Machine().running() as floor:
-        history = History(floor.process, floor.controller.events)
+        history = HistoryService(floor.process, floor.controller.events)
         first = await floor.process.submit(job({"pick": "cube"}, {"place": "tray"}, {"approach": [5.0, 5.0]}))
         second = await floor.process.submit(job({"pick": "cube"}, {"place": "tray"}))
         fresh = await floor.process.result(second)
@@ -53,7 +53,7 @@ async def test_events_come_from_memory_and_older_ones_from_the_journal() -> None
     async with Machine().running() as floor:
         log = EventLog(lambda: 0.0, kept=8)
         log.run = 3
-        history = History(floor.process, log)
+        history = HistoryService(floor.process, log)
         for _ in range(12):
             event = log.emit(MotionBegun())
             floor.journal.note(EventRow(3, event.seq, "", 0.0, event.kind, 0, {}))
@@ -67,7 +67,7 @@ async def test_events_come_from_memory_and_older_ones_from_the_journal() -> None
 async def test_events_that_nobody_keeps_are_not_left_out_in_silence() -> None:
     async with Machine().running() as floor:
         log = EventLog(lambda: 0.0, kept=8)
-        history = History(floor.process, log)
+        history = HistoryService(floor.process, log)
         for number in range(12):
             event = log.emit(MotionBegun())
             if number > 1:
@@ -79,7 +79,7 @@ async def test_events_that_nobody_keeps_are_not_left_out_in_silence() -> None:
 
 async def test_the_audit_log_is_told_newest_first() -> None:
     async with Machine().running() as floor:
-        history = History(floor.process, floor.controller.events)
+        history = HistoryService(floor.process, floor.controller.events)
         for who in ("ana", "ben"):
             floor.journal.note(AuditRow("2026-01-01", who, "operator", "lab", "stop", 0))
         lines = await history.audit()
@@ -89,7 +89,7 @@ async def test_the_audit_log_is_told_newest_first() -> None:
 
 async def test_a_job_is_told_as_it_was_written() -> None:
     async with Machine().running() as floor:
-        history = History(floor.process, floor.controller.events)
+        history = HistoryService(floor.process, floor.controller.events)
         await floor.process.submit(HOME)
         await elapse(100.0)
         assert (await history.body(1))["steps"] == [{"home": True}]

@@ -8,7 +8,7 @@ from typing import cast
 import pytest
 
 from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.queueing import Queueing
+from maya_un.api.queueing import QueueService
 from maya_un.errors import InvalidValue, LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed, UnknownName
 from maya_un.process.process import Process
 from maya_un.schema.bodies import LONGEST
@@ -202,7 +202,7 @@ async def test_the_local_user_needs_no_ceremony_and_may_have_it() -> None:
 async def test_what_a_student_wants_waits_for_approval_unless_the_lease_was_lent_to_him() -> None:
     owner = await lab()
     lease = owner.entrance.lease
-    queue = Queueing(cast("Process", None), lease)
+    queue = QueueService(cast("Process", None), lease)
     assert (queue.proposes(SAM), queue.proposes(OLGA)) == (True, False)
     with lease.driving("sam", "job 1"):
         assert queue.proposes(SAM)

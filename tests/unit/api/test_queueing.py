@@ -12,7 +12,7 @@ from maya_un.api.access.caller import LOCAL, Caller, Role
 from maya_un.api.service import Service
 from maya_un.errors import AnswerNeeded, InvalidRequest, InvalidValue, JobChanged, NotAllowed, NotFound, WrongState
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobOptions
 from maya_un.schema.encoding import to_data
 from maya_un.schema.jobs import QueueMode
 from maya_un.schema.states import TaskState
@@ -94,7 +94,7 @@ async def test_what_was_approved_is_a_proposal_again_where_a_student_changes_it(
 
 async def test_words_that_are_not_understood_are_refused() -> None:
     async with door() as (_, service):
-        await service.submit(HOME, options=Options(held=True))
+        await service.submit(HOME, options=JobOptions(held=True))
         with pytest.raises(InvalidValue, match="after step or now"):
             await service.queue.pause(when="soon")
         with pytest.raises(InvalidRequest):
@@ -108,7 +108,7 @@ async def test_words_that_are_not_understood_are_refused() -> None:
         with pytest.raises(NotFound):
             await service.queue.recover("resume")
         with pytest.raises(InvalidValue, match="priority"):
-            await service.submit(HOME, options=Options(priority=500))
+            await service.submit(HOME, options=JobOptions(priority=500))
 
 
 async def test_the_queue_is_paused_stepped_and_cleared() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.api.access.caller import LOCAL
-from maya_un.api.recording import Recordings
+from maya_un.api.recording import RecordingService
 from maya_un.assembly import stack
 from maya_un.config import Config
 from maya_un.config.load import parse
@@ -68,7 +68,7 @@ async def _refused(how: str, tmp_path: Path) -> None:
 
 async def test_a_recorder_that_keeps_no_files_has_no_recordings() -> None:
     async with recorded() as robot:
-        room = Recordings(robot.recorder)
+        room = RecordingService(robot.recorder)
         assert room.list() == []
         with pytest.raises(InvalidRequest):
             await room.save()

@@ -22,7 +22,7 @@ from maya_un.errors import (
     NotTaught,
     UnknownName,
 )
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.process.process import Process
 from maya_un.robot.robot import MayaRobot
 from maya_un.values import Mode, Point
@@ -35,7 +35,7 @@ CORNERS = [[0.3, 1.0, 0.4], [0.6, 1.0, 0.4], [0.3, 1.2, 0.4]]
 @asynccontextmanager
 async def door() -> AsyncIterator[tuple[FakeController, Service]]:
     controller = FakeController()
-    robot, book = MayaRobot(controller, controller.config), Book(controller.mechanism)
+    robot, book = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
     process = Process(robot, controller, controller.config, book.taught)
     try:
         yield controller, Service(process, robot, controller, controller.config, book=book)

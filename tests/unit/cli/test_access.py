@@ -18,7 +18,7 @@ from maya_un.api.access.store import Change, FileStore, User
 from maya_un.cli.access import files, lease, resetting
 from maya_un.cli.access.words import word
 from maya_un.cli.main import main
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import LeaseLost
 from maya_un.loops import run
 from maya_un.process.journal import file
@@ -108,7 +108,7 @@ def test_who_drives(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_lease_for_a_time_is_kept_and_shown_and_given_back(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     answer = json.loads(printed("maya lease take --for 10min --note aligning --json", capsys))
     assert "id" not in answer
-    assert kept.asked[-1] == ("POST", "/v1/lease", {"note": "aligning", "force": False, "patience": 600.0})
+    assert kept.asked[-1] == ("POST", "/v1/lease", {"note": "aligning", "patience": 600.0})
     place = runtime.folder() / credentials.LEASE_FILE
     assert place.stat().st_mode & 0o777 == 0o600
     held = credentials.held()
@@ -129,7 +129,7 @@ def test_what_was_lost_is_said_and_forgotten(
         "You drive now. Ctrl-C gives the lease back.\nmaya: error 4105: This control lease has ended (broken)"
     )
     assert [path for _, path, _ in kept.asked] == ["/v1/lease"] + ["/v1/lease/renew"] * 4
-    assert kept.asked[0][2] == {"note": "", "force": True}
+    assert kept.asked[0][2] == {"force": True}
     assert credentials.held() is None
 
 
@@ -290,7 +290,7 @@ def test_a_reset_keeps_the_password_and_raises_the_role(state: Path) -> None:
         await store.close()
 
     run(fill())
-    assert resetting.reset("sam", None, Settings(json=True)) == 0
+    assert resetting.reset("sam", None, OutputSettings(json=True)) == 0
     assert users_in(state)[0] == [User("sam", Role.ADMIN, DAY, "hash")]
 
 
@@ -303,7 +303,7 @@ def test_the_file_of_the_queue_may_be_another(state: Path, tmp_path: Path, capsy
 
 def test_while_the_service_runs_there_is_no_reset(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     state.parent.mkdir()
-    lock = file.Lock(state)
+    lock = file.JournalLock(state)
     try:
         for wish in ("root", "--all"):
             assert "error 5010" in printed(f"maya user reset {wish}", capsys, code=2)

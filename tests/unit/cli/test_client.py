@@ -1,39 +1,50 @@
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from maya_un import runtime
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
+from maya_un.client import requests
 from maya_un.errors import CannotPause, NotFound, ServiceNotAnswering, ServiceNotRunning
 from tests.ports import free_port
 from tests.unit.cli.servers import hanging_service, http_service
+from tests.unit.client.stand import service
 
 
 def test_bodies_go_and_answers_come() -> None:
     with http_service(lambda method, path, body: (200, [method, path, body])) as url:
-        client = Client(url)
-        assert client.get("/a?b=1") == ["GET", "/a?b=1", None]
-        assert client.post("/c", {"d": 1}) == ["POST", "/c", {"d": 1}]
+        client = ServiceClient(url)
+        assert client.ask(requests.jobs(state=["done"], text="a b")) == ["GET", "/v1/jobs?state=done&text=a+b", None]
+        assert client.ask(requests.speed(0.5)) == ["POST", "/v1/speed", {"ratio": 0.5}]
+
+
+def test_an_idempotency_key_goes_along_and_no_empty_one() -> None:
+    with service(lambda _: {"id": 7}) as stand:
+        ServiceClient(stand.url).ask(requests.submit({"steps": ["home"]}, key="k1"))
+        ServiceClient(stand.url).ask(requests.submit({"steps": ["home"]}))
+    assert [asked.headers.get("idempotency-key") for asked in stand.asked] == ["k1", None]
 
 
 def test_a_refusal_comes_back_as_the_error_it_is() -> None:
     error = NotFound(what="job", number=7)
     problem = {"code": error.code, "details": error.details}
     with http_service(lambda *_: (404, problem)) as url, pytest.raises(NotFound) as caught:
-        Client(url).get("/")
+        ServiceClient(url).ask(requests.report(7))
     assert str(caught.value) == str(error)
 
 
 def test_a_refusal_that_came_over_a_graph_keeps_its_words() -> None:
     problem = {"code": CannotPause.code, "details": {}, "detail": "This cannot be paused: nothing is under way."}
     with http_service(lambda *_: (409, problem)) as url, pytest.raises(CannotPause, match="nothing is under way"):
-        Client(url).post("/v1/pause")
+        ServiceClient(url).ask(requests.pause())
 
 
 @pytest.mark.parametrize("answer", [b"<html>", {"code": 9999, "details": {}}, {"oops": 1}, [1]])
 def test_an_answer_nobody_understands_is_none(answer: object) -> None:
     with http_service(lambda *_: (500, answer)) as url, pytest.raises(ServiceNotAnswering):
-        Client(url).get("/")
+        ServiceClient(url).ask(requests.report(7))
 
 
 def test_what_somebody_else_says_is_no_answer() -> None:
@@ -41,26 +52,40 @@ def test_what_somebody_else_says_is_no_answer() -> None:
         http_service(lambda *_: (200, {"status": "ok"}), ours=False) as url,
         pytest.raises(ServiceNotAnswering, match="somebody else"),
     ):
-        Client(url).get("/v1/health")
+        ServiceClient(url).ask(requests.health())
 
 
 @pytest.mark.parametrize("url", ["http://[::1", "http://127.0.0.1:99999"])
 def test_nobody_listens_at_what_is_no_address(url: str) -> None:
     with pytest.raises(ServiceNotRunning):
-        Client(url)
+        ServiceClient(url)
 
 
-def test_silence_ends() -> None:
+def test_an_ordinary_answer_is_waited_for_as_long_as_the_client_says() -> None:
     with hanging_service() as url, pytest.raises(ServiceNotAnswering):
-        Client(url, timeout=0.01).get("/")
+        ServiceClient(url, timeout=0.05).ask(requests.status())
+
+
+def test_a_wait_that_is_given_counts_more_than_that_of_the_client() -> None:
+    with hanging_service() as url, pytest.raises(ServiceNotAnswering):
+        ServiceClient(url, timeout=60.0).ask(requests.clear_queue(), timeout=0.01)
+
+
+def test_an_operation_that_takes_long_is_waited_for_longer_than_others() -> None:
+    def late(*_: object) -> tuple[int, object]:
+        threading.Event().wait(0.2)
+        return 200, {"mode": "running"}
+
+    with http_service(late) as url:
+        assert ServiceClient(url, timeout=0.05).ask(requests.clear_queue()) == {"mode": "running"}
 
 
 def test_nobody_there_is_not_running() -> None:
     with pytest.raises(ServiceNotRunning):
-        Client(f"http://127.0.0.1:{free_port()}").get("/")
+        ServiceClient(f"http://127.0.0.1:{free_port()}").ask(requests.status())
 
 
 def test_without_a_runtime_file_nothing_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(runtime, "find", lambda: None)
     with pytest.raises(ServiceNotRunning):
-        Client.find()
+        ServiceClient.find()

@@ -10,18 +10,18 @@ from contextlib import contextmanager
 
 import pytest
 
+from dmc41x3.conformance import Demand, Vector
+from dmc41x3.conformance.vectors import Special, VectorStep
 from maya_un.cli import conform
 from maya_un.cli.main import main
-from maya_un.galil.conformance import Demand, Vector
-from maya_un.galil.conformance.vectors import Special, Step
 from tests.ports import free_port
 
-RIGHT = Vector("right", (Step("NO\r", (":",)),), "G", "one", group="g")
-WRONG = Vector("wrong", (Step("NO\r", ("?", "x")),), "GE", "two", group="g")
-MOVES = Vector("moves", (Step("BG\r", (":",)),), "G", "one", demands=frozenset({Demand.MOVES}), group="g")
-BURNS = Vector("burns", (Step("BN\r", (":",)),), "G", "one", demands=frozenset({Demand.BURNS}), group="g")
-CUT = Vector("cut", (Step("IH\r", on="b"), Step(on="b", special=Special.CLOSED)), "G", "one", group="g")
-TALL = Vector("tall", (Step("NO\r", ("?",)),), "G", "one", axes=(4, 8), group="g")
+RIGHT = Vector("right", (VectorStep("NO\r", (":",)),), "G", "one", group="g")
+WRONG = Vector("wrong", (VectorStep("NO\r", ("?", "x")),), "GE", "two", group="g")
+MOVES = Vector("moves", (VectorStep("BG\r", (":",)),), "G", "one", demands=frozenset({Demand.MOVES}), group="g")
+BURNS = Vector("burns", (VectorStep("BN\r", (":",)),), "G", "one", demands=frozenset({Demand.BURNS}), group="g")
+CUT = Vector("cut", (VectorStep("IH\r", on="b"), VectorStep(on="b", special=Special.CLOSED)), "G", "one", group="g")
+TALL = Vector("tall", (VectorStep("NO\r", ("?",)),), "G", "one", axes=(4, 8), group="g")
 
 
 def reply(command: bytes) -> bytes | None:
@@ -137,7 +137,7 @@ def test_something_else(table: list[Vector], says: bytes, capsys: pytest.Capture
 
 
 def test_a_refused_connection_is_at_its_end() -> None:
-    channel = conform.Socket("127.0.0.1", free_port())
+    channel = conform.TcpChannel("127.0.0.1", free_port())
     channel.send(b"NO\r")
     assert (channel.connected, channel.ended(), channel.receive()) == (False, True, b"")
     assert channel.reason

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
 from maya_un.cli.main import main
-from maya_un.galil.record import AxisRecord, DataRecord, Status, Switch, encode
 from tests.unit.cli.servers import controller
 
 RECORD = encode(
     DataRecord(
         (
-            AxisRecord(Status.MOVING, position=-120, reference=-118, error=-2),
-            AxisRecord(Status.MOTOR_OFF, Switch.FORWARD_INACTIVE, stop_code=1),
+            AxisRecord(AxisStatus.MOVING, position=-120, reference=-118, error=-2),
+            AxisRecord(AxisStatus.MOTOR_OFF, AxisSwitches.FORWARD_INACTIVE, stop_code=1),
             AxisRecord(),
         )
     )

@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.control import FaultControlServer
+from dmc41x3.twin.wire.faults import TABLE
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.cli.main import main
 from maya_un.cli.twins import ServedTwin, published
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.control import ControlDoor
-from maya_un.virtual.wire.faults import TABLE
-from maya_un.virtual.wire.server import VirtualController
 
 
 class _Host:
@@ -31,10 +31,10 @@ class _Host:
         self._thread.start()
         self.virtual, self._door, self.port = self._call(self._open())
 
-    async def _open(self) -> tuple[VirtualController, ControlDoor, int]:
+    async def _open(self) -> tuple[VirtualController, FaultControlServer, int]:
         virtual = VirtualController(VirtualDmc(BenchPlant()))
         _, port = await virtual.serve()
-        return virtual, await ControlDoor.opened(virtual.faults), port
+        return virtual, await FaultControlServer.opened(virtual.faults), port
 
     async def _close(self) -> None:
         await self._door.close()

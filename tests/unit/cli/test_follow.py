@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import pytest
 
-from maya_un.cli.client import Client
-from maya_un.cli.display import Display, Lines
+from maya_un.cli.client import ServiceClient
+from maya_un.cli.display import Display, FactLines
 from maya_un.cli.follow import follow
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from tests.unit.cli.queueing.answers import LINE, OFFER, VIEW, Service, Several, running
 
 PAUSED: dict[str, object] = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}
@@ -23,7 +23,7 @@ def followed(states: Sequence[str], display: Display, monkeypatch: pytest.Monkey
     told = {"seq": 41, "time": 0.0, "kind": "idle", "code": 0, "detail": {}}
     answers = {"/v1/queue": PAUSED, "/v1/jobs/7": reports, "/v1/events": [told]}
     with running(Service(**answers), monkeypatch):
-        report, interrupted = follow(Client.find(), 7, 40, display, Settings())
+        report, interrupted = follow(ServiceClient.find(), 7, 40, display, OutputSettings())
     assert not interrupted
     state: str = report["state"]
     return state
@@ -34,7 +34,7 @@ def test_what_it_waits_for_is_said_once_and_never_among_the_results(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *, json: bool
 ) -> None:
     states = ["queued"] * 6 + ["running", "done"]
-    assert followed(states, Display() if json else Lines(), monkeypatch) == "done"
+    assert followed(states, Display() if json else FactLines(), monkeypatch) == "done"
     out, err = capsys.readouterr()
     assert (err if json else out).count(WAITS) == 1
     assert not (out if json else err)
@@ -46,7 +46,7 @@ def test_one_that_begins_at_once_is_not_said_to_wait(
 ) -> None:
     monkeypatch.setitem(PAUSED, "recovery", recovery)
     monkeypatch.setitem(PAUSED, "waiting", [{**LINE, "direct": True}])
-    assert followed(["queued", "queued", "running", "done"], Lines(), monkeypatch) == "done"
+    assert followed(["queued", "queued", "running", "done"], FactLines(), monkeypatch) == "done"
     assert "waits" not in "".join(capsys.readouterr())
 
 
@@ -55,5 +55,5 @@ def test_job_that_has_begun_meanwhile_is_not_said_to_wait(
 ) -> None:
     monkeypatch.setitem(PAUSED, "recovery", OFFER)
     monkeypatch.setitem(PAUSED, "waiting", [])
-    assert followed(["queued", "queued", "running", "done"], Lines(), monkeypatch) == "done"
+    assert followed(["queued", "queued", "running", "done"], FactLines(), monkeypatch) == "done"
     assert "waits" not in "".join(capsys.readouterr())

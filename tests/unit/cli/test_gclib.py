@@ -12,16 +12,16 @@ import pytest
 
 from maya_un.cli import gclib
 from maya_un.cli.main import main
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileNotOurs, FileUnwritable
 
-SETTINGS = Settings()
+SETTINGS = OutputSettings()
 FOREIGN = '"""Python wrapper for Galil gclib."""\n'
 
 
 def told(capsys: pytest.CaptureFixture[str], site: Path) -> dict[str, object]:
     capsys.readouterr()
-    assert gclib.status(Settings(json=True), site=site) == 0
+    assert gclib.status(OutputSettings(json=True), site=site) == 0
     return json.loads(capsys.readouterr().out)
 
 
@@ -39,7 +39,7 @@ def test_it_is_installed_found_and_taken_out_again(tmp_path: Path, capsys: pytes
         text=True,
         check=True,
     )
-    assert done.stdout.split() == ["maya_un.galil.gclib.api", "True"]
+    assert done.stdout.split() == ["dmc41x3.gclib.api", "True"]
     assert gclib.uninstall(SETTINGS, site=tmp_path) == 0
     assert not place.exists()
     assert gclib.uninstall(SETTINGS, site=tmp_path) == 0
@@ -83,10 +83,10 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 
 def test_one_of_ours_that_is_damaged_is_no_surprise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    gclib.install(Settings(), force=False, site=tmp_path)
+    gclib.install(OutputSettings(), force=False, site=tmp_path)
     module = tmp_path / "gclib.py"
     module.write_bytes(module.read_bytes() + b"\xff\xfe")
-    assert gclib.status(Settings(json=True), site=tmp_path) == 0
+    assert gclib.status(OutputSettings(json=True), site=tmp_path) == 0
     assert '"current": false' in capsys.readouterr().out
 
 

@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from maya_un.cli.remote import PORT, Remote, host_and_port, require_users
+from maya_un.cli.remote import PORT, RemoteAccess, host_and_port, require_users
 from maya_un.errors import InvalidCommandLine, InvalidValue
 
 
@@ -28,24 +28,24 @@ def test_what_is_no_place_is_refused(text: str) -> None:
 
 
 def test_other_machines_are_let_in_by_tls_or_by_saying_so() -> None:
-    Remote().check()
-    Remote(listen="maya", plain=True).check()
-    Remote(listen="maya", certificate="c", key="k").check()
-    Remote(origins=["https://panel"]).check()
+    RemoteAccess().check()
+    RemoteAccess(listen="maya", plain=True).check()
+    RemoteAccess(listen="maya", certificate="c", key="k").check()
+    RemoteAccess(origins=["https://panel"]).check()
 
 
 @pytest.mark.parametrize(
     "remote",
     [
-        Remote(listen="maya"),
-        Remote(listen="maya", certificate="c"),
-        Remote(listen="maya", key="k"),
-        Remote(listen="maya", certificate="c", key="k", plain=True),
-        Remote(plain=True),
-        Remote(certificate="c", key="k"),
+        RemoteAccess(listen="maya"),
+        RemoteAccess(listen="maya", certificate="c"),
+        RemoteAccess(listen="maya", key="k"),
+        RemoteAccess(listen="maya", certificate="c", key="k", plain=True),
+        RemoteAccess(plain=True),
+        RemoteAccess(certificate="c", key="k"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(remote: Remote) -> None:
+def test_what_does_not_fit_together_is_refused(remote: RemoteAccess) -> None:
     with pytest.raises(InvalidCommandLine):
         remote.check()
 
@@ -59,10 +59,10 @@ def test_other_machines_need_users() -> None:
 
 def test_the_edge_knows_the_names_that_were_said() -> None:
     here = socket.gethostname().lower()
-    assert Remote().edge().hosts == frozenset()
-    assert not Remote(origins=["https://panel.example.org"]).edge().remote
-    edge = Remote(listen="Robot.lab:1", plain=True, origins=["https://panel.example.org:8443"]).edge()
+    assert RemoteAccess().edge().hosts == frozenset()
+    assert not RemoteAccess(origins=["https://panel.example.org"]).edge().remote
+    edge = RemoteAccess(listen="Robot.lab:1", plain=True, origins=["https://panel.example.org:8443"]).edge()
     assert edge.remote
     assert edge.hosts == {"robot.lab", "panel.example.org", here, f"{here}.local"}
     assert edge.origins == {"https://panel.example.org:8443"}
-    assert "0.0.0.0" not in Remote(listen="0.0.0.0", plain=True).edge().hosts
+    assert "0.0.0.0" not in RemoteAccess(listen="0.0.0.0", plain=True).edge().hosts

@@ -11,18 +11,18 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.cli.main import main
-from maya_un.cli.replay import OF_A_LATER_TWIN, OF_A_MACHINE, OF_A_TWIN, Options, tolerated
+from maya_un.cli.replay import OF_A_LATER_TWIN, OF_A_MACHINE, OF_A_TWIN, ReplayOptions, tolerated
 from maya_un.config import RecorderConfig
 from maya_un.errors import LimitReached
-from maya_un.galil.transcript import Piece
 from maya_un.loops import run_virtual
+from maya_un.machine.truth import TrueConstants
 from maya_un.recorder import mcap_file
-from maya_un.recorder.header import Origin
+from maya_un.recorder.header import RecordingOrigin
 from maya_un.recorder.recording import Recording
 from maya_un.testing import faults
 from maya_un.values import Joints
-from maya_un.virtual.maya.truth import Truth
 from tests.recorded import recorded
 from tests.unit.recorder.recordings import RECORDING
 from tests.virtual_time import elapse
@@ -163,9 +163,9 @@ def test_a_command_that_the_controller_never_got_is_found_and_named(job: Recordi
 def test_another_machine_is_found_and_named(job: Recording, replayed: Replayed) -> None:
     source = job.header.origin.twin
     assert source is not None
-    switches = [list(pair) for pair in Truth().switches]
+    switches = [list(pair) for pair in TrueConstants().switches]
     switches[1][1] = 1.51  # line b meets its long end on its way
-    other = replace(source, truth=asdict(Truth()) | {"switches": switches})
+    other = replace(source, truth=asdict(TrueConstants()) | {"switches": switches})
     header = replace(job.header, origin=replace(job.header.origin, twin=other))
     code, told = replayed(replace(job, header=header))
     assert code == 1
@@ -180,7 +180,7 @@ def test_another_scale_of_a_machine_is_found_and_named(replayed: Replayed) -> No
     job = run_virtual(_job(RecorderConfig(seconds=20.0), rest=40.0, known=False))
     config = json.loads(json.dumps(job.header.origin.config))
     config["axes"]["b"]["maximum"] = 1.51
-    header = replace(job.header, origin=Origin(config, "10.0.0.5:23"))
+    header = replace(job.header, origin=RecordingOrigin(config, "10.0.0.5:23"))
     code, told = replayed(replace(job, header=header))
     assert code == 1
     assert any(one["what"] == "met the forward limit of B" for one in told["differences"])
@@ -230,19 +230,19 @@ def test_a_tolerance_can_be_named(job: Recording, tmp_path: Path, capsys: pytest
 
 def test_a_clock_that_ran_faster_tells_less_well() -> None:
     header = RECORDING.header
-    assert tolerated(RECORDING, Options()) == OF_A_TWIN
+    assert tolerated(RECORDING, ReplayOptions()) == OF_A_TWIN
     later = replace(RECORDING, header=replace(header, complete=False))
-    assert tolerated(later, Options()) == OF_A_LATER_TWIN
+    assert tolerated(later, ReplayOptions()) == OF_A_LATER_TWIN
     fast = replace(RECORDING, header=replace(header, origin=replace(header.origin, speed=50.0)))
-    assert tolerated(fast, Options()) == pytest.approx((100.0, 1.0))
+    assert tolerated(fast, ReplayOptions()) == pytest.approx((100.0, 1.0))
     machine = replace(RECORDING, header=replace(header, origin=replace(header.origin, twin=None)))
-    assert tolerated(machine, Options()) == OF_A_MACHINE
+    assert tolerated(machine, ReplayOptions()) == OF_A_MACHINE
 
 
 def test_without_an_instant_at_rest_there_is_no_beginning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "one.mcap"
     header = replace(RECORDING.header, complete=False)
     with path.open("wb") as file:
-        mcap_file.write(replace(RECORDING, header=header, wire=(Piece(91.0, 1, "client", b"TP\r"),)), file)
+        mcap_file.write(replace(RECORDING, header=header, wire=(WirePiece(91.0, 1, "client", b"TP\r"),)), file)
     assert main(["replay", str(path)]) == 2
     assert "no instant at which the axes were at rest" in capsys.readouterr().err

@@ -6,40 +6,40 @@ from dataclasses import replace
 
 import pytest
 
-from maya_un.cli.replay_scene import Scene, commands_before, forget_stop_codes, scene_of
+from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord, decode, encode
+from dmc41x3.wire.framing import RecordReply
+from dmc41x3.wire.transcript import WirePiece
+from maya_un.cli.replay_scene import ReplayScene, commands_before, forget_stop_codes, scene_of
 from maya_un.config import Config
 from maya_un.events import HomingBegun
-from maya_un.galil.framing import Record
-from maya_un.galil.record import AxisRecord, DataRecord, Status, decode, encode
-from maya_un.galil.transcript import Piece
-from maya_un.recorder.exchanges import Exchange
+from maya_un.recorder.exchanges import RecordedExchange
 from maya_un.recorder.recording import Recording
 from tests.unit.recorder.recordings import RECORDING, header, state
 
-MOVING = AxisRecord(status=Status.MOVING, reference=50)
+MOVING = AxisRecord(status=AxisStatus.MOVING, reference=50)
 REST = DataRecord(
     axes=(
         AxisRecord(reference=6378, position=6377, user=7),
         AxisRecord(reference=1_500_000, user=1),
-        AxisRecord(reference=1_300_000, status=Status.MOTOR_OFF),
+        AxisRecord(reference=1_300_000, status=AxisStatus.MOTOR_OFF),
     ),
     outputs=(0b1000_0001, *(0,) * 9),
 )
 
 
-def said(time: float, text: str) -> Piece:
-    return Piece(time, 1, "client", f"{text}\r".encode())
+def said(time: float, text: str) -> WirePiece:
+    return WirePiece(time, 1, "client", f"{text}\r".encode())
 
 
-def heard(time: float, data: bytes) -> Piece:
-    return Piece(time, 1, "controller", data)
+def heard(time: float, data: bytes) -> WirePiece:
+    return WirePiece(time, 1, "controller", data)
 
 
-def asked(time: float, record: DataRecord) -> list[Piece]:
+def asked(time: float, record: DataRecord) -> list[WirePiece]:
     return [said(time, "QR"), heard(time + 0.001, encode(record) + b":")]
 
 
-OPENING = [Piece(1.0, 1, "client", b"", "open"), said(1.0, "SPA=1000"), heard(1.0, b":")]
+OPENING = [WirePiece(1.0, 1, "client", b"", "open"), said(1.0, "SPA=1000"), heard(1.0, b":")]
 REST_OF_IT = [
     *asked(90.0, replace(REST, axes=(MOVING, *REST.axes[1:]))),
     *asked(90.1, REST),
@@ -119,7 +119,7 @@ def test_what_a_controller_answered_before_it_was_told_is_known() -> None:
         *(said(0.4, "MG _TPA"), heard(0.4, b" 1.0000\r\n:")),
         *(said(0.5, "MG nothing"), heard(0.5, b"?")),
     )
-    scene = Scene(0.0, pieces, (), REST, homed=False)
+    scene = ReplayScene(0.0, pieces, (), REST, homed=False)
     text = commands_before(scene, Config()).decode()
     assert text.endswith("ZAC=0\rDL\r#A\rEN\r\\\rmayahome=12.0000\r")
 
@@ -128,10 +128,14 @@ def test_why_axes_stopped_before_is_forgotten_until_they_move() -> None:
     stopped = replace(REST, axes=tuple(replace(axis, stop_code=3) for axis in REST.axes))
     moving = replace(stopped, axes=(*stopped.axes[:2], MOVING))
     records = [stopped, moving, stopped]
-    exchanges = [Exchange(float(n), 1, "QR", Record(encode(record)), None) for n, record in enumerate(records)]
-    exchanges.insert(1, Exchange(0.5, 1, "TP", None, None))
+    exchanges = [
+        RecordedExchange(float(n), 1, "QR", RecordReply(encode(record)), None) for n, record in enumerate(records)
+    ]
+    exchanges.insert(1, RecordedExchange(0.5, 1, "TP", None, None))
     forget_stop_codes(exchanges)
     codes = [
-        [axis.stop_code for axis in decode(one.reply.data).axes] for one in exchanges if isinstance(one.reply, Record)
+        [axis.stop_code for axis in decode(one.reply.data).axes]
+        for one in exchanges
+        if isinstance(one.reply, RecordReply)
     ]
     assert codes == [[1, 1, 1], [1, 1, 0], [1, 1, 3]]

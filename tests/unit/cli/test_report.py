@@ -6,11 +6,11 @@ from typing import Any
 import pytest
 
 from maya_un.cli import display, words
-from maya_un.cli.display import Bars, Lines
+from maya_un.cli.display import FactLines, ProgressBars
 from maya_un.cli.narrate import line, tell
 from maya_un.cli.output import concluded, exit_code
 from maya_un.cli.report import as_data, as_text, table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import by_code
 from maya_un.events import (
     Event,
@@ -110,8 +110,8 @@ def test_events_as_lines(event: Event, english: str | None, spanish: str | None)
 
 
 def test_only_done_is_success(capsys: pytest.CaptureFixture[str]) -> None:
-    assert concluded({**REPORT, "state": "done", "code": 0}, Settings()) == 0
-    assert concluded(REPORT, Settings()) == 1
+    assert concluded({**REPORT, "state": "done", "code": 0}, OutputSettings()) == 0
+    assert concluded(REPORT, OutputSettings()) == 1
     assert capsys.readouterr().err == "maya: error 2101: Too far.\n"
 
 
@@ -130,14 +130,14 @@ def test_both_languages_say_the_same_details() -> None:
 
 
 def test_the_display_suits_the_screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    assert type(display.chosen(Settings(json=True))) is display.Display
-    assert type(display.chosen(Settings())) is Lines
+    assert type(display.chosen(OutputSettings(json=True))) is display.Display
+    assert type(display.chosen(OutputSettings())) is FactLines
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert type(display.chosen(Settings())) is Bars
+    assert type(display.chosen(OutputSettings())) is ProgressBars
 
 
 def test_bars_print_facts_and_leave_the_screen_clean(capsys: pytest.CaptureFixture[str]) -> None:
-    with Bars("en") as bars:
+    with ProgressBars("en") as bars:
         tell(PhaseBegun("down"), bars, "en")
         bars.motion("follow", 3.0, 10.0)
         bars.note("a [fact] is not markup")
@@ -147,7 +147,7 @@ def test_bars_print_facts_and_leave_the_screen_clean(capsys: pytest.CaptureFixtu
 
 
 def test_a_motion_of_unknown_duration_pulses_and_counts_up() -> None:
-    with Bars("en") as bars:
+    with ProgressBars("en") as bars:
         bars.motion("down", 3.0, 10.0)
         bars.motion("stroke_c", 42.0, 0.0)
         shown = [bar for bar in bars._progress.tasks if bar.visible]

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from maya_un.cli.main import main
-from maya_un.cli.settings import Settings, from_environment, split
+from maya_un.cli.settings import OutputSettings, from_environment, split
 from maya_un.errors import InvalidCommandLine, InvalidValue
 
 
@@ -18,22 +18,25 @@ from maya_un.errors import InvalidCommandLine, InvalidValue
     ],
 )
 def test_what_holds_everywhere_may_stand_anywhere(line: str) -> None:
-    assert split(line.split(), Settings()) == (Settings("es", True, "c.toml"), ["pick", "1", "-2"])
+    assert split(line.split(), OutputSettings()) == (OutputSettings("es", True, "c.toml"), ["pick", "1", "-2"])
 
 
 def test_nothing_is_taken_behind_two_dashes() -> None:
-    assert split(["dmc", "send", "h", "--", "--json"], Settings()) == (Settings(), ["dmc", "send", "h", "--json"])
+    assert split(["dmc", "send", "h", "--", "--json"], OutputSettings()) == (
+        OutputSettings(),
+        ["dmc", "send", "h", "--json"],
+    )
 
 
 @pytest.mark.parametrize("line", [["--lang"], ["--lang="], ["status", "--config"]])
 def test_an_option_needs_its_value(line: list[str]) -> None:
     with pytest.raises(InvalidCommandLine):
-        split(line, Settings())
+        split(line, OutputSettings())
 
 
 def test_an_unknown_language_is_refused() -> None:
     with pytest.raises(InvalidValue, match="en, es"):
-        split(["--lang", "fr"], Settings())
+        split(["--lang", "fr"], OutputSettings())
 
 
 @pytest.mark.parametrize(("value", "language"), [("es", "es"), ("es_CO.UTF-8", "es"), ("fr", "en"), ("", "en")])

@@ -11,7 +11,7 @@ import pytest
 from maya_un.cli.main import main
 from maya_un.config import Config
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.values import Joints, Point
 
 SHELF, BENCH, DESK = Point(0.3, 1.0, 0.4), Point(0.6, 1.0, 0.4), Point(0.3, 1.2, 0.4)
@@ -22,7 +22,7 @@ def book(tmp_path: Path) -> Path:
     """Teach three poses in the user's book, and return where it is."""
     place = tmp_path / "config" / "maya" / "poses.toml"
     mechanism = Mechanism.of(Config())
-    kept = Book(mechanism, place)
+    kept = PoseStore(mechanism, place)
     for name, point in (("shelf", SHELF), ("bench", BENCH), ("desk", DESK)):
         kept.teach(name, mechanism.ik(point), "2026-11-21T16:02:21+00:00")
     return place
@@ -72,7 +72,7 @@ def test_a_pallet_is_taught_of_poses(book: Path, capsys: pytest.CaptureFixture[s
 
 def test_a_pallet_out_of_shape_is_remarked(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mechanism = Mechanism.of(Config())
-    Book(mechanism, book).teach("high", mechanism.ik(Point(0.6, 1.2, 0.42)), "")
+    PoseStore(mechanism, book).teach("high", mechanism.ik(Point(0.6, 1.2, 0.42)), "")
     said = printed("teach-pallet tray --rows 3 --columns 4 shelf bench desk high", capsys)
     assert said.splitlines()[1] == "  not quite a rectangle: its corners are 5.0 mm off a plane"
     assert printed("pallets --lang es", capsys).splitlines()[1].startswith("  no es del todo")
@@ -120,6 +120,6 @@ def test_the_book_lies_beside_the_configuration_that_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "machine.toml").write_text("")
-    Book(Mechanism.of(Config()), tmp_path / "poses.toml").teach("ledge", Joints(0.4, 1.6, 1.3), "")
+    PoseStore(Mechanism.of(Config()), tmp_path / "poses.toml").teach("ledge", Joints(0.4, 1.6, 1.3), "")
     named = data(f"poses --config {tmp_path / 'machine.toml'}", capsys)["poses"]
     assert [pose["name"] for pose in named] == ["ledge"]

@@ -11,7 +11,7 @@ from maya_un import runtime
 from maya_un.cli import wishes
 from maya_un.cli.display import Display
 from maya_un.cli.main import main
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import Stopped
 from maya_un.runtime import Running
 from tests.unit.cli.servers import http_service
@@ -40,7 +40,7 @@ def test_a_jog_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyte
             return 200, {**body, "limit": "", "reason": ""}
         return 200, {"progress": PROGRESS}
 
-    def chosen(_: Settings) -> Display:
+    def chosen(_: OutputSettings) -> Display:
         return display
 
     monkeypatch.setattr(wishes, "chosen", chosen)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from maya_un.client.course import Course
-from maya_un.client.steps import Clock, Dial, Hear, Item, Line, Plan, Request, Rest, Say, Source
+from maya_un.client.course import PlanRunner
+from maya_un.client.request import Request
+from maya_un.client.steps import Connect, Emit, Line, Plan, ReadClock, Receive, Send, Sleep, StreamPlan
 
 T = TypeVar("T")
 
@@ -31,17 +32,17 @@ class Player:
 
     def perform(self, plan: Plan[T]) -> T:
         """Return what a plan comes to."""
-        course: Course[T] = Course(plan)
+        course: PlanRunner[T] = PlanRunner(plan)
         while course.step is not None:
             self._advance(course)
         return course.result
 
-    def items(self, source: Source[T], most: int) -> list[T]:
+    def items(self, source: StreamPlan[T], most: int) -> list[T]:
         """Return the first items of a source."""
-        course: Course[None] = Course(source)
+        course: PlanRunner[None] = PlanRunner(source)
         found: list[T] = []
         while course.step is not None and len(found) < most:
-            if isinstance(course.step, Item):
+            if isinstance(course.step, Emit):
                 found.append(course.step.value)
             self._advance(course)
         course.close()
@@ -52,7 +53,7 @@ class Player:
         """What was asked, in short."""
         return [f"{request.method} {request.path}" for request in self.asked]
 
-    def _advance(self, course: Course[Any]) -> None:
+    def _advance(self, course: PlanRunner[Any]) -> None:
         answer = self._answer(course.step)
         if isinstance(answer, BaseException):
             course.failed(answer)
@@ -65,18 +66,18 @@ class Player:
                 self.asked.append(step)
                 assert self._script is not None
                 return self._script(step)
-            case Rest(seconds):
+            case Sleep(seconds):
                 self.now += seconds
                 return None
-            case Clock():
+            case ReadClock():
                 return self.now
-            case Dial():
+            case Connect():
                 self.dialled += 1
                 return Line(object())
-            case Say(_, message):
+            case Send(_, message):
                 self.said.append(message)
                 return None
-            case Hear(_, now):
+            case Receive(_, now):
                 if now and (not self.heard or isinstance(self.heard[0], BaseException)):
                     return None
                 return self.heard.pop(0)

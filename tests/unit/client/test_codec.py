@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from maya_un.client import codec
-from maya_un.client.doors import Door
-from maya_un.client.steps import Request, get
+from maya_un.client.doors import ServiceAddress
+from maya_un.client.request import Request, get
 from maya_un.errors import (
     Busy,
     InternalError,
@@ -21,12 +21,12 @@ from maya_un.schema.jobs import JobAccepted
 from maya_un.values import Point
 
 OURS = {"Maya": "0.1.0"}
-DOOR = Door("http://127.0.0.1:4133")
+DOOR = ServiceAddress("http://127.0.0.1:4133")
 
 
 def test_a_request_goes_to_its_path_with_what_is_shown() -> None:
     request = Request("POST", "/v1/jobs", JobAccepted, {"held": True, "notes": "a b"}, {"steps": ["home"]}, key="k1")
-    url, headers, content = codec.written(request, Door(DOOR.url, "maya_t"), "lease 1")
+    url, headers, content = codec.written(request, ServiceAddress(DOOR.url, "maya_t"), "lease 1")
     assert url == "http://127.0.0.1:4133/v1/jobs?held=true&notes=a+b"
     assert headers["Authorization"] == "Bearer maya_t"
     assert headers["Maya-Lease"] == "lease 1"
@@ -35,7 +35,7 @@ def test_a_request_goes_to_its_path_with_what_is_shown() -> None:
 
 
 def test_a_lease_of_ones_own_goes_before_that_of_the_shell() -> None:
-    door = Door("http://robot:1", "", "shell")
+    door = ServiceAddress("http://robot:1", "", "shell")
     assert codec.written(get("/", int), door, "own").headers["Maya-Lease"] == "own"
     assert codec.written(get("/", int), door, "").headers["Maya-Lease"] == "shell"
 
@@ -93,4 +93,4 @@ def test_messages_of_the_websocket() -> None:
         codec.message(json.dumps(lagging))
     with pytest.raises(ServiceNotAnswering):
         codec.message("[]")
-    assert codec.stream_url(Door("https://robot:4133"), "/v1/stream") == "wss://robot:4133/v1/stream"
+    assert codec.stream_url(ServiceAddress("https://robot:4133"), "/v1/stream") == "wss://robot:4133/v1/stream"

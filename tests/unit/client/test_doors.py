@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from maya_un import runtime
-from maya_un.client.doors import Door, finder, trusted
+from maya_un.client.doors import ServiceAddress, finder, trusted
 from maya_un.errors import InvalidValue, ServiceNotRunning
 
 
@@ -26,15 +26,15 @@ def test_the_running_service_of_this_user_is_found_wherever_it_is_now() -> None:
         find()
     for port in (4133, 4134):
         runtime.publish(runtime.Running(f"http://127.0.0.1:{port}", os.getpid(), None))
-        assert find() == Door(f"http://127.0.0.1:{port}")
+        assert find() == ServiceAddress(f"http://127.0.0.1:{port}")
 
 
 def test_what_is_named_goes_before_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_URL", "http://robot:1/")
     monkeypatch.setenv("MAYA_TOKEN", "maya_env")
-    assert finder(None, None)() == Door("http://robot:1", "maya_env")
-    assert finder("https://other:2", "maya_own")() == Door("https://other:2", "maya_own")
-    assert finder(None, "")() == Door("http://robot:1")
+    assert finder(None, None)() == ServiceAddress("http://robot:1", "maya_env")
+    assert finder("https://other:2", "maya_own")() == ServiceAddress("https://other:2", "maya_own")
+    assert finder(None, "")() == ServiceAddress("http://robot:1")
 
 
 def test_the_token_of_this_user_and_the_lease_of_his_shell_are_shown(tmp_path: Path) -> None:
@@ -43,8 +43,8 @@ def test_the_token_of_this_user_and_the_lease_of_his_shell_are_shown(tmp_path: P
     token.write_text("maya_file\n", encoding="ascii")
     token.chmod(0o600)
     runtime.write("lease.json", {"id": "lease 1", "url": "http://robot:1"})
-    assert finder("http://robot:1", None)() == Door("http://robot:1", "maya_file", "lease 1")
-    assert finder("http://robot:2", None)() == Door("http://robot:2", "maya_file")
+    assert finder("http://robot:1", None)() == ServiceAddress("http://robot:1", "maya_file", "lease 1")
+    assert finder("http://robot:2", None)() == ServiceAddress("http://robot:2", "maya_file")
 
 
 @pytest.mark.parametrize("url", ["robot:4133", "ftp://robot", "http://", "http://[", "http://robot:x"])

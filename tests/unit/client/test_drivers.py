@@ -12,7 +12,7 @@ import pytest
 from maya_un import AsyncClient, Client
 from maya_un.client.plans import moving
 from maya_un.client.plans.patience import persistently
-from maya_un.client.steps import Request, get
+from maya_un.client.request import Request, get
 from maya_un.errors import Busy, LeaseHeld, LeaseLost, ServiceNotAnswering, ServiceNotRunning
 from maya_un.loops import run
 from maya_un.schema.bodies import Speed
@@ -156,7 +156,7 @@ def test_inside_the_block_the_lease_is_shown_and_renewed_and_given_back_at_its_e
                 assert leasing.renewed.acquire(timeout=10.0)
             client.stop()
         client.stop()
-    assert stand.asked[0].body == {"note": "calibration", "force": False, "patience": 10.0}
+    assert stand.asked[0].body == {"note": "calibration"}
     inside, outside = (asked for asked in stand.asked if asked.path == "/v1/stop")
     assert inside.headers["maya-lease"] == "lease 1"
     assert "maya-lease" not in outside.headers

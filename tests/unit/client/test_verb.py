@@ -9,10 +9,11 @@ from typing import Any, TypeVar
 import pytest
 
 from maya_un.client import AsyncClient, Client
-from maya_un.client.course import Course
+from maya_un.client.course import PlanRunner
 from maya_un.client.handle import AsyncJobHandle, JobHandle
+from maya_un.client.request import Request, get
 from maya_un.client.resources import AsyncQueue, Queue
-from maya_un.client.steps import Item, Plan, Request, Rest, Source, get
+from maya_un.client.steps import Emit, Plan, Sleep, StreamPlan
 from maya_un.client.verb import Awaiting, Blocking, Stream, Verb
 
 T = TypeVar("T")
@@ -24,10 +25,10 @@ def asked(number: int, *, twice: bool = False) -> Plan[int]:
     return first + (yield from get("/number", int)) if twice else first
 
 
-def counted(most: int) -> Source[int]:
+def counted(most: int) -> StreamPlan[int]:
     """Count."""
     for number in range(most):
-        yield Item(number)
+        yield Emit(number)
 
 
 class Verbs:
@@ -39,14 +40,14 @@ class Answers(Verbs, Blocking):
     """Answers every request with 21."""
 
     def perform(self, plan: Plan[T]) -> T:
-        course: Course[T] = Course(plan)
+        course: PlanRunner[T] = PlanRunner(plan)
         while course.step is not None:
             course.answered(21)
         return course.result
 
-    def iterate(self, source: Source[T]) -> Iterator[T]:
-        course: Course[None] = Course(source)
-        while isinstance(course.step, Item):
+    def iterate(self, source: StreamPlan[T]) -> Iterator[T]:
+        course: PlanRunner[None] = PlanRunner(source)
+        while isinstance(course.step, Emit):
             yield course.step.value
             course.answered(None)
 
@@ -57,7 +58,7 @@ class LateAnswers(Verbs, Awaiting):
     async def perform(self, plan: Plan[T]) -> T:
         return Answers().perform(plan)
 
-    async def iterate(self, source: Source[T]) -> AsyncIterator[T]:
+    async def iterate(self, source: StreamPlan[T]) -> AsyncIterator[T]:
         for item in Answers().iterate(source):
             yield item
 
@@ -107,13 +108,13 @@ def test_the_handle_of_a_job_has_its_number_left_out() -> None:
 def test_what_a_step_ends_in_is_thrown_into_the_plan() -> None:
     def careful() -> Plan[str]:
         try:
-            yield from Rest(1.0)
+            yield from Sleep(1.0)
         except KeyError:
             yield from get("/cleanup", int)
             return "cleaned"
         return "undisturbed"
 
-    course: Course[str] = Course(careful())
+    course: PlanRunner[str] = PlanRunner(careful())
     course.failed(KeyError())
     assert isinstance(course.step, Request)
     course.answered(0)
@@ -122,6 +123,6 @@ def test_what_a_step_ends_in_is_thrown_into_the_plan() -> None:
 
 
 def test_what_a_plan_does_not_handle_it_raises() -> None:
-    course: Course[Any] = Course(Rest(1.0))
+    course: PlanRunner[Any] = PlanRunner(Sleep(1.0))
     with pytest.raises(ZeroDivisionError):
         course.failed(ZeroDivisionError())

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from maya_un.coms.transport import Command, Kind, Report
+from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import SupervisorsNotReached
 
 
@@ -47,7 +47,7 @@ class Memory:
         return self._results()
 
     def _results(self) -> list[Report]:
-        return [report for report in self.reports if report.kind is Kind.RESULT]
+        return [report for report in self.reports if report.kind is ReportKind.RESULT]
 
     @asynccontextmanager
     async def connected(self, robot: str, journal: str) -> AsyncIterator[_Channel]:
@@ -66,7 +66,7 @@ class Memory:
         async with self._changed:
             self._changed.notify_all()
 
-    async def next(self, delivered: set[str]) -> Command:
+    async def next(self, delivered: set[str]) -> SupervisorCommand:
         """Return the first command that was not delivered."""
 
         def first() -> str | None:
@@ -78,13 +78,13 @@ class Memory:
         key = first()
         assert key is not None
         delivered.add(key)
-        return Command(key, self.commands[key], key)
+        return SupervisorCommand(key, self.commands[key], key)
 
     async def take(self, report: Report) -> None:
         """Keep a report; a result ends its command."""
         self.require_there()
         self.reports.append(report)
-        if report.kind is Kind.RESULT and report.key is not None:
+        if report.kind is ReportKind.RESULT and report.key is not None:
             self.commands.pop(report.key, None)
         await self._notify()
 
@@ -94,7 +94,7 @@ class _Channel:
         self._memory = memory
         self._delivered: set[str] = set()
 
-    async def receive(self) -> Command:
+    async def receive(self) -> SupervisorCommand:
         return await self._memory.next(self._delivered)
 
     async def send(self, report: Report) -> None:

@@ -15,7 +15,7 @@ import pytest
 from maya_un.coms.agent import LONGEST, Agent
 from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
-from maya_un.coms.transport import Command, Kind, Report
+from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import (
     InvalidMessage,
     InvalidRequest,
@@ -29,7 +29,7 @@ from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import success
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.step_store import StepStore
-from maya_un.graph.step_text import Identity, Result
+from maya_un.graph.step_text import RobotIdentity, StepEnd
 from maya_un.graph.steps import Steps, bridged
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
 from maya_un.loops import run
@@ -306,7 +306,7 @@ class Late(Memory):
         self.taking.set()
         self.taken = asyncio.Event()
 
-    async def next(self, delivered: set[str]) -> Command:
+    async def next(self, delivered: set[str]) -> SupervisorCommand:
         if delivered:
             self.taken.set()
         await self.taking.wait()
@@ -314,7 +314,7 @@ class Late(Memory):
 
     async def take(self, report: Report) -> None:
         await super().take(report)
-        if report.kind is Kind.RESULT and report.key is None:
+        if report.kind is ReportKind.RESULT and report.key is None:
             self.taken.clear()
             self.taking.set()
             await self.taken.wait()
@@ -364,7 +364,7 @@ class Direct:
         self.where = "direct"
         self.away = False
         self._node = robot.bus.node("rosbridge")
-        self._came: asyncio.Queue[Report | Identity | None] = asyncio.Queue()
+        self._came: asyncio.Queue[Report | RobotIdentity | None] = asyncio.Queue()
 
     def cut(self) -> None:
         """End the connection; the next attempts fail until `away` is False again."""
@@ -389,13 +389,13 @@ class Direct:
     def _hear(self, result: bool) -> Callable[[Message], None]:
         def hear(message: Message) -> None:
             data = json.loads(message["data"])
-            kind = Kind.RESULT if result else Kind(data["state"])
+            kind = ReportKind.RESULT if result else ReportKind(data["state"])
             self._came.put_nowait(Report(data["id"], kind, message["data"]))
 
         return hear
 
     def _meet(self, message: Message) -> None:
-        self._came.put_nowait(Identity(**json.loads(message["data"])))
+        self._came.put_nowait(RobotIdentity(**json.loads(message["data"])))
 
     async def prepare(self) -> None:
         """It hears everything already."""
@@ -403,7 +403,7 @@ class Direct:
     async def send(self, text: str) -> None:
         self._commands.publish({"data": text})
 
-    async def receive(self) -> Report | Identity:
+    async def receive(self) -> Report | RobotIdentity:
         report = await self._came.get()
         if report is None:
             raise RobotNotReached(url=self.where, reason="it went away")
@@ -477,7 +477,7 @@ def test_results_of_steps_that_no_supervisor_sent_do_not_pile_up(tmp_path: Path)
             await until(lambda: agent.status()["robot"]["connected"])
             results = robot.bus.node("firebase_bridge").advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=10)
             for number in range(1010):
-                results.publish({"data": Result(f"s{number}", None, None, dates.now(), dates.now()).text})
+                results.publish({"data": StepEnd(f"s{number}", None, None, dates.now(), dates.now()).text})
                 if number % 10 == 9:  # as many as wait
                     await until(lambda: f"s{number}" in agent.status()["steps"])  # noqa: B023 - it is called at once
             assert len(agent.status()["steps"]) == 1000

@@ -11,10 +11,10 @@ import pytest
 
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.choosing import transport_of
-from maya_un.coms.firebase_auth import FixedToken, User
+from maya_un.coms.firebase_auth import FirebaseUser, FixedToken
 from maya_un.coms.firestore import Firestore
-from maya_un.coms.settings import Settings
-from maya_un.coms.transport import Channel, Kind, Report, Transport
+from maya_un.coms.settings import AgentSettings
+from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorTransport
 from maya_un.errors import SupervisorsNotReached
 from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
@@ -50,7 +50,7 @@ def results_written(database: RealtimeDatabase) -> list[str]:
 
 
 def answered(
-    database: RealtimeDatabase, transport: Transport, story: Callable[[Answers], Awaitable[None]], *keys: str
+    database: RealtimeDatabase, transport: SupervisorTransport, story: Callable[[Answers], Awaitable[None]], *keys: str
 ) -> Answers:
     """Run a story beside an agent that answers, until these commands are answered."""
     answers = Answers(transport)
@@ -71,7 +71,7 @@ def test_open_commands_come_in_the_order_of_their_creation(database: RealtimeDat
     for key in ("z", "a", "m"):
         put(database, key, home(key))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         assert [(await channel.receive()).key for _ in range(3)] == ["z", "a", "m"]
         put(database, "b", home("later"))
         command = await channel.receive()
@@ -84,10 +84,10 @@ def test_a_result_and_the_end_of_its_command_are_one_commit(database: RealtimeDa
     place = {"x": 1, "y": 0.5, "z": None, "more": [True, "\u00e4", {"deep": []}]}
     put(database, "k", {"command": "pick", "args": place, "deadline": "2999-01-01T00:00:00Z"})
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         command = await channel.receive()
         assert json.loads(command.text)["args"] == place
-        await channel.send(Report("k", Kind.EXECUTING, '{"id": "k", "state": "executing"}', "k"))
+        await channel.send(Report("k", ReportKind.EXECUTING, '{"id": "k", "state": "executing"}', "k"))
         assert database.document(f"{ROBOT}/progress/k") == {"id": "k", "state": "executing"}
         await channel.send(result(command, error=None, warnings=["args.more was ignored"]))
         last = [path for path, _ in database.documents.written[-3:]]
@@ -103,10 +103,10 @@ def test_a_result_and_the_end_of_its_command_are_one_commit(database: RealtimeDa
 def test_one_connection_serves_every_request(database: RealtimeDatabase) -> None:
     put(database, "k", home("7"))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         command = await channel.receive()
         for _ in range(5):
-            await channel.send(Report("7", Kind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
+            await channel.send(Report("7", ReportKind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
         await channel.send(result(command))
 
     told(story, firestore())
@@ -117,7 +117,7 @@ def test_a_command_that_is_removed_gets_no_result(database: RealtimeDatabase) ->
     for key in "ab":
         put(database, key, home(key))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         first = await channel.receive()
         put(database, "a", None)
         await channel.send(result(first))
@@ -132,7 +132,7 @@ def test_a_command_may_be_of_the_old_form(database: RealtimeDatabase) -> None:
     put(database, "k", {"args": {"x": 1, "y": 2, "z": 3}})
     transport = firestore()
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         assert (await channel.receive()).id == "k"
         assert transport.default_command == "approach"
 
@@ -155,7 +155,7 @@ def test_odd_documents_come_as_commands_and_others_still_come(
     put(database, key, fields)
     put(database, "good", home("good"))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         odd = await channel.receive()
         assert odd.key == key
         assert len(odd.text) > LONGEST if key in {"huge", "long"} else json.loads(odd.text) == fields
@@ -206,7 +206,7 @@ def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase)
     def beats() -> set[str]:
         return {data["at"] for path, data in database.documents.written if path.endswith("/state/presence")}
 
-    async def story(_: Channel) -> None:
+    async def story(_: SupervisorChannel) -> None:
         await until(lambda: len(beats()) >= 3)
         assert database.document(f"{ROBOT}/state/presence")["state"] == "ONLINE"
 
@@ -215,7 +215,7 @@ def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase)
 
 
 def test_a_heartbeat_that_fails_ends_the_connection(database: RealtimeDatabase) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         database.faults.append(Fault("POST", "presence"))
         assert await lost(channel)
 
@@ -223,9 +223,9 @@ def test_a_heartbeat_that_fails_ends_the_connection(database: RealtimeDatabase) 
 
 
 def test_a_token_that_ends_is_refreshed(database: RealtimeDatabase) -> None:
-    user = User("maya@example.org", "right", "key of the project")
+    user = FirebaseUser("maya@example.org", "right", "key of the project")
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         put(database, "a", home("a"))
         command = await channel.receive()
         database.store.revoked.update(database.documents.tokens)
@@ -238,11 +238,11 @@ def test_a_token_that_ends_is_refreshed(database: RealtimeDatabase) -> None:
 
 def test_firestore_names_the_database_and_the_default_command(database: RealtimeDatabase) -> None:
     database.set_document(ROBOT, {"database_url": database.url, "default_command": "approach"})
-    settings = Settings(supervisors="firestore://demo", user="maya@example.org", password="right", api_key="key")
+    settings = AgentSettings(supervisors="firestore://demo", user="maya@example.org", password="right", api_key="key")
     transport = transport_of(settings)
     assert transport.where == "firestore://demo"
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         database.set(f"{ROBOT}/commands/a", home("a"))
         await channel.send(result(await channel.receive()))
 
@@ -251,7 +251,7 @@ def test_firestore_names_the_database_and_the_default_command(database: Realtime
     assert database.get(f"{ROBOT}/results/a/success") is True
 
 
-async def _nothing(_: Channel) -> None:
+async def _nothing(_: SupervisorChannel) -> None:
     pass
 
 
@@ -273,5 +273,5 @@ def test_a_robot_without_a_valid_document_is_named(document: Any, reason: str, d
 def test_a_token_that_firestore_refuses_is_shown_nowhere(database: RealtimeDatabase) -> None:
     assert database.port
     with pytest.raises(SupervisorsNotReached, match="401: Could not parse") as found:
-        told(_nothing, transport_of(Settings(supervisors="firestore://demo", password="secret-1")))
+        told(_nothing, transport_of(AgentSettings(supervisors="firestore://demo", password="secret-1")))
     assert "secret-1" not in f"{found.value} {found.value!r}"

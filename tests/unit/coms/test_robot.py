@@ -10,7 +10,7 @@ from websockets.asyncio.server import ServerConnection, serve
 
 from maya_un.coms.agent import Agent
 from maya_un.coms.robot import Rosbridge
-from maya_un.coms.transport import Kind, Report
+from maya_un.coms.transport import Report, ReportKind
 from maya_un.errors import RobotNotReached
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS
 from maya_un.server import dates
@@ -54,4 +54,4 @@ async def test_what_is_no_report_is_passed_over() -> None:
     async with serve(foreign, "127.0.0.1", 0) as server:
         port = next(iter(server.sockets)).getsockname()[1]
         async with asyncio.timeout(30.0), Rosbridge(f"ws://127.0.0.1:{port}").connected() as link:
-            assert await link.receive() == Report("1", Kind.RESULT, result)
+            assert await link.receive() == Report("1", ReportKind.RESULT, result)

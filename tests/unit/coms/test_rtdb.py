@@ -15,11 +15,11 @@ import pytest
 
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.choosing import transport_of
-from maya_un.coms.firebase_auth import FixedToken, NoToken, User
+from maya_un.coms.firebase_auth import FirebaseUser, FixedToken, NoToken
 from maya_un.coms.retrying import keep
 from maya_un.coms.rtdb import Rtdb
-from maya_un.coms.settings import Settings
-from maya_un.coms.transport import Channel, Command, Kind, Report, Transport
+from maya_un.coms.settings import AgentSettings
+from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand, SupervisorTransport
 from maya_un.errors import InvalidValue, SupervisorsNotReached
 from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
@@ -30,7 +30,7 @@ RULES = (Path(__file__).parents[3] / "contrib/firebase/database.rules.json").rea
 ROBOT = "robots/MAYA"
 JOURNAL = "journal of the robot"
 
-Story = Callable[[Channel], Awaitable[None]]
+Story = Callable[[SupervisorChannel], Awaitable[None]]
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def guarded() -> Iterator[RealtimeDatabase]:
         yield one
 
 
-def told(story: Story, transport: Transport, robot: str = "MAYA") -> None:
+def told(story: Story, transport: SupervisorTransport, robot: str = "MAYA") -> None:
     """Run a story with a connection."""
 
     async def main() -> None:
@@ -66,12 +66,12 @@ def home(id_: str) -> dict[str, str]:
     return {"id": id_, "command": "home"}
 
 
-def result(command: Command, **more: Any) -> Report:
+def result(command: SupervisorCommand, **more: Any) -> Report:
     text = json.dumps({"id": command.id, "success": True, "error": None, "warnings": [], **more})
-    return Report(command.id, Kind.RESULT, text, command.key)
+    return Report(command.id, ReportKind.RESULT, text, command.key)
 
 
-async def lost(channel: Channel) -> str:
+async def lost(channel: SupervisorChannel) -> str:
     """Return why a connection ended; commands before that are passed over."""
     try:
         while True:
@@ -83,7 +83,7 @@ async def lost(channel: Channel) -> str:
 class Answers:
     """Answers every command as an agent does, over connections that are made again; `seen` lists the deliveries."""
 
-    def __init__(self, transport: Transport) -> None:
+    def __init__(self, transport: SupervisorTransport) -> None:
         self.seen: list[str] = []
         self.errors: list[str] = []
         self._transport = transport
@@ -94,7 +94,7 @@ class Answers:
                 while True:
                     command = await channel.receive()
                     self.seen.append(command.key)
-                    progress = Report(command.id, Kind.ACCEPTED, '{"state": "accepted"}', command.key)
+                    progress = Report(command.id, ReportKind.ACCEPTED, '{"state": "accepted"}', command.key)
                     await channel.send(progress)
                     await channel.send(result(command))
 
@@ -137,7 +137,7 @@ def test_open_commands_come_in_the_order_of_their_keys(backwards: bool, database
     for key in keys:
         put(database, key, home(key))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         assert [(await channel.receive()).key for _ in keys] == ["9", "10", "-Oa", "-Oz", "B", "b"]
         put(database, "a", home("later"))
         command = await channel.receive()
@@ -150,7 +150,7 @@ def test_commands_that_the_database_tells_as_an_array_come(database: RealtimeDat
     for key in "0123":
         put(database, key, home(key))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         assert [(await channel.receive()).key for _ in range(4)] == ["0", "1", "2", "3"]
 
     told(story, Rtdb(database.url))
@@ -159,10 +159,10 @@ def test_commands_that_the_database_tells_as_an_array_come(database: RealtimeDat
 def test_one_connection_serves_every_write_beside_the_stream(database: RealtimeDatabase) -> None:
     put(database, "k", home("7"))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         command = await channel.receive()
         for _ in range(5):
-            await channel.send(Report("7", Kind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
+            await channel.send(Report("7", ReportKind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
         await channel.send(result(command))
 
     told(story, Rtdb(database.url))
@@ -172,9 +172,9 @@ def test_one_connection_serves_every_write_beside_the_stream(database: RealtimeD
 def test_a_result_and_the_end_of_its_command_are_one_write(database: RealtimeDatabase) -> None:
     put(database, "k", home("7"))
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         command = await channel.receive()
-        await channel.send(Report("7", Kind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
+        await channel.send(Report("7", ReportKind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
         assert database.get(f"{ROBOT}/progress") == {"k": {"id": "7", "state": "executing"}}
         database.store.writes.clear()
         await channel.send(result(command))
@@ -191,7 +191,7 @@ def test_a_command_of_the_old_form_has_its_key_as_id_and_the_default_command(dat
     put(database, "-Ok", {"args": {"x": 1, "y": 2, "z": 3}})
     transport = Rtdb(database.url)
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         assert (await channel.receive()).id == "-Ok"
         assert transport.default_command == "approach"
 
@@ -201,9 +201,11 @@ def test_a_command_of_the_old_form_has_its_key_as_id_and_the_default_command(dat
 def test_a_command_may_be_json_text(database: RealtimeDatabase) -> None:
     put(database, "k", '{"id": "7", "command": "home"}')
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         assert json.loads((await channel.receive()).text) == home("7")
-        await channel.send(Report("7", Kind.RESULT, '{"id": "7"}', None))  # from an earlier connection: found by its id
+        await channel.send(
+            Report("7", ReportKind.RESULT, '{"id": "7"}', None)
+        )  # from an earlier connection: found by its id
         assert database.get(f"{ROBOT}/results") == {"k": {"id": "7"}}
 
     told(story, Rtdb(database.url))
@@ -212,14 +214,14 @@ def test_a_command_may_be_json_text(database: RealtimeDatabase) -> None:
 def test_a_key_that_can_be_no_id_is_given_none(database: RealtimeDatabase) -> None:
     put(database, "k" * 300, {"command": "home"})
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         assert (await channel.receive()).id is None
 
     told(story, Rtdb(database.url))
 
 
 def test_a_command_that_is_written_in_parts_is_read_whole(database: RealtimeDatabase) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         database.set(f"{ROBOT}/commands/k/command", "approach")
         database.set(f"{ROBOT}/commands/k/args/x", 1)
         command = await channel.receive()
@@ -229,7 +231,7 @@ def test_a_command_that_is_written_in_parts_is_read_whole(database: RealtimeData
 
 
 def test_a_command_that_is_removed_before_its_turn_does_not_come(database: RealtimeDatabase) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         for key in "ab":
             put(database, key, home(key))
         put(database, "a", None)
@@ -238,14 +240,14 @@ def test_a_command_that_is_removed_before_its_turn_does_not_come(database: Realt
         while keys[-1] != "c":
             keys.append((await channel.receive()).key)
         assert keys in (["b", "c"], ["a", "b", "c"])  # it may have come before it was removed
-        await channel.send(Report("a", Kind.RESULT, '{"id": "a"}', "a"))
+        await channel.send(Report("a", ReportKind.RESULT, '{"id": "a"}', "a"))
         assert database.get(f"{ROBOT}/results") is None
 
     told(story, Rtdb(database.url))
 
 
 def test_commands_that_are_removed_together_get_no_result(database: RealtimeDatabase) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         put(database, "a", home("a"))
         command = await channel.receive()
         database.set(f"{ROBOT}/commands", None)
@@ -264,7 +266,7 @@ def test_a_huge_command_is_delivered_cut_and_others_still_come(when: str, databa
         put(database, "a", home("a"))
         put(database, "huge", huge)
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         if when != "before":
             put(database, "a", home("a"))
             put(database, "huge", huge)
@@ -345,7 +347,7 @@ def test_cuts_at_any_instant_lose_nothing_and_report_nothing_twice(database: Rea
 def test_a_stream_that_falls_silent_ends(database: RealtimeDatabase) -> None:
     database.rest.keep_alive = 0.05
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         put(database, "a", home("a"))
         await channel.receive()
         database.rest.mute = True
@@ -357,7 +359,7 @@ def test_a_stream_that_falls_silent_ends(database: RealtimeDatabase) -> None:
 def test_keep_alives_keep_a_stream(database: RealtimeDatabase) -> None:
     database.rest.keep_alive = 0.05
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         receiving = asyncio.ensure_future(channel.receive())
         done, _ = await asyncio.wait([receiving], timeout=1.5)
         assert not done
@@ -373,7 +375,7 @@ def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase)
         assert {one["state"] for one in found} <= {"ONLINE"}
         return [one["at"] for one in found]
 
-    async def story(_: Channel) -> None:
+    async def story(_: SupervisorChannel) -> None:
         await until(lambda: len(set(beats())) >= 3)
 
     told(story, Rtdb(database.url, heartbeat=0.02))
@@ -381,7 +383,7 @@ def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase)
 
 
 def test_a_connection_that_ends_as_it_begins_leaves_nothing_behind(database: RealtimeDatabase) -> None:
-    async def story(_: Channel) -> None:
+    async def story(_: SupervisorChannel) -> None:
         raise LookupError
 
     with pytest.raises(LookupError):
@@ -400,7 +402,7 @@ def test_it_is_offline_after_it_was_cancelled(database: RealtimeDatabase) -> Non
 
 
 def test_a_heartbeat_that_fails_ends_the_connection(database: RealtimeDatabase) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         database.faults.append(Fault("PUT", "/presence"))
         assert await lost(channel)
 
@@ -412,7 +414,7 @@ def test_redirects_are_followed_with_the_token(guarded: RealtimeDatabase) -> Non
         front.redirects_to = guarded.url
         guarded.set(f"{ROBOT}/commands/a", home("a"))
 
-        async def story(channel: Channel) -> None:
+        async def story(channel: SupervisorChannel) -> None:
             await channel.send(result(await channel.receive()))
 
         told(story, Rtdb(front.url, FixedToken(guarded.store.secret)))
@@ -426,7 +428,7 @@ def test_a_ring_of_redirects_ends(database: RealtimeDatabase) -> None:
         told(_nothing, Rtdb(database.url))
 
 
-async def _nothing(_: Channel) -> None:
+async def _nothing(_: SupervisorChannel) -> None:
     pass
 
 
@@ -434,14 +436,14 @@ async def _nothing(_: Channel) -> None:
 def signed_in(guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch) -> Rtdb:
     """Return a transport that shows the robot's user to the guarded database."""
     monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
-    return Rtdb(guarded.url, User("maya@example.org", "right", "key of the project"))
+    return Rtdb(guarded.url, FirebaseUser("maya@example.org", "right", "key of the project"))
 
 
 def test_a_user_signs_in_and_answers_within_the_rules(guarded: RealtimeDatabase, signed_in: Rtdb) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         put(guarded, "a", home("a"))
         command = await channel.receive()
-        await channel.send(Report("a", Kind.ACCEPTED, '{"id": "a", "state": "accepted"}', "a"))
+        await channel.send(Report("a", ReportKind.ACCEPTED, '{"id": "a", "state": "accepted"}', "a"))
         await channel.send(result(command))
 
     told(story, signed_in)
@@ -464,7 +466,7 @@ def test_a_token_that_ends_is_refreshed_and_nothing_is_lost(guarded: RealtimeDat
 def test_a_token_that_ended_unnoticed_is_refreshed_at_the_next_request(
     guarded: RealtimeDatabase, signed_in: Rtdb
 ) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         put(guarded, "a", home("a"))
         command = await channel.receive()
         guarded.store.revoked.update(one.caller.token for one in guarded.store.listeners)
@@ -478,7 +480,7 @@ def test_a_token_is_refreshed_before_it_ends_and_a_refused_refresh_signs_in(
     guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")
-    user = User("maya@example.org", "right", "key of the project")
+    user = FirebaseUser("maya@example.org", "right", "key of the project")
 
     async def main() -> None:
         async with httpx.AsyncClient() as http:
@@ -515,13 +517,13 @@ def test_a_page_instead_of_a_token_is_no_answer(monkeypatch: pytest.MonkeyPatch)
             monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", "127.0.0.1:{1}".format(*portal.sockets[0].getsockname()))
             async with httpx.AsyncClient() as http:
                 with pytest.raises(NoToken, match="no token"):
-                    await User("maya@example.org", "right", "key of the project").token(http)
+                    await FirebaseUser("maya@example.org", "right", "key of the project").token(http)
 
     run(main())
 
 
 def test_rules_that_end_the_right_to_read_end_the_connection(guarded: RealtimeDatabase, signed_in: Rtdb) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         guarded.set_rules('{"rules": {".read": false}}')
         assert "rules no longer let" in await lost(channel)
 
@@ -537,8 +539,8 @@ def test_refused_credentials_are_named_and_shown_nowhere(
     source = {
         "nothing": FixedToken(""),
         "a bad token": FixedToken("secret-token-1"),
-        "a wrong password": User("maya@example.org", "secret-password-2", "secret-key-3"),
-        "another robot": User("maya@example.org", "right", "secret-key-3"),
+        "a wrong password": FirebaseUser("maya@example.org", "secret-password-2", "secret-key-3"),
+        "another robot": FirebaseUser("maya@example.org", "right", "secret-key-3"),
     }[shown]
     with pytest.raises(SupervisorsNotReached) as found:
         told(_nothing, Rtdb(guarded.url, source), "OTHER" if shown == "another robot" else "MAYA")
@@ -576,19 +578,19 @@ def test_a_name_that_can_be_no_key_is_refused_in_words(name: str, database: Real
 )
 def test_an_address_that_would_show_credentials_is_refused(url: str) -> None:
     with pytest.raises(InvalidValue) as found:
-        transport_of(Settings(supervisors=url, password="secret-1"))
+        transport_of(AgentSettings(supervisors=url, password="secret-1"))
     assert "secret-1" not in str(found.value)
 
 
 def test_a_user_without_the_projects_key_is_refused() -> None:
     with pytest.raises(InvalidValue, match="MAYA_COMS_API_KEY"):
-        transport_of(Settings(supervisors="https://db.example.org", user="maya@example.org", password="x"))
+        transport_of(AgentSettings(supervisors="https://db.example.org", user="maya@example.org", password="x"))
 
 
 def test_more_commands_than_a_robot_takes_wait_in_the_database(database: RealtimeDatabase) -> None:
     database.set(f"{ROBOT}/commands", {f"k{number:04}": home(str(number)) for number in range(1100)})
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         first = [await channel.receive() for _ in range(1000)]
         waiting = asyncio.ensure_future(channel.receive())
         done, _ = await asyncio.wait([waiting], timeout=0.05)
@@ -641,7 +643,7 @@ def test_the_rules_of_the_documentation(who: str, path: str, value: Any, may: bo
 def test_a_key_that_is_used_again_before_the_robot_knows_that_its_result_was_written(
     database: RealtimeDatabase,
 ) -> None:
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         put(database, "k", home("1"))
         first = await channel.receive()
         database.held = "PATCH"
@@ -652,7 +654,7 @@ def test_a_key_that_is_used_again_before_the_robot_knows_that_its_result_was_wri
         assert json.loads(second.text) == home("2")
         database.held = ""
         await answered
-        await channel.send(Report("2", Kind.RESULT, '{"id": "2"}', second.key))
+        await channel.send(Report("2", ReportKind.RESULT, '{"id": "2"}', second.key))
         assert database.get(f"{ROBOT}/results/k") == {"id": "2"}
 
     told(story, Rtdb(database.url))
@@ -661,7 +663,7 @@ def test_a_key_that_is_used_again_before_the_robot_knows_that_its_result_was_wri
 def test_a_long_session_costs_no_connections(database: RealtimeDatabase) -> None:
     database.set(f"{ROBOT}/commands", {f"k{number:04}": home(f"id {number}") for number in range(400)})
 
-    async def story(channel: Channel) -> None:
+    async def story(channel: SupervisorChannel) -> None:
         for _ in range(400):
             await channel.receive()
         for number in range(20):
@@ -679,7 +681,7 @@ def test_an_error_names_what_rules_of_an_earlier_version_do_not_allow(
     rules = json.loads(RULES)
     del rules["rules"]["robots"]["$robot"]["session"]
     guarded.set_rules(json.dumps(rules))
-    user = User("maya@example.org", "right", "key")
+    user = FirebaseUser("maya@example.org", "right", "key")
 
     async def main() -> None:
         async with Rtdb(guarded.url, user).connected("MAYA", JOURNAL):

@@ -16,7 +16,7 @@ from maya_un.coms import firestore, rtdb
 from maya_un.coms.firebase_auth import FixedToken
 from maya_un.coms.firestore import Firestore
 from maya_un.coms.rtdb import Rtdb
-from maya_un.coms.transport import Channel, Transport
+from maya_un.coms.transport import SupervisorChannel, SupervisorTransport
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
 from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
@@ -42,7 +42,7 @@ class Place:
         if not self._is_tree:
             database.set_document(ROBOT, {})
 
-    def transport(self, heartbeat: float = 10.0) -> Transport:
+    def transport(self, heartbeat: float = 10.0) -> SupervisorTransport:
         """Return a link's way there: a session of its own."""
         if self._is_tree:
             return Rtdb(self.database.url, heartbeat=heartbeat)
@@ -95,7 +95,7 @@ def changing(place: Place) -> Iterator[None]:
         place.database.before = usual
 
 
-async def taken(channel: Channel, seen: list[str], *, answers: bool = True) -> None:
+async def taken(channel: SupervisorChannel, seen: list[str], *, answers: bool = True) -> None:
     """Note every command that comes, and answer it."""
     while True:
         command = await channel.receive()
@@ -104,7 +104,7 @@ async def taken(channel: Channel, seen: list[str], *, answers: bool = True) -> N
             await channel.send(result(command))
 
 
-async def served(transport: Transport, journal: str, seen: list[str]) -> None:
+async def served(transport: SupervisorTransport, journal: str, seen: list[str]) -> None:
     """Be the link of a robot that connects again until another robot has its name."""
     while True:
         with suppress(SupervisorsNotReached):

@@ -6,23 +6,23 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import AxisRecord, DataRecord
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.timeline import Timeline
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.controller import marker
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import operands, wanted
 from maya_un.events import Event
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import AxisRecord, DataRecord
-from maya_un.galil.transport import Transport
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.maya.mechanics import MayaMechanics
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
-from maya_un.virtual.timeline import Timeline
-from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse
 
 HERE = Joints(0.3, 1.5, 1.3)
@@ -41,9 +41,11 @@ OWN = ("maya", "MG_XQ7", "MG(_ZAB=")
 
 
 @asynccontextmanager
-async def homed(config: Config | None = None, *, truth: Truth | None = None, live: bool = False) -> AsyncIterator[Rig]:
+async def homed(
+    config: Config | None = None, *, truth: TrueConstants | None = None, live: bool = False
+) -> AsyncIterator[Rig]:
     """Give a robot that stands at `HERE` and takes over the mark of a homing, which costs nothing."""
-    async with rig(config, truth=truth, start=Start(*HERE), live=live) as bench:
+    async with rig(config, truth=truth, start=StartPose(*HERE), live=live) as bench:
         await _take_over(bench)
         yield bench
 
@@ -52,7 +54,7 @@ async def homed(config: Config | None = None, *, truth: Truth | None = None, liv
 async def far_away(latency: float, rate: float) -> AsyncIterator[Rig]:
     """Give a homed robot whose answers take `latency` [s]; its record is read at `rate` [Hz]."""
     config = parse({"controller": {"stream_rate": rate}})
-    async with _plugged(MayaMechanics(start=Start(*HERE)), config, latency=latency, live=True) as bench:
+    async with _plugged(MayaMechanics(start=StartPose(*HERE)), config, latency=latency, live=True) as bench:
         await _take_over(bench)
         yield bench
 

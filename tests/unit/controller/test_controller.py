@@ -7,6 +7,8 @@ from typing import Literal
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import Transport
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
@@ -43,8 +45,6 @@ from maya_un.events import (
     MotionEnded,
     MotionStopped,
 )
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, faults, rig
 from maya_un.values import Joints, Mode
 from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, kinds, now, still_moving, when_sent

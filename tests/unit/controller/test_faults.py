@@ -4,6 +4,8 @@ from itertools import permutations
 
 import pytest
 
+from dmc41x3.language.codes import STOP_TEXTS
+from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.controller import faults
@@ -19,13 +21,11 @@ from maya_un.errors import (
     UnexpectedStop,
 )
 from maya_un.events import EmergencyStopped, Event, FaultEntered, LimitHit, MotionStopped
-from maya_un.galil.codes import STOP_TEXTS
-from maya_un.galil.record import AxisRecord, DataRecord, Status
 from tests.unit.controller.bench import record_of
 
 ORDER = (0, 1, 2)
 WELL = AxisRecord(stop_code=101)
-OFF = AxisRecord(stop_code=101, status=Status.MOTOR_OFF)
+OFF = AxisRecord(stop_code=101, status=AxisStatus.MOTOR_OFF)
 
 
 def ended(*codes: int, amplifier_status: int = 0) -> DataRecord:

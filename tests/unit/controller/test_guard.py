@@ -6,6 +6,8 @@ from contextlib import suppress
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import Transport
 from maya_un.config.load import parse
 from maya_un.controller import guard_program
 from maya_un.controller.controller import GalilController
@@ -23,8 +25,6 @@ from maya_un.errors import (
     Stopped,
     UnexpectedReply,
 )
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, faults, rig
 from maya_un.values import Mode
 from tests.unit.controller.bench import BEAT, FAR, HERE, commands_in, far_away, foreign, homed, now, when_sent

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
 from maya_un.controller import guard_program
 from maya_un.errors import GuardBlocked
-from maya_un.galil.commands import LINE_LIMIT
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
 
 USERS = "#A\r\nPRA=1000;BGA\r\nAMA\r\nEN\r\n"
 

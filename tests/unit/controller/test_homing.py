@@ -23,10 +23,10 @@ from maya_un.errors import (
 )
 from maya_un.events import FaultEntered, HomingBegun, HomingDone, MotionStopped, PhaseBegun
 from maya_un.kinematics.workspace import Workspace
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
 from tests.unit.controller.bench import commands_in, foreign, kinds, rewired
 from tests.virtual_time import elapse
 
@@ -86,7 +86,7 @@ async def test_a_homing_tells_its_phases_and_leaves_its_mark_last() -> None:
 
 
 async def test_measured_strokes_bound_the_workspace() -> None:
-    nominal = Truth()
+    nominal = TrueConstants()
     short = replace(nominal, switches=(nominal.switches[0], (0.575, 2.21), (0.565, 2.35)))
     async with rig(truth=short) as bench:
         await bench.controller.home()
@@ -94,9 +94,9 @@ async def test_measured_strokes_bound_the_workspace() -> None:
         assert bench.controller.workspace.line_c[1] == pytest.approx(2.300, abs=1e-3)
 
 
-@pytest.mark.parametrize("start", [Start(1.0, 1.7, 0.536), Start(1.0, 0.546, 1.7)], ids=["c", "b"])
-async def test_a_line_that_was_left_at_its_hard_stop_is_homed_from_there(start: Start) -> None:
-    async with rig(truth=replace(Truth(), gaps=(0.05, 0.03, 0.03)), start=start) as bench:
+@pytest.mark.parametrize("start", [StartPose(1.0, 1.7, 0.536), StartPose(1.0, 0.546, 1.7)], ids=["c", "b"])
+async def test_a_line_that_was_left_at_its_hard_stop_is_homed_from_there(start: StartPose) -> None:
+    async with rig(truth=replace(TrueConstants(), gaps=(0.05, 0.03, 0.03)), start=start) as bench:
         await bench.controller.home()
         assert bench.mechanics.record.stall_time == 0.0
 
@@ -118,7 +118,7 @@ async def interrupted(bench: Rig, phase: str) -> asyncio.Task[None]:
 
 @pytest.mark.parametrize("phase", PHASES)
 async def test_a_stop_in_any_phase_leaves_the_robot_at_rest_and_not_homed(phase: str) -> None:
-    async with rig(start=Start(0.4, 1.6, 1.7)) as bench:
+    async with rig(start=StartPose(0.4, 1.6, 1.7)) as bench:
         home = await interrupted(bench, phase)
         assert isinstance(home.exception(), Stopped)
         state = bench.controller.state
@@ -134,15 +134,15 @@ async def test_a_stop_in_any_phase_leaves_the_robot_at_rest_and_not_homed(phase:
 @pytest.mark.parametrize(
     ("truth", "error", "details"),
     [
-        (replace(Truth(), gaps=(-0.2, 0.02, 0.02)), HomingStalled, {"axis": "a"}),
-        (replace(Truth(), gaps=(0.05, 0.02, -0.3)), HomingStalled, {"axis": "c"}),
+        (replace(TrueConstants(), gaps=(-0.2, 0.02, 0.02)), HomingStalled, {"axis": "a"}),
+        (replace(TrueConstants(), gaps=(0.05, 0.02, -0.3)), HomingStalled, {"axis": "c"}),
         (
-            replace(Truth(), switches=(Truth().switches[0], (0.575, 2.260), (0.565, 2.120))),
+            replace(TrueConstants(), switches=(TrueConstants().switches[0], (0.575, 2.260), (0.565, 2.120))),
             StrokeDiffers,
             {"axis": "c", "measured": "2120.0 mm", "wanted": "2300.0 mm"},
         ),
         (
-            replace(Truth(), switches=((-2.0, 2.0), (0.575, 2.260), (0.565, 2.300)), gaps=(1.0, 0.02, 0.02)),
+            replace(TrueConstants(), switches=((-2.0, 2.0), (0.575, 2.260), (0.565, 2.300)), gaps=(1.0, 0.02, 0.02)),
             SwitchNotFound,
             {"axis": "a", "side": "reverse"},
         ),
@@ -150,7 +150,7 @@ async def test_a_stop_in_any_phase_leaves_the_robot_at_rest_and_not_homed(phase:
     ids=["boom blocked", "line blocked", "stroke differs", "no switch"],
 )
 async def test_what_homing_cannot_trust_is_named_and_waits_for_a_person(
-    truth: Truth, error: type[MayaError], details: dict[str, str]
+    truth: TrueConstants, error: type[MayaError], details: dict[str, str]
 ) -> None:
     async with rig(truth=truth) as bench:
         with pytest.raises(error) as failure:
@@ -170,15 +170,15 @@ async def test_what_homing_cannot_trust_is_named_and_waits_for_a_person(
 @pytest.mark.parametrize(
     ("lying", "start", "named"),
     [
-        ("b", Start(1.0, 1.7, 0.563), {"b"}),
-        ("c", Start(1.0, 0.573, 1.7), {"c"}),
-        ("bc", Start(1.0, 1.5, 1.5), {"b", "c"}),
+        ("b", StartPose(1.0, 1.7, 0.563), {"b"}),
+        ("c", StartPose(1.0, 0.573, 1.7), {"c"}),
+        ("bc", StartPose(1.0, 1.5, 1.5), {"b", "c"}),
     ],
 )
 async def test_of_two_lines_that_read_short_the_one_that_lies_is_named(
-    lying: str, start: Start, named: set[str]
+    lying: str, start: StartPose, named: set[str]
 ) -> None:
-    truth = Truth()
+    truth = TrueConstants()
     for line in lying:
         truth = truth.with_wiring(True, axis="abc".index(line), switch="reverse")
     async with rig(truth=truth, start=start) as bench:

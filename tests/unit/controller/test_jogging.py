@@ -9,7 +9,7 @@ from math import cos, inf, nan, radians, sin
 import pytest
 
 from maya_un.config import Config
-from maya_un.controller.jogging import MARGIN, TOLERANCE, Jogging, Line
+from maya_un.controller.jogging import MARGIN, TOLERANCE, Jogging, JogLine
 from maya_un.controller.planner import Planner
 from maya_un.errors import InvalidValue, MayaError, PathRefused, Stopped, UnknownName, Unreachable
 from maya_un.kinematics import Mechanism, Workspace
@@ -69,7 +69,7 @@ def test_along_x_to_where_the_boom_ends() -> None:
 
 @pytest.mark.parametrize(("axis", "way", "place"), [("x", 0.2, 0), ("y", -0.2, 1), ("z", 0.2, 2)])
 def test_an_axis_of_space_moves_its_coordinate_only(axis: str, way: float, place: int) -> None:
-    start, end = MECHANISM.fk(HERE), Line.along(axis, HERE, MECHANISM).at(way)
+    start, end = MECHANISM.fk(HERE), JogLine.along(axis, HERE, MECHANISM).at(way)
     assert isinstance(end, Point)
     assert [there - here for here, there in zip(start, end, strict=True)] == pytest.approx(
         [way if i == place else 0.0 for i in range(3)]
@@ -77,7 +77,7 @@ def test_an_axis_of_space_moves_its_coordinate_only(axis: str, way: float, place
 
 
 def test_r_goes_outward_along_the_boom() -> None:
-    start, end = MECHANISM.fk(HERE), Line.along("r", HERE, MECHANISM).at(0.1)
+    start, end = MECHANISM.fk(HERE), JogLine.along("r", HERE, MECHANISM).at(0.1)
     assert end == pytest.approx((start.x + 0.1 * sin(HERE.a), start.y + 0.1 * cos(HERE.a), start.z))
 
 
@@ -87,7 +87,7 @@ def test_what_it_says_is_what_walking_along_the_line_says(campaign: Campaign) ->
         rng = campaign.rng(case)
         here = Joints(rng.uniform(0.1, 2.0), rng.uniform(1.2, 1.9), rng.uniform(1.2, 1.9))
         axis, sign = rng.choice(JOG_AXES), rng.choice((-1.0, 1.0))
-        line = Line.along(axis, here, MECHANISM)
+        line = JogLine.along(axis, here, MECHANISM)
         walked = 0.0
         while WORKSPACE.why_not(line.at(sign * (walked + 1e-4))) is None:
             walked += 1e-4
@@ -129,7 +129,7 @@ def test_what_is_no_jog_is_refused(axis: str, way: float, error: type[MayaError]
 async def test_the_gripper_goes_straight_on_the_twin(axis: str) -> None:
     async with homed() as bench:
         start = MECHANISM.fk(HERE)
-        direction = Line.along(axis, HERE, MECHANISM).direction
+        direction = JogLine.along(axis, HERE, MECHANISM).direction
         jog = asyncio.create_task(bench.controller.jog(axis, -0.2))
         while not jog.done():
             await elapse(0.25)

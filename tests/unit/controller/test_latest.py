@@ -3,7 +3,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import replace
 
-from maya_un.controller.latest import Latest
+from maya_un.controller.latest import StateBroadcaster
 from maya_un.values import Joints
 from tests.fakes import state_of
 from tests.virtual_time import turn
@@ -12,7 +12,7 @@ FIRST, SECOND, THIRD = (replace(state_of(Joints(0.0, 1.5, 1.3)), time=float(seco
 
 
 async def test_a_watcher_gets_the_state_now_and_every_newer_one() -> None:
-    latest = Latest(FIRST)
+    latest = StateBroadcaster(FIRST)
     states = latest.watch()
     assert await anext(states) is FIRST
     waiting = asyncio.ensure_future(anext(states))
@@ -23,7 +23,7 @@ async def test_a_watcher_gets_the_state_now_and_every_newer_one() -> None:
 
 
 async def test_a_slow_watcher_skips_to_the_newest_and_holds_nobody_up() -> None:
-    latest = Latest(FIRST)
+    latest = StateBroadcaster(FIRST)
     slow, quick = latest.watch(), latest.watch()
     assert (await anext(slow), await anext(quick)) == (FIRST, FIRST)
     latest.show(SECOND)
@@ -33,7 +33,7 @@ async def test_a_slow_watcher_skips_to_the_newest_and_holds_nobody_up() -> None:
 
 
 async def test_what_was_shown_before_is_not_yielded_again() -> None:
-    latest = Latest(FIRST)
+    latest = StateBroadcaster(FIRST)
     waiting = asyncio.ensure_future(anext(latest.watch(FIRST)))
     await turn()
     assert not waiting.done()
@@ -42,7 +42,7 @@ async def test_what_was_shown_before_is_not_yielded_again() -> None:
 
 
 async def test_until_looks_now_and_at_every_newer_state() -> None:
-    latest = Latest(FIRST)
+    latest = StateBroadcaster(FIRST)
     await latest.until(lambda: latest.state is FIRST)
     waiting = asyncio.ensure_future(latest.until(lambda: latest.state is THIRD))
     latest.show(SECOND)

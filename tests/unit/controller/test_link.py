@@ -6,15 +6,15 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import AxisRecord
+from dmc41x3.wire.transport import LoopbackTransport, Transport, loopback_pair
 from maya_un.config import Config
-from maya_un.controller.link import Link
+from maya_un.controller.link import DriverLink
 from maya_un.controller.monitor import Monitor
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, NotConnected, WrongController
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import AxisRecord
-from maya_un.galil.transport import LoopbackTransport, Transport, loopback_pair
 from tests.unit.controller.bench import FIRMWARE, now, record_of
-from tests.unit.galil.scripted import Peer
+from tests.unit.dmc41x3.scripted import Peer
 from tests.virtual_time import elapse
 
 Answer = Callable[[str], bytes | None]
@@ -73,9 +73,9 @@ class Ears:
 
 
 @asynccontextmanager
-async def linked(wall: Wall) -> AsyncIterator[tuple[Link, Ears]]:
+async def linked(wall: Wall) -> AsyncIterator[tuple[DriverLink, Ears]]:
     ears = Ears()
-    link = Link(wall.dial, "box", 2.0, ears.on_lost, ears.on_back)
+    link = DriverLink(wall.dial, "box", 2.0, ears.on_lost, ears.on_back)
     try:
         yield link, ears
     finally:

@@ -5,13 +5,13 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from dmc41x3.driver import Driver
 from maya_un.config import Config, Units
 from maya_un.controller import marker
-from maya_un.galil.driver import Driver
 from maya_un.testing import rig
 from maya_un.values import Joints
 from tests.unit.controller.bench import HERE, commands_in, homed
-from tests.unit.galil.scripted import conversation
+from tests.unit.dmc41x3.scripted import conversation
 from tests.virtual_time import elapse
 
 CONFIG = Config()

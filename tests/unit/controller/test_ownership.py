@@ -7,9 +7,12 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.wire.transport import Transport
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
-from maya_un.controller.guard import Guard
+from maya_un.controller.guard import Watchdog
 from maya_un.controller.ownership import SILENT, Ownership
 from maya_un.errors import (
     ControllerMoves,
@@ -21,9 +24,6 @@ from maya_un.errors import (
     OwnershipLost,
 )
 from maya_un.events import FaultEntered
-from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
 from tests.unit.controller.bench import FAR, HERE, commands_in, foreign, homed, kinds, when_sent
@@ -56,7 +56,7 @@ async def opened(bench: Rig, *, take_over: bool = False) -> AsyncIterator[GalilC
         await other.close()
 
 
-def guard_of(controller: GalilController) -> Guard:
+def guard_of(controller: GalilController) -> Watchdog:
     guard = controller._lookout._guard
     assert guard is not None
     return guard

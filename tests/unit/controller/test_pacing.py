@@ -23,9 +23,9 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.events import HomingDone, MotionBegun, MotionEnded, MotionPaused, MotionResumed, SpeedChanged
+from maya_un.machine.start import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
-from maya_un.virtual.maya.start import Start
 from tests.campaign import Campaign
 from tests.unit.controller.bench import (
     FAR,
@@ -336,7 +336,7 @@ async def test_ratios_out_of_range_are_refused(ratio: float) -> None:
 
 
 async def test_a_homing_is_not_paused_and_keeps_its_speeds() -> None:
-    async with rig(start=Start(0.4, 1.6, 1.7)) as bench:
+    async with rig(start=StartPose(0.4, 1.6, 1.7)) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(3.0)
         with pytest.raises(CannotPause):

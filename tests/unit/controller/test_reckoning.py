@@ -5,11 +5,11 @@ import asyncio
 import numpy as np
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord
 from maya_un.config import Config
-from maya_un.controller.reckoning import SETTLED, Reckoning
+from maya_un.controller.reckoning import SETTLED, PositionReckoner
 from maya_un.errors import Faulted, ForeignMotion, MachineError, NotHomed, PositionChanged, PositionNotKept
 from maya_un.events import FaultEntered
-from maya_un.galil.record import AxisRecord, DataRecord, Status
 from maya_un.testing import faults
 from maya_un.values import Mode
 from tests.unit.controller.bench import FAR, HERE, foreign, homed, kinds, record_of
@@ -20,7 +20,7 @@ STILL = AxisRecord(reference=1_000, position=1_000)
 
 def records(*axes: AxisRecord) -> MachineError | None:
     """Return what is found in the second of two records, which differ in axis b."""
-    reckoning = Reckoning(Config(), (0, 1, 2))
+    reckoning = PositionReckoner(Config(), (0, 1, 2))
     found: MachineError | None = None
     for axis in axes:
         found = reckoning.compare(_with(axis))
@@ -46,13 +46,13 @@ def test_reference_that_changes_at_rest_is_found(by: int) -> None:
 
 
 def test_servo_on_takes_the_reference_to_the_axis_and_is_no_change() -> None:
-    pushed = AxisRecord(status=Status.MOTOR_OFF, reference=1_000, position=9_000)
+    pushed = AxisRecord(status=AxisStatus.MOTOR_OFF, reference=1_000, position=9_000)
     assert records(STILL, pushed, AxisRecord(reference=9_000, position=9_000)) is None
 
 
 def test_position_defined_with_the_motor_off_is_found() -> None:
-    off = AxisRecord(status=Status.MOTOR_OFF, reference=1_000, position=1_000)
-    defined = AxisRecord(status=Status.MOTOR_OFF, reference=7_000, position=7_000)
+    off = AxisRecord(status=AxisStatus.MOTOR_OFF, reference=1_000, position=1_000)
+    defined = AxisRecord(status=AxisStatus.MOTOR_OFF, reference=7_000, position=7_000)
     assert isinstance(records(off, defined), PositionChanged)
 
 
@@ -62,13 +62,13 @@ def test_axis_that_is_pushed_from_its_reference_is_found() -> None:
 
 
 def test_axis_that_moves_is_found_unless_it_did_from_the_beginning() -> None:
-    moving = AxisRecord(status=Status.MOVING, reference=1_010, position=1_000)
+    moving = AxisRecord(status=AxisStatus.MOVING, reference=1_010, position=1_000)
     assert isinstance(records(STILL, moving), ForeignMotion)
     assert records(moving, moving, STILL) is None
 
 
 def test_reference_off_its_path_is_found() -> None:
-    reckoning = Reckoning(Config(), (0, 1, 2))
+    reckoning = PositionReckoner(Config(), (0, 1, 2))
     places = np.array([[0.0, 0.0, 0.0], [0.0, 10_000.0, -10_000.0], [100.0, 20_000.0, -10_000.0]])
     for here in ([0, 5_000, -5_000], [50, 15_000, -10_000], [100, 20_400, -10_000]):
         assert reckoning.astray(places, here) is None

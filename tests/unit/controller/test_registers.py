@@ -8,7 +8,7 @@ from maya_un.controller.registers import GROUPS, Registers, identify, wanted
 from maya_un.errors import CommandRejected, LinkTimeout, ParameterMismatch, WrongController
 from maya_un.testing import rig
 from tests.unit.controller.bench import FIRMWARE, box, commands_in, foreign
-from tests.unit.galil.scripted import conversation
+from tests.unit.dmc41x3.scripted import conversation
 
 
 def changed(**b: object) -> Config:

@@ -7,7 +7,7 @@ from math import inf
 import pytest
 
 from maya_un.config import Config, Units
-from maya_un.controller.run import Pace, Run
+from maya_un.controller.run import MotionPace, MotionRun
 from maya_un.motion.move import CoordinatedMove, Segment, Segments
 from maya_un.values import StopReport
 
@@ -25,12 +25,12 @@ DURATION = 100_000 / 10_000 + RAMP
 BEGAN = 50.0
 
 
-def begun(*vias: float, told: list[int] | None = None, factor: float = 1.0) -> Run:
-    return Run(MOVE, BEGAN, (1, 2), factor, vias=vias, on_via=None if told is None else told.append)
+def begun(*vias: float, told: list[int] | None = None, factor: float = 1.0) -> MotionRun:
+    return MotionRun(MOVE, BEGAN, (1, 2), factor, vias=vias, on_via=None if told is None else told.append)
 
 
-def paced(*, override: float = 1.0, paused: bool = False) -> Pace:
-    pace = Pace()
+def paced(*, override: float = 1.0, paused: bool = False) -> MotionPace:
+    pace = MotionPace()
     pace.change(override=override, paused=paused)
     return pace
 
@@ -137,7 +137,7 @@ async def test_without_a_listener_no_via_is_waited_for() -> None:
 
 
 async def test_a_pace_wakes_whoever_waits_and_keeps_what_it_is_not_told() -> None:
-    pace = Pace()
+    pace = MotionPace()
     news = pace.news
     pace.change(override=0.3)
     assert (news.done(), pace.news.done()) == (True, False)

@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import pytest
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.controller.seek import FORWARD, REVERSE, SETTLE, Seeker, Stall, look_at
-from maya_un.controller.wish import Wish
+from maya_un.controller.wish import RunningCommand
 from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, WiringContradictsCn
-from maya_un.galil.driver import Driver
-from maya_un.galil.record import AxisRecord, Status, Switch
+from maya_un.machine.start import StartPose
+from maya_un.machine.truth import TrueConstants
 from maya_un.testing import Rig, rig
-from maya_un.virtual.maya.start import Start
-from maya_un.virtual.maya.truth import Truth
 from tests.unit.controller.bench import box, commands_in, foreign, now, record_of
-from tests.unit.galil.scripted import conversation
+from tests.unit.dmc41x3.scripted import conversation
 from tests.virtual_time import elapse
 
 A, B, C = 0, 1, 2
@@ -27,14 +27,14 @@ PERMUTED = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"le
 
 @asynccontextmanager
 async def seeking(
-    start: Start | None = None, *, truth: Truth | None = None, config: Config | None = None
-) -> AsyncIterator[tuple[Seeker, Rig, Wish]]:
+    start: StartPose | None = None, *, truth: TrueConstants | None = None, config: Config | None = None
+) -> AsyncIterator[tuple[Seeker, Rig, RunningCommand]]:
     """Give a seeker on a twin whose motors are on, and the wish it works for."""
-    async with rig(config, truth=truth, start=start or Start()) as bench:
+    async with rig(config, truth=truth, start=start or StartPose()) as bench:
         monitor = bench.controller._monitor
         driver = monitor.link.driver
         await monitor.power(driver)
-        wish = Wish("home")
+        wish = RunningCommand("home")
         del bench.sent[:]
         yield Seeker(driver, bench.controller.config, bench.controller.units, wish.wait, now, unguarded), bench, wish
 
@@ -43,15 +43,15 @@ async def unguarded(driver: Driver, commands: Sequence[str]) -> None:
     await driver.batch(commands)
 
 
-def moved(bench: Rig, start: Start) -> tuple[float, ...]:
+def moved(bench: Rig, start: StartPose) -> tuple[float, ...]:
     return tuple(there - here for here, there in zip(start, bench.mechanics.true_joints(), strict=True))
 
 
 def test_a_look_puts_the_axes_in_mayas_order() -> None:
     record = record_of(
-        AxisRecord(position=30, reference=31, error=1, torque_raw=32767, stop_code=3, status=Status.MOVING),
-        AxisRecord(position=10, switches=Switch.REVERSE_INACTIVE),
-        AxisRecord(position=20, switches=Switch.FORWARD_INACTIVE),
+        AxisRecord(position=30, reference=31, error=1, torque_raw=32767, stop_code=3, status=AxisStatus.MOVING),
+        AxisRecord(position=10, switches=AxisSwitches.REVERSE_INACTIVE),
+        AxisRecord(position=20, switches=AxisSwitches.FORWARD_INACTIVE),
     )
     look = look_at(record, (1, 2, 0))
     assert (look.counts, look.reference, look.error) == ((10, 20, 30), (0, 0, 31), (0, 0, 1))
@@ -72,7 +72,7 @@ def test_a_switch_was_met_also_where_it_let_go_again(stop_code: int, forward: bo
 async def test_axes_go_together_and_arrive_together() -> None:
     async with seeking() as (seeker, bench, _):
         look = await seeker.go({B: 0.06, C: -0.03}, 0.03)
-        assert moved(bench, Start()) == pytest.approx((0.0, 0.06, -0.03), abs=2e-6)
+        assert moved(bench, StartPose()) == pytest.approx((0.0, 0.06, -0.03), abs=2e-6)
         assert not look.moving
         assert now() == pytest.approx(0.06 / 0.03 + 0.03 / 0.0512 + SETTLE, abs=0.3)
 
@@ -93,7 +93,7 @@ async def test_a_move_is_sent_whole_before_it_begins(
     still = record_of(AxisRecord(), AxisRecord(), AxisRecord()).encode() + b":"
     answers = box(config)
     async with conversation(lambda command: still if command == "QR" else answers(command)) as (driver, peer):
-        seeker = Seeker(driver, config, Units.of(config), Wish("home").wait, now, unguarded)
+        seeker = Seeker(driver, config, Units.of(config), RunningCommand("home").wait, now, unguarded)
         await seeker.go(deltas, 0.03)
     setup = [command for command in peer.commands if command[:2] not in {"QR", "VS", "VA", "VD", "TL"}]
     assert setup == ["CA S", "CS S", "VR 1", lines[0], lines[1], "LE", "BGS", *[""] * (setup.count(""))]
@@ -115,7 +115,7 @@ async def test_the_speed_is_no_more_than_the_axes_can() -> None:
 
 
 async def test_a_switch_ends_the_move_of_all() -> None:
-    start = Start(1.0, 1.5, 0.600)
+    start = StartPose(1.0, 1.5, 0.600)
     async with seeking(start) as (seeker, bench, _):
         await seeker.survey()
         look = await seeker.go({B: 0.5, C: -0.5}, 0.03)
@@ -151,10 +151,10 @@ async def test_a_wish_that_was_stopped_begins_no_move() -> None:
 
 @pytest.mark.parametrize(
     ("truth", "axis"),
-    [(Truth().with_wiring(True), "a"), (Truth().with_wiring(True, axis=C), "c")],
+    [(TrueConstants().with_wiring(True), "a"), (TrueConstants().with_wiring(True, axis=C), "c")],
     ids=["both ends of all", "both ends of c"],
 )
-async def test_readings_that_cannot_be_are_refused_before_anything_moves(truth: Truth, axis: str) -> None:
+async def test_readings_that_cannot_be_are_refused_before_anything_moves(truth: TrueConstants, axis: str) -> None:
     async with seeking(truth=truth) as (seeker, bench, _):
         with pytest.raises(WiringContradictsCn) as refusal:
             await seeker.survey()
@@ -164,7 +164,7 @@ async def test_readings_that_cannot_be_are_refused_before_anything_moves(truth: 
 
 @pytest.mark.parametrize(("side", "way"), [("forward", 0.1), ("reverse", -0.1)])
 async def test_no_move_goes_towards_a_switch_that_reads_active(side: str, way: float) -> None:
-    wired = Truth().with_wiring(True, axis=B, switch="forward" if side == FORWARD else "reverse")
+    wired = TrueConstants().with_wiring(True, axis=B, switch="forward" if side == FORWARD else "reverse")
     async with seeking(truth=wired) as (seeker, bench, _):
         with pytest.raises(WiringContradictsCn) as refusal:
             await seeker.go({B: way}, 0.03)
@@ -173,19 +173,19 @@ async def test_no_move_goes_towards_a_switch_that_reads_active(side: str, way: f
 
 
 async def test_a_switch_that_does_not_let_go_contradicts() -> None:
-    async with seeking(truth=Truth().with_wiring(True, axis=C, switch="forward")) as (seeker, bench, _):
+    async with seeking(truth=TrueConstants().with_wiring(True, axis=C, switch="forward")) as (seeker, bench, _):
         await seeker.survey()
         with pytest.raises(WiringContradictsCn) as refusal:
             await seeker.go({C: -0.3}, 0.03)
         assert refusal.value.details["side"] == FORWARD
-        assert moved(bench, Start())[C] == pytest.approx(-0.045, abs=0.02)
+        assert moved(bench, StartPose())[C] == pytest.approx(-0.045, abs=0.02)
         assert not (await seeker.look()).moving
 
 
 async def test_a_switch_that_turns_active_behind_an_axis_contradicts() -> None:
     # Wired the wrong way round, the reverse switch lets go where it should trip: it trips on the way out.
-    start = Start(1.0, 1.5, 0.560)
-    async with seeking(start, truth=Truth().with_wiring(True, axis=C, switch="reverse")) as (seeker, bench, _):
+    start = StartPose(1.0, 1.5, 0.560)
+    async with seeking(start, truth=TrueConstants().with_wiring(True, axis=C, switch="reverse")) as (seeker, bench, _):
         await seeker.survey()
         with pytest.raises(WiringContradictsCn) as refusal:
             await seeker.go({C: 0.1}, 0.03)
@@ -195,8 +195,8 @@ async def test_a_switch_that_turns_active_behind_an_axis_contradicts() -> None:
 
 
 async def test_an_axis_that_stands_against_something_stalls_and_can_be_moved_away() -> None:
-    blocked = replace(Truth(), gaps=(-0.3, 0.02, 0.02))
-    start = Start(0.35, 1.5, 1.5)
+    blocked = replace(TrueConstants(), gaps=(-0.3, 0.02, 0.02))
+    start = StartPose(0.35, 1.5, 1.5)
     async with seeking(start, truth=blocked) as (seeker, bench, _):
         await seeker.survey()
         with pytest.raises(Stall) as stall:

@@ -4,12 +4,12 @@ from math import pi
 
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.controller import faults
-from maya_un.controller.snapshot import Lens, Standing
+from maya_un.controller.snapshot import ControllerStatus, StateBuilder
 from maya_un.errors import FollowingError, MayaError
-from maya_un.galil.record import AxisRecord, Status, Switch
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints, Mode, Progress
 from tests.unit.controller.bench import record_of
@@ -18,12 +18,12 @@ HERE = Joints(0.3, 1.5, 1.3)
 PERMUTED = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
 
 
-def lens(config: Config) -> Lens:
-    return Lens(config, Units.of(config), Mechanism.of(config), faults.indices(config))
+def lens(config: Config) -> StateBuilder:
+    return StateBuilder(config, Units.of(config), Mechanism.of(config), faults.indices(config))
 
 
-def standing(*, homed: bool = True, fault: MayaError | None = None) -> Standing:
-    return Standing(12.5, Mode.IDLE, homed, Progress("move", 1.0, 4.0), fault)
+def standing(*, homed: bool = True, fault: MayaError | None = None) -> ControllerStatus:
+    return ControllerStatus(12.5, Mode.IDLE, homed, Progress("move", 1.0, 4.0), fault)
 
 
 def at(joints: Joints) -> list[AxisRecord]:
@@ -56,9 +56,9 @@ def test_lines_that_cannot_meet_have_no_gripper_point() -> None:
 )
 def test_every_value_is_of_the_axis_it_is_named_for(config: Config, place: tuple[int, int, int]) -> None:
     axes = [AxisRecord()] * 3
-    axes[place[0]] = AxisRecord(position=1, stop_code=11, velocity_raw=round(64 * 371.06), status=Status.MOTOR_OFF)
-    axes[place[1]] = AxisRecord(position=2, stop_code=12, velocity_raw=-64 * 45_000, status=Status.MOVING)
-    axes[place[2]] = AxisRecord(position=3, stop_code=13, switches=Switch.FORWARD_INACTIVE)
+    axes[place[0]] = AxisRecord(position=1, stop_code=11, velocity_raw=round(64 * 371.06), status=AxisStatus.MOTOR_OFF)
+    axes[place[1]] = AxisRecord(position=2, stop_code=12, velocity_raw=-64 * 45_000, status=AxisStatus.MOVING)
+    axes[place[2]] = AxisRecord(position=3, stop_code=13, switches=AxisSwitches.FORWARD_INACTIVE)
     state = lens(config).state(record_of(*axes), standing())
     assert state.counts == (1, 2, 3)
     assert state.stop_code == (11, 12, 13)

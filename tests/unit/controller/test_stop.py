@@ -7,17 +7,17 @@ from collections.abc import Awaitable, Callable, Sequence
 
 import pytest
 
+from dmc41x3.language.record import AxisRecord, AxisStatus
+from dmc41x3.wire.transport import Transport, loopback_pair
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import AbortInput, NotHomed, Stopped
 from maya_un.events import GripperClosed, MotionStopped
-from maya_un.galil.record import AxisRecord, Status
-from maya_un.galil.transport import Transport, loopback_pair
+from maya_un.machine.start import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, StopReport
-from maya_un.virtual.maya.start import Start
 from tests.unit.controller.bench import (
     FAR,
     HERE,
@@ -33,7 +33,7 @@ from tests.unit.controller.bench import (
     still_moving,
     when_sent,
 )
-from tests.unit.galil.scripted import Peer
+from tests.unit.dmc41x3.scripted import Peer
 from tests.virtual_time import elapse
 
 NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
@@ -105,7 +105,7 @@ PHASES = [("raise", 0.3), ("datum_a", 4.0), ("datum_c", 5.0), ("datum_b", 3.0), 
 
 @pytest.mark.parametrize(("phase", "after"), PHASES)
 async def test_a_stop_while_homing_tells_what_then_happens(phase: str, after: float) -> None:
-    async with rig(start=Start(0.4, 1.6, 1.7)) as bench:
+    async with rig(start=StartPose(0.4, 1.6, 1.7)) as bench:
         home = asyncio.create_task(bench.controller.home())
         while (progress := bench.controller.progress()) is None or progress.phase != phase:
             await elapse(0.05)
@@ -210,7 +210,7 @@ async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
 
 async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alone() -> None:
     still = AxisRecord(velocity_raw=-64)  # what an encoder says that trembles
-    alone = record_of(AxisRecord(status=Status.MOVING, velocity_raw=64 * 1_024), AxisRecord(), still)
+    alone = record_of(AxisRecord(status=AxisStatus.MOVING, velocity_raw=64 * 1_024), AxisRecord(), still)
     known = box(Config())
     answers = {"QR": alone.encode() + b":", "ST S": b"?", "TC1": b"28 S operand\r\n:"}
     ours, theirs = loopback_pair("box")

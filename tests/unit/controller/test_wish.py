@@ -5,14 +5,14 @@ from math import inf
 
 import pytest
 
-from maya_un.controller.wish import Desk, Wish
+from maya_un.controller.wish import ExclusiveSlot, RunningCommand
 from maya_un.errors import AbortInput, Busy, LinkLost, NotHomed, Stopped
 from tests.unit.controller.bench import now
 from tests.virtual_time import elapse
 
 
 async def test_one_wish_at_a_time_and_the_other_is_told_which() -> None:
-    desk = Desk()
+    desk = ExclusiveSlot()
     with desk.take("home") as first:
         assert desk.current is first
         with pytest.raises(Busy) as refusal, desk.take("move"):
@@ -24,7 +24,7 @@ async def test_one_wish_at_a_time_and_the_other_is_told_which() -> None:
 
 @pytest.mark.parametrize("error", [NotHomed(), AbortInput(), asyncio.CancelledError()])
 async def test_a_wish_that_fails_leaves_the_desk_free(error: BaseException) -> None:
-    desk = Desk()
+    desk = ExclusiveSlot()
     with pytest.raises(type(error)), desk.take("move"):
         raise error
     with desk.take("home") as wish:
@@ -32,7 +32,7 @@ async def test_a_wish_that_fails_leaves_the_desk_free(error: BaseException) -> N
 
 
 async def test_the_first_interruption_decides() -> None:
-    wish = Wish("move")
+    wish = RunningCommand("move")
     wish.check()
     wish.interrupt(Stopped())
     wish.interrupt(AbortInput())
@@ -42,7 +42,7 @@ async def test_the_first_interruption_decides() -> None:
 
 
 async def test_a_pause_lasts_until_its_time() -> None:
-    wish = Wish("move")
+    wish = RunningCommand("move")
     await wish.wait(now() + 2.5)
     assert now() == 2.5
     await wish.wait(1.0)
@@ -50,7 +50,7 @@ async def test_a_pause_lasts_until_its_time() -> None:
 
 
 async def test_an_interruption_ends_a_pause_at_once() -> None:
-    wish = Wish("move")
+    wish = RunningCommand("move")
     asyncio.get_running_loop().call_later(0.75, wish.interrupt, LinkLost(address="box", reason="cut"))
     with pytest.raises(LinkLost):
         await wish.wait(now() + 100.0)
@@ -58,14 +58,14 @@ async def test_an_interruption_ends_a_pause_at_once() -> None:
 
 
 async def test_a_pause_that_is_over_still_tells_of_an_interruption() -> None:
-    wish = Wish("move")
+    wish = RunningCommand("move")
     wish.interrupt(Stopped())
     with pytest.raises(Stopped):
         await wish.wait(now() - 1.0)
 
 
 async def test_a_cancelled_pause_interrupts_nothing() -> None:
-    wish = Wish("move")
+    wish = RunningCommand("move")
     pause = asyncio.create_task(wish.wait(now() + 9.0))
     asyncio.get_running_loop().call_later(1.0, pause.cancel)
     await asyncio.wait({pause})
@@ -74,7 +74,7 @@ async def test_a_cancelled_pause_interrupts_nothing() -> None:
 
 
 async def test_news_end_a_wait_without_an_end() -> None:
-    wish = Wish("move")
+    wish = RunningCommand("move")
     news: asyncio.Future[None] = asyncio.get_running_loop().create_future()
     waiting = asyncio.create_task(wish.wait(inf, news))
     await elapse(1e6)
@@ -84,7 +84,7 @@ async def test_news_end_a_wait_without_an_end() -> None:
 
 
 async def test_an_interruption_ends_a_wait_for_news() -> None:
-    wish = Wish("move")
+    wish = RunningCommand("move")
     news: asyncio.Future[None] = asyncio.get_running_loop().create_future()
     waiting = asyncio.create_task(wish.wait(inf, news))
     await elapse(1.0)

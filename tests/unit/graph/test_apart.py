@@ -11,7 +11,7 @@ from maya_un.graph.apart import INNER, robot_floor, robot_floor_seen, tasks_hand
 from maya_un.graph.bus import Bus
 from maya_un.graph.outcome import error_of, failure, success
 from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import Ended, Feedback, Message, Outcome, Refused
+from maya_un.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
 from maya_un.graph.table import MAYA_COMMAND, TASK
 from maya_un.robot.primitives.home import Home
 from tests.graphs import CALM, below
@@ -20,11 +20,11 @@ from tests.virtual_time import elapse
 HOME = {"task": to_message(Home())}
 
 
-async def handed_on(ending: MayaError | Refused | None) -> tuple[Ended, list[Message]]:
+async def handed_on(ending: MayaError | GoalRefused | None) -> tuple[GoalResult, list[Message]]:
     bus, heard = Bus(), list[Message]()
 
     async def act(_goal: Message, feedback: Feedback) -> Message:
-        if isinstance(ending, Refused):
+        if isinstance(ending, GoalRefused):
             raise ending
         feedback({"phase": "home", "progress": 0.5})
         if ending is not None:
@@ -39,23 +39,25 @@ async def handed_on(ending: MayaError | Refused | None) -> tuple[Ended, list[Mes
 @pytest.mark.parametrize(
     ("ending", "outcome", "code"),
     [
-        (None, Outcome.SUCCEEDED, ""),
-        (FollowingError(axis="b"), Outcome.ABORTED, "2302"),
-        (Stopped(), Outcome.PREEMPTED, "2201"),
-        (Refused(failure(Busy(doing="task"))), Outcome.REJECTED, "2104"),
+        (None, GoalStatus.SUCCEEDED, ""),
+        (FollowingError(axis="b"), GoalStatus.ABORTED, "2302"),
+        (Stopped(), GoalStatus.PREEMPTED, "2201"),
+        (GoalRefused(failure(Busy(doing="task"))), GoalStatus.REJECTED, "2104"),
     ],
 )
-async def test_it_ends_as_it_ended_there(ending: MayaError | Refused | None, outcome: Outcome, code: str) -> None:
+async def test_it_ends_as_it_ended_there(
+    ending: MayaError | GoalRefused | None, outcome: GoalStatus, code: str
+) -> None:
     ended, heard = await handed_on(ending)
     assert (ended.outcome, ended.result["code"]) == (outcome, code)
-    assert [message["phase"] for message in heard] == ([] if isinstance(ending, Refused) else ["home"])
+    assert [message["phase"] for message in heard] == ([] if isinstance(ending, GoalRefused) else ["home"])
 
 
 async def test_where_nobody_decides_the_node_is_said_to_be_gone() -> None:
     bus = Bus()
     async with tasks_handed_on(bus.node("primitive_server")):
         ended = await bus.node("process_controller").do(TASK.name, TASK.type, HOME)
-        assert ended.outcome is Outcome.ABORTED
+        assert ended.outcome is GoalStatus.ABORTED
         assert isinstance(error_of(ended.result), NodeGone)
         assert ended.result["message"].startswith("robot_controller is not running any more.")
 
@@ -117,4 +119,4 @@ async def test_what_runs_is_at_rest_when_the_robot_floor_ends() -> None:
             assert low.rig.controller.state.moving
         assert not low.rig.controller.state.moving
         ended = await wish
-        assert (ended.outcome, ended.result["code"]) == (Outcome.PREEMPTED, str(Cancelled.code))
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.PREEMPTED, str(Cancelled.code))

@@ -14,7 +14,7 @@ import pytest
 from maya_un.errors import NodeGone, StepNotBegun
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.outcome import success
-from maya_un.graph.protocol import Feedback, Held, Message
+from maya_un.graph.protocol import Feedback, GraphHandle, Message
 from maya_un.graph.step_store import StepStore
 from maya_un.graph.step_text import INTERRUPTED
 from maya_un.graph.steps import bridged
@@ -34,7 +34,7 @@ class Cloud:
         self.node: BusNode = self.bus.node("ros_coms")
         self._commands = self.node.advertise(STEP_COMMAND.name, STEP_COMMAND.type)
 
-    def robot(self) -> Held:
+    def robot(self) -> GraphHandle:
         async def act(goal: Message, feedback: Feedback) -> Message:
             feedback({"phase": "begun"})
             self.tasks.append(goal["task"]["command"])
@@ -43,7 +43,7 @@ class Cloud:
 
         return self.bus.node("primitive_server").act(TASK.name, TASK.type, act)
 
-    def listens(self) -> Held:
+    def listens(self) -> GraphHandle:
         def heard(message: Message) -> None:
             self.results.append(json.loads(message["data"]))
 

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.errors import Busy, InvalidMessage, NodeGone, ServiceFailed, UnknownInterface
 from maya_un.graph.bus import Bus
-from maya_un.graph.protocol import Ended, Feedback, Graph, Message, Node, Outcome
+from maya_un.graph.protocol import Feedback, GoalResult, GoalStatus, Graph, Message, NodeInfo
 from tests.virtual_time import elapse
 
 POINT = "geometry_msgs/Point"
@@ -162,8 +162,8 @@ async def test_who_publishes_and_listens_is_known() -> None:
     assert (await bus.directory.topics())["/move/goal"] == "maya_controller/MoveActionGoal"
     assert await bus.directory.services() == {"/s": "std_srvs/Trigger"}
     nodes = await bus.directory.nodes()
-    assert nodes["/one"] == Node(("/a",), (), ("/s",))
-    assert nodes["/two"] == Node(
+    assert nodes["/one"] == NodeInfo(("/a",), (), ("/s",))
+    assert nodes["/two"] == NodeInfo(
         ("/move/feedback", "/move/result", "/move/status"), ("/a", "/move/cancel", "/move/goal"), ()
     )
     one.close()
@@ -273,7 +273,7 @@ async def test_a_goal_is_carried_out_with_its_feedback() -> None:
 
     bus.node("one").act("/move", MOVE, act)
     ended = await bus.node("two").do("/move", MOVE, {"a": 2.0}, heard.append)
-    assert ended == Ended(Outcome.SUCCEEDED, DONE)
+    assert ended == GoalResult(GoalStatus.SUCCEEDED, DONE)
     assert heard == [{"a": 2.0, "b": 0.0, "c": 0.0, "progress": 0.0}]
     assert set(await bus.directory.topics()) == {
         f"/move/{part}" for part in ("goal", "cancel", "status", "feedback", "result")
@@ -328,7 +328,7 @@ async def test_of_a_server_that_died_the_goal_is_lost() -> None:
     await elapse(1.0)
     server.close()
     server.close()
-    assert await task == Ended(Outcome.LOST, {})
+    assert await task == GoalResult(GoalStatus.LOST, {})
 
 
 async def test_of_a_server_that_closes_the_result_is_heard() -> None:
@@ -338,7 +338,7 @@ async def test_of_a_server_that_closes_the_result_is_heard() -> None:
     await elapse(1.0)
     server.close()
     ended = await task
-    assert (ended.outcome, ended.result["code"]) == (Outcome.PREEMPTED, "2202")
+    assert (ended.outcome, ended.result["code"]) == (GoalStatus.PREEMPTED, "2202")
 
 
 async def test_a_client_that_died_waits_for_nothing() -> None:
@@ -348,7 +348,7 @@ async def test_a_client_that_died_waits_for_nothing() -> None:
     task = asyncio.ensure_future(client.do("/move", MOVE, {}))
     await elapse(1.0)
     client.close()
-    assert (await task).outcome is Outcome.LOST
+    assert (await task).outcome is GoalStatus.LOST
     await elapse(1.0)
     assert not bus.actions["/move"].server.busy
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from maya_un.graph import types
-from maya_un.graph.diagnostics import Level, Status, array, axes, bridge, controller, process, robot
+from maya_un.graph.diagnostics import DiagnosticLevel, DiagnosticStatus, array, axes, bridge, controller, process, robot
 from maya_un.values import Joints, Mode, Notice, Progress, State
 from tests.fakes import state_of
 
@@ -21,17 +21,17 @@ def in_mode(mode: Mode) -> State:
 @pytest.mark.parametrize(
     ("mode", "level"),
     [
-        (Mode.IDLE, Level.OK),
-        (Mode.MOVING, Level.OK),
-        (Mode.HOMING, Level.OK),
-        (Mode.STOPPING, Level.OK),
-        (Mode.NOT_HOMED, Level.WARN),
-        (Mode.PAUSED, Level.WARN),
-        (Mode.FAULT, Level.ERROR),
-        (Mode.DISCONNECTED, Level.ERROR),
+        (Mode.IDLE, DiagnosticLevel.OK),
+        (Mode.MOVING, DiagnosticLevel.OK),
+        (Mode.HOMING, DiagnosticLevel.OK),
+        (Mode.STOPPING, DiagnosticLevel.OK),
+        (Mode.NOT_HOMED, DiagnosticLevel.WARN),
+        (Mode.PAUSED, DiagnosticLevel.WARN),
+        (Mode.FAULT, DiagnosticLevel.ERROR),
+        (Mode.DISCONNECTED, DiagnosticLevel.ERROR),
     ],
 )
-def test_every_mode_has_a_level_and_a_sentence(mode: Mode, level: Level) -> None:
+def test_every_mode_has_a_level_and_a_sentence(mode: Mode, level: DiagnosticLevel) -> None:
     status = controller(in_mode(mode))
     assert status.level is level
     assert status.message
@@ -51,44 +51,44 @@ def test_how_far_a_motion_has_come_is_told_while_there_is_one() -> None:
 
 def test_a_limit_switch_is_a_warning_unless_homing_looks_for_it() -> None:
     on = replace(READY, reverse_limit=(False, True, False))
-    assert axes(on).level is Level.WARN
+    assert axes(on).level is DiagnosticLevel.WARN
     assert "b short end" in axes(on).message
-    assert axes(replace(on, mode=Mode.HOMING)).level is Level.OK
+    assert axes(replace(on, mode=Mode.HOMING)).level is DiagnosticLevel.OK
 
 
 def test_motors_that_are_off_are_named() -> None:
     status = axes(replace(READY, motors_on=(True, False, False)))
-    assert (status.level, status.message) == (Level.WARN, "motors off: b, c")
+    assert (status.level, status.message) == (DiagnosticLevel.WARN, "motors off: b, c")
 
 
 def test_without_a_connection_nothing_is_known_of_the_axes() -> None:
-    assert axes(in_mode(Mode.DISCONNECTED)).level is Level.STALE
-    assert axes(READY).level is Level.OK
+    assert axes(in_mode(Mode.DISCONNECTED)).level is DiagnosticLevel.STALE
+    assert axes(READY).level is DiagnosticLevel.OK
 
 
 def test_the_robot_floor_is_ready_at_work_waiting_or_alone() -> None:
-    assert robot(controller_there=True, can_teleop=True).level is Level.OK
+    assert robot(controller_there=True, can_teleop=True).level is DiagnosticLevel.OK
     assert robot(controller_there=True, can_teleop=False, running="pick").message == "at pick"
-    assert robot(controller_there=True, can_teleop=False).level is Level.WARN
+    assert robot(controller_there=True, can_teleop=False).level is DiagnosticLevel.WARN
     assert robot(controller_there=True, can_teleop=False, why="2103 not homed").message == "2103 not homed"
     alone = robot(controller_there=False, can_teleop=False)
-    assert alone.level is Level.ERROR
+    assert alone.level is DiagnosticLevel.ERROR
     assert alone.message.startswith("1011 ")
 
 
 def test_the_process_floor_tells_of_its_queue() -> None:
-    assert process(robot_there=True, paused=False).level is Level.OK
+    assert process(robot_there=True, paused=False).level is DiagnosticLevel.OK
     assert process(robot_there=True, paused=False, running="job 3", queued=2).message == "at job 3"
     held = process(robot_there=True, paused=True, reason="a fault")
-    assert (held.level, held.message) == (Level.WARN, "the queue is paused: a fault")
-    assert process(robot_there=False, paused=False).level is Level.ERROR
+    assert (held.level, held.message) == (DiagnosticLevel.WARN, "the queue is paused: a fault")
+    assert process(robot_there=False, paused=False).level is DiagnosticLevel.ERROR
 
 
 def test_a_bridge_tells_how_many_use_it() -> None:
-    assert bridge("rosbridge", there=True, clients=3) == Status(
-        "maya: rosbridge", Level.OK, "connected", {"clients": 3}
+    assert bridge("rosbridge", there=True, clients=3) == DiagnosticStatus(
+        "maya: rosbridge", DiagnosticLevel.OK, "connected", {"clients": 3}
     )
-    assert bridge("firebase_bridge", there=False).level is Level.WARN
+    assert bridge("firebase_bridge", there=False).level is DiagnosticLevel.WARN
 
 
 def test_the_message_is_one_that_ros_takes() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from maya_un.config import Config
 from maya_un.errors import InvalidMessage
 from maya_un.events import Event, GripperOpened, HomingBegun, MotionBegun
-from maya_un.graph.events import REFUSED, Standing, Told, read, words
+from maya_un.graph.events import REFUSED, ControllerCondition, ReportedEvent, read, words
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints, Mode, Notice
 from tests.fakes import state_of
@@ -20,7 +20,7 @@ from tests.fakes import state_of
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 RANGES = st.tuples(NUMBERS, NUMBERS)
 STANDINGS = st.builds(
-    Standing,
+    ControllerCondition,
     st.sampled_from(Mode),
     st.booleans(),
     st.booleans(),
@@ -33,15 +33,19 @@ PLAIN = st.none() | st.booleans() | st.integers() | NUMBERS | st.text()
 
 
 @given(st.sampled_from(words()), STANDINGS, st.integers(0, 9999), st.dictionaries(st.text(), PLAIN))
-def test_what_is_told_is_read_again(word: str, standing: Standing, code: int, detail: dict[str, object]) -> None:
-    told = Told(word, standing, code, detail)
+def test_what_is_told_is_read_again(
+    word: str, standing: ControllerCondition, code: int, detail: dict[str, object]
+) -> None:
+    told = ReportedEvent(word, standing, code, detail)
     assert read(told.text()) == told
     assert told.text().split(" ")[0] == word
     assert "\n" not in told.text()
 
 
 def test_it_is_one_word_a_space_and_one_compact_object() -> None:
-    told = Told("idle", Standing(Mode.IDLE, homed=True, moving=False, gripper_closed=False), 0, {"to": "(1, 2)"})
+    told = ReportedEvent(
+        "idle", ControllerCondition(Mode.IDLE, homed=True, moving=False, gripper_closed=False), 0, {"to": "(1, 2)"}
+    )
     assert told.text() == (
         'idle {"mode":"idle","homed":true,"moving":false,"gripper_closed":false,"override":1.0,'
         '"strokes":null,"fault":null,"code":0,"detail":{"to":"(1, 2)"}}'
@@ -57,14 +61,14 @@ def test_the_words_are_those_of_the_interface_and_ours() -> None:
     assert manual <= set(words())
     assert {"paused", "resumed", "speed", "zones", "recovered", REFUSED} <= ours
     assert ours.isdisjoint({"phase", "job", "step", "lease", "queue", "storage", "recording"})
-    assert {Standing(mode, False, False, False).word for mode in Mode} <= set(words())
+    assert {ControllerCondition(mode, False, False, False).word for mode in Mode} <= set(words())
 
 
 def test_strokes_are_those_that_homing_measured() -> None:
     workspace = Workspace.of(Config())
-    unhomed = Standing.of(state_of(None), workspace)
+    unhomed = ControllerCondition.of(state_of(None), workspace)
     assert (unhomed.mode, unhomed.homed, unhomed.strokes) == (Mode.NOT_HOMED, False, None)
-    homed = Standing.of(state_of(Joints(0.0, 1.5, 1.3)), workspace)
+    homed = ControllerCondition.of(state_of(Joints(0.0, 1.5, 1.3)), workspace)
     assert homed.strokes == (workspace.boom, workspace.line_b, workspace.line_c)
 
 
@@ -80,8 +84,8 @@ def test_strokes_are_those_that_homing_measured() -> None:
     ],
 )
 def test_a_motion_is_under_way_as_soon_as_it_is_told(event: Event, mode: Mode, shown: Mode) -> None:
-    standing = replace(Standing.of(state_of(None), Workspace.of(Config())), mode=mode)
-    assert Told.of(event, standing).standing.mode is shown
+    standing = replace(ControllerCondition.of(state_of(None), Workspace.of(Config())), mode=mode)
+    assert ReportedEvent.of(event, standing).standing.mode is shown
 
 
 @pytest.mark.parametrize(

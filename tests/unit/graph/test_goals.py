@@ -17,7 +17,7 @@ from maya_un.errors import MayaError, NotHomed, Stopped
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.goals import KEPT, MANY, MOST, PERIOD
 from maya_un.graph.outcome import ENDED, failure
-from maya_un.graph.protocol import Feedback, Held, Message, Outcome, Refused
+from maya_un.graph.protocol import Feedback, GoalRefused, GoalStatus, GraphHandle, Message
 from maya_un.loops import JumpingLoop
 from tests.virtual_time import elapse
 
@@ -49,7 +49,7 @@ class Line:
 
     bus: Bus
     acts: Acts
-    server: Held
+    server: GraphHandle
     results: list[Message] = field(default_factory=list[Message])
     statuses: list[list[Message]] = field(default_factory=list[list[Message]])
     feedbacks: list[Message] = field(default_factory=list[Message])
@@ -70,16 +70,16 @@ class Line:
     def cancel(self, id_: str = "", secs: int = 0) -> None:
         self._cancels.publish({"id": id_, "stamp": {"secs": secs, "nsecs": 0}})
 
-    def outcomes(self) -> dict[str, Outcome]:
-        return {status["goal_id"]["id"]: Outcome(status["status"]) for status in self.statuses[-1]}
+    def outcomes(self) -> dict[str, GoalStatus]:
+        return {status["goal_id"]["id"]: GoalStatus(status["status"]) for status in self.statuses[-1]}
 
-    def course(self, id_: str) -> list[Outcome]:
+    def course(self, id_: str) -> list[GoalStatus]:
         """Return through which states a goal has gone, each once."""
-        seen: list[Outcome] = []
+        seen: list[GoalStatus] = []
         for statuses in self.statuses:
             for status in statuses:
                 if status["goal_id"]["id"] == id_ and (not seen or seen[-1] != status["status"]):
-                    seen.append(Outcome(status["status"]))
+                    seen.append(GoalStatus(status["status"]))
         return seen
 
 
@@ -97,20 +97,20 @@ async def test_a_goal_is_pending_until_it_begins_and_succeeds() -> None:
     async with line() as link:
         link.send("one", 2.0)
         await elapse(0.01)
-        assert link.outcomes() == {"one": Outcome.PENDING}
+        assert link.outcomes() == {"one": GoalStatus.PENDING}
         link.acts.feedbacks[2.0]({"a": 0.5, "progress": 0.25})
         await elapse(0.01)
-        assert link.outcomes() == {"one": Outcome.ACTIVE}
+        assert link.outcomes() == {"one": GoalStatus.ACTIVE}
         link.acts.ways[2.0].set_result(DONE)
         await elapse(0.01)
         assert [result["result"] for result in link.results] == [DONE]
         assert link.results[0]["status"] == {
             "goal_id": {"id": "one", "stamp": link.results[0]["status"]["goal_id"]["stamp"]},
-            "status": Outcome.SUCCEEDED,
+            "status": GoalStatus.SUCCEEDED,
             "text": "",
         }
         assert link.feedbacks[0]["feedback"] == {"a": 0.5, "b": 0.0, "c": 0.0, "progress": 0.25}
-        assert link.feedbacks[0]["status"]["status"] == Outcome.ACTIVE
+        assert link.feedbacks[0]["status"]["status"] == GoalStatus.ACTIVE
 
 
 async def test_one_that_ends_without_a_word_was_active_all_the_same() -> None:
@@ -119,21 +119,21 @@ async def test_one_that_ends_without_a_word_was_active_all_the_same() -> None:
         await elapse(0.01)
         link.acts.ways[1.0].set_result(DONE)
         await elapse(0.01)
-        assert link.course("one") == [Outcome.PENDING, Outcome.ACTIVE, Outcome.SUCCEEDED]
+        assert link.course("one") == [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.SUCCEEDED]
 
 
 @pytest.mark.parametrize(
     ("begun", "error", "course"),
     [
-        (False, Refused(failure(NotHomed())), [Outcome.PENDING, Outcome.REJECTED]),
-        (True, Refused(failure(NotHomed())), [Outcome.PENDING, Outcome.ACTIVE, Outcome.ABORTED]),
-        (False, NotHomed(), [Outcome.PENDING, Outcome.ACTIVE, Outcome.ABORTED]),
-        (True, NotHomed(), [Outcome.PENDING, Outcome.ACTIVE, Outcome.ABORTED]),
-        (True, Stopped(), [Outcome.PENDING, Outcome.ACTIVE, Outcome.PREEMPTED]),
-        (False, Stopped(), [Outcome.PENDING, Outcome.RECALLED]),
+        (False, GoalRefused(failure(NotHomed())), [GoalStatus.PENDING, GoalStatus.REJECTED]),
+        (True, GoalRefused(failure(NotHomed())), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
+        (False, NotHomed(), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
+        (True, NotHomed(), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
+        (True, Stopped(), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTED]),
+        (False, Stopped(), [GoalStatus.PENDING, GoalStatus.RECALLED]),
     ],
 )
-async def test_how_it_ends_by_what_went_wrong(begun: bool, error: Exception, course: list[Outcome]) -> None:
+async def test_how_it_ends_by_what_went_wrong(begun: bool, error: Exception, course: list[GoalStatus]) -> None:
     async with line() as link:
         link.send("one")
         await elapse(0.01)
@@ -156,13 +156,13 @@ async def test_a_cancel_by_its_id_preempts_it_once_all_is_at_rest() -> None:
         link.acts.feedbacks[1.0]({})
         link.cancel("one")
         await elapse(1.0)
-        assert link.outcomes() == {"one": Outcome.PREEMPTING, "two": Outcome.PENDING}
+        assert link.outcomes() == {"one": GoalStatus.PREEMPTING, "two": GoalStatus.PENDING}
         link.cancel("one")  # once more must not cut the braking short
         link.cancel()  # nor all of them
         await elapse(1.0)
-        assert link.outcomes() == {"one": Outcome.PREEMPTING, "two": Outcome.RECALLING}
+        assert link.outcomes() == {"one": GoalStatus.PREEMPTING, "two": GoalStatus.RECALLING}
         await elapse(3.0)
-        assert link.outcomes() == {"one": Outcome.PREEMPTED, "two": Outcome.RECALLED}
+        assert link.outcomes() == {"one": GoalStatus.PREEMPTED, "two": GoalStatus.RECALLED}
         assert [result["result"]["code"] for result in link.results] == ["2202", "2202"]
 
 
@@ -171,7 +171,7 @@ async def test_a_goal_that_is_cancelled_in_the_same_breath_never_begins() -> Non
         link.send("one")
         link.cancel("one")
         await elapse(0.01)
-        assert link.outcomes() == {"one": Outcome.RECALLED}
+        assert link.outcomes() == {"one": GoalStatus.RECALLED}
         assert link.acts.ways == {}
 
 
@@ -179,11 +179,11 @@ async def test_a_cancel_that_comes_before_its_goal_is_kept_for_it() -> None:
     async with line() as link:
         link.cancel("one")
         await elapse(0.01)
-        assert link.outcomes() == {"one": Outcome.RECALLING}
+        assert link.outcomes() == {"one": GoalStatus.RECALLING}
         link.send("one")
         await elapse(0.01)
-        assert link.outcomes() == {"one": Outcome.RECALLED}
-        assert link.results[0]["status"]["status"] == Outcome.RECALLED
+        assert link.outcomes() == {"one": GoalStatus.RECALLED}
+        assert link.results[0]["status"]["status"] == GoalStatus.RECALLED
         assert link.acts.ways == {}
 
 
@@ -194,12 +194,12 @@ async def test_a_cancel_by_time_ends_what_came_until_then_and_what_comes_late() 
         await elapse(0.01)
         link.cancel(secs=150)
         await elapse(0.01)
-        assert link.outcomes() == {"old": Outcome.RECALLED, "new": Outcome.PENDING}
+        assert link.outcomes() == {"old": GoalStatus.RECALLED, "new": GoalStatus.PENDING}
         link.send("late", 3.0, secs=150)
         link.send("later", 4.0, secs=151)
         await elapse(0.01)
-        assert link.outcomes()["late"] is Outcome.RECALLED
-        assert link.outcomes()["later"] is Outcome.PENDING
+        assert link.outcomes()["late"] is GoalStatus.RECALLED
+        assert link.outcomes()["later"] is GoalStatus.PENDING
         assert 3.0 not in link.acts.ways
 
 
@@ -209,13 +209,13 @@ async def test_a_cancel_from_the_future_ends_what_has_come_and_nothing_that_come
         await elapse(1.0)
         link.cancel(secs=4_000_000_000)
         await elapse(0.01)
-        assert link.outcomes() == {"before": Outcome.RECALLED}
+        assert link.outcomes() == {"before": GoalStatus.RECALLED}
         await elapse(1.0)
         link.send("after", 2.0, secs=1002)
         link.send("too late", 3.0, secs=1000)
         await elapse(0.01)
-        assert link.outcomes()["after"] is Outcome.PENDING
-        assert link.outcomes()["too late"] is Outcome.RECALLED
+        assert link.outcomes()["after"] is GoalStatus.PENDING
+        assert link.outcomes()["too late"] is GoalStatus.RECALLED
 
 
 async def test_a_goal_that_comes_twice_is_done_once() -> None:
@@ -245,12 +245,12 @@ async def test_a_flood_of_goals_and_cancels_is_told_by_the_clock_and_not_kept_wh
         assert {message["result"]["code"] for message in link.results} == {"2202"}
         assert len(link.statuses) < 4 * MANY
         await elapse(PERIOD)
-        assert link.outcomes()["running"] is Outcome.ACTIVE
+        assert link.outcomes()["running"] is GoalStatus.ACTIVE
         assert len(link.outcomes()) == MOST + 1
         link.cancel()
         await elapse(KEPT + 0.1)
         assert link.results[-1]["status"]["goal_id"]["id"] == "running"
-        assert link.results[-1]["status"]["status"] == Outcome.PREEMPTED
+        assert link.results[-1]["status"]["status"] == GoalStatus.PREEMPTED
         await elapse(PERIOD)
         assert link.outcomes() == {}
 
@@ -263,7 +263,7 @@ async def test_a_goal_without_a_name_gets_one() -> None:
         assert name
         link.cancel(name)
         await elapse(0.01)
-        assert link.outcomes() == {name: Outcome.RECALLED}
+        assert link.outcomes() == {name: GoalStatus.RECALLED}
 
 
 async def test_what_has_ended_is_told_for_five_seconds_five_times_a_second_and_then_nothing() -> None:
@@ -274,7 +274,7 @@ async def test_what_has_ended_is_told_for_five_seconds_five_times_a_second_and_t
         await elapse(0.01)
         before = len(link.statuses)
         await elapse(KEPT - 0.1)
-        assert link.outcomes() == {"one": Outcome.SUCCEEDED}
+        assert link.outcomes() == {"one": GoalStatus.SUCCEEDED}
         assert len(link.statuses) - before == pytest.approx(KEPT / PERIOD, abs=2)
         await elapse(0.2)
         assert link.outcomes() == {}
@@ -312,7 +312,7 @@ async def test_a_server_that_closes_cancels_and_still_tells_how_it_ended() -> No
         link.server.close()
         link.send("two", 2.0)
         await elapse(3.0)
-        assert [result["status"]["status"] for result in link.results] == [Outcome.PREEMPTED]
+        assert [result["status"]["status"] for result in link.results] == [GoalStatus.PREEMPTED]
         assert 2.0 not in link.acts.ways
 
 
@@ -350,7 +350,7 @@ class GoalsMachine(RuleBasedStateMachine):
         self.loop = JumpingLoop()
         self.sent: set[str] = set()
         self.begun: set[str] = set()
-        self.told: dict[str, Outcome] = {}
+        self.told: dict[str, GoalStatus] = {}
 
     @initialize()
     def begin(self) -> None:
@@ -406,7 +406,7 @@ class GoalsMachine(RuleBasedStateMachine):
             case "done":
                 self.do(lambda: way.set_result(DONE))
             case "refused":
-                self.do(lambda: way.set_exception(Refused(failure(NotHomed()))))
+                self.do(lambda: way.set_exception(GoalRefused(failure(NotHomed()))))
             case _:
                 self.do(lambda: way.set_exception(NotHomed()))
 
@@ -415,7 +415,7 @@ class GoalsMachine(RuleBasedStateMachine):
         self.loop.run_until_complete(elapse(0))
         for statuses in self.line.statuses:
             for status in statuses:
-                name, outcome = status["goal_id"]["id"], Outcome(status["status"])
+                name, outcome = status["goal_id"]["id"], GoalStatus(status["status"])
                 before = self.told.get(name)
                 if before is not None and before is not outcome and before not in ENDED:
                     assert outcome in FOLLOW[before], (name, before, outcome)
@@ -426,15 +426,15 @@ class GoalsMachine(RuleBasedStateMachine):
     def each_ends_once_and_only_what_was_sent(self) -> None:
         for result in self.line.results:
             assert result["status"]["goal_id"]["id"] in self.sent
-            assert Outcome(result["status"]["status"]) in ENDED
+            assert GoalStatus(result["status"]["status"]) in ENDED
         self.line.results.clear()
 
 
 FOLLOW = {
-    Outcome.PENDING: {Outcome.ACTIVE, Outcome.RECALLING, Outcome.REJECTED, Outcome.RECALLED},
-    Outcome.ACTIVE: {Outcome.PREEMPTING, Outcome.SUCCEEDED, Outcome.ABORTED, Outcome.PREEMPTED},
-    Outcome.RECALLING: {Outcome.PREEMPTING, Outcome.REJECTED, Outcome.RECALLED},
-    Outcome.PREEMPTING: {Outcome.PREEMPTED, Outcome.SUCCEEDED, Outcome.ABORTED},
+    GoalStatus.PENDING: {GoalStatus.ACTIVE, GoalStatus.RECALLING, GoalStatus.REJECTED, GoalStatus.RECALLED},
+    GoalStatus.ACTIVE: {GoalStatus.PREEMPTING, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.PREEMPTED},
+    GoalStatus.RECALLING: {GoalStatus.PREEMPTING, GoalStatus.REJECTED, GoalStatus.RECALLED},
+    GoalStatus.PREEMPTING: {GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED},
 }
 """What may come after what (wiki.ros.org/actionlib/DetailedDescription, the server's states)."""
 

@@ -11,8 +11,8 @@ import pytest
 from maya_un.config import Config
 from maya_un.graph import types
 from maya_un.graph.description import describe
-from maya_un.graph.drawn import NAMES, Pieces, positions
-from maya_un.graph.markers import HEAVY, LIGHT, Drawing, View, line_markers, state_markers
+from maya_un.graph.drawn import NAMES, LineDivision, positions
+from maya_un.graph.markers import HEAVY, LIGHT, MarkerCache, MarkerScene, line_markers, state_markers
 from maya_un.graph.protocol import Message
 from maya_un.kinematics.zones import Box
 from maya_un.values import Joints, Mode, Notice, Point, State
@@ -37,14 +37,14 @@ def names(array: Message | None) -> list[str]:
 
 
 def test_everything_is_told_once_and_then_nothing_until_something_changes() -> None:
-    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
+    drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     assert names(drawing.update(view)) == ["lines", "parts", "stands", "workspace"]
     assert drawing.update(view) is None
     assert names(drawing.update(view, whole=True)) == ["lines", "parts", "stands", "workspace"]
 
 
 def test_while_the_robot_moves_nothing_is_told_but_other_colours_of_the_lines() -> None:
-    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
+    drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     drawing.update(view)
     told = [
         drawing.update(replace(view, state=standing(WORKSPACE.ik(Point(0.5, 1.2, 0.5 + 0.001 * step)))))
@@ -56,7 +56,10 @@ def test_while_the_robot_moves_nothing_is_told_but_other_colours_of_the_lines() 
 
 
 def test_a_path_that_has_been_gone_is_taken_away() -> None:
-    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, way=(Point(0.5, 1.2, 0.5), Point(0.6, 1.2, 0.5)))
+    drawing, view = (
+        MarkerCache(CONFIG),
+        MarkerScene(standing(), WORKSPACE, way=(Point(0.5, 1.2, 0.5), Point(0.6, 1.2, 0.5))),
+    )
     assert "path" in names(drawing.update(view))
     array = drawing.update(replace(view, way=()))
     assert array is not None
@@ -67,7 +70,7 @@ def test_a_path_that_has_been_gone_is_taken_away() -> None:
 
 
 def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
-    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE)
+    drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE)
     drawing.update(view)
     fenced = replace(view, zones=(Box("box", Point(0.1, 0.2, 0.0), Point(0.5, 1.0, 0.6)),))
     assert names(drawing.update(fenced)) == ["zones"]
@@ -76,9 +79,9 @@ def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
 
 
 def test_a_part_that_is_carried_is_told_when_it_is_taken_and_when_it_is_put_down() -> None:
-    drawing = Drawing(CONFIG)
+    drawing = MarkerCache(CONFIG)
     at = Point(0.5, 1.2, 0.52)
-    view = View(standing(), WORKSPACE, parts={"bolt": at})
+    view = MarkerScene(standing(), WORKSPACE, parts={"bolt": at})
     drawing.update(view)
     taken = replace(view, carried="bolt")
     (part,) = (one for one in _told(drawing.update(taken)) if one["ns"] == "parts")
@@ -94,7 +97,7 @@ def test_a_part_that_is_carried_is_told_when_it_is_taken_and_when_it_is_put_down
 def test_lines_lie_on_the_pieces_of_the_description() -> None:
     description = Tree(describe(MACROS, CONFIG))
     there: dict[str, float] = dict(zip(NAMES, positions(MECHANISM, HERE), strict=True))
-    b, c = (Pieces.of(axis) for axis in (CONFIG.axes.b, CONFIG.axes.c))
+    b, c = (LineDivision.of(axis) for axis in (CONFIG.axes.b, CONFIG.axes.c))
     markers = list(line_markers(HERE, WORKSPACE, CONFIG))
     assert len(markers) == b.number + c.number
     ends = np.array([_ends(description, there, marker) for marker in markers])
@@ -157,7 +160,10 @@ def _ends(description: Tree, there: dict[str, float], cylinder: Message) -> Any:
 
 def test_a_marker_keeps_its_lock_to_the_frame_while_parts_are_carried_and_placed() -> None:
     """rviz ends itself where a marker that it has drawn is locked no longer."""
-    drawing, view = Drawing(CONFIG), View(standing(), WORKSPACE, zones=(Box("fence", Point(0, 0, 0), Point(1, 1, 1)),))
+    drawing, view = (
+        MarkerCache(CONFIG),
+        MarkerScene(standing(), WORKSPACE, zones=(Box("fence", Point(0, 0, 0), Point(1, 1, 1)),)),
+    )
     bolt, nut, there = Point(0.5, 1.2, 0.4), Point(0.3, 1.0, 0.4), Point(0.9, 0.9, 0.4)
     scenes: list[tuple[dict[str, Point], str | None]] = [
         ({"bolt": bolt, "nut": nut}, None),

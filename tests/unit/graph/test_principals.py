@@ -7,7 +7,7 @@ from pathlib import Path
 
 from maya_un.api.access.caller import ROS, Caller, Role
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.bridge import BridgeDoor
+from maya_un.graph.doors.bridge import TaskServer
 from maya_un.graph.principals import caller
 from maya_un.graph.protocol import Feedback, Message
 from maya_un.graph.step_store import StepStore
@@ -104,7 +104,7 @@ async def test_step_is_done_for_whoever_asked_though_another_node_does_it(tmp_pa
     bus.node("robot").act(TASK.name, TASK.type, act)
     store = await StepStore.open(tmp_path / "steps.db")
     try:
-        async with BridgeDoor(store, lambda: "today").open(bus.node("firebase_bridge")):
+        async with TaskServer(store, lambda: "today").open(bus.node("firebase_bridge")):
             ann.advertise("/step_command", STRING).publish({"data": '{"id": "1", "command": "home"}'})
             while not acted:
                 await turn()

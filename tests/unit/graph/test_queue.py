@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.assembly import ProcessFloor, process_floor
+from maya_un.assembly import ProcessAssembly, process_floor
 from maya_un.config import Config
 from maya_un.errors import InvalidJob
-from maya_un.graph.diagnostics import Level
-from maya_un.graph.queue import Queue, job_of
+from maya_un.graph.diagnostics import DiagnosticLevel
+from maya_un.graph.queue import GraphQueue, job_of
 from maya_un.process.tasks import expand
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.approach import Approach
@@ -54,10 +54,10 @@ def test_a_question_is_no_job() -> None:
 
 
 @asynccontextmanager
-async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessFloor, Queue]]:
+async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessAssembly, GraphQueue]]:
     robot = MayaRobot(controller, controller.config)
     async with process_floor(robot, controller, Config()) as floor:
-        yield floor, Queue(floor.gate.call, floor.service.queue.view, controller)
+        yield floor, GraphQueue(floor.gate.call, floor.service.queue.view, controller)
 
 
 async def test_what_is_appended_is_done_in_its_turn_for_the_graph() -> None:
@@ -77,7 +77,7 @@ async def test_the_end_of_everything_stops_and_empties() -> None:
         await queue.append([Home()])
         await queue.append([Pick(CUBE)])
         await elapse(5.0)
-        assert queue.status().level is Level.OK
+        assert queue.status().level is DiagnosticLevel.OK
         await queue.end_all()
         states = [(await floor.process.result(number)).state for number in (1, 2)]
         assert states == [TaskState.CANCELLED, TaskState.CANCELLED]
@@ -90,5 +90,5 @@ async def test_the_status_says_whether_the_queue_goes_on() -> None:
     async with floor_of(controller) as (floor, queue):
         await floor.process.turns.pause("ana", now=False)
         status = queue.status()
-        assert status.level is Level.WARN
+        assert status.level is DiagnosticLevel.WARN
         assert "paused" in status.message

@@ -5,26 +5,28 @@ from __future__ import annotations
 import pytest
 
 from maya_un.graph import types
-from maya_un.graph.shapes import Colour, Quaternion, Shape, blended, facing, marker, removed
+from maya_un.graph.shapes import Colour, MarkerShape, Quaternion, blended, facing, marker, removed
 from maya_un.values import Point
 
 GREEN, RED = Colour(0.0, 1.0, 0.0), Colour(1.0, 0.0, 0.0, 0.5)
 
 
 def test_a_marker_says_every_field_that_ros_has() -> None:
-    made = marker("parts", Shape.CUBE, RED, (0.1, 0.2, 0.3), number=4, place=Point(1.0, 2.0, 3.0))
+    made = marker("parts", MarkerShape.CUBE, RED, (0.1, 0.2, 0.3), number=4, place=Point(1.0, 2.0, 3.0))
     assert set(made) == set(types.fields("visualization_msgs/Marker"))
     assert types.conform("visualization_msgs/Marker", made) == made
     assert made["pose"]["orientation"] == {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
 
 def test_only_what_is_tied_to_a_frame_that_moves_is_locked_to_it() -> None:
-    assert marker("parts", Shape.CUBE, RED, (0.1, 0.1, 0.1), frame="gripper")["frame_locked"]
-    assert not marker("parts", Shape.CUBE, RED, (0.1, 0.1, 0.1))["frame_locked"]
+    assert marker("parts", MarkerShape.CUBE, RED, (0.1, 0.1, 0.1), frame="gripper")["frame_locked"]
+    assert not marker("parts", MarkerShape.CUBE, RED, (0.1, 0.1, 0.1))["frame_locked"]
 
 
 def test_what_takes_a_marker_away_names_it_and_nothing_else() -> None:
-    gone = removed(marker("path", Shape.LINE_STRIP, RED, (0.1, 0.0, 0.0), number=7, points=[Point(0.0, 0.0, 0.0)]))
+    gone = removed(
+        marker("path", MarkerShape.LINE_STRIP, RED, (0.1, 0.0, 0.0), number=7, points=[Point(0.0, 0.0, 0.0)])
+    )
     assert (gone["ns"], gone["id"], gone["action"], gone["points"]) == ("path", 7, 2, [])
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, MayaError, UnknownName
 from maya_un.graph.step import step_of
-from maya_un.graph.step_text import Result, content_of, id_of, read
+from maya_un.graph.step_text import StepEnd, content_of, id_of, read
 from maya_un.robot.primitives.gripper import Gripper
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.move import MoveJoints
@@ -126,14 +126,14 @@ def test_whatever_comes_is_a_step_or_an_error_of_ours(data: dict[str, Any]) -> N
         known = read(json.dumps(data))
         step = step_of(known, id_of(known) or "made")
     except MayaError as error:
-        assert json.loads(Result.refused(None, error, "now").text)["code"] == str(error.code)
+        assert json.loads(StepEnd.refused(None, error, "now").text)["code"] == str(error.code)
     else:
         assert len(step.digest) == 64
 
 
 def test_a_result_says_what_the_old_form_said() -> None:
-    done = json.loads(Result("7", None, None, "then", "now").text)
-    failed = json.loads(Result("7", "it was too far away", "2102", "then", "now", ("args.w was ignored",)).text)
+    done = json.loads(StepEnd("7", None, None, "then", "now").text)
+    failed = json.loads(StepEnd("7", "it was too far away", "2102", "then", "now", ("args.w was ignored",)).text)
     assert (done["success"], done["error"], done["code"]) == (True, None, None)
     assert (failed["success"], failed["error"], failed["code"]) == (False, "it was too far away", "2102")
     assert failed["warnings"] == ["args.w was ignored"]

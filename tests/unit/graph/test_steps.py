@@ -28,29 +28,29 @@ from maya_un.errors import (
     StorageInUse,
     StorageTooNew,
 )
-from maya_un.graph.protocol import Ended, Message, Outcome
+from maya_un.graph.protocol import GoalResult, GoalStatus, Message
 from maya_un.graph.step_store import StepStore
-from maya_un.graph.step_text import INTERRUPTED, Progress, Result
+from maya_un.graph.step_text import INTERRUPTED, StepEnd, StepProgress
 from maya_un.graph.steps import QUIET, Steps
-from maya_un.process.journal.file import Lock
+from maya_un.process.journal.file import JournalLock
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
-DONE = Ended(Outcome.SUCCEEDED, {"success": True, "code": "", "message": ""})
+DONE = GoalResult(GoalStatus.SUCCEEDED, {"success": True, "code": "", "message": ""})
 
 
 class Robot:
     """Carries out tasks, each in a second; `answers` says how those end that do not succeed."""
 
-    def __init__(self, *answers: Ended | Exception) -> None:
+    def __init__(self, *answers: GoalResult | Exception) -> None:
         self.begun: list[Message] = []
         self.stopped = 0
         self._answers = list(answers)
 
-    async def do(self, goal: Message) -> Ended:
+    async def do(self, goal: Message) -> GoalResult:
         """Take a second."""
         answer = self._answers.pop(0) if self._answers else DONE
-        if isinstance(answer, NodeGone) or (isinstance(answer, Ended) and answer.outcome is Outcome.REJECTED):
+        if isinstance(answer, NodeGone) or (isinstance(answer, GoalResult) and answer.outcome is GoalStatus.REJECTED):
             return _given(answer)
         self.begun.append(goal["task"])
         try:
@@ -61,7 +61,7 @@ class Robot:
         return _given(answer)
 
 
-def _given(answer: Ended | Exception) -> Ended:
+def _given(answer: GoalResult | Exception) -> GoalResult:
     if isinstance(answer, Exception):
         raise answer
     return answer
@@ -79,7 +79,7 @@ def dated() -> str:
 async def steps_in(
     folder: Path, robot: Robot, progress: list[tuple[str, str, str]] | None = None, date: Callable[[], str] = now
 ) -> AsyncIterator[Steps]:
-    def report(new: Progress) -> None:
+    def report(new: StepProgress) -> None:
         if progress is not None:
             progress.append((new.id, new.state.value, new.date))
 
@@ -101,7 +101,7 @@ async def test_a_step_is_carried_out_and_answered_with_its_dates(tmp_path: Path)
     async with steps_in(tmp_path, robot) as steps:
         result = await steps.answer(command("1", "pick", x=0.5, y=1.1, z=0.4))
     assert robot.begun == [{"command": "pick", "target": {"x": 0.5, "y": 1.1, "z": 0.4}, "open": False}]
-    assert result == Result("1", None, None, "0.0", "1.0")
+    assert result == StepEnd("1", None, None, "0.0", "1.0")
 
 
 async def test_the_same_once_more_has_the_same_result_and_moves_nothing(tmp_path: Path) -> None:
@@ -153,7 +153,7 @@ async def test_steps_run_in_the_order_in_which_they_came(tmp_path: Path) -> None
 
 
 async def test_a_failed_step_ends_the_steps_behind_it(tmp_path: Path) -> None:
-    robot = Robot(Ended(Outcome.ABORTED, {"success": False, "code": "2102", "message": "too far"}))
+    robot = Robot(GoalResult(GoalStatus.ABORTED, {"success": False, "code": "2102", "message": "too far"}))
     async with steps_in(tmp_path, robot) as steps:
         first, second = await asyncio.gather(steps.answer(command("1")), steps.answer(command("2")))
         assert (first.code, second.code) == ("2102", str(StepNotBegun.code))
@@ -215,7 +215,7 @@ async def test_a_deadline_without_a_time_zone_is_refused(deadline: object, tmp_p
 
 
 async def test_what_failed_is_kept_as_it_was_said(tmp_path: Path) -> None:
-    far = Ended(Outcome.ABORTED, {"success": False, "code": "2102", "message": "it is too far away"})
+    far = GoalResult(GoalStatus.ABORTED, {"success": False, "code": "2102", "message": "it is too far away"})
     robot = Robot(far)
     async with steps_in(tmp_path, robot) as steps:
         first = await steps.answer(command("1"))
@@ -227,11 +227,11 @@ async def test_what_failed_is_kept_as_it_was_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "answer",
     [
-        Ended(Outcome.REJECTED, {"success": False, "code": str(Busy.code), "message": "busy"}),
+        GoalResult(GoalStatus.REJECTED, {"success": False, "code": str(Busy.code), "message": "busy"}),
         NodeGone(node="primitive_server"),
     ],
 )
-async def test_a_refusal_of_the_robot_is_final(answer: Ended | Exception, tmp_path: Path) -> None:
+async def test_a_refusal_of_the_robot_is_final(answer: GoalResult | Exception, tmp_path: Path) -> None:
     robot = Robot(answer)
     async with steps_in(tmp_path, robot) as steps:
         first = await steps.answer(command("1"))
@@ -241,7 +241,7 @@ async def test_a_refusal_of_the_robot_is_final(answer: Ended | Exception, tmp_pa
 
 
 async def test_a_server_that_vanishes_meanwhile_ends_the_step_for_good(tmp_path: Path) -> None:
-    robot = Robot(Ended(Outcome.LOST, {}))
+    robot = Robot(GoalResult(GoalStatus.LOST, {}))
     async with steps_in(tmp_path, robot) as steps:
         first = await steps.answer(command("1"))
         assert first.code == str(NodeGone.code)
@@ -338,15 +338,15 @@ async def test_at_most_once_whatever_happens(campaign: Campaign, tmp_path: Path)
         assert all(len(texts) <= 1 for texts in results.values()), results
 
 
-def _answers(rng: Random) -> list[Ended]:
-    failed = Ended(Outcome.ABORTED, {"success": False, "code": "2201", "message": "stopped"})
-    busy = Ended(Outcome.REJECTED, {"success": False, "code": str(Busy.code), "message": "busy"})
-    return rng.choices([DONE, failed, busy, Ended(Outcome.LOST, {})], k=40)
+def _answers(rng: Random) -> list[GoalResult]:
+    failed = GoalResult(GoalStatus.ABORTED, {"success": False, "code": "2201", "message": "stopped"})
+    busy = GoalResult(GoalStatus.REJECTED, {"success": False, "code": str(Busy.code), "message": "busy"})
+    return rng.choices([DONE, failed, busy, GoalResult(GoalStatus.LOST, {})], k=40)
 
 
 async def _killed_at(
     instant: float, folder: Path, robot: Robot, wishes: list[str], rng: Random | None = None
-) -> list[Result]:
+) -> list[StepEnd]:
     """Send wishes to a program that is killed after a while; return the results that it gave."""
     store = await StepStore.open(folder / "steps.db")
     steps = Steps(store, robot.do, now)
@@ -385,7 +385,7 @@ async def test_one_program_at_a_time_holds_the_file(tmp_path: Path) -> None:
     async with steps_in(tmp_path, Robot()):
         with pytest.raises(StorageInUse):
             await StepStore.open(tmp_path / "steps.db")
-    lock = Lock(tmp_path / "steps.db")
+    lock = JournalLock(tmp_path / "steps.db")
     lock.release()
 
 
@@ -403,7 +403,7 @@ async def test_a_file_that_is_not_for_us_is_left_alone(pragma: str, error: type[
     connection.close()
     with pytest.raises(error):
         await StepStore.open(tmp_path / "steps.db")
-    Lock(tmp_path / "steps.db").release()
+    JournalLock(tmp_path / "steps.db").release()
 
 
 async def test_a_damaged_file_is_said_to_be_one(tmp_path: Path) -> None:

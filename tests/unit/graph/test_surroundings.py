@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from maya_un.config import Config
 from maya_un.graph import types
 from maya_un.graph.protocol import Message
-from maya_un.graph.shapes import Shape
+from maya_un.graph.shapes import MarkerShape
 from maya_un.graph.surroundings import (
     PART_HEIGHT,
     outline,
@@ -67,8 +67,8 @@ def test_the_outline_has_the_size_of_the_section() -> None:
 
 def test_the_skin_of_the_workspace_is_made_of_triangles_between_both_ends_of_the_boom() -> None:
     skin, edges = checked(list(workspace_markers(WORKSPACE)))
-    assert skin["type"] == Shape.TRIANGLES
-    assert edges["type"] == Shape.LINE_LIST
+    assert skin["type"] == MarkerShape.TRIANGLES
+    assert edges["type"] == MarkerShape.LINE_LIST
     assert len(skin["points"]) % 3 == 0
     assert len(edges["points"]) % 2 == 0
     for marker in (skin, edges):
@@ -88,9 +88,9 @@ def test_zones_are_where_they_keep_the_robot_out() -> None:
     box = Box("box", Point(0.1, 0.2, 0.0), Point(0.5, 1.0, 0.6))
     post = Cylinder("post", 1.0, 0.5, 0.1, 0.2, 0.8)
     one, two = checked(list(zone_markers([box, post], 2.3)))
-    assert (one["type"], one["scale"]) == (Shape.CUBE, pytest.approx({"x": 0.4, "y": 0.8, "z": 0.6}))
+    assert (one["type"], one["scale"]) == (MarkerShape.CUBE, pytest.approx({"x": 0.4, "y": 0.8, "z": 0.6}))
     assert one["pose"]["position"] == pytest.approx({"x": 0.3, "y": 0.6, "z": 0.3})
-    assert (two["type"], two["scale"]) == (Shape.CYLINDER, pytest.approx({"x": 0.2, "y": 0.2, "z": 0.6}))
+    assert (two["type"], two["scale"]) == (MarkerShape.CYLINDER, pytest.approx({"x": 0.2, "y": 0.2, "z": 0.6}))
     assert two["pose"]["position"] == {"x": 1.0, "y": 0.5, "z": 0.5}
 
 

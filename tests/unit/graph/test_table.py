@@ -7,8 +7,8 @@ import pytest
 from maya_un.api.access.operations import Operation
 from maya_un.graph import types
 from maya_un.graph.catalogue import ANY, spec
-from maya_un.graph.events import Standing, Told
-from maya_un.graph.table import TABLE, Floor, Form, asked_by_call, asked_by_topic, rows, type_of_topic
+from maya_un.graph.events import ControllerCondition, ReportedEvent
+from maya_un.graph.table import TABLE, Kind, Layer, asked_by_call, asked_by_topic, rows, type_of_topic
 from maya_un.robot.primitives import from_dict
 from maya_un.values import Mode
 
@@ -61,8 +61,8 @@ def test_the_manuals_names_have_the_manuals_types() -> None:
 def test_every_name_stands_once_and_belongs_to_one_floor() -> None:
     names = [row.name for row in TABLE]
     assert len(names) == len(set(names))
-    assert [row for floor in Floor for row in rows(floor)] == sorted(
-        TABLE, key=lambda row: list(Floor).index(row.floor)
+    assert [row for floor in Layer for row in rows(floor)] == sorted(
+        TABLE, key=lambda row: list(Layer).index(row.floor)
     )
 
 
@@ -92,16 +92,16 @@ def test_topics_are_kept_where_whoever_comes_late_must_know_them() -> None:
     latched = {row.name for row in TABLE if row.latch}
     assert latched == {"/maya_event", "/maya_position", "/maya_markers", "/queue_status", "/step_robot"}
     assert all(row.queue_size > 0 for row in TABLE)
-    assert {row.form for row in TABLE if row.rate} == {Form.TOPIC}
+    assert {row.form for row in TABLE if row.rate} == {Kind.TOPIC}
 
 
 def test_an_event_fits_its_topic() -> None:
-    told = Told("idle", Standing(Mode.IDLE, homed=True, moving=False, gripper_closed=False))
+    told = ReportedEvent("idle", ControllerCondition(Mode.IDLE, homed=True, moving=False, gripper_closed=False))
     assert types.conform("std_msgs/String", {"data": told.text()}) == {"data": told.text()}
 
 
 def test_every_name_that_commands_says_what_it_asks_for() -> None:
-    commands = {row.name for row in TABLE if row.form is not Form.TOPIC or row.heard}
+    commands = {row.name for row in TABLE if row.form is not Kind.TOPIC or row.heard}
     assert {row.name for row in TABLE if row.asks is not None} == commands
 
 
@@ -130,15 +130,15 @@ def test_topic_asks_for_what_its_row_or_action_does(topic: str, operation: Opera
 @pytest.mark.parametrize(
     ("name", "form", "operation"),
     [
-        ("/controller/stop", Form.SERVICE, Operation.STOP),
-        ("/controller/abort", Form.SERVICE, Operation.ABORT),
-        ("/gripper", Form.SERVICE, Operation.WISH),
-        ("/task", Form.ACTION, Operation.WISH),
-        ("/task", Form.SERVICE, Operation.GRAPH),
-        ("/of_others", Form.SERVICE, Operation.GRAPH),
+        ("/controller/stop", Kind.SERVICE, Operation.STOP),
+        ("/controller/abort", Kind.SERVICE, Operation.ABORT),
+        ("/gripper", Kind.SERVICE, Operation.WISH),
+        ("/task", Kind.ACTION, Operation.WISH),
+        ("/task", Kind.SERVICE, Operation.GRAPH),
+        ("/of_others", Kind.SERVICE, Operation.GRAPH),
     ],
 )
-def test_call_asks_for_what_its_row_does(name: str, form: Form, operation: Operation) -> None:
+def test_call_asks_for_what_its_row_does(name: str, form: Kind, operation: Operation) -> None:
     assert asked_by_call(name, form) is operation
 
 

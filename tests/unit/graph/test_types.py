@@ -14,7 +14,7 @@ from maya_un.errors import InvalidMessage, UnknownInterface
 from maya_un.graph import types
 from maya_un.graph.catalogue import Field, is_base, spec
 from maya_un.graph.conforming import INTEGERS
-from maya_un.graph.table import TABLE, Form
+from maya_un.graph.table import TABLE, Kind
 from tests.unit.graph import golden_sums as golden
 
 JOINT_STATE = {
@@ -43,11 +43,11 @@ def test_sums_of_services_are_those_of_ros(service: str) -> None:
 def test_every_type_of_the_table_is_known() -> None:
     for row in TABLE:
         match row.form:
-            case Form.TOPIC:
+            case Kind.TOPIC:
                 assert types.known(row.type)
-            case Form.SERVICE:
+            case Kind.SERVICE:
                 assert all(map(types.known, types.halves(row.type)))
-            case Form.ACTION:
+            case Kind.ACTION:
                 assert types.action_of(row.type + "ActionGoal") == row.type
 
 

@@ -8,8 +8,8 @@ import pytest
 
 from maya_un.graph.bus import Bus
 from maya_un.graph.paths import to_message
-from maya_un.graph.protocol import Feedback, Message, Refused
-from maya_un.graph.ways import Ways
+from maya_un.graph.protocol import Feedback, GoalRefused, Message
+from maya_un.graph.ways import PathMarkers
 from maya_un.motion import Path
 from maya_un.values import Point
 from tests.graphs import below
@@ -33,7 +33,7 @@ class Controller:
 
     async def _act(self, _: Message, __: Feedback) -> Message:
         if self._busy:
-            raise Refused({**DONE, "success": False, "code": "2104"})
+            raise GoalRefused({**DONE, "success": False, "code": "2104"})
         self._busy = True
         await elapse(10.0)
         self._busy = False
@@ -47,7 +47,7 @@ def follow(path: Path) -> Message:
 async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
     bus = Bus()
     Controller(bus)
-    ways = Ways(bus.node("sensors"), MECHANISM, lambda: HERE)
+    ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
     assert ways.way == ()
     line = Path.line(START, END)
     going = asyncio.ensure_future(bus.node("robot").do("/controller/follow", "maya_controller/Follow", follow(line)))
@@ -61,7 +61,7 @@ async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
 async def test_a_move_goes_from_where_the_robot_is() -> None:
     bus = Bus()
     Controller(bus)
-    ways = Ways(bus.node("sensors"), MECHANISM, lambda: HERE)
+    ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
     going = asyncio.ensure_future(bus.node("robot").do("/move", "maya_controller/Move", THERE._asdict()))
     await elapse(1.0)
     assert ways.way[0] == pytest.approx(START)
@@ -74,7 +74,7 @@ async def test_a_move_goes_from_where_the_robot_is() -> None:
 async def test_a_goal_that_is_refused_leaves_the_way_of_the_other() -> None:
     bus = Bus()
     Controller(bus)
-    ways = Ways(bus.node("sensors"), MECHANISM, lambda: HERE)
+    ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
     robot = bus.node("robot")
     first = asyncio.ensure_future(
         robot.do("/controller/follow", "maya_controller/Follow", follow(Path.line(START, END)))
@@ -89,7 +89,7 @@ async def test_a_goal_that_is_refused_leaves_the_way_of_the_other() -> None:
 async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
     bus = Bus()
     Controller(bus)
-    ways = Ways(bus.node("sensors"), MECHANISM, lambda: None)
+    ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: None)
     robot = bus.node("robot")
     short = {"trajectory": {**to_message(Path.line(START, END)), "joint_names": ["x", "y"]}}
     for action, kind, goal in (

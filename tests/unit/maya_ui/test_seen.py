@@ -7,8 +7,8 @@ from maya_ui.seen import Seen, event
 from maya_ui.tasks import Task
 from maya_ui.words import WORDS
 
-from maya_un.graph.events import Standing as Stands
-from maya_un.graph.events import Told
+from maya_un.graph.events import ControllerCondition as Stands
+from maya_un.graph.events import ReportedEvent
 from maya_un.values import Mode, Notice
 
 ALL = Presence(master=True, controller=True, robot=True, process=True)
@@ -27,7 +27,7 @@ def test_an_event_is_read_as_the_controller_floor_tells_it() -> None:
     stands = Stands(
         Mode.FAULT, homed=True, moving=False, gripper_closed=True, override=0.5, fault=Notice(2302, "Axis b")
     )
-    heard = event(Told("fault", stands, 2302, {"axis": "b"}).text())
+    heard = event(ReportedEvent("fault", stands, 2302, {"axis": "b"}).text())
     assert heard.word == "fault"
     assert heard.code == "2302"
     assert heard.detail == {"axis": "b"}
@@ -36,7 +36,7 @@ def test_an_event_is_read_as_the_controller_floor_tells_it() -> None:
 
 def test_an_event_without_a_code_has_none() -> None:
     stands = Stands(Mode.IDLE, homed=True, moving=False, gripper_closed=False)
-    assert event(Told("idle", stands).text()).code == ""
+    assert event(ReportedEvent("idle", stands).text()).code == ""
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,14 @@ import pytest
 
 from maya_un.errors import Unreachable
 from maya_un.kinematics.zones import Box, HalfSpace
-from maya_un.motion.clearance import LIMITS, Approach, closest, highest, lowest
+from maya_un.motion.clearance import LIMITS, ClosestApproach, closest, highest, lowest
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE
 
 MAYA = WORKSPACE.mechanism
 
 
-def by_name(*knots: tuple[float, float, float]) -> dict[str, Approach]:
+def by_name(*knots: tuple[float, float, float]) -> dict[str, ClosestApproach]:
     """Return the approaches of the way through knots."""
     return {approach.name: approach for approach in closest(WORKSPACE, np.array(knots))}
 

@@ -9,14 +9,14 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
 from maya_un.motion import Limits, Space
-from maya_un.motion.corners import Pace, overlap, pace, reversed_blend
+from maya_un.motion.corners import LegLimits, overlap, pace, reversed_blend
 from maya_un.motion.path import Blend, Waypoint
 
 CONFIG = Config()
 MAYA = Mechanism.of(CONFIG)
 
 
-def paced(space: Space, start: Waypoint, end: Waypoint, length: float) -> Pace:
+def paced(space: Space, start: Waypoint, end: Waypoint, length: float) -> LegLimits:
     return pace(space, start, end, length, MAYA, Units.of(CONFIG), Limits.of(CONFIG))
 
 
@@ -40,26 +40,26 @@ def test_straight_up_the_lines_are_shortened_by_less_than_the_way() -> None:
 
 
 def test_the_speed_after_a_run_up() -> None:
-    leg = Pace(1.0, 0.5, 1.0)
+    leg = LegLimits(1.0, 0.5, 1.0)
     assert leg.after(0.25) == pytest.approx(0.5)
     assert leg.after(4.0) == 1.0
 
 
 def test_one_leg_slows_down_while_the_other_speeds_up() -> None:
     # 1 s to stop, 2 s to speed up, which takes 1 m. The leg before goes on for 1 s at 1 m/s, then 0.5 m more.
-    blend = overlap(Pace(1.0, 1.0, 1.0), 1.0, Pace(1.0, 0.5, 1.0), 5.0)
+    blend = overlap(LegLimits(1.0, 1.0, 1.0), 1.0, LegLimits(1.0, 0.5, 1.0), 5.0)
     assert blend == pytest.approx(Blend(1.5, 1.0, 0.5, 1.0))
 
 
 def test_a_quick_second_leg_waits_for_none() -> None:
     # 2 s to stop over 1 m; the leg behind is at 1 m/s after 0.5 s and 0.25 m, and goes on for 1.5 s.
-    blend = overlap(Pace(1.0, 0.5, 1.0), 1.0, Pace(1.0, 2.0, 1.0), 5.0)
+    blend = overlap(LegLimits(1.0, 0.5, 1.0), 1.0, LegLimits(1.0, 2.0, 1.0), 5.0)
     assert blend == pytest.approx(Blend(1.0, 1.75, 1.0, 0.25))
 
 
 def test_in_little_room_the_leg_behind_only_speeds_up() -> None:
     # 0.25 m at 0.5 m/s² take 1 s, in which the leg before stops over its 0.5 m.
-    blend = overlap(Pace(1.0, 1.0, 1.0), 1.0, Pace(1.0, 0.5, 1.0), 0.25)
+    blend = overlap(LegLimits(1.0, 1.0, 1.0), 1.0, LegLimits(1.0, 0.5, 1.0), 0.25)
     assert blend == pytest.approx(Blend(0.5, 0.25, 1.0, 1.0))
 
 

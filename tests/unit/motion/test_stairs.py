@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
-from maya_un.motion import Limits, Path, Profile, Segment, lay, plan
+from maya_un.motion import Limits, Path, Segment, SpeedProfile, lay, plan
 from maya_un.motion.knots import Knots, divided
 from maya_un.motion.move import Segments
 from maya_un.motion.speeds import Chords
@@ -54,7 +54,7 @@ def test_a_rise_at_va_is_no_stair_and_a_fall_one_for_every_two_per_cent() -> Non
 
 def test_stairs_take_as_long_as_the_ramp_they_stand_for() -> None:
     found = segments(chords((0, 0, 0), (0, 600_000, 0)), ramps((0.0, 45_000.0, 0.0)), SLEW, VA)
-    taken = Profile.over(found.lengths, found.speeds, found.end_speeds, VA, 51_200.0).duration
+    taken = SpeedProfile.over(found.lengths, found.speeds, found.end_speeds, VA, 51_200.0).duration
     # Two ramps of 8.79 s; between them 600 000 − 395 508 counts at 45 000.
     assert taken == pytest.approx(2 * 45_000 / 5120 + (600_000 - 45_000**2 / 5120) / 45_000, rel=2e-3)
 

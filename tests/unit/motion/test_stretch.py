@@ -12,18 +12,18 @@ from maya_un.config import Config
 from maya_un.motion import Knots, Limits
 from maya_un.motion.average import Ramped, Smooth
 from maya_un.motion.stairs import Ramps
-from maya_un.motion.stretch import Stretch
+from maya_un.motion.stretch import ChordSpan
 
 LIMITS = replace(Limits.of(Config()), jerk=(10.0, 20.0, 40.0))
 SMOOTH = Smooth.mean(Ramped.over(np.array([2.0, 2.0, 2.0]), np.array([0.0, 10.0, 10.0, 0.0])), 1.0)
 """40 counts with 10 counts/s, 5 counts/s² and 5 counts/s³."""
 
 
-def stretch(*steps: tuple[int, int, int], limits: Limits = LIMITS) -> Stretch:
+def stretch(*steps: tuple[int, int, int], limits: Limits = LIMITS) -> ChordSpan:
     """Return the stretch over chords that go `steps` [counts]."""
     counts = np.concatenate(([[0, 0, 0]], np.cumsum(steps, axis=0)))
     sharp = np.array([True, *[False] * (len(steps) - 1), True])
-    return Stretch.of(Knots(counts, counts.astype(np.float64), sharp, ()), limits, 0, len(steps))
+    return ChordSpan.of(Knots(counts, counts.astype(np.float64), sharp, ()), limits, 0, len(steps))
 
 
 def ramps(up: float, top: float) -> Ramps:

@@ -13,7 +13,7 @@ from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.kinematics.zones import Box
 from maya_un.plots import style
-from maya_un.plots.job import Course, Phase, job_figure
+from maya_un.plots.job import MotionPhase, MotionSamples, job_figure
 from maya_un.values import Joints, Point
 
 CONFIG = Config()
@@ -23,10 +23,10 @@ START, END = (WORKSPACE.ik(Point(0.4, 1.1, z)) for z in (0.4, 0.8))
 JOINTS = np.array(START) + np.outer(TIME / 10.0, np.subtract(END, START))
 VELOCITY = np.tile(np.subtract(END, START) / 10.0, (41, 1))
 PHASES = (
-    Phase("up", 0.0, 6.0),
-    Phase("a name that is too long", 6.0, 6.5, "7"),
-    Phase("nor has this", 6.5, 6.6),
-    Phase("on", 6.6, 10.0),
+    MotionPhase("up", 0.0, 6.0),
+    MotionPhase("a name that is too long", 6.0, 6.5, "7"),
+    MotionPhase("nor has this", 6.5, 6.6),
+    MotionPhase("on", 6.6, 10.0),
 )
 
 
@@ -78,7 +78,7 @@ def test_height_and_tension_are_the_mechanisms(drawn: Figure) -> None:
 
 
 def test_margins_are_those_of_the_workspace() -> None:
-    course = Course(TIME, JOINTS, VELOCITY, WORKSPACE)
+    course = MotionSamples(TIME, JOINTS, VELOCITY, WORKSPACE)
     found = {name: values for name, values, _ in course.margins()}
     for row in (0, 17, 40):
         margins = WORKSPACE.margins(Joints(*JOINTS[row]))
@@ -128,5 +128,5 @@ def test_rows_of_which_nothing_is_known_are_left_out() -> None:
 def test_a_motion_of_the_boom_alone_and_a_job_of_no_length_can_be_drawn() -> None:
     turned = np.column_stack((np.linspace(radians(10), pi / 2, 41), np.full(41, 1.2), np.full(41, 1.3)))
     assert style.rendered(job_figure(TIME, turned, np.zeros((41, 3)), (), CONFIG), "svg")
-    still = job_figure(np.zeros(2), turned[:2], np.zeros((2, 3)), (Phase("none", 0.0, 0.0),), CONFIG)
+    still = job_figure(np.zeros(2), turned[:2], np.zeros((2, 3)), (MotionPhase("none", 0.0, 0.0),), CONFIG)
     assert style.rendered(still, "svg")

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
-from maya_un.plots.marks import Marked
+from maya_un.plots.marks import MarkedTarget
 from maya_un.plots.section import draw_section, manual_margin, outline
 from maya_un.plots.style import blank, house_style
 from maya_un.values import Point
@@ -70,7 +70,7 @@ def test_the_manuals_listing_accepts_the_known_area_above_the_anchors() -> None:
 def test_lines_are_drawn_to_the_meeting_point_of_the_place_that_is_held() -> None:
     with house_style():
         axes = blank().add_subplot()
-        draw_section(axes, WORKSPACE, 0.0, Marked.of(WORKSPACE, Point(0.0, 1.3, 1.0)))
+        draw_section(axes, WORKSPACE, 0.0, MarkedTarget.of(WORKSPACE, Point(0.0, 1.3, 1.0)))
     ends = {tuple(np.ravel(line.get_xydata())) for line in axes.lines}
     assert (0.3, 2.35, 1.3, 1.2) in ends
     assert (2.3, 2.35, 1.3, 1.2) in ends

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import MOST_BYTES, Book
+from maya_un.process.book import MOST_BYTES, PoseStore
 from maya_un.process.pallet import Cell
 from maya_un.process.spots import Grid
 from maya_un.process.taught import checked_name
@@ -34,41 +34,41 @@ def path(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def book(path: Path) -> Book:
-    kept = Book(MECHANISM, path)
+def book(path: Path) -> PoseStore:
+    kept = PoseStore(MECHANISM, path)
     kept.teach("shelf", SHELF, DAY)
     kept.teach("bench", BENCH, DAY)
     return kept
 
 
-def test_a_taught_pose_is_there_for_every_reader_of_the_file(book: Book, path: Path) -> None:
-    pose = Book(MECHANISM, path).taught().poses["shelf"]
+def test_a_taught_pose_is_there_for_every_reader_of_the_file(book: PoseStore, path: Path) -> None:
+    pose = PoseStore(MECHANISM, path).taught().poses["shelf"]
     assert (pose.name, pose.joints, pose.taught) == ("shelf", SHELF, DAY)
     assert pose.point == MECHANISM.fk(SHELF)
     assert book.taught().names == ("shelf", "bench")
 
 
-def test_the_file_says_where_the_gripper_was(book: Book, path: Path) -> None:
+def test_the_file_says_where_the_gripper_was(book: PoseStore, path: Path) -> None:
     entry = tomllib.loads(path.read_text(encoding="utf-8"))["poses"]["shelf"]
     assert entry == {"joints": list(SHELF), "point": list(MECHANISM.fk(SHELF)), "taught": DAY}
     assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
 
 
-def test_joints_are_kept_and_the_point_is_that_of_the_constants_in_force(book: Book, path: Path) -> None:
+def test_joints_are_kept_and_the_point_is_that_of_the_constants_in_force(book: PoseStore, path: Path) -> None:
     geometry = Config().geometry.model_copy(update={"height": 2.36})
     corrected = Mechanism.of(Config().model_copy(update={"geometry": geometry}))
-    pose = Book(corrected, path).taught().poses["shelf"]
+    pose = PoseStore(corrected, path).taught().poses["shelf"]
     before = MECHANISM.fk(SHELF)
     assert pose.joints == SHELF
     assert pose.point == pytest.approx((before.x, before.y, before.z + 0.01))
 
 
-def test_a_pose_whose_lines_cannot_meet_has_no_point(book: Book) -> None:
+def test_a_pose_whose_lines_cannot_meet_has_no_point(book: PoseStore) -> None:
     assert book.teach("slack", Joints(0.4, 0.6, 0.6), DAY).point is None
     assert book.taught().poses["slack"].point is None
 
 
-def test_a_name_is_taught_once_unless_it_is_to_be_replaced(book: Book) -> None:
+def test_a_name_is_taught_once_unless_it_is_to_be_replaced(book: PoseStore) -> None:
     with pytest.raises(NameTaken, match="shelf"):
         book.teach("shelf", BENCH, DAY)
     assert book.taught().poses["shelf"].joints == SHELF
@@ -77,7 +77,7 @@ def test_a_name_is_taught_once_unless_it_is_to_be_replaced(book: Book) -> None:
     assert book.taught().names == ("shelf", "bench")
 
 
-def test_a_pallet_follows_the_poses_at_its_corners(book: Book) -> None:
+def test_a_pallet_follows_the_poses_at_its_corners(book: PoseStore) -> None:
     book.teach_pallet("tray", GRID, DAY, 0.4)
     assert book.taught().pallet("tray", 0.4).place(Cell(1, 1)) == MECHANISM.fk(SHELF)
     assert book.taught().pallet("tray", 0.4).place(Cell(3, 1)) == Point(0.3, 1.2, 0.4)
@@ -86,7 +86,7 @@ def test_a_pallet_follows_the_poses_at_its_corners(book: Book) -> None:
     assert book.taught().pallet("tray", 0.4).place(Cell(1, 1)) == MECHANISM.fk(moved)
 
 
-def test_one_name_is_a_pose_or_a_pallet(book: Book) -> None:
+def test_one_name_is_a_pose_or_a_pallet(book: PoseStore) -> None:
     with pytest.raises(NameTaken):
         book.teach_pallet("shelf", GRID, DAY, 0.4, replacing=True)
     book.teach_pallet("tray", GRID, DAY, 0.4)
@@ -104,7 +104,7 @@ def test_one_name_is_a_pose_or_a_pallet(book: Book) -> None:
         (["shelf", "shelf", "bench"], "the same place"),
     ],
 )
-def test_corners_that_span_nothing_are_not_taught(book: Book, corners: list[str], reason: str) -> None:
+def test_corners_that_span_nothing_are_not_taught(book: PoseStore, corners: list[str], reason: str) -> None:
     book.teach("slack", Joints(0.4, 0.6, 0.6), DAY)
     grid = Grid.model_validate({"corners": corners, "rows": 2, "columns": 2})
     with pytest.raises(InvalidValue, match=reason):
@@ -112,7 +112,7 @@ def test_corners_that_span_nothing_are_not_taught(book: Book, corners: list[str]
     assert not book.taught().pallets
 
 
-def test_what_is_forgotten_is_gone_and_its_name_free(book: Book) -> None:
+def test_what_is_forgotten_is_gone_and_its_name_free(book: PoseStore) -> None:
     book.forget("shelf")
     assert book.taught().names == ("bench",)
     book.teach("shelf", BENCH, DAY)
@@ -120,7 +120,7 @@ def test_what_is_forgotten_is_gone_and_its_name_free(book: Book) -> None:
         book.forget("tray")
 
 
-def test_a_corner_is_not_forgotten_before_its_pallet(book: Book) -> None:
+def test_a_corner_is_not_forgotten_before_its_pallet(book: PoseStore) -> None:
     book.teach_pallet("tray", GRID, DAY, 0.4)
     with pytest.raises(InvalidValue, match="corner of the pallet tray"):
         book.forget("shelf")
@@ -129,7 +129,7 @@ def test_a_corner_is_not_forgotten_before_its_pallet(book: Book) -> None:
     assert book.taught().names == ("bench",)
 
 
-def test_a_renamed_pose_is_still_the_corner_it_was(book: Book) -> None:
+def test_a_renamed_pose_is_still_the_corner_it_was(book: PoseStore) -> None:
     book.teach_pallet("tray", GRID, DAY, 0.4)
     book.rename("shelf", "ledge")
     book.rename("tray", "bandeja")
@@ -138,7 +138,7 @@ def test_a_renamed_pose_is_still_the_corner_it_was(book: Book) -> None:
     assert book.taught().pallet("bandeja", 0.4).place(Cell(1, 1)) == MECHANISM.fk(SHELF)
 
 
-def test_a_name_is_not_renamed_onto_another(book: Book) -> None:
+def test_a_name_is_not_renamed_onto_another(book: PoseStore) -> None:
     with pytest.raises(NameTaken):
         book.rename("shelf", "bench")
     with pytest.raises(NotTaught):
@@ -154,7 +154,7 @@ def test_what_could_be_taken_for_something_else_is_no_name(name: object) -> None
 
 
 @pytest.mark.parametrize("name", ["a", "tray.first", "año-2", "Ω_1", "next"])
-def test_letters_of_any_language_make_names(book: Book, name: str) -> None:
+def test_letters_of_any_language_make_names(book: PoseStore, name: str) -> None:
     assert book.teach(name, SHELF, DAY).name == checked_name(name)
     assert name in book.taught().poses
 
@@ -164,7 +164,7 @@ def test_letters_of_any_language_make_names(book: Book, name: str) -> None:
     st.text(st.characters(exclude_categories=["Cs"]), max_size=30),
 )
 def test_every_number_comes_back_as_it_was(joints: list[tuple[float, float, float]], date: str) -> None:
-    book = Book(MECHANISM)
+    book = PoseStore(MECHANISM)
     for number, values in enumerate(joints):
         book.teach(f"pose{number}", Joints(*values), date)
     assert [(pose.joints, pose.taught) for pose in book.taught().poses.values()] == [(it, date) for it in joints]
@@ -178,7 +178,7 @@ def test_a_book_may_be_written_by_hand(path: Path) -> None:
         "[pallets.row]\ncorners = ['shelf', [0.3, 1.2]]\nrows = 1\ncolumns = 2\n",
         encoding="utf-8",
     )
-    taught = Book(MECHANISM, path).taught()
+    taught = PoseStore(MECHANISM, path).taught()
     assert taught.poses["shelf"].joints == SHELF
     assert taught.poses["bench"].taught == "2026-11-21 16:02:21+00:00"
     assert len(taught.pallet("row", 0.4)) == 2
@@ -201,7 +201,7 @@ def test_a_book_may_be_written_by_hand(path: Path) -> None:
 def test_a_broken_file_is_told_and_left_as_it_is(path: Path, text: str, reason: str) -> None:
     path.parent.mkdir()
     path.write_text(text, encoding="utf-8")
-    book = Book(MECHANISM, path)
+    book = PoseStore(MECHANISM, path)
     with pytest.raises(FileUnreadable, match=reason):
         book.taught()
     with pytest.raises(FileUnreadable):
@@ -215,48 +215,48 @@ def test_whatever_the_file_holds_it_is_a_book_or_told(content: bytes) -> None:
         path = Path(folder) / "poses.toml"
         path.write_bytes(content)
         try:
-            Book(MECHANISM, path).taught()
+            PoseStore(MECHANISM, path).taught()
         except FileUnreadable as error:
             assert "\n" not in str(error)
 
 
 def test_a_place_that_cannot_be_read_or_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
-        Book(MECHANISM, tmp_path).taught()
+        PoseStore(MECHANISM, tmp_path).taught()
     (tmp_path / "file").write_text("")
     with pytest.raises((FileUnwritable, FileUnreadable)):
-        Book(MECHANISM, tmp_path / "file" / "poses.toml").teach("shelf", SHELF, DAY)
+        PoseStore(MECHANISM, tmp_path / "file" / "poses.toml").teach("shelf", SHELF, DAY)
 
 
 def test_a_link_to_the_file_stays_a_link(tmp_path: Path) -> None:
     (tmp_path / "kept").mkdir()
     (tmp_path / "poses.toml").symlink_to(tmp_path / "kept" / "poses.toml")
-    Book(MECHANISM, tmp_path / "poses.toml").teach("shelf", SHELF, DAY)
+    PoseStore(MECHANISM, tmp_path / "poses.toml").teach("shelf", SHELF, DAY)
     assert (tmp_path / "poses.toml").is_symlink()
-    assert Book(MECHANISM, tmp_path / "kept" / "poses.toml").taught().names == ("shelf",)
+    assert PoseStore(MECHANISM, tmp_path / "kept" / "poses.toml").taught().names == ("shelf",)
 
 
 def test_of_two_who_write_at_once_nobody_loses_what_was_kept(path: Path) -> None:
     def taught(name: str) -> str:
         with suppress(FileUnwritable):
-            Book(MECHANISM, path).teach(name, SHELF, DAY)
+            PoseStore(MECHANISM, path).teach(name, SHELF, DAY)
             return name
         return ""
 
     with ThreadPoolExecutor(8) as others:
         kept = set(others.map(taught, [f"pose{number}" for number in range(80)])) - {""}
     assert kept
-    assert set(Book(MECHANISM, path).taught().names) == kept
+    assert set(PoseStore(MECHANISM, path).taught().names) == kept
     assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
 
 
-def test_a_draft_of_somebody_who_was_killed_is_in_nobodys_way(book: Book, path: Path) -> None:
+def test_a_draft_of_somebody_who_was_killed_is_in_nobodys_way(book: PoseStore, path: Path) -> None:
     path.with_name(".poses.toml.new").symlink_to(path.with_name("elsewhere"))
     book.teach("third", SHELF, DAY)
     assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
 
 
-def test_permissions_stay(book: Book, path: Path) -> None:
+def test_permissions_stay(book: PoseStore, path: Path) -> None:
     path.chmod(0o640)
     book.teach("third", SHELF, DAY)
     assert path.stat().st_mode & 0o777 == 0o640
@@ -265,10 +265,10 @@ def test_permissions_stay(book: Book, path: Path) -> None:
 def test_a_pipe_does_not_hold_the_loop(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "poses.toml")
     with pytest.raises(FileUnreadable, match="it is no file"):
-        Book(MECHANISM, tmp_path / "poses.toml").taught()
+        PoseStore(MECHANISM, tmp_path / "poses.toml").taught()
 
 
-def test_a_book_that_takes_long_to_read_is_neither_read_nor_written(book: Book, path: Path) -> None:
+def test_a_book_that_takes_long_to_read_is_neither_read_nor_written(book: PoseStore, path: Path) -> None:
     path.write_text(path.read_text() + "#" * (MOST_BYTES - path.stat().st_size))
     assert book.taught().names == ("shelf", "bench")
     path.write_text(path.read_text() + "#")
@@ -282,5 +282,5 @@ def test_a_book_does_not_grow_until_nobody_reads_it(path: Path) -> None:
     path.write_text(f"[poses.shelf]\njoints = [0.4, 1.6, 1.3]\ntaught = '{comment}'\n")
     before = path.read_text()
     with pytest.raises(FileUnwritable, match="larger"):
-        Book(MECHANISM, path).teach("bench", BENCH, DAY)
+        PoseStore(MECHANISM, path).teach("bench", BENCH, DAY)
     assert path.read_text() == before

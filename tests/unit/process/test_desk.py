@@ -17,7 +17,7 @@ from maya_un.robot.primitives.approach import Approach
 from maya_un.schema.encoding import to_json
 from maya_un.schema.states import TaskState
 from maya_un.values import Point
-from maya_un.workers import Staff
+from maya_un.workers import WorkerSet
 from tests.virtual_time import turn
 
 JOB = {
@@ -29,7 +29,7 @@ JOB = {
 
 
 @contextmanager
-def staff() -> Iterator[Staff]:
+def staff() -> Iterator[WorkerSet]:
     """Keep workers for the usual machine."""
     with staffed(Config()) as kept:
         yield kept

@@ -10,15 +10,15 @@ import pytest
 
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog
-from maya_un.process.lease import LINGER, OFFER, Drive, Lease
+from maya_un.process.lease import LINGER, OFFER, ControlLease, LeaseUse
 from maya_un.schema.bodies import PATIENCE
 from tests.virtual_time import elapse, turn
 
 
 @asynccontextmanager
-async def leased(speed: float = 1.0) -> AsyncIterator[tuple[Lease, EventLog]]:
+async def leased(speed: float = 1.0) -> AsyncIterator[tuple[ControlLease, EventLog]]:
     events = EventLog(asyncio.get_running_loop().time)
-    lease = Lease(events, speed)
+    lease = ControlLease(events, speed)
     try:
         yield lease, events
     finally:
@@ -30,7 +30,7 @@ def changes(events: EventLog) -> list[str]:
     return [f"{event.detail['change']} {event.detail['holder']}".strip() for event in events.since(0)]
 
 
-def held_by(lease: Lease) -> str:
+def held_by(lease: ControlLease) -> str:
     return "" if lease.holder is None else lease.holder.name
 
 
@@ -168,7 +168,7 @@ async def test_what_is_lost_is_cancelled_once() -> None:
 
 async def test_something_carried_after_the_loss_is_cancelled_too() -> None:
     task = asyncio.ensure_future(elapse(1.0))
-    drive = Drive("ann", lease="x")
+    drive = LeaseUse("ann", lease="x")
     drive.lose("expired")
     drive.carry(task)
     await asyncio.wait({task})
@@ -310,7 +310,7 @@ async def test_everybody_is_told_of_a_change_also_where_one_fails() -> None:
 async def test_one_who_is_told_may_drive_at_once() -> None:
     """The queue begins the next job where the lease was given back."""
     async with leased() as (lease, events):
-        drives: list[Drive] = []
+        drives: list[LeaseUse] = []
 
         def begin(why: str) -> None:
             if why == "released" and lease.may_begin("queue"):

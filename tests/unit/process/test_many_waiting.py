@@ -9,8 +9,8 @@ import tracemalloc
 import pytest
 
 from maya_un.events import JobAdvanced
-from maya_un.process.items import AT_HAND, Item
-from maya_un.process.journal.rows import JobRow, Options, Owner
+from maya_un.process.items import AT_HAND, QueueEntry
+from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
 from maya_un.schema.states import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
@@ -25,9 +25,9 @@ FAR = MANY - 3
 
 def row(number: int, **fields: object) -> JobRow:
     body = {"name": f"job {number}", "steps": [{"pick": [0.5, 1.1]}, {"place": [1.1, 0.5]}]}
-    options = fields.pop("options", Options())
-    assert isinstance(options, Options)
-    owner = Owner(("ana", "root")[number % 2], "cli")
+    options = fields.pop("options", JobOptions())
+    assert isinstance(options, JobOptions)
+    owner = RequestOwner(("ana", "root")[number % 2], "cli")
     state = TaskState.HELD if number % 10 == 0 else TaskState.QUEUED
     return JobRow(number, f"job {number}", body, options, owner, state, float(number), "2026-11-22T08:00:00Z", 2)
 
@@ -48,10 +48,10 @@ def whole(kind: type) -> int:
 async def test_start_with_many_waiting_jobs_keeps_few_of_them_in_memory() -> None:
     machine = await full()
     gc.collect()
-    before = whole(Item)
+    before = whole(QueueEntry)
     async with machine.running() as floor:
         await elapse(1.0)
-        assert whole(Item) - before <= AT_HAND
+        assert whole(QueueEntry) - before <= AT_HAND
         assert floor.process.shown.view().counts == {"queued": MANY - MANY // 10, "held": MANY // 10}
 
 
@@ -134,7 +134,7 @@ async def test_who_waits_for_a_job_far_behind_hears_of_its_end() -> None:
 
 
 async def test_a_job_that_another_waits_for_is_ended_with_what_depends_on_it() -> None:
-    dependent = row(MANY + 1, options=Options(depends_on=(FAR,)))
+    dependent = row(MANY + 1, options=JobOptions(depends_on=(FAR,)))
     async with (await full(MANY, dependent)).running() as floor:
         await floor.process.cancel(FAR)
         assert floor.process.shown.line(MANY + 1).state is TaskState.HELD
@@ -156,9 +156,9 @@ async def test_jobs_submitted_behind_many_stay_in_the_journal() -> None:
     machine = await full(2 * AT_HAND)
     async with machine.running() as floor:
         await elapse(1.0)
-        before = whole(Item)
+        before = whole(QueueEntry)
         numbers = [await floor.process.submit(HOME, asked()) for _ in range(50)]
-        assert whole(Item) - before <= 2
+        assert whole(QueueEntry) - before <= 2
         assert [floor.process.shown.line(number).state for number in numbers] == [TaskState.QUEUED] * 50
 
 

@@ -10,7 +10,7 @@ from maya_un.errors import InvalidJob, MayaError, UnknownName
 from maya_un.process.job import MOST_TASKS, Job
 from maya_un.process.spots import Grid
 from maya_un.process.tasks import Task, expand, starting_parts
-from maya_un.process.taught import Taught, TaughtPallet
+from maya_un.process.taught import TaughtPallet, TaughtPlaces
 from maya_un.robot.primitives import Approach, MoveJoints, Pick, Place
 from maya_un.schema.places import TaughtPose
 from maya_un.values import Joints, Point
@@ -20,7 +20,7 @@ BOX = {"corners": [[1.0, 0.3], [1.2, 0.3]], "rows": 1, "columns": 3}
 SHELF = TaughtPose("shelf", Joints(0.4, 1.6, 1.3), Point(0.5, 1.1, 0.62), "")
 SLACK = TaughtPose("slack", Joints(0.4, 0.6, 0.6), None, "")
 RACK = TaughtPallet("rack", Grid.model_validate({"corners": ["shelf", [0.7, 1.1, 0.62]], "rows": 1, "columns": 2}), "")
-TAUGHT = Taught({"shelf": SHELF, "slack": SLACK}, {"rack": RACK})
+TAUGHT = TaughtPlaces({"shelf": SHELF, "slack": SLACK}, {"rack": RACK})
 
 
 def job(*steps: Any, **changes: Any) -> Job:
@@ -146,7 +146,7 @@ def test_corners_may_be_places_and_taught_poses() -> None:
 
 
 def test_what_was_taught_is_asked_for_only_where_the_job_does_not_explain_itself() -> None:
-    def broken() -> Taught:
+    def broken() -> TaughtPlaces:
         raise AssertionError("nobody needed it")
 
     loop = {"for_each": "box", "do": [{"pick": "box[each]"}, {"place": "tray[next]"}]}

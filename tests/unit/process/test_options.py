@@ -3,18 +3,18 @@ from __future__ import annotations
 import pytest
 
 from maya_un.errors import InvalidRequest, InvalidValue
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobOptions
 from maya_un.process.options import ORDINARY, checked, read_options
 from maya_un.schema.jobs import OnFailure
 
 
 def test_what_is_not_said_stays() -> None:
-    old = Options(priority=3, notes="night", retries=1)
-    assert read_options({"priority": 5, "depends_on": [4, 2, 4]}, old) == Options(
+    old = JobOptions(priority=3, notes="night", retries=1)
+    assert read_options({"priority": 5, "depends_on": [4, 2, 4]}, old) == JobOptions(
         priority=5, notes="night", retries=1, depends_on=(4, 2)
     )
     assert read_options({}) == ORDINARY
-    assert read_options({"on_failure": "pause", "stepwise": True, "held": True}) == Options(
+    assert read_options({"on_failure": "pause", "stepwise": True, "held": True}) == JobOptions(
         on_failure=OnFailure.PAUSE, stepwise=True, held=True
     )
 
@@ -53,4 +53,4 @@ def test_another_key_is_refused() -> None:
 def test_options_made_by_hand_are_checked_too() -> None:
     assert checked(ORDINARY) == ORDINARY
     with pytest.raises(InvalidValue, match="priority"):
-        checked(Options(priority=1000))
+        checked(JobOptions(priority=1000))

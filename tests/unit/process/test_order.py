@@ -8,7 +8,7 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, invariant, multiple, rule
 
-from maya_un.process.order import Order, Place
+from maya_un.process.order import QueueOrder, QueuePosition
 
 OWNERS = ("ana", "ben", "eva")
 
@@ -28,8 +28,8 @@ class Told:
         return (-self.priority, self.position, self.number)
 
     @property
-    def place(self) -> Place:
-        return Place.of(self.priority, self.position, self.number)
+    def place(self) -> QueuePosition:
+        return QueuePosition.of(self.priority, self.position, self.number)
 
 
 @dataclass
@@ -53,7 +53,7 @@ class OrderMachine(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.order = Order()
+        self.order = QueueOrder()
         self.line = Line()
         self.count = 0
 
@@ -99,7 +99,7 @@ class OrderMachine(RuleBasedStateMachine):
 
     @rule()
     def fill_another(self) -> None:
-        order = Order()
+        order = QueueOrder()
         order.fill((job.place, job.owner, job.ready) for job in self.line.sorted())
         self.order = order
 
@@ -128,7 +128,7 @@ TestOrder = OrderMachine.TestCase
 
 
 def test_a_job_that_is_not_there_has_no_place() -> None:
-    order = Order()
+    order = QueueOrder()
     assert order.place_of(1) is None
     assert order.next(lambda _: True) is None
     assert 1 not in order
@@ -136,9 +136,9 @@ def test_a_job_that_is_not_there_has_no_place() -> None:
 
 def test_jobs_are_moved_between_the_same_two_for_ever() -> None:
     """Positions between two neighbours run out; then the neighbours get new ones, in the same order."""
-    order = Order()
+    order = QueueOrder()
     for number in range(1, 4):
-        order.put(Place.of(0, float(number), number), "ana", ready=True)
+        order.put(QueuePosition.of(0, float(number), number), "ana", ready=True)
     renumbered = 0
     for turn in range(200):
         mover, last = (3, 2) if turn % 2 == 0 else (2, 3)
@@ -152,8 +152,8 @@ def test_jobs_are_moved_between_the_same_two_for_ever() -> None:
 
 @pytest.mark.parametrize("behind", [False, True])
 def test_a_moved_job_takes_the_priority_of_its_neighbour(behind: bool) -> None:
-    order = Order()
-    order.put(Place.of(5, 1.0, 1), "ana", ready=True)
-    order.put(Place.of(0, 2.0, 2), "ana", ready=True)
+    order = QueueOrder()
+    order.put(QueuePosition.of(5, 1.0, 1), "ana", ready=True)
+    order.put(QueuePosition.of(0, 2.0, 2), "ana", ready=True)
     (place,) = order.moved(2, 1, behind=behind)
     assert (place.number, place.priority) == (2, 5)

@@ -7,13 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.errors import AnswerNeeded, InvalidValue
-from maya_un.process.recovery import Decision, Situation, choices, decide
+from maya_un.process.recovery import RecoveryDecision, RecoverySituation, choices, decide
 from maya_un.schema.states import TRANSITIONS, TaskState
 
 COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
 
 situations = st.builds(
-    Situation,
+    RecoverySituation,
     st.sampled_from(("", *COMMANDS)),
     st.lists(st.sampled_from(COMMANDS), max_size=4).map(tuple),
     st.sampled_from((False, None)),
@@ -42,7 +42,7 @@ DONE, QUEUED, SKIPPED, CANCELLED = TaskState.DONE, TaskState.QUEUED, TaskState.S
     ],
 )
 def test_a_choice_does_what_it_says(command: str, choice: str, holding: bool | None, step: TaskState | None) -> None:
-    found = decide(Situation(command, (), None), choice, holding)
+    found = decide(RecoverySituation(command, (), None), choice, holding)
     assert (found.step, found.goes_on) == (step, choice != "abort")
 
 
@@ -65,7 +65,7 @@ def test_a_choice_does_what_it_says(command: str, choice: str, holding: bool | N
 def test_a_person_is_asked_where_it_matters(
     command: str, rest: tuple[str, ...], choice: str, seen: bool | None, needed: bool
 ) -> None:
-    situation = Situation(command, rest, seen)
+    situation = RecoverySituation(command, rest, seen)
     offered = {one.name: one.needs_answer for one in choices(situation)}
     assert offered[choice] is needed
     if needed:
@@ -77,7 +77,7 @@ def test_a_person_is_asked_where_it_matters(
 
 @given(situations, st.sampled_from(("resume", "redo", "skip", "abort")), answers)
 def test_every_decision_follows_the_table_and_from_what_is_known(
-    situation: Situation, choice: str, holding: bool | None
+    situation: RecoverySituation, choice: str, holding: bool | None
 ) -> None:
     offered = {one.name: one for one in choices(situation)}
     try:
@@ -102,14 +102,14 @@ def test_every_decision_follows_the_table_and_from_what_is_known(
 
 
 @given(situations)
-def test_without_an_answer_nothing_counts_as_done(situation: Situation) -> None:
+def test_without_an_answer_nothing_counts_as_done(situation: RecoverySituation) -> None:
     for choice in choices(situation):
         if not choice.needs_answer:
             assert decide(situation, choice.name, None).step is not DONE
 
 
 @given(situations)
-def test_every_choice_says_what_it_means(situation: Situation) -> None:
+def test_every_choice_says_what_it_means(situation: RecoverySituation) -> None:
     offered = choices(situation)
     assert [one.name for one in offered if one.name in {"resume", "abort"}] == ["resume", "abort"]
     assert all(one.meaning for one in offered)
@@ -117,10 +117,12 @@ def test_every_choice_says_what_it_means(situation: Situation) -> None:
 
 def test_what_is_no_choice_is_refused_with_those_that_are() -> None:
     with pytest.raises(InvalidValue, match="resume, abort"):
-        decide(Situation("", (), None), "redo", None)
+        decide(RecoverySituation("", (), None), "redo", None)
 
 
 def test_whoever_contradicts_the_machine_is_told() -> None:
     with pytest.raises(InvalidValue, match="the gripper is open"):
-        decide(Situation("place", (), False), "redo", True)
-    assert decide(Situation("place", (), None), "redo", True) == Decision(QUEUED, goes_on=True, holding=True)
+        decide(RecoverySituation("place", (), False), "redo", True)
+    assert decide(RecoverySituation("place", (), None), "redo", True) == RecoveryDecision(
+        QUEUED, goes_on=True, holding=True
+    )

@@ -14,7 +14,7 @@ from maya_un.errors import (
     WorkerFailed,
     WrongState,
 )
-from maya_un.process.foresight import Foresight
+from maya_un.process.foresight import JobComputer
 from maya_un.robot.primitives import Home
 from maya_un.schema.jobs import QueueMode
 from maya_un.schema.states import TaskState
@@ -60,7 +60,7 @@ async def test_what_was_done_is_known_without_a_worker_too(monkeypatch: pytest.M
         raise WorkerFailed(reason="no memory")
 
     machine = await killed_at(2)
-    monkeypatch.setattr(Foresight, "expanded", failed)
+    monkeypatch.setattr(JobComputer, "expanded", failed)
     async with machine.running() as floor:
         monkeypatch.undo()
         report = await floor.process.shown.report(1)

@@ -5,7 +5,7 @@ from math import dist
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.process.standing import SAME, Standing
+from maya_un.process.standing import SAME, PartMap
 from maya_un.values import Point
 
 CUBE, TRAY = Point(0.5, 1.1, 0.4), Point(1.1, 0.5, 0.4)
@@ -16,7 +16,7 @@ places = st.builds(Point, grid, grid, grid)
 
 
 def test_a_part_is_where_it_was_put_last() -> None:
-    standing = Standing({"cube": CUBE})
+    standing = PartMap({"cube": CUBE})
     assert (standing.at(CUBE), standing.at(TRAY)) == ("cube", None)
     standing.put("cube", TRAY)
     assert (standing.at(CUBE), standing.at(TRAY)) == (None, "cube")
@@ -28,7 +28,7 @@ def test_a_part_is_where_it_was_put_last() -> None:
 
 
 def test_of_parts_in_one_place_it_is_the_first_that_was_named() -> None:
-    standing = Standing({"lower": CUBE, "upper": None})
+    standing = PartMap({"lower": CUBE, "upper": None})
     standing.put("upper", CUBE)
     assert standing.at(CUBE) == "lower"
     standing.put("lower", TRAY)
@@ -42,12 +42,12 @@ def test_it_finds_what_looking_at_every_part_finds(
     named: dict[str, Point | None] = {f"part{number}": part for number, part in enumerate(parts)}
     wanted = Point(place.x + x, place.y + y, place.z + z)
     found = [name for name, part in named.items() if part is not None and dist(part, wanted) < SAME]
-    assert Standing(named).at(wanted) == (found[0] if found else None)
+    assert PartMap(named).at(wanted) == (found[0] if found else None)
 
 
 def test_the_greatest_numbers_are_places_too() -> None:
     far = Point(-2.9e16, -1.7976931348623157e308, 8e-220)
-    standing = Standing({"cube": far})
+    standing = PartMap({"cube": far})
     assert (standing.at(far), standing.at(CUBE)) == ("cube", None)
     standing.put("cube", TRAY)
     assert (standing.at(far), standing.at(TRAY)) == (None, "cube")

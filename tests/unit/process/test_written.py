@@ -9,7 +9,7 @@ import pytest
 from maya_un.errors import InvalidRequest, UnknownName
 from maya_un.process.job import Job
 from maya_un.process.spots import Grid
-from maya_un.process.taught import Taught, TaughtPallet
+from maya_un.process.taught import TaughtPallet, TaughtPlaces
 from maya_un.process.written import as_written, expanded, write_job, write_wish
 from maya_un.robot.primitives import Home, Pick, Primitive
 from maya_un.schema.places import TaughtPose
@@ -22,7 +22,7 @@ def pose(name: str, x: float, y: float) -> TaughtPose:
     return TaughtPose(name, Joints(0.1, 1.5, 1.5), Point(x, y, 0.4), "2026-01-01")
 
 
-BOOK = Taught(
+BOOK = TaughtPlaces(
     {one.name: one for one in (pose("shelf", 0.5, 1.1), pose("corner", 0.3, 1.0), pose("edge", 0.6, 1.0))},
     {"box": TaughtPallet("box", Grid(corners=("corner", "edge", (0.3, 1.2)), rows=2, columns=2), "2026-01-01")},
 )
@@ -52,7 +52,7 @@ def test_what_is_named_is_kept_with_the_job() -> None:
 
 
 def test_a_job_that_names_nothing_taught_is_kept_as_it_is_and_asks_for_no_book() -> None:
-    def broken() -> Taught:
+    def broken() -> TaughtPlaces:
         raise AssertionError("nobody asked for it")
 
     plain = {"steps": ["home", {"pick": [0.5, 1.1]}], "repeat": 2}
@@ -70,7 +70,7 @@ def test_what_is_told_is_what_somebody_wrote() -> None:
     "wish", [{"command": "home"}, {"command": "pick", "target": [0.5, 1.1]}, {"command": "gripper", "open": True}]
 )
 def test_a_wish_is_kept_with_its_numbers(wish: dict[str, object]) -> None:
-    written = write_wish(wish, HEIGHT, Taught)
+    written = write_wish(wish, HEIGHT, TaughtPlaces)
     assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
     assert written.name == wish["command"]
 
@@ -83,6 +83,6 @@ def test_a_wish_for_a_taught_place_is_kept_with_the_place() -> None:
 
 def test_what_is_no_wish_is_refused() -> None:
     with pytest.raises(InvalidRequest):
-        write_wish({"command": "pick"}, HEIGHT, Taught)
+        write_wish({"command": "pick"}, HEIGHT, TaughtPlaces)
     with pytest.raises(UnknownName):
-        write_wish({"command": "pick", "target": "moon"}, HEIGHT, Taught)
+        write_wish({"command": "pick", "target": "moon"}, HEIGHT, TaughtPlaces)

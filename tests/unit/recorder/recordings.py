@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.config import Config
 from maya_un.events import LimitHit, PhaseBegun
-from maya_un.galil.transcript import Piece
-from maya_un.recorder.header import Cause, Header, Origin, Software, TwinSource
+from maya_un.recorder.header import Header, RecordingOrigin, SavingCause, Software, TwinSource
 from maya_un.recorder.recording import Recording
 from maya_un.values import Joints, Mode, Notice, Point, Progress, State
 
@@ -16,9 +16,9 @@ TWIN = TwinSource(3, {"height": 2.35}, (1.0, 1.5, 1.5), {"cube": (0.4, 1.2, 0.4)
 
 
 def header(reason: str = "limit", *, utc: int = UTC, whole: float = 90.0, complete: bool = True) -> Header:
-    origin = Origin.of(Config(), "sim", speed=1.0, twin=TWIN)
+    origin = RecordingOrigin.of(Config(), "sim", speed=1.0, twin=TWIN)
     software = Software("0.1.0", "3.11.2", "Linux 6.1", "x86_64", 2)
-    cause = Cause(7, "limit", 2301, "Axis b met its forward limit switch.")
+    cause = SavingCause(7, "limit", 2301, "Axis b met its forward limit switch.")
     return Header(reason, 100.0, utc, whole, complete, "DMC4133 Rev 1.3k", origin, software, cause)
 
 
@@ -51,14 +51,14 @@ RECORDING = Recording(
         LimitHit("Axis b …", seq=7, time=95.1, code=2301, more={"axis": 1, "far": 0.5, "no": None}),
     ),
     (
-        Piece(90.0, 1, "client", b"", "open"),
-        Piece(90.0, 1, "client", b"MG TIME\r"),
-        Piece(90.001, 1, "controller", b" 5.0000\r\n:"),
-        Piece(95.05, 1, "controller", b"\xcd\xc1\xd9\xc1\x8d\x8a"),
-        Piece(95.1, 1, "client", b"BGA\r"),
-        Piece(95.102, 1, "controller", b"?"),
-        Piece(99.0, -2, "controller", bytes(range(256))),
-        Piece(99.9, 1, "client", b"TP\r"),
-        Piece(100.0, 1, "controller", b"", "end"),
+        WirePiece(90.0, 1, "client", b"", "open"),
+        WirePiece(90.0, 1, "client", b"MG TIME\r"),
+        WirePiece(90.001, 1, "controller", b" 5.0000\r\n:"),
+        WirePiece(95.05, 1, "controller", b"\xcd\xc1\xd9\xc1\x8d\x8a"),
+        WirePiece(95.1, 1, "client", b"BGA\r"),
+        WirePiece(95.102, 1, "controller", b"?"),
+        WirePiece(99.0, -2, "controller", bytes(range(256))),
+        WirePiece(99.9, 1, "client", b"TP\r"),
+        WirePiece(100.0, 1, "controller", b"", "end"),
     ),
 )

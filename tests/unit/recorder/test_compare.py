@@ -6,23 +6,25 @@ from dataclasses import replace
 
 import pytest
 
-from maya_un.galil.framing import Record, Reply
-from maya_un.galil.record import AxisRecord, DataRecord, Status, Switch, encode
-from maya_un.recorder.compare import Comparison, Difference, End, Timed, Tolerances, compare
-from maya_un.recorder.exchanges import Exchange, Talk, Unpaired
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
+from dmc41x3.wire.framing import RecordReply, Reply
+from maya_un.recorder.compare import Comparison, FinalPosition, MotionTiming, ReplayDifference, Tolerances, compare
+from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk, Unpaired
 
 PERIOD = 0.05
 TOLERANCES = Tolerances(counts=2.0, seconds=0.02)
 REST = DataRecord(axes=(AxisRecord(),) * 3)
 
 
-def run(records: list[DataRecord], *others: Exchange, messages: tuple[tuple[float, str], ...] = ()) -> Talk:
+def run(
+    records: list[DataRecord], *others: RecordedExchange, messages: tuple[tuple[float, str], ...] = ()
+) -> RecordedTalk:
     """Return a run with a record every 50 ms, and other exchanges between."""
     asked = [
-        Exchange(number * PERIOD, 1, "QR", Record(encode(record)), number * PERIOD)
+        RecordedExchange(number * PERIOD, 1, "QR", RecordReply(encode(record)), number * PERIOD)
         for number, record in enumerate(records)
     ]
-    return Talk(sorted([*asked, *others], key=lambda one: one.time), [], list(messages))
+    return RecordedTalk(sorted([*asked, *others], key=lambda one: one.time), [], list(messages))
 
 
 def drive(begin: int, end: int, count: int, speed: int = 45_000) -> list[DataRecord]:
@@ -30,7 +32,7 @@ def drive(begin: int, end: int, count: int, speed: int = 45_000) -> list[DataRec
     found: list[DataRecord] = []
     for number in range(count):
         place = round(min(max(number - begin, 0), end - begin) * PERIOD * speed)
-        status = Status.MOVING if begin <= number < end else 0
+        status = AxisStatus.MOVING if begin <= number < end else 0
         velocity = 64 * speed if status else 0
         axis = AxisRecord(status=status, position=place, reference=place, velocity_raw=velocity)
         found.append(replace(REST, axes=(AxisRecord(), axis, AxisRecord())))
@@ -42,30 +44,30 @@ def words(comparison: Comparison) -> list[tuple[str, str]]:
 
 
 def test_a_run_is_the_same_as_itself() -> None:
-    same = run(drive(5, 25, 40), Exchange(1.01, 1, "BGS", Reply(True), 1.01), messages=((1.0, "MAYA limit"),))
+    same = run(drive(5, 25, 40), RecordedExchange(1.01, 1, "BGS", Reply(True), 1.01), messages=((1.0, "MAYA limit"),))
     found = compare(same, same, TOLERANCES)
     assert found.differences == ()
     assert (found.commands, found.compared) == (41, 41)
-    assert found.motions == (Timed(0.25, 1.0, 1.0),)
-    assert found.ends == (End("A", 0, 0), End("B", 45_000, 45_000), End("C", 0, 0))
+    assert found.motions == (MotionTiming(0.25, 1.0, 1.0),)
+    assert found.ends == (FinalPosition("A", 0, 0), FinalPosition("B", 45_000, 45_000), FinalPosition("C", 0, 0))
 
 
 def test_another_answer_is_named_with_its_command() -> None:
-    one = run([REST], Exchange(1.0, 2, "MG _ERB", Reply(True, " 8000.0000"), 1.0))
-    other = run([REST], Exchange(1.0, 2, "MG _ERB", Reply(True, " 4000.0000"), 1.0))
+    one = run([REST], RecordedExchange(1.0, 2, "MG _ERB", Reply(True, " 8000.0000"), 1.0))
+    other = run([REST], RecordedExchange(1.0, 2, "MG _ERB", Reply(True, " 4000.0000"), 1.0))
     assert compare(one, other, TOLERANCES).differences == (
-        Difference(1.0, 2, "MG _ERB", "' 8000.0000' became ' 4000.0000'"),
+        ReplayDifference(1.0, 2, "MG _ERB", "' 8000.0000' became ' 4000.0000'"),
     )
-    refused = run([REST], Exchange(1.0, 2, "MG _ERB", Reply(False), 1.0))
+    refused = run([REST], RecordedExchange(1.0, 2, "MG _ERB", Reply(False), 1.0))
     assert words(compare(one, refused, TOLERANCES)) == [("MG _ERB", "' 8000.0000' became '?'")]
     silent = run([REST])
     assert words(compare(one, silent, TOLERANCES)) == [("MG _ERB", "' 8000.0000' became no answer")]
 
 
 def test_an_answer_that_never_came_is_named_unless_the_connection_ended_with_it() -> None:
-    lost = Exchange(1.0, 1, "BGS", None, None)
+    lost = RecordedExchange(1.0, 1, "BGS", None, None)
     answered = lost._replace(reply=Reply(True), answered=1.0)
-    after = Exchange(1.5, 1, "TP", Reply(True, "1"), 1.5)
+    after = RecordedExchange(1.5, 1, "TP", Reply(True, "1"), 1.5)
     found = compare(run([REST], lost, after), run([REST], answered, after), TOLERANCES)
     assert words(found) == [("BGS", "no answer was recorded, the replay has ':'")]
     assert found.compared == 2
@@ -133,7 +135,7 @@ def test_a_motion_that_does_not_happen_is_named() -> None:
 
 
 def test_messages_and_switches_are_compared_with_their_times() -> None:
-    at_limit = replace(REST, axes=(AxisRecord(switches=Switch.REVERSE_INACTIVE), *REST.axes[1:]))
+    at_limit = replace(REST, axes=(AxisRecord(switches=AxisSwitches.REVERSE_INACTIVE), *REST.axes[1:]))
     one = run([REST] * 3 + [at_limit] * 10, messages=((0.16, "MAYA limit"), (0.4, "hello")))
     other = run([REST] * 13, messages=((0.163, "MAYA limit"), (0.6, "hello"), (0.61, "again")))
     found = words(compare(one, other, TOLERANCES))
@@ -144,5 +146,5 @@ def test_messages_and_switches_are_compared_with_their_times() -> None:
 
 
 def test_runs_without_records_have_no_ends() -> None:
-    found = compare(Talk([], [], []), Talk([], [], []), TOLERANCES)
+    found = compare(RecordedTalk([], [], []), RecordedTalk([], [], []), TOLERANCES)
     assert found == Comparison(0, 0, (), (), ())

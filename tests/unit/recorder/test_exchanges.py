@@ -5,24 +5,24 @@ from __future__ import annotations
 import hypothesis.strategies as st
 from hypothesis import given
 
-from maya_un.galil.framing import Record, Reply
-from maya_un.galil.record import AxisRecord, DataRecord, encode
-from maya_un.galil.transcript import Piece
+from dmc41x3.language.record import AxisRecord, DataRecord, encode
+from dmc41x3.wire.framing import RecordReply, Reply
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.exchanges import QUIET, talk
 
 RECORD = encode(DataRecord(axes=(AxisRecord(position=5),) * 3))
 
 
-def said(time: float, data: bytes, link: int = 1) -> Piece:
-    return Piece(time, link, "client", data)
+def said(time: float, data: bytes, link: int = 1) -> WirePiece:
+    return WirePiece(time, link, "client", data)
 
 
-def heard(time: float, data: bytes, link: int = 1) -> Piece:
-    return Piece(time, link, "controller", data)
+def heard(time: float, data: bytes, link: int = 1) -> WirePiece:
+    return WirePiece(time, link, "controller", data)
 
 
-def opened(link: int = 1) -> Piece:
-    return Piece(0.0, link, "client", b"", "open")
+def opened(link: int = 1) -> WirePiece:
+    return WirePiece(0.0, link, "client", b"", "open")
 
 
 def test_answers_belong_to_commands_in_order_however_the_bytes_are_cut() -> None:
@@ -38,7 +38,7 @@ def test_answers_belong_to_commands_in_order_however_the_bytes_are_cut() -> None
     )
     assert [(one.time, one.command, one.reply, one.answered) for one in found.exchanges] == [
         (1.0, "TP", Reply(True, " 1, 2, 3"), 1.2),
-        (1.0, "QR", Record(RECORD), 1.4),
+        (1.0, "QR", RecordReply(RECORD), 1.4),
         (1.3, "BGA", Reply(False), 1.4),
     ]
     assert found.unpaired == []
@@ -64,7 +64,7 @@ def test_connections_are_kept_apart_and_datagrams_are_left_out() -> None:
             opened(2),
             said(1.0, b"TP\r", 1),
             said(1.1, b"TIME=?\r", 2),
-            Piece(1.15, -3, "controller", RECORD),
+            WirePiece(1.15, -3, "controller", RECORD),
             heard(1.2, b" 9.0\r\n:", 2),
             heard(1.3, b" 1\r\n:", 1),
         ]
@@ -86,7 +86,7 @@ def test_in_the_middle_it_begins_where_nothing_was_outstanding() -> None:
             heard(1.1, RECORD + b":"),
         ]
     )
-    assert [(one.command, one.reply) for one in found.exchanges] == [("QR", Record(RECORD))]
+    assert [(one.command, one.reply) for one in found.exchanges] == [("QR", RecordReply(RECORD))]
     assert found.unpaired == []
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from maya_un.galil.framing import Record, Reply
-from maya_un.galil.record import AxisRecord, DataRecord, Status, Switch, encode
-from maya_un.recorder.exchanges import Exchange
-from maya_un.recorder.facts import Fact, Motion, Sample, facts, motions, samples
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
+from dmc41x3.wire.framing import RecordReply, Reply
+from maya_un.recorder.exchanges import RecordedExchange
+from maya_un.recorder.facts import Fact, RecordedMotion, RecordSample, facts, motions, samples
 
 REST = DataRecord(axes=(AxisRecord(),) * 3)
 
 
 def moving(reference: int) -> DataRecord:
-    axis = AxisRecord(status=Status.MOVING | Status.COORDINATED, reference=reference)
+    axis = AxisRecord(status=AxisStatus.MOVING | AxisStatus.COORDINATED, reference=reference)
     return replace(REST, axes=(AxisRecord(), axis, axis))
 
 
@@ -24,40 +24,40 @@ def resting(reference: int) -> DataRecord:
 
 def test_records_are_found_among_the_answers_and_broken_ones_passed_over() -> None:
     exchanges = [
-        Exchange(1.0, 1, "TP", Reply(True, "1"), 1.0),
-        Exchange(2.0, 1, "QR", Record(encode(REST)), 2.0),
-        Exchange(3.0, 1, "QR", Record(b"\x87\x00\x05\x00x"), 3.0),
-        Exchange(4.0, 1, "QR", None, None),
+        RecordedExchange(1.0, 1, "TP", Reply(True, "1"), 1.0),
+        RecordedExchange(2.0, 1, "QR", RecordReply(encode(REST)), 2.0),
+        RecordedExchange(3.0, 1, "QR", RecordReply(b"\x87\x00\x05\x00x"), 3.0),
+        RecordedExchange(4.0, 1, "QR", None, None),
     ]
-    assert samples(exchanges) == [Sample(2.0, REST)]
+    assert samples(exchanges) == [RecordSample(2.0, REST)]
 
 
 def test_a_motion_is_from_its_first_record_to_the_first_at_rest() -> None:
     records = [
-        Sample(0.0, moving(10)),
-        Sample(0.05, resting(20)),
-        Sample(0.1, resting(20)),
-        Sample(0.15, moving(30)),
-        Sample(0.2, moving(40)),
-        Sample(0.25, resting(50)),
-        Sample(0.3, moving(60)),
+        RecordSample(0.0, moving(10)),
+        RecordSample(0.05, resting(20)),
+        RecordSample(0.1, resting(20)),
+        RecordSample(0.15, moving(30)),
+        RecordSample(0.2, moving(40)),
+        RecordSample(0.25, resting(50)),
+        RecordSample(0.3, moving(60)),
     ]
     assert motions(records) == [
-        Motion(0.0, 0.05, (0, 20, 20)),
-        Motion(0.15, 0.25, (0, 50, 50)),
-        Motion(0.3, None, None),
+        RecordedMotion(0.0, 0.05, (0, 20, 20)),
+        RecordedMotion(0.15, 0.25, (0, 50, 50)),
+        RecordedMotion(0.3, None, None),
     ]
     assert motions([]) == []
 
 
 def test_what_changes_at_switches_motors_and_outputs_is_a_fact() -> None:
-    at_limit = AxisRecord(switches=Switch.REVERSE_INACTIVE)
-    off = AxisRecord(status=Status.MOTOR_OFF)
+    at_limit = AxisRecord(switches=AxisSwitches.REVERSE_INACTIVE)
+    off = AxisRecord(status=AxisStatus.MOTOR_OFF)
     records = [
-        Sample(1.0, REST),
-        Sample(2.0, replace(REST, axes=(AxisRecord(), at_limit, off))),
-        Sample(3.0, replace(REST, outputs=(0b101, *REST.outputs[1:]), amplifier_status=1 << 24)),
-        Sample(4.0, replace(REST, outputs=(0b100, *REST.outputs[1:]))),
+        RecordSample(1.0, REST),
+        RecordSample(2.0, replace(REST, axes=(AxisRecord(), at_limit, off))),
+        RecordSample(3.0, replace(REST, outputs=(0b101, *REST.outputs[1:]), amplifier_status=1 << 24)),
+        RecordSample(4.0, replace(REST, outputs=(0b100, *REST.outputs[1:]))),
     ]
     assert facts(records) == [
         Fact(2.0, "met the forward limit of B"),

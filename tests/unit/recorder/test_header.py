@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.config.load import parse
-from maya_un.recorder.header import Header, Origin, Software, date, plain
+from maya_un.recorder.header import Header, RecordingOrigin, Software, date, plain
 from tests.unit.recorder.recordings import UTC, header
 
 
@@ -19,12 +19,12 @@ def test_a_header_is_read_back_as_it_was_written() -> None:
 
 def test_a_replay_finds_the_machine_in_it() -> None:
     config = parse({"geometry": {"height": 2.4}, "axes": {"b": {"maximum": 2.2}}})
-    found = replace(header(), origin=Origin.of(config, "sim"))
+    found = replace(header(), origin=RecordingOrigin.of(config, "sim"))
     assert parse(Header.from_json(found.to_json()).origin.config) == config
 
 
 def test_only_sections_of_the_machine_go_into_it() -> None:
-    sections = set(Origin.of(Config(), "sim").config)
+    sections = set(RecordingOrigin.of(Config(), "sim").config)
     assert sections == set(Config().model_dump()) - {"coms", "recorder", "storage"}
 
 

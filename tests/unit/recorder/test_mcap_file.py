@@ -14,17 +14,17 @@ import pytest
 from hypothesis import given
 from mcap.reader import make_reader
 
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.errors import FileUnreadable
-from maya_un.galil.transcript import Piece
 from maya_un.recorder import mcap_file, schemas
 from maya_un.recorder.recording import Recording
 from tests.unit.recorder.recordings import RECORDING, UTC, header
 
 sides = st.sampled_from(("client", "controller"))
 times = st.floats(0.0, 1e6)
-pieces = st.tuples(times, st.integers(-3, 5), sides, st.binary(max_size=300)).map(lambda fields: Piece(*fields))
+pieces = st.tuples(times, st.integers(-3, 5), sides, st.binary(max_size=300)).map(lambda fields: WirePiece(*fields))
 events = st.tuples(times, st.integers(1, 5), sides, st.just(b""), st.sampled_from(("open", "end"))).map(
-    lambda fields: Piece(*fields)
+    lambda fields: WirePiece(*fields)
 )
 
 
@@ -53,7 +53,7 @@ def test_a_recording_is_read_back_as_it_was(file: Path) -> None:
 
 
 @given(st.lists(pieces | events, max_size=20))
-def test_any_bytes_on_the_wire_come_back_in_their_order(wire: list[Piece]) -> None:
+def test_any_bytes_on_the_wire_come_back_in_their_order(wire: list[WirePiece]) -> None:
     wire.sort(key=lambda piece: piece.time)
     recording = replace(RECORDING, wire=tuple(wire))
     assert mcap_file.read_from(io.BytesIO(written(recording))) == recording

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.wire.transport import datagram_pair
 from maya_un.config import RecorderConfig
 from maya_un.errors import FileUnwritable, InternalError
 from maya_un.events import EmergencyStopped, Event, FaultEntered, JobAdvanced, RecordingSaved
-from maya_un.galil.transport import datagram_pair
 from maya_un.recorder import mcap_file, recorder
 from maya_un.recorder.recording import Recording
 from maya_un.schema.robot import Kept

@@ -8,14 +8,14 @@ import tracemalloc
 import hypothesis.strategies as st
 from hypothesis import given
 
+from dmc41x3.wire.transcript import WirePiece
 from maya_un.events import Event, MotionEnded
-from maya_un.galil.transcript import Piece
-from maya_un.recorder.ring import EVENT_COST, STATE_COST, WIRE_COST, Ring, Way
+from maya_un.recorder.ring import EVENT_COST, STATE_COST, WIRE_COST, RecorderRing, WireDirection
 from maya_un.values import Joints, Mode, Point, State
 from tests.virtual_time import elapse
 
 MOST = 20_000
-SENT = Way(1, "client")
+SENT = WireDirection(1, "client")
 
 steps = st.lists(
     st.tuples(
@@ -48,7 +48,7 @@ def state(time: float) -> State:
 
 @given(steps)
 async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[tuple[str, int, float]]) -> None:
-    ring = Ring(30.0, MOST)
+    ring = RecorderRing(30.0, MOST)
     came: list[tuple[float, object, int]] = []
     for number, (kind, length, pause) in enumerate(steps):
         await elapse(pause)
@@ -56,7 +56,7 @@ async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[
         if kind == "wire":
             data = bytes([number % 251]) * length
             ring.piece(SENT, data)
-            came.append((now, Piece(now, 1, "client", data), length + WIRE_COST))
+            came.append((now, WirePiece(now, 1, "client", data), length + WIRE_COST))
         elif kind == "state":
             ring.state(state(now))
             came.append((now, state(now), STATE_COST))
@@ -67,7 +67,7 @@ async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[
         assert ring.size <= MOST
     contents, kept = ring.contents(), came[len(came) - len(ring) :]
     things = [thing for _, thing, _ in kept]
-    assert contents.wire == tuple(thing for thing in things if isinstance(thing, Piece))
+    assert contents.wire == tuple(thing for thing in things if isinstance(thing, WirePiece))
     assert contents.states == tuple(thing for thing in things if isinstance(thing, State))
     assert contents.events == tuple(thing for thing in things if isinstance(thing, Event))
     assert ring.size == sum(cost for _, _, cost in kept)
@@ -81,7 +81,7 @@ async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[
 
 
 async def test_what_is_older_than_its_time_goes_when_something_new_comes() -> None:
-    ring = Ring(10.0, 1_000_000)
+    ring = RecorderRing(10.0, 1_000_000)
     for second in range(30):
         ring.piece(SENT, b"TP\r")
         ring.state(state(float(second)))
@@ -95,17 +95,17 @@ async def test_what_is_older_than_its_time_goes_when_something_new_comes() -> No
 
 async def test_a_ring_that_let_go_of_nothing_is_whole_from_its_beginning() -> None:
     await elapse(5.0)
-    ring = Ring(10.0, 1_000_000)
+    ring = RecorderRing(10.0, 1_000_000)
     await elapse(2.0)
-    ring.piece(Way(1, "client", "open"))
+    ring.piece(WireDirection(1, "client", "open"))
     contents = ring.contents()
     assert not contents.dropped
     assert contents.whole == 5.0
-    assert contents.wire == (Piece(7.0, 1, "client", b"", "open"),)
+    assert contents.wire == (WirePiece(7.0, 1, "client", b"", "open"),)
 
 
 async def test_entries_taken_before_can_be_sorted_out_later() -> None:
-    ring = Ring(10.0, 1_000_000)
+    ring = RecorderRing(10.0, 1_000_000)
     ring.piece(SENT, b"TP\r")
     entries = ring.entries()
     ring.state(state(0.0))
@@ -116,12 +116,12 @@ async def test_entries_taken_before_can_be_sorted_out_later() -> None:
 async def test_its_memory_is_what_it_counts() -> None:
     """Real records and answers, kept by reference: what Python takes for them stays below what is counted."""
     most = 4 << 20
-    ring = Ring(1e9, most)
+    ring = RecorderRing(1e9, most)
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
         for number in range(60_000):
-            ring.piece(Way(1, "controller"), bytes((number + place) & 0xFF for place in range(29)))
+            ring.piece(WireDirection(1, "controller"), bytes((number + place) & 0xFF for place in range(29)))
             if number % 4 == 0:
                 ring.state(_fresh(float(number)))
         after, _ = tracemalloc.get_traced_memory()

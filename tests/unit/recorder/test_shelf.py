@@ -11,14 +11,14 @@ import pytest
 from maya_un.errors import FileUnwritable, NotFound
 from maya_un.recorder import mcap_file
 from maya_un.recorder.recording import Recording
-from maya_un.recorder.shelf import Shelf
+from maya_un.recorder.shelf import RecordingStore
 from tests.unit.recorder.recordings import RECORDING, UTC, header
 
 SECOND = 1_000_000_000
 
 
-def shelf_of(folder: Path, most_files: int, most_bytes: int) -> Shelf:
-    return Shelf(folder, most_files, most_bytes, lambda: UTC)
+def shelf_of(folder: Path, most_files: int, most_bytes: int) -> RecordingStore:
+    return RecordingStore(folder, most_files, most_bytes, lambda: UTC)
 
 
 def of(reason: str, second: int) -> Recording:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.wire.transcript import Side
+from dmc41x3.wire.transport import datagram_pair, loopback_pair
 from maya_un.errors import LinkLost
-from maya_un.galil.transcript import Side
-from maya_un.galil.transport import datagram_pair, loopback_pair
-from maya_un.recorder.ring import Way
+from maya_un.recorder.ring import WireDirection
 from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
 
 
@@ -17,7 +17,7 @@ class Book:
     def __init__(self) -> None:
         self.pieces: list[tuple[int, Side, bytes, str]] = []
 
-    def __call__(self, way: Way, data: bytes = b"") -> None:
+    def __call__(self, way: WireDirection, data: bytes = b"") -> None:
         self.pieces.append((way.link, way.side, data, way.event))
 
 

@@ -16,10 +16,10 @@ from maya_un.errors import FileUnreadable, MayaError
 from maya_un.loops import run
 from maya_un.process.journal.file import NAME
 from maya_un.ros import rights
-from maya_un.ros.rights import TOKEN_FILE, GraphRights, Looked, token_of_graph
+from maya_un.ros.rights import TOKEN_FILE, FolderTokenChecker, GraphRights, token_of_graph
 from tests.virtual_time import turn
 
-SHOWN = tokens.Shown("0123abcd", "f" * 48)
+SHOWN = tokens.PresentedToken("0123abcd", "f" * 48)
 TODAY = "2026-11-21T16:02:21+00:00"
 HASHED = Hasher(memory=8, passes=1).hash_now(SHOWN.secret)
 
@@ -54,7 +54,7 @@ def code_of(of: GraphRights, operation: Operation) -> int:
 
 async def seen(token: str = SHOWN.text) -> GraphRights:
     """Return the rights of a graph as a node finds them at its start."""
-    users = Looked(1.0)
+    users = FolderTokenChecker(1.0)
     await users.open()
     found = GraphRights(users.callers, token)
     await found.look()

@@ -9,11 +9,11 @@ from typing import Any
 from maya_un.config import Config, Units
 from maya_un.graph import types
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.events import Standing, Told
+from maya_un.graph.events import ControllerCondition, ReportedEvent
 from maya_un.graph.table import EVENT, SENSORS
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.ros.sensing import Heard
+from maya_un.ros.sensing import SensedController
 from maya_un.values import Joints, Mode, State
 from tests.virtual_time import elapse
 
@@ -28,15 +28,17 @@ def raw(**fields: Any) -> dict[str, Any]:
 
 
 def event(word: str, mode: Mode, *, homed: bool) -> dict[str, Any]:
-    standing = Standing(mode, homed=homed, moving=False, gripper_closed=False, strokes=STROKES if homed else None)
-    return {"data": Told(word, standing).text()}
+    standing = ControllerCondition(
+        mode, homed=homed, moving=False, gripper_closed=False, strokes=STROKES if homed else None
+    )
+    return {"data": ReportedEvent(word, standing).text()}
 
 
 @asynccontextmanager
-async def heard() -> AsyncIterator[tuple[Heard, BusNode]]:
+async def heard() -> AsyncIterator[tuple[SensedController, BusNode]]:
     bus = Bus()
     box = bus.node("box")
-    floor = Heard(CONFIG)
+    floor = SensedController(CONFIG)
     async with floor.listening(bus.node("sensor_converter")):
         yield floor, box
 

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.errors import Busy, NotHomed
 from maya_un.graph.outcome import failure
-from maya_un.graph.protocol import Ended, Feedback, Message, Outcome, Refused
+from maya_un.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
 from maya_un.rosbridge.limits import UNDER_WAY
 from tests.rosbridging import Room, Said, Talker, room, settled
 
@@ -31,7 +31,7 @@ class Acting:
         self.begun += 1
         command = goal["task"]["command"]
         if command == "refused":
-            raise Refused(failure(Busy(doing="another")))
+            raise GoalRefused(failure(Busy(doing="another")))
         feedback({"phase": command, "progress": 0.5})
         if command == "fails":
             raise NotHomed
@@ -163,7 +163,7 @@ async def carrying_out(one: Room) -> Talker:
     return server
 
 
-def wished(one: Room, feedback: Feedback | None = None) -> asyncio.Task[Ended]:
+def wished(one: Room, feedback: Feedback | None = None) -> asyncio.Task[GoalResult]:
     return asyncio.ensure_future(one.robot.do("/mine", TASK, {"task": {"command": "pick"}}, feedback))
 
 
@@ -181,19 +181,19 @@ async def test_a_client_carries_a_goal_out_for_others() -> None:
         await settled()
         assert [feedback["progress"] for feedback in feedbacks] == [0.25]
         server.say("action_result", **same, values={"success": True}, status=SUCCEEDED, result=True)
-        assert await ended == Ended(Outcome.SUCCEEDED, DONE)
+        assert await ended == GoalResult(GoalStatus.SUCCEEDED, DONE)
 
 
 @pytest.mark.parametrize(
     ("answer", "outcome"),
     [
-        ({"values": "broken", "result": False}, Outcome.ABORTED),
-        ({"status": ABORTED, "values": {}, "result": True}, Outcome.ABORTED),
-        ({"status": CANCELED, "values": {}, "result": True}, Outcome.PREEMPTED),
-        ({"values": {"success": False}}, Outcome.ABORTED),
+        ({"values": "broken", "result": False}, GoalStatus.ABORTED),
+        ({"status": ABORTED, "values": {}, "result": True}, GoalStatus.ABORTED),
+        ({"status": CANCELED, "values": {}, "result": True}, GoalStatus.PREEMPTED),
+        ({"values": {"success": False}}, GoalStatus.ABORTED),
     ],
 )
-async def test_a_client_tells_how_a_goal_ended(answer: Said, outcome: Outcome) -> None:
+async def test_a_client_tells_how_a_goal_ended(answer: Said, outcome: GoalStatus) -> None:
     async with room() as one:
         server = await carrying_out(one)
         ended = wished(one)
@@ -229,7 +229,7 @@ async def test_who_waits_for_a_client_that_carries_out_no_more_is_told(leaves: b
             await one.leave(server)
         else:
             await server.ask("unadvertise_action", action="/mine")
-        assert (await ended).outcome not in (Outcome.SUCCEEDED, Outcome.ACTIVE)
+        assert (await ended).outcome not in (GoalStatus.SUCCEEDED, GoalStatus.ACTIVE)
         assert "/mine/goal" not in await one.bus.directory.topics()
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from cbor2 import dumps
 
-from maya_un.rosbridge.outgoing import Form, Outgoing
+from maya_un.rosbridge.outgoing import MessageFormat, Outgoing
 from tests.rosbridging import DATE, unframed
 
 EXAMPLES: list[tuple[Any, str]] = [
@@ -58,7 +58,7 @@ def test_the_library_writes_the_examples_of_the_standard(value: Any, written: st
 
 def sent(kind: str, data: object) -> bytes:
     """Return the CBOR of a message with the field `data`, without the names before it."""
-    ((opcode, content),) = unframed(Outgoing(kind, {"data": data}, DATE).frames(Form("/t", "cbor")))
+    ((opcode, content),) = unframed(Outgoing(kind, {"data": data}, DATE).frames(MessageFormat("/t", "cbor")))
     names = b"\xa3\x62op\x67publish\x65topic\x62/t\x63msg\xa1\x64data"
     assert opcode == 2
     assert content.startswith(names)

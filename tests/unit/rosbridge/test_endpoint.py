@@ -21,7 +21,7 @@ from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.guest import Guest
 from maya_un.rosbridge.limits import LONGEST_MESSAGE, WAITING
 from maya_un.server.doors import bound_socket
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 from tests.rosbridging import DATE, HANDSHAKE, Web, framed, web
 from tests.virtual_time import turn
 
@@ -40,7 +40,7 @@ class Served:
 
 
 @asynccontextmanager
-async def served(edge: Edge | None = None, most: int = 10) -> AsyncIterator[Served]:
+async def served(edge: OriginPolicy | None = None, most: int = 10) -> AsyncIterator[Served]:
     bus = Bus()
 
     @contextmanager
@@ -58,7 +58,7 @@ async def served(edge: Edge | None = None, most: int = 10) -> AsyncIterator[Serv
 Story = Callable[[Served], Awaitable[None]]
 
 
-def told(story: Story, edge: Edge | None = None, most: int = 10) -> None:
+def told(story: Story, edge: OriginPolicy | None = None, most: int = 10) -> None:
     async def main() -> None:
         async with served(edge, most) as one:
             await story(one)
@@ -129,7 +129,7 @@ def test_pages_of_this_machine_and_those_that_are_named_may_command(origin: str)
     async def story(one: Served) -> None:
         await opened(one.port, {"Origin": origin})
 
-    told(story, Edge(origins=frozenset({"https://panel.example.org"})))
+    told(story, OriginPolicy(origins=frozenset({"https://panel.example.org"})))
 
 
 async def opened(port: int, headers: dict[str, str]) -> None:

@@ -14,7 +14,7 @@ from maya_un.errors import InvalidRequest
 from maya_un.rosbridge import fragments
 from maya_un.rosbridge.decoding import decoded
 from maya_un.rosbridge.fields import Fields
-from maya_un.rosbridge.fragments import Gathering
+from maya_un.rosbridge.fragments import FragmentCollector
 from maya_un.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, LONGEST_SPLIT, MOST_FRAGMENTS
 from maya_un.rosbridge.names import resolved, type_of
 from maya_un.rosbridge.objects import Objects
@@ -135,14 +135,14 @@ def test_fragments_are_put_together_in_whatever_order_they_come() -> None:
     pieces = [json.loads(piece) for piece in fragments.cut(text, 33, "m")]
     assert [piece["num"] for piece in pieces] == list(range(len(pieces)))
     assert {(piece["op"], piece["id"], piece["total"]) for piece in pieces} == {("fragment", "m", len(pieces))}
-    gathering = Gathering()
+    gathering = FragmentCollector()
     *first, last = [gathering.add(Fields(piece), "fragment", 0.0) for piece in reversed(pieces)]
     assert set(first) == {None}
     assert last == text
 
 
 def test_messages_in_fragments_do_not_mix() -> None:
-    gathering = Gathering()
+    gathering = FragmentCollector()
     for name, data in (("a", "1"), ("b", "3")):
         assert gathering.add(piece(name, data, 0, 2), "fragment", 0.0) is None
     assert gathering.add(piece("b", "4", 1, 2), "fragment", 0.0) == "34"
@@ -168,14 +168,14 @@ def piece(name: object, data: object, number: object, total: object) -> Fields:
     ],
 )
 def test_a_fragment_that_does_not_fit_ends_its_message(wrong: Fields) -> None:
-    gathering = Gathering()
+    gathering = FragmentCollector()
     gathering.add(piece("a", "1", 0, 2), "fragment", 0.0)
     with pytest.raises(InvalidRequest):
         gathering.add(wrong, "fragment", 0.0)
 
 
 def test_only_so_many_messages_may_be_incomplete_and_old_ones_are_forgotten() -> None:
-    gathering = Gathering()
+    gathering = FragmentCollector()
     for number in range(GATHERED):
         gathering.add(piece(number, "1", 0, 2), "fragment", 0.0)
     with pytest.raises(InvalidRequest):
@@ -185,7 +185,7 @@ def test_only_so_many_messages_may_be_incomplete_and_old_ones_are_forgotten() ->
 
 
 def test_pieces_of_pictures_and_of_texts_do_not_make_one_message() -> None:
-    gathering = Gathering()
+    gathering = FragmentCollector()
     gathering.add(piece("a", "1", 0, 2), "png", 0.0)
     with pytest.raises(InvalidRequest):
         gathering.add(piece("a", "2", 1, 2), "fragment", 0.0)

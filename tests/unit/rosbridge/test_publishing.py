@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.graph.protocol import Feedback, Message, Outcome
+from maya_un.graph.protocol import Feedback, GoalStatus, Message
 from maya_un.rosbridge.limits import TOPICS
 from tests.rosbridging import DATE, Room, Said, room, settled
 from tests.virtual_time import elapse
@@ -243,4 +243,4 @@ async def test_actions_are_driven_by_their_topics_as_in_ros_1() -> None:
         await talker.ask("advertise", topic="/task/cancel", type="actionlib_msgs/GoalID")
         told = await talker.ask("publish", topic="/task/cancel", msg={"id": "g1"})
         ((result),) = [message["msg"] for message in told if message["topic"] == "/task/result"]
-        assert (result["status"]["status"], result["result"]["code"]) == (Outcome.PREEMPTED, "2202")
+        assert (result["status"]["status"], result["result"]["code"]) == (GoalStatus.PREEMPTED, "2202")

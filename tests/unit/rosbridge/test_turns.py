@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.graph.protocol import Message
 from maya_un.rosbridge.limits import AT_ONCE, LONGEST_TURN
-from maya_un.rosbridge.turns import Turns
+from maya_un.rosbridge.turns import MessageScheduler
 from tests.rosbridging import room
 from tests.virtual_time import turn
 
@@ -31,7 +31,7 @@ def saying(said: list[str], name: str, count: int) -> Callable[[], bool]:
 
 async def test_what_is_little_is_done_at_once() -> None:
     said = list[str]()
-    turns = Turns()
+    turns = MessageScheduler()
     turns.give(saying(said, "a", 2))
     turns.give(saying(said, "b", 1))
     assert said == ["a", "a", "b"]
@@ -54,7 +54,7 @@ async def by_turn(said: list[str], count: int) -> list[list[str]]:
 
 async def test_clients_are_in_line_and_no_turn_does_more_than_it_can() -> None:
     said = list[str]()
-    turns = Turns()
+    turns = MessageScheduler()
     for name in "abc":
         turns.give(saying(said, name, 2 * AT_ONCE))
     assert said == ["a"] * AT_ONCE
@@ -65,7 +65,7 @@ async def test_clients_are_in_line_and_no_turn_does_more_than_it_can() -> None:
 
 async def test_a_turn_that_takes_long_does_one_thing_only() -> None:
     said, now = list[str](), [0.0]
-    turns = Turns(clock=lambda: now[0])
+    turns = MessageScheduler(clock=lambda: now[0])
     slowly = saying(said, "slow", 3)
 
     def slow() -> bool:

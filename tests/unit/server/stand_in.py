@@ -13,11 +13,11 @@ from maya_un.api.access.caller import Caller
 from maya_un.api.service import Service
 from maya_un.events import Event, EventLog
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import Options
+from maya_un.process.journal.rows import JobOptions
 from maya_un.schema.robot import EventMessage, HeldJog, Jogged
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 from maya_un.server.metrics import Metrics
 from maya_un.values import Point, State, StopReport
 from tests.streaming import REST
@@ -42,7 +42,7 @@ class StandIn:
         self.now = Now()
         self.history = self
         self.previews = self
-        self.options, self.key = Options(), ""
+        self.options, self.key = JobOptions(), ""
         self.released = asyncio.Event()
 
     def _note(self, *what: object) -> None:
@@ -65,13 +65,13 @@ class StandIn:
     async def events(self, run: int, above: int, limit: int) -> list[EventMessage]:
         return [EventMessage.of(event) for event in self.log.since(above)[:limit]] if run == Now().run else []
 
-    async def submit(self, job: dict[str, Any], *, by: Caller, options: Options, key: str) -> dict[str, int]:
+    async def submit(self, job: dict[str, Any], *, by: Caller, options: JobOptions, key: str) -> dict[str, int]:
         self.options, self.key = options, key
         self._note("submit", job)
         return {"id": 1}
 
     async def wish(
-        self, primitive: dict[str, Any], *, wait: bool, by: Caller, options: Options, key: str
+        self, primitive: dict[str, Any], *, wait: bool, by: Caller, options: JobOptions, key: str
     ) -> dict[str, bool]:
         self.options, self.key = options, key
         self._note("wish", primitive, wait)
@@ -134,7 +134,7 @@ def door(
     service: StandIn,
     *,
     parts: bool = False,
-    edge: Edge | None = None,
+    edge: OriginPolicy | None = None,
     metrics: Metrics | None = None,
     source: str = "127.0.0.1",
 ) -> httpx.AsyncClient:

@@ -15,29 +15,31 @@ from typing import Any, TypeVar, cast
 
 import pytest
 
+from dmc41x3.listening import STOPS
 from maya_un.api.service import Service
 from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
-from maya_un.listening import STOPS
 from maya_un.loops import run
 from maya_un.server import protocol
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
-from maya_un.server.doors import LOOPBACK, Door, bound_socket, far_door, tls_of
-from maya_un.server.edge import Edge
-from maya_un.server.protocol import Places
+from maya_un.server.doors import LOOPBACK, ListeningSocket, bound_socket, far_door, tls_of
+from maya_un.server.edge import OriginPolicy
+from maya_un.server.protocol import ConnectionSlots
 from maya_un.server.thread import served
 from tests.unit.server.stand_in import StandIn
 
 T = TypeVar("T")
 
 
-def serving(work: Callable[[str], T], *far: Door, near: Door | None = None, service: StandIn | None = None) -> T:
+def serving(
+    work: Callable[[str], T], *far: ListeningSocket, near: ListeningSocket | None = None, service: StandIn | None = None
+) -> T:
     """Return what `work` returns in a thread of its own while a server is at its doors; it gets the first one's URL."""
 
     async def main() -> T:
         loop = asyncio.get_running_loop()
-        app = create_app(Bridge(loop, cast("Service", service)), Edge(remote=True))
-        door = near or Door(bound_socket(0))
+        app = create_app(Bridge(loop, cast("Service", service)), OriginPolicy(remote=True))
+        door = near or ListeningSocket(bound_socket(0))
         async with served(app, door, *far) as url:
             return await loop.run_in_executor(None, work, url)
 
@@ -130,14 +132,14 @@ def test_a_port_is_taken_from_the_instant_it_is_given_also_before_anybody_is_ser
 
 
 def test_a_door_has_so_many_places_for_one_address_and_in_all() -> None:
-    places = Places(most=3, most_each=2)
+    places = ConnectionSlots(most=3, most_each=2)
     assert [places.take(address) for address in ("a", "a", "a", "b", "c")] == [True, True, False, True, False]
     places.give_back("a")
     assert [places.take(address) for address in ("c", "a")] == [True, False]
 
 
 def test_who_has_all_places_of_one_door_keeps_nobody_from_the_other() -> None:
-    far = Door(bound_socket(0), most=2, most_each=2)
+    far = ListeningSocket(bound_socket(0), most=2, most_each=2)
 
     def ask(url: str) -> tuple[int, int]:
         idle = [connected(far.url) for _ in range(2)]
@@ -154,7 +156,7 @@ def test_who_has_all_places_of_one_door_keeps_nobody_from_the_other() -> None:
     "said", [b"", b"GET /v1/sta", b"POST /v1/stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n"]
 )
 def test_who_says_stop_is_heard_however_many_connections_there_are(said: bytes) -> None:
-    near = Door(bound_socket(0), most=4, most_each=4)
+    near = ListeningSocket(bound_socket(0), most=4, most_each=4)
     service = StandIn()
 
     def ask(url: str) -> list[int]:
@@ -179,7 +181,7 @@ def test_who_says_stop_is_heard_however_many_connections_there_are(said: bytes) 
 
 def test_who_stays_without_a_place_and_says_nothing_is_cut_soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol, "STOP_PATIENCE", 0.05)
-    near = Door(bound_socket(0), most=1, most_each=1)
+    near = ListeningSocket(bound_socket(0), most=1, most_each=1)
 
     def ask(url: str) -> bytes:
         with connected(url), connected(url) as silent:
@@ -192,7 +194,7 @@ def test_who_stays_without_a_place_and_says_nothing_is_cut_soon(monkeypatch: pyt
 
 
 def test_a_place_is_free_again_after_its_connection() -> None:
-    near = Door(bound_socket(0), most=1, most_each=1)
+    near = ListeningSocket(bound_socket(0), most=1, most_each=1)
 
     def ask(url: str) -> list[int]:
         answers: list[int] = []

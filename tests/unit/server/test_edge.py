@@ -4,13 +4,13 @@ import pytest
 from starlette.datastructures import Headers
 
 from maya_un.errors import InvalidValue
-from maya_un.server.edge import Edge, host_of, origin_of
+from maya_un.server.edge import OriginPolicy, host_of, origin_of
 
 PANEL = "https://panel.example.org"
-REMOTE = Edge(remote=True, hosts=frozenset({"maya", "panel.example.org"}), origins=frozenset({PANEL}))
+REMOTE = OriginPolicy(remote=True, hosts=frozenset({"maya", "panel.example.org"}), origins=frozenset({PANEL}))
 
 
-def refused(edge: Edge, host: str, origin: str | None = None, *, local: bool = True) -> str | None:
+def refused(edge: OriginPolicy, host: str, origin: str | None = None, *, local: bool = True) -> str | None:
     """Return which header keeps a request out, None where none does."""
     headers = {"host": host} | ({} if origin is None else {"origin": origin})
     refusal = edge.refusal(Headers(headers), local=local)
@@ -19,13 +19,13 @@ def refused(edge: Edge, host: str, origin: str | None = None, *, local: bool = T
 
 @pytest.mark.parametrize("host", ["localhost:4133", "127.0.0.1", "[::1]:4133", "LOCALHOST"])
 def test_loopback_has_names_of_its_own(host: str) -> None:
-    assert refused(Edge(), host) is None
+    assert refused(OriginPolicy(), host) is None
     assert refused(REMOTE, host) is None
 
 
 @pytest.mark.parametrize("host", ["", "maya", "evil.example.org", "192.168.1.5:4134", "[::1", "localhost:x"])
 def test_without_other_machines_no_other_name_is_good(host: str) -> None:
-    assert refused(Edge(), host) == "Host"
+    assert refused(OriginPolicy(), host) == "Host"
 
 
 @pytest.mark.parametrize("host", ["maya:4134", "MAYA", "192.168.1.5:4134", "[2001:db8::1]:4134"])

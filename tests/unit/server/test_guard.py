@@ -14,12 +14,12 @@ from starlette.types import Message
 from maya_un import __version__
 from maya_un.errors import Busy, MayaError, TooMuchAsked, WorkerFailed
 from maya_un.server import guard, log
-from maya_un.server.edge import Edge
+from maya_un.server.edge import OriginPolicy
 from maya_un.server.limits import Rate
 from tests.unit.server.stand_in import StandIn, door, problem
 from tests.virtual_time import elapse
 
-FEW = Edge(near=Rate(1.0, 3.0), far=Rate(0.5, 1.0), remote=True)
+FEW = OriginPolicy(near=Rate(1.0, 3.0), far=Rate(0.5, 1.0), remote=True)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from maya_un.events import FaultEntered, JobAdvanced, MotionBegun, MotionStopped, StepAdvanced
 from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.schema.robot import Status
-from maya_un.server.metrics import LOOK, Metrics, Storage
+from maya_un.server.metrics import LOOK, JournalHealth, Metrics
 from maya_un.values import Joints, Mode, State
 from tests.unit.server.stand_in import StandIn, door
 from tests.virtual_time import elapse
@@ -33,11 +33,11 @@ STATE = State(
     override=0.5,
 )
 STATUS = Status("0", "sim", 1.0, STATE, None, False, None, (), 7, run=3)
-WELL = Storage()
+WELL = JournalHealth()
 QUEUE = QueueView(QueueMode.PAUSED, "stop", "ana", "", None, (), {"queued": 2, "held": 1}, None, None)
 
 
-def told(metrics: Metrics, storage: Storage = WELL) -> dict[tuple[str, ...], float]:
+def told(metrics: Metrics, storage: JournalHealth = WELL) -> dict[tuple[str, ...], float]:
     """Return what Prometheus reads: values by name and labels."""
     text = metrics.text(STATUS, QUEUE, storage).decode()
     samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
@@ -60,7 +60,7 @@ def test_how_things_stand() -> None:
     assert found["maya_queue_mode", "mode=paused"] == 1.0
     assert [found["maya_jobs", f"state={state}"] for state in ("queued", "held", "running")] == [2, 1, 0]
     assert found["maya_storage_failing",] == 0.0
-    storage = told(Metrics(), Storage("no room", 12))
+    storage = told(Metrics(), JournalHealth("no room", 12))
     assert (storage["maya_storage_failing",], storage["maya_storage_commits",]) == (1.0, 12.0)
 
 

@@ -15,7 +15,7 @@ from maya_un.process.job import Job
 from maya_un.robot.primitives import from_dict
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
-from maya_un.server.exchange import Plain, Reader
+from maya_un.server.exchange import BodyReader, RawBody
 from maya_un.server.openapi import document, ruled
 from maya_un.server.schemas import JOB, TASK
 
@@ -82,12 +82,12 @@ def test_examples_are_good_requests() -> None:
     for route, rule in ruled(APP):
         for example in rule.examples.values():
             shown += 1
-            if isinstance(rule.takes, Reader):
+            if isinstance(rule.takes, BodyReader):
                 chosen = rule.takes.kinds[0] if rule.takes.choose is None else rule.takes.choose(example)
                 TypeAdapter(chosen).validate_json(json.dumps(example), strict=True)
-            elif isinstance(rule.takes, Plain) and rule.takes.schema is JOB:
+            elif isinstance(rule.takes, RawBody) and rule.takes.schema is JOB:
                 Job.parse(example)
-            elif isinstance(rule.takes, Plain) and rule.takes.schema is TASK and "tray" not in str(example):
+            elif isinstance(rule.takes, RawBody) and rule.takes.schema is TASK and "tray" not in str(example):
                 from_dict(example, 0.4)
             assert rule.takes is not None, route.path
     assert shown > 25

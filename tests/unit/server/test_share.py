@@ -6,12 +6,12 @@ import asyncio
 
 import pytest
 
-from maya_un.server.share import LONGEST_PAUSE, Share
+from maya_un.server.share import LONGEST_PAUSE, LoopShare
 from tests.virtual_time import elapse
 
 
 async def test_turns_are_given_in_order_and_one_at_a_time() -> None:
-    share, said = Share(), list[str]()
+    share, said = LoopShare(), list[str]()
 
     async def one(name: str) -> None:
         async with share.turn():
@@ -25,7 +25,7 @@ async def test_turns_are_given_in_order_and_one_at_a_time() -> None:
 
 @pytest.mark.parametrize(("readers", "seconds"), [(1, 0.004), (40, 0.004), (40, 0.02)])
 async def test_all_readers_together_have_their_share_of_the_time(readers: int, seconds: float) -> None:
-    share, used, loop = Share(0.2), list[float](), asyncio.get_running_loop()
+    share, used, loop = LoopShare(0.2), list[float](), asyncio.get_running_loop()
 
     async def greedy() -> None:
         while loop.time() < end:
@@ -39,7 +39,7 @@ async def test_all_readers_together_have_their_share_of_the_time(readers: int, s
 
 
 async def test_who_comes_when_nobody_was_there_waits_for_nothing() -> None:
-    share, loop = Share(), asyncio.get_running_loop()
+    share, loop = LoopShare(), asyncio.get_running_loop()
     async with share.turn():
         await elapse(0.1)
     await elapse(10.0)
@@ -49,7 +49,7 @@ async def test_who_comes_when_nobody_was_there_waits_for_nothing() -> None:
 
 
 async def test_a_turn_that_took_long_is_not_held_against_the_next_for_long() -> None:
-    share, loop = Share(0.1), asyncio.get_running_loop()
+    share, loop = LoopShare(0.1), asyncio.get_running_loop()
     async with share.turn():
         await elapse(60.0)
     before = loop.time()
@@ -58,7 +58,7 @@ async def test_a_turn_that_took_long_is_not_held_against_the_next_for_long() -> 
 
 
 async def test_a_turn_that_fails_or_is_given_up_is_over() -> None:
-    share = Share()
+    share = LoopShare()
     with pytest.raises(ValueError, match="no"):
         async with share.turn():
             raise ValueError("no")

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
-from maya_un.server.stream_hub import HEARTBEAT, Hub
-from maya_un.server.stream_reader import Reader
-from maya_un.server.stream_ring import Ring
-from maya_un.server.stream_tap import QUEUE_PERIOD, Batch, Tap
+from maya_un.server.stream_hub import HEARTBEAT, StreamHub
+from maya_un.server.stream_reader import StreamReader
+from maya_un.server.stream_ring import EventRing
+from maya_un.server.stream_tap import QUEUE_PERIOD, Batch, StreamSource
 from tests.streaming import Watched
 from tests.unit.server.frames import messages
 from tests.virtual_time import elapse
@@ -66,19 +66,19 @@ class Ear:
 class Scene:
     """A service, its tap and the hub, in one loop; notes the readers that fell too far behind."""
 
-    def __init__(self, watched: Watched, hub: Hub, tap: Tap, batches: list[Batch]) -> None:
+    def __init__(self, watched: Watched, hub: StreamHub, tap: StreamSource, batches: list[Batch]) -> None:
         self.watched = watched
         self.hub = hub
         self.tap = tap
         self.batches = batches
         self.lost: list[Ear] = []
 
-    def reader(self) -> tuple[Ear, Reader]:
+    def reader(self) -> tuple[Ear, StreamReader]:
         """Return a new reader."""
         ear = Ear()
-        return ear, Reader(ear, self.hub.ring, lambda: self.lost.append(ear))
+        return ear, StreamReader(ear, self.hub.ring, lambda: self.lost.append(ear))
 
-    def following(self, since: int | None = None) -> tuple[Ear, Reader]:
+    def following(self, since: int | None = None) -> tuple[Ear, StreamReader]:
         """Return a new reader of the events above `since`."""
         ear, reader = self.reader()
         reader.seen = self.hub.ring.last if since is None else since
@@ -91,7 +91,7 @@ async def scene(*, speed: float = 1.0, most: int = 1000, before: int = 0) -> Asy
     """Let a tap look at a service with so many events before, for readers at most `most` events behind."""
     watched = Watched(speed=speed)
     watched.happen(before)
-    hub, batches, loop = Hub(watched.run, Ring(before, most)), list[Batch](), asyncio.get_running_loop()
+    hub, batches, loop = StreamHub(watched.run, EventRing(before, most)), list[Batch](), asyncio.get_running_loop()
 
     async def view() -> object:
         return watched.view()
@@ -100,7 +100,7 @@ async def scene(*, speed: float = 1.0, most: int = 1000, before: int = 0) -> Asy
         batches.append(batch)
         loop.call_soon(hub.take, batch)
 
-    tap = Tap(watched.service, view, hand_over, speed)
+    tap = StreamSource(watched.service, view, hand_over, speed)
     hub.open(tap)
     task = loop.create_task(tap.run(before))
     try:
@@ -370,7 +370,7 @@ async def test_a_tap_of_a_service_that_fails_ends_with_its_error() -> None:
     async def view() -> object:
         raise AssertionError("the queue cannot be seen")
 
-    tap = Tap(watched.service, view, lambda _: None)
+    tap = StreamSource(watched.service, view, lambda _: None)
     tap.queue_wanted = True
     with pytest.raises(ExceptionGroup) as failed:
         await tap.run(0)

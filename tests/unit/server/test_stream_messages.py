@@ -15,7 +15,7 @@ from maya_un.errors import InvalidRequest, Unreachable
 from maya_un.schema.robot import EventMessage
 from maya_un.server import stream_messages
 from maya_un.server.stream_messages import (
-    Past,
+    ReplayStart,
     content,
     decoded,
     error_frame,
@@ -79,9 +79,9 @@ def test_a_wrong_wish_is_refused_by_key(message: dict[str, Any], key: str) -> No
 
 def test_a_subscription_names_what_it_changes() -> None:
     wanted = subscription({"type": "subscribe", "state": {"rate": 30}, "events": {"since": 4, "run": 2}})
-    assert (wanted.named, wanted.rate, wanted.past) == ({"state", "events"}, 30.0, Past(4, 2))
+    assert (wanted.named, wanted.rate, wanted.past) == ({"state", "events"}, 30.0, ReplayStart(4, 2))
     assert subscription({"type": "subscribe", "state": {}}).rate == 10.0
-    assert subscription({"type": "subscribe", "events": {}}).past == Past(None, None)
+    assert subscription({"type": "subscribe", "events": {}}).past == ReplayStart(None, None)
     ended = subscription({"type": "subscribe", "state": None, "events": None, "queue": False})
     assert (ended.named, ended.rate, ended.past, ended.queue) == ({"state", "events", "queue"}, None, None, False)
 

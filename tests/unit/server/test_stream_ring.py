@@ -5,19 +5,19 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.server.stream_ring import Ring
+from maya_un.server.stream_ring import EventRing
 
 
-def filled(last: int, count: int, *, most: int = 1000, most_bytes: int = 10_000) -> Ring:
+def filled(last: int, count: int, *, most: int = 1000, most_bytes: int = 10_000) -> EventRing:
     """Return a ring behind event `last` to which so many frames `<number>` were added."""
-    ring = Ring(last, most, most_bytes)
+    ring = EventRing(last, most, most_bytes)
     for number in range(last + 1, last + 1 + count):
         ring.add(b"<%d>" % number)
     return ring
 
 
 def test_an_empty_ring_begins_behind_the_last_event() -> None:
-    ring = Ring(41)
+    ring = EventRing(41)
     assert (ring.first, ring.last) == (42, 41)
     assert ring.reaches(41)
     assert not ring.reaches(40)
@@ -70,7 +70,7 @@ def test_the_oldest_go_where_they_are_too_long() -> None:
 def test_a_reader_gets_every_event_once_in_order_or_is_told_that_it_is_too_late(
     steps: list[int], most: int, chunk: int
 ) -> None:
-    ring, seen, got, added = Ring(0, most), 0, b"", 0
+    ring, seen, got, added = EventRing(0, most), 0, b"", 0
     for step in steps:
         for _ in range(step):
             added += 1

@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from maya_un.api.service import Service
-from maya_un.process.book import Book
+from maya_un.process.book import PoseStore
 from maya_un.process.process import Process
 from maya_un.robot.robot import MayaRobot
 from maya_un.server.app import create_app
@@ -24,7 +24,7 @@ GRID = {"corners": ["shelf", [0.6, 1.0, 0.4]], "rows": 1, "columns": 4}
 @asynccontextmanager
 async def door(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, httpx.AsyncClient]]:
     controller = FakeController(homed=homed)
-    robot, book = MayaRobot(controller, controller.config), Book(controller.mechanism)
+    robot, book = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
     process = Process(robot, controller, controller.config, book.taught)
     service = Service(process, robot, controller, controller.config, book=book)
     transport = httpx.ASGITransport(create_app(Bridge(asyncio.get_running_loop(), service)), raise_app_exceptions=False)

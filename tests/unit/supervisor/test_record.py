@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from maya_un.errors import FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
-from maya_un.graph.step_text import Result
-from maya_un.supervisor.process import Planned, Process
-from maya_un.supervisor.record import Decision, State, recorded
+from maya_un.graph.step_text import StepEnd
+from maya_un.supervisor.process import FleetProcess, ProcessStep
+from maya_un.supervisor.record import FailureDecision, ProcessStepState, recorded
 
-PROCESS = Process("p", {id_: Planned(id_, "MAYA", "home", {}) for id_ in "abc"})
-DONE = Result("1", None, None, "x", "y")
-FAILED = Result("2", "too far", "2101", "x", "y")
+PROCESS = FleetProcess("p", {id_: ProcessStep(id_, "MAYA", "home", {}) for id_ in "abc"})
+DONE = StepEnd("1", None, None, "x", "y")
+FAILED = StepEnd("2", "too far", "2101", "x", "y")
 
 
 def test_a_record_is_what_was_written_after_any_end(tmp_path: Path) -> None:
@@ -26,18 +26,22 @@ def test_a_record_is_what_was_written_after_any_end(tmp_path: Path) -> None:
     path.write_bytes(whole + b'{"step": "c", "res')  # a crash in the middle of a line
     with recorded(path, PROCESS) as record:
         states = {id_: entry.state for id_, entry in record.entries.items()}
-        assert states == {"a": State.DONE, "b": State.FAILED, "c": State.SENT}
+        assert states == {"a": ProcessStepState.DONE, "b": ProcessStepState.FAILED, "c": ProcessStepState.SENT}
         assert (record.entries["c"].id, record.entries["c"].text) == ("3", "text 3")
         assert record.entries["b"].result == FAILED
         assert record.failed() == ["b"]
         assert path.read_bytes() == whole
         record.ended("c", DONE)
-        record.decided("b", Decision.RETRY)
+        record.decided("b", FailureDecision.RETRY)
     with recorded(path, PROCESS) as record:
-        assert [entry.state for entry in record.entries.values()] == [State.DONE, State.WAITING, State.DONE]
+        assert [entry.state for entry in record.entries.values()] == [
+            ProcessStepState.DONE,
+            ProcessStepState.WAITING,
+            ProcessStepState.DONE,
+        ]
         record.sent("b", "4", "text 4")
         record.ended("b", FAILED)
-        record.decided("b", Decision.SKIP)
+        record.decided("b", FailureDecision.SKIP)
         assert record.finished
 
 
@@ -53,7 +57,7 @@ def test_an_aborted_process_stays_aborted_until_it_begins_anew(tmp_path: Path) -
 
 def test_a_record_belongs_to_its_process_and_to_one_program(tmp_path: Path) -> None:
     path = tmp_path / "state"
-    other = Process("p", {"a": Planned("a", "MAYA2", "home", {})})
+    other = FleetProcess("p", {"a": ProcessStep("a", "MAYA2", "home", {})})
     with recorded(path, PROCESS):
         with pytest.raises(StorageInUse), recorded(path, PROCESS):
             pass

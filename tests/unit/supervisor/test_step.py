@@ -18,7 +18,7 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.graph.step import step_of
-from maya_un.graph.step_text import ARGUMENTS, Progress, Result, State
+from maya_un.graph.step_text import ARGUMENTS, StepEnd, StepProgress, StepState
 from maya_un.supervisor.step import Step, check, command_text, error_of, progress_of, result_of
 from tests.virtual_time import turn
 
@@ -43,8 +43,8 @@ BAD: list[tuple[str, dict[str, Any], type[MayaError]]] = [
 ]
 
 
-def result(error: str | None = None, code: str | None = None, warnings: tuple[str, ...] = ()) -> Result:
-    return Result("1", error, code, "a", "b", warnings)
+def result(error: str | None = None, code: str | None = None, warnings: tuple[str, ...] = ()) -> StepEnd:
+    return StepEnd("1", error, code, "a", "b", warnings)
 
 
 def test_every_command_of_robots_is_among_the_good_ones() -> None:
@@ -99,11 +99,11 @@ def test_a_failed_step_raises_the_robots_error() -> None:
 def test_what_a_robot_publishes_is_read_back() -> None:
     one = result(error="no", code="2101", warnings=("args.w was ignored",))
     assert result_of(json.loads(one.text)) == one
-    report = Progress("1", State.EXECUTING, "2026-01-31T12:00:00Z")
+    report = StepProgress("1", StepState.EXECUTING, "2026-01-31T12:00:00Z")
     assert progress_of(json.loads(report.text)) == report
     assert result_of({"id": "1", "success": True}) is None
     date = "2026-01-31T12:00:00Z"
-    other = Result("1", "other content", "4012", date, date, (), {"command": "home", "args": {}})
+    other = StepEnd("1", "other content", "4012", date, date, (), {"command": "home", "args": {}})
     assert result_of(json.loads(other.text)) == other
     jsonschema.validate(json.loads(other.text), SCHEMAS["results"])
     assert progress_of({"id": "1", "state": "resting", "date": ""}) is None
@@ -113,17 +113,17 @@ def test_reports_come_once_and_in_order_to_everybody() -> None:
     async def story() -> None:
         step = Step("1", "MAYA", "")
 
-        async def states() -> list[State]:
+        async def states() -> list[StepState]:
             return [report.state async for report in step]
 
         readers = [asyncio.create_task(states()) for _ in range(2)]
-        for state in (State.ACCEPTED, State.ACCEPTED, State.EXECUTING):
+        for state in (StepState.ACCEPTED, StepState.ACCEPTED, StepState.EXECUTING):
             await turn()
-            step.reported(Progress("1", state, ""))
+            step.reported(StepProgress("1", state, ""))
         step.ended(result())
         step.ended(result(error="a second result does not count", code="2101"))
-        assert await asyncio.gather(*readers) == [[State.ACCEPTED, State.EXECUTING]] * 2
+        assert await asyncio.gather(*readers) == [[StepState.ACCEPTED, StepState.EXECUTING]] * 2
         assert await step == result()
-        assert await states() == [State.ACCEPTED, State.EXECUTING]
+        assert await states() == [StepState.ACCEPTED, StepState.EXECUTING]
 
     asyncio.run(story())

@@ -8,12 +8,12 @@ from contextlib import AbstractContextManager
 
 import pytest
 
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.faults import TABLE
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.errors import InvalidValue
 from maya_un.testing import faults
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.faults import TABLE
-from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse
 
 Begin = Callable[[VirtualController], AbstractContextManager[object]]

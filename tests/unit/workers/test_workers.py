@@ -12,14 +12,14 @@ import pytest
 
 from maya_un.errors import InternalError, InvalidJob, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.loops import run, run_virtual
-from maya_un.workers import Bounds, Workers
+from maya_un.workers import ComputeLimits, Workers
 from tests.unit.workers import tasks
 
-BOUNDS = Bounds(seconds=0.5, memory=1 << 29, most=8, each=3)
+BOUNDS = ComputeLimits(seconds=0.5, memory=1 << 29, most=8, each=3)
 
 
 @contextmanager
-def working(bounds: Bounds = BOUNDS) -> Iterator[Workers]:
+def working(bounds: ComputeLimits = BOUNDS) -> Iterator[Workers]:
     """Keep a worker while the block runs."""
     workers = Workers("test", bounds, tasks.prepare, 5)
     try:
@@ -78,7 +78,7 @@ def test_a_worker_that_dies_is_replaced_and_only_the_deadly_is_refused() -> None
 
 def test_everybody_has_a_turn_and_nobody_too_many_requests() -> None:
     async def main() -> None:
-        with working(Bounds(seconds=60.0, most=8, each=3)) as workers:
+        with working(ComputeLimits(seconds=60.0, most=8, each=3)) as workers:
             hostile = [asyncio.ensure_future(workers.run(tasks.endless, whose="eva")) for _ in range(3)]
             assert (await workers.run(tasks.add, 1, 2, whose="ana")).value == 8
             with pytest.raises(TooMuchAsked):
@@ -121,7 +121,7 @@ def test_worker_that_hangs_is_replaced_and_its_request_refused(size: int) -> Non
     """A stopped process computes nothing, so that no limit of its computing ends it; a long request fills its pipe."""
 
     async def main() -> None:
-        with working(Bounds(patience=2.0)) as workers:
+        with working(ComputeLimits(patience=2.0)) as workers:
             first = (await workers.run(tasks.number)).value
             os.kill(first, signal.SIGSTOP)
             with pytest.raises(TakesTooLong, match="2 s"):
@@ -136,7 +136,7 @@ def test_worker_that_hangs_is_replaced_and_its_request_refused(size: int) -> Non
 
 def test_worker_that_hangs_delays_others_and_refuses_none_of_them() -> None:
     async def main() -> None:
-        with working(Bounds(patience=2.0)) as workers:
+        with working(ComputeLimits(patience=2.0)) as workers:
             first = (await workers.run(tasks.number)).value
             os.kill(first, signal.SIGSTOP)
             hangs = asyncio.ensure_future(workers.run(tasks.add, 1, 2, whose="eva"))
@@ -163,7 +163,7 @@ def test_worker_forgets_every_request_whose_caller_has_left() -> None:
     """It leaves before, while or after the worker gets the request, which is long so that this takes a while."""
 
     async def main() -> None:
-        with working(Bounds(seconds=60.0, most=8, each=3)) as workers:
+        with working(ComputeLimits(seconds=60.0, most=8, each=3)) as workers:
             await workers.run(tasks.add, 1, 2)
             for turns in range(0, 300, 5):
                 leaving = asyncio.ensure_future(workers.run(tasks.endless, bytes(4_000_000)))

@@ -15,7 +15,7 @@ from maya_un.api.access.attempts import Attempts
 from maya_un.api.access.caller import BYSTANDER, LOCAL, Caller
 from maya_un.api.access.hashing import Hasher
 from maya_un.api.access.operations import Operation, allowed
-from maya_un.api.access.register import Calendar, OnChange, Register
+from maya_un.api.access.register import Calendar, OnChange, UserRegistry
 from maya_un.api.access.store import Token, User
 from maya_un.errors import MayaError, NotSignedIn
 
@@ -41,7 +41,7 @@ class Callers:
 
     def __init__(
         self,
-        register: Register,
+        register: UserRegistry,
         calendar: Calendar,
         *,
         speed: float = 1.0,
@@ -139,7 +139,7 @@ class Callers:
         self._attempts.succeeded(source)
         return still
 
-    def know(self, shown: tokens.Shown) -> None:
+    def know(self, shown: tokens.PresentedToken) -> None:
         """Take a token that was just made for right."""
         self._keep(shown, self._register.tokens[shown.id])
 
@@ -169,7 +169,7 @@ class Callers:
         self._keep(shown, found)
         return found
 
-    async def _compared(self, shown: tokens.Shown | None, meant: Token | None) -> Token | None:
+    async def _compared(self, shown: tokens.PresentedToken | None, meant: Token | None) -> Token | None:
         """Return the token that somebody shows, None where it is not right; takes the same time either way.
 
         Tokens that there are go ahead of all that is made up: a stop must not wait behind that.
@@ -202,7 +202,7 @@ class Callers:
     def _expired(self, token: Token) -> bool:
         return bool(token.expires) and token.expires <= self._calendar.now()
 
-    def _keep(self, shown: tokens.Shown, token: Token) -> None:
+    def _keep(self, shown: tokens.PresentedToken, token: Token) -> None:
         self._known[self._digest(shown.text)] = token
         while len(self._known) > _MOST_KNOWN:
             del self._known[next(iter(self._known))]

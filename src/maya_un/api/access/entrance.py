@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from maya_un.api.access.audit import Audit
 from maya_un.api.access.callers import Callers
 from maya_un.api.access.hashing import Hasher
-from maya_un.api.access.register import Calendar, Register
+from maya_un.api.access.register import Calendar, UserRegistry
 from maya_un.api.access.store import MemoryStore, Store
 from maya_un.events import EventLog
 from maya_un.process.journal.rows import AuditRow
-from maya_un.process.lease import Lease
+from maya_un.process.lease import ControlLease
 
 
-class Undated:
+class FixedCalendar:
     """The calendar of a stack that nobody shares: it always is the same day."""
 
     def now(self) -> str:
@@ -28,11 +28,11 @@ class Undated:
 
 
 @dataclass(frozen=True, slots=True)
-class Entrance:
+class AccessControl:
     """Who asks, and who drives. `audit.asked` is what the gate tells."""
 
-    lease: Lease
-    register: Register
+    lease: ControlLease
+    register: UserRegistry
     callers: Callers
     calendar: Calendar
     hasher: Hasher
@@ -41,26 +41,26 @@ class Entrance:
     @classmethod
     def new(
         cls,
-        lease: Lease,
+        lease: ControlLease,
         *,
         store: Store | None = None,
         calendar: Calendar | None = None,
         note: Callable[[AuditRow], None] = lambda row: None,
         speed: float = 1.0,
         hasher: Hasher | None = None,
-    ) -> Entrance:
+    ) -> AccessControl:
         """Return an entrance whose users stand in `store`; `await entrance.register.open()` reads them.
 
         `note` keeps a row of the audit log. Without a store and a calendar it is for a stack that nobody shares.
         """
-        days = Undated() if calendar is None else calendar
+        days = FixedCalendar() if calendar is None else calendar
         hasher = hasher or Hasher()
         audit = Audit(note, days.now, speed)
-        register = Register(MemoryStore() if store is None else store)
+        register = UserRegistry(MemoryStore() if store is None else store)
         callers = Callers(register, days, speed=speed, hasher=hasher, refused=audit.not_signed_in)
         return cls(lease, register, callers, days, hasher, audit)
 
     @classmethod
-    def alone(cls, events: EventLog, speed: float = 1.0) -> Entrance:
+    def alone(cls, events: EventLog, speed: float = 1.0) -> AccessControl:
         """Return the entrance of a stack that nobody shares."""
-        return cls.new(Lease(events, speed), speed=speed)
+        return cls.new(ControlLease(events, speed), speed=speed)

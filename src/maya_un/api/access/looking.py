@@ -13,7 +13,7 @@ from maya_un.process.journal import faults
 _BESIDE = ("", "-wal")
 
 
-class LookingStore:
+class ReadOnlyStore:
     """Reads users and tokens of the SQLite file at `path`, which may not exist yet."""
 
     def __init__(self, path: Path) -> None:

@@ -44,7 +44,7 @@ class Operation(StrEnum):
     ME = "me"
 
 
-class Rule(NamedTuple):
+class AccessRule(NamedTuple):
     """What an operation needs: at least this role, and, where it `drives`, the control lease."""
 
     role: Role
@@ -52,37 +52,39 @@ class Rule(NamedTuple):
     meaning: str = ""
 
 
-RULES: dict[Operation, Rule] = {
-    Operation.READ: Rule(Role.VIEWER, meaning="look at the state, the queue, its history, places, zones, events"),
-    Operation.PREVIEW: Rule(Role.VIEWER, meaning="work out what a job would be"),
-    Operation.STOP: Rule(Role.VIEWER, meaning="stop on the path"),
-    Operation.ABORT: Rule(Role.VIEWER, meaning="stop without deceleration"),
-    Operation.ME: Rule(Role.VIEWER, meaning="see oneself, change one's password, sign out"),
-    Operation.PROPOSE: Rule(Role.STUDENT, meaning="submit a job that waits for approval; change and cancel one's own"),
-    Operation.PAUSE: Rule(Role.STUDENT, meaning="pause on the path, or after this step"),
-    Operation.LEASE: Rule(Role.STUDENT, meaning="ask for the lease, take what is offered, release one's own"),
-    Operation.RENEW: Rule(Role.STUDENT, meaning="say that one still drives"),
-    Operation.SUBMIT: Rule(Role.OPERATOR, meaning="submit a job that begins when its turn comes"),
-    Operation.CHANGE_JOB: Rule(Role.OPERATOR, meaning="reorder, hold, release, edit any job"),
-    Operation.CANCEL: Rule(Role.OPERATOR, meaning="cancel any job"),
-    Operation.APPROVE: Rule(Role.OPERATOR, meaning="approve or decline a proposal"),
-    Operation.LEND: Rule(Role.OPERATOR, meaning="take the lease, hand it over"),
-    Operation.TEACH: Rule(Role.OPERATOR, meaning="teach poses and pallets"),
-    Operation.RECORD: Rule(Role.OPERATOR, meaning="save and fetch recordings"),
-    Operation.WISH: Rule(Role.STUDENT, drives=True, meaning="one primitive, now"),
-    Operation.JOG: Rule(Role.STUDENT, drives=True, meaning="jog"),
-    Operation.RESUME: Rule(Role.STUDENT, drives=True, meaning="go on after a pause"),
-    Operation.SPEED: Rule(Role.STUDENT, drives=True, meaning="scale the speed"),
-    Operation.STEP: Rule(Role.STUDENT, drives=True, meaning="do one step"),
-    Operation.RECOVER: Rule(Role.OPERATOR, drives=True, meaning="clear a fault"),
-    Operation.RESTART: Rule(Role.OPERATOR, drives=True, meaning="say what becomes of an interrupted job"),
-    Operation.CLEAR: Rule(Role.OPERATOR, meaning="cancel everything that waits"),
-    Operation.ZONES: Rule(Role.OPERATOR, drives=True, meaning="change the zones of this run"),
-    Operation.GRAPH: Rule(Role.OPERATOR, meaning="take part in the graph: publish, serve, set its parameters"),
-    Operation.BREAK: Rule(Role.ADMIN, meaning="take the lease from whoever holds it"),
-    Operation.BACKUP: Rule(Role.ADMIN, meaning="back the queue and its history up"),
-    Operation.AUDIT: Rule(Role.ADMIN, meaning="read the audit log"),
-    Operation.USERS: Rule(Role.ADMIN, meaning="keep users and tokens"),
+RULES: dict[Operation, AccessRule] = {
+    Operation.READ: AccessRule(Role.VIEWER, meaning="look at the state, the queue, its history, places, zones, events"),
+    Operation.PREVIEW: AccessRule(Role.VIEWER, meaning="work out what a job would be"),
+    Operation.STOP: AccessRule(Role.VIEWER, meaning="stop on the path"),
+    Operation.ABORT: AccessRule(Role.VIEWER, meaning="stop without deceleration"),
+    Operation.ME: AccessRule(Role.VIEWER, meaning="see oneself, change one's password, sign out"),
+    Operation.PROPOSE: AccessRule(
+        Role.STUDENT, meaning="submit a job that waits for approval; change and cancel one's own"
+    ),
+    Operation.PAUSE: AccessRule(Role.STUDENT, meaning="pause on the path, or after this step"),
+    Operation.LEASE: AccessRule(Role.STUDENT, meaning="ask for the lease, take what is offered, release one's own"),
+    Operation.RENEW: AccessRule(Role.STUDENT, meaning="say that one still drives"),
+    Operation.SUBMIT: AccessRule(Role.OPERATOR, meaning="submit a job that begins when its turn comes"),
+    Operation.CHANGE_JOB: AccessRule(Role.OPERATOR, meaning="reorder, hold, release, edit any job"),
+    Operation.CANCEL: AccessRule(Role.OPERATOR, meaning="cancel any job"),
+    Operation.APPROVE: AccessRule(Role.OPERATOR, meaning="approve or decline a proposal"),
+    Operation.LEND: AccessRule(Role.OPERATOR, meaning="take the lease, hand it over"),
+    Operation.TEACH: AccessRule(Role.OPERATOR, meaning="teach poses and pallets"),
+    Operation.RECORD: AccessRule(Role.OPERATOR, meaning="save and fetch recordings"),
+    Operation.WISH: AccessRule(Role.STUDENT, drives=True, meaning="one primitive, now"),
+    Operation.JOG: AccessRule(Role.STUDENT, drives=True, meaning="jog"),
+    Operation.RESUME: AccessRule(Role.STUDENT, drives=True, meaning="go on after a pause"),
+    Operation.SPEED: AccessRule(Role.STUDENT, drives=True, meaning="scale the speed"),
+    Operation.STEP: AccessRule(Role.STUDENT, drives=True, meaning="do one step"),
+    Operation.RECOVER: AccessRule(Role.OPERATOR, drives=True, meaning="clear a fault"),
+    Operation.RESTART: AccessRule(Role.OPERATOR, drives=True, meaning="say what becomes of an interrupted job"),
+    Operation.CLEAR: AccessRule(Role.OPERATOR, meaning="cancel everything that waits"),
+    Operation.ZONES: AccessRule(Role.OPERATOR, drives=True, meaning="change the zones of this run"),
+    Operation.GRAPH: AccessRule(Role.OPERATOR, meaning="take part in the graph: publish, serve, set its parameters"),
+    Operation.BREAK: AccessRule(Role.ADMIN, meaning="take the lease from whoever holds it"),
+    Operation.BACKUP: AccessRule(Role.ADMIN, meaning="back the queue and its history up"),
+    Operation.AUDIT: AccessRule(Role.ADMIN, meaning="read the audit log"),
+    Operation.USERS: AccessRule(Role.ADMIN, meaning="keep users and tokens"),
 }
 """What every operation needs. Stop and abort need neither a lease nor more than a valid token."""
 

@@ -29,7 +29,7 @@ class Calendar(Protocol):
         ...
 
 
-class Register:
+class UserRegistry:
     """Users by name and tokens by id. Whoever looks first and changes then holds `turn` meanwhile.
 
     What takes something away holds at once, also where it cannot be written; what gives something holds once it is on

@@ -11,7 +11,7 @@ _FORM = re.compile(r"maya_([0-9a-f]{8})_([0-9a-f]{48})", re.ASCII)
 _SCHEME = "bearer"
 
 
-class Shown(NamedTuple):
+class PresentedToken(NamedTuple):
     """A token as somebody shows it."""
 
     id: str
@@ -23,15 +23,15 @@ class Shown(NamedTuple):
         return f"{PREFIX}_{self.id}_{self.secret}"
 
 
-def new() -> Shown:
+def new() -> PresentedToken:
     """Return a token that nobody can guess: 192 random bits."""
-    return Shown(secrets.token_hex(4), secrets.token_hex(24))
+    return PresentedToken(secrets.token_hex(4), secrets.token_hex(24))
 
 
-def parse(text: str) -> Shown | None:
+def parse(text: str) -> PresentedToken | None:
     """Return the parts of a token, None for what is none."""
     found = _FORM.fullmatch(text)
-    return None if found is None else Shown(found[1], found[2])
+    return None if found is None else PresentedToken(found[1], found[2])
 
 
 def of_header(authorization: str | None) -> str | None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
+from dmc41x3.files import PRIVATE, unwritable, write
 from maya_un import credentials, runtime
 from maya_un.api.access import tokens
 from maya_un.errors import FileUnwritable
-from maya_un.files import PRIVATE, unwritable, write
 
 
 def keep_token(token: str) -> Path:

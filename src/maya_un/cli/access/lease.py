@@ -18,8 +18,9 @@ from maya_un.cli import output
 from maya_un.cli.access import files
 from maya_un.cli.access.words import word
 from maya_un.cli.called import called
-from maya_un.cli.client import Client
-from maya_un.cli.settings import Settings
+from maya_un.cli.client import ServiceClient
+from maya_un.cli.settings import OutputSettings
+from maya_un.client import requests
 from maya_un.errors import MayaError, ServiceNotAnswering
 
 HEARTBEAT = 2.0
@@ -32,21 +33,21 @@ _LINE = "\r\x1b[K"
 _UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
 
 
-def show(settings: Settings) -> int:
+def show(settings: OutputSettings) -> int:
     """Tell who drives; raises `ServiceNotRunning`."""
-    view = Client.find().get("/v1/lease")
+    view = ServiceClient.find().ask(requests.lease())
     return output.answer(view, _described(view, settings.language), settings)
 
 
-def take(note: str, patience: float | None, settings: Settings, *, force: bool) -> int:
+def take(note: str, patience: float | None, settings: OutputSettings, *, force: bool) -> int:
     """Become the driver: for `patience` [s] without being heard of, without one for as long as this runs.
 
     Raises `LeaseHeld`, `NotAllowed`, and `LeaseLost` once somebody else has taken it.
     """
-    client = Client.find()
-    body = {"note": note, "force": force} | ({} if patience is None else {"patience": patience})
+    client = ServiceClient.find()
+    lasting: dict[str, float] = {} if patience is None else {"patience": patience}
     with called({"patience": "--for", "note": "--note"}):
-        taken = client.post("/v1/lease", body)
+        taken = client.ask(requests.take_lease(note=note, force=force, **lasting))
     files.keep_lease(taken["id"], client.url)
     shown = {key: value for key, value in taken.items() if key != "id"}
     if patience is not None:
@@ -58,34 +59,34 @@ def take(note: str, patience: float | None, settings: Settings, *, force: bool) 
         return _drive(client, settings)
 
 
-def release(settings: Settings) -> int:
+def release(settings: OutputSettings) -> int:
     """Give the lease back; raises `LeaseNeeded` and its kin where none is held."""
     held = credentials.held()
-    view = Client.find().request("DELETE", "/v1/lease")
+    view = ServiceClient.find().ask(requests.release_lease())
     if held is not None:
         credentials.forget(held.id)
     return output.answer(view, word("released", settings.language), settings)
 
 
-def offer(name: str, settings: Settings) -> int:
+def offer(name: str, settings: OutputSettings) -> int:
     """Let `name` take the lease within a minute; raises `UnknownName`, `NotAllowed`, `LeaseHeld`."""
-    view = Client.find().post("/v1/lease/offer", {"to": name})
+    view = ServiceClient.find().ask(requests.offer_lease(name))
     return output.answer(view, word("offering", settings.language, **view), settings)
 
 
-def ask(settings: Settings) -> int:
+def ask(settings: OutputSettings) -> int:
     """Let everybody know that one would like to drive."""
-    view = Client.find().post("/v1/lease/ask")
+    view = ServiceClient.find().ask(requests.ask_for_lease())
     return output.answer(view, word("asking" if view["holder"] else "asking_all", settings.language, **view), settings)
 
 
-def _drive(client: Client, settings: Settings) -> int:
+def _drive(client: ServiceClient, settings: OutputSettings) -> int:
     """Renew the lease that the client shows until Ctrl-C, and give it back then."""
     wait, left = threading.Event(), 0.0
     try:
         while True:
             try:
-                view = client.post("/v1/lease/renew", timeout=_ANSWER)
+                view = client.ask(requests.renew_lease(), timeout=_ANSWER)
                 left = view["expires_in"] or 0.0
                 _tell(_state(view, settings.language), settings)
             except ServiceNotAnswering:
@@ -94,7 +95,7 @@ def _drive(client: Client, settings: Settings) -> int:
             wait.wait(HEARTBEAT)
     except KeyboardInterrupt:
         with suppress(MayaError):
-            client.request("DELETE", "/v1/lease")
+            client.ask(requests.release_lease())
         _tell("", settings)  # after it: the terminal may be gone
         if not settings.json:
             output.say(word("released", settings.language))
@@ -117,7 +118,7 @@ def _ended_like_by_hand() -> Iterator[None]:
             signal.signal(kind, handler)
 
 
-def _tell(line: str, settings: Settings) -> None:
+def _tell(line: str, settings: OutputSettings) -> None:
     """Show how it stands in one line of a terminal, in the place of the one before."""
     if not settings.json and sys.stdout.isatty():
         print(f"{_LINE}{line}", end="", flush=True)

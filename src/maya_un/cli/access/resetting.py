@@ -18,14 +18,14 @@ from maya_un.api.people import checked_name
 from maya_un.cli import output
 from maya_un.cli.access import files
 from maya_un.cli.access.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.config.state import own_state_folder
 from maya_un.loops import run
 from maya_un.process.journal import file
 from maya_un.server.dates import now
 
 
-def reset(name: str, journal: str | None, settings: Settings) -> int:
+def reset(name: str, journal: str | None, settings: OutputSettings) -> int:
     """Make `name` an administrator with a new token, beside whatever users there are; raises as `_in_file`.
 
     `journal` is the file of the queue, None for the usual one.
@@ -39,7 +39,7 @@ def reset(name: str, journal: str | None, settings: Settings) -> int:
     return output.answer({**made, "kept": True}, text, settings)
 
 
-def forget(journal: str | None, settings: Settings) -> int:
+def forget(journal: str | None, settings: OutputSettings) -> int:
     """Forget all users and tokens in a file, and the token of this user if it was one of them.
 
     Raises as `_in_file`, and `FileUnwritable`.
@@ -63,7 +63,7 @@ async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Seq
     path = own_state_folder() / file.NAME if journal is None else Path(journal)
     file.require_place(path)
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    lock = file.Lock(path)
+    lock = file.JournalLock(path)
     try:
         file.open_for_writing(path).close()
         store = FileStore(path)
@@ -75,7 +75,7 @@ async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Seq
         lock.release()
 
 
-def _administrator(name: str, shown: tokens.Shown, users: Sequence[User], kept: Sequence[Token]) -> Change:
+def _administrator(name: str, shown: tokens.PresentedToken, users: Sequence[User], kept: Sequence[Token]) -> Change:
     """Return what makes `name` an administrator with this token and no other one; a password stays."""
     today = now()
     before = next((user for user in users if user.name == name), User(name, Role.ADMIN, today))

@@ -6,37 +6,40 @@ import sys
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from getpass import getpass
-from typing import Any
-from urllib.parse import quote
+from typing import TYPE_CHECKING, Any
 
 from maya_un import credentials
 from maya_un.cli import output
 from maya_un.cli.access import files
 from maya_un.cli.access.words import word
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
+from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, InvalidValue
+
+if TYPE_CHECKING:
+    from maya_un.schema.bodies import RoleName
 
 _ADMIN = "admin"
 
 
-def me(settings: Settings) -> int:
+def me(settings: OutputSettings) -> int:
     """Tell as whom the running robot sees us; raises `NotSignedIn`, `ServiceNotRunning`."""
-    found = Client.find().get("/v1/me")
+    found = ServiceClient.find().ask(requests.me())
     return output.answer(found, word("me" if found["users"] else "me_local", settings.language, **found), settings)
 
 
-def add(name: str, role: str, settings: Settings, *, with_password: bool) -> int:
+def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: bool) -> int:
     """Add a user and show the first token; raises `InvalidValue`, `NotAllowed`.
 
     The first user of all is an administrator at this machine, whose commands need the token from then on: it is kept,
     and an old one of another robot or another time is set aside. Raises `FileUnwritable`.
     """
-    client = Client.find()
-    first = not client.get("/v1/me")["users"]
+    client = ServiceClient.find()
+    first = not client.ask(requests.me())["users"]
     password = _new_password(settings.language) if with_password else None
-    made = client.post("/v1/users", {"name": name, "role": role} | ({"password": password} if password else {}))
+    made = client.ask(requests.add_user(name, role, password=password or None))
     text = f"{word('added', settings.language, **made)}\n{_secret(made, settings.language)}"
     if first:
         text = f"{text}\n{_kept_first(made['token'], settings.language)}"
@@ -54,9 +57,9 @@ def _kept_first(token: str, language: str) -> str:
     return "\n".join(said)
 
 
-def listed(settings: Settings) -> int:
+def listed(settings: OutputSettings) -> int:
     """List all users; raises `NotAllowed`."""
-    users = Client.find().get("/v1/users")
+    users = ServiceClient.find().ask(requests.users())
     head = _head(("user", "role", "since", "password", "tokens", "used"), settings.language)
     yes = word("yes", settings.language)
     rows = [
@@ -68,56 +71,54 @@ def listed(settings: Settings) -> int:
     return output.answer({"users": users}, text, settings)
 
 
-def change_role(name: str, role: str, settings: Settings) -> int:
+def change_role(name: str, role: RoleName, settings: OutputSettings) -> int:
     """Give a user another role; raises `UnknownName`, and `NotAllowed` for the last administrator."""
-    changed = Client.find().request("PATCH", _path(name), {"role": role})
+    changed = ServiceClient.find().ask(requests.change_user(name, role=role))
     return output.answer(changed, word("changed", settings.language, **changed), settings)
 
 
-def change_password(name: str | None, settings: Settings, *, none: bool) -> int:
+def change_password(name: str | None, settings: OutputSettings, *, none: bool) -> int:
     """Give a user another password, or none; by default oneself. Raises `UnknownName`, `NotAllowed`, `NotSignedIn`."""
-    client = Client.find()
-    who = client.get("/v1/me")
-    body: dict[str, str] = {}
-    if who["role"] != _ADMIN:
-        body["old"] = _asked("old_password", settings.language)
-    body["password"] = "" if none else _new_password(settings.language)
-    changed = client.request("PATCH", _path(name or who["name"]), body)
+    client = ServiceClient.find()
+    who = client.ask(requests.me())
+    old = "" if who["role"] == _ADMIN else _asked("old_password", settings.language)
+    password = "" if none else _new_password(settings.language)
+    changed = client.ask(requests.change_user(name or who["name"], password=password, old=old))
     return output.answer(changed, word("password_changed", settings.language, **changed), settings)
 
 
-def remove(name: str, settings: Settings) -> int:
+def remove(name: str, settings: OutputSettings) -> int:
     """Remove a user with all tokens; raises `UnknownName`, and `NotAllowed` for the last administrator."""
-    removed = Client.find().request("DELETE", _path(name))
+    removed = ServiceClient.find().ask(requests.remove_user(name))
     return output.answer(removed, word("removed", settings.language, **removed), settings)
 
 
-def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: Settings) -> int:
+def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: OutputSettings) -> int:
     """Make one more token, by default for oneself, and show it; raises `UnknownName`, `NotAllowed`, `InvalidValue`."""
     if expires and lasts is not None:
         raise InvalidCommandLine(reason="--expires and --for say the same", command="maya user token")
     if lasts is not None:
         expires = _in(lasts)
-    client = Client.find()
-    path = f"{_path(name or client.get('/v1/me')['name'])}/tokens"
-    made = client.post(path, {"note": note, "expires": expires})
+    client = ServiceClient.find()
+    owner = name or client.ask(requests.me())["name"]
+    made = client.ask(requests.add_token(owner, note=note, expires=expires))
     return output.answer(made, _secret(made, settings.language), settings)
 
 
-def tokens(name: str | None, settings: Settings) -> int:
+def tokens(name: str | None, settings: OutputSettings) -> int:
     """List the tokens of a user, by default one's own; raises `UnknownName`, `NotAllowed`."""
-    client = Client.find()
-    chosen = name or client.get("/v1/me")["name"]
-    found = client.get(f"{_path(chosen)}/tokens")
+    client = ServiceClient.find()
+    chosen = name or client.ask(requests.me())["name"]
+    found = client.ask(requests.tokens(chosen))
     text = _tokens(found, settings.language) if found else word("no_tokens", settings.language, name=chosen)
     return output.answer({"tokens": found}, text, settings)
 
 
-def revoke(token: str, settings: Settings) -> int:
+def revoke(token: str, settings: OutputSettings) -> int:
     """Make a token invalid at once, by its id or the token itself; raises `NotFound`."""
     parts = token.split("_")
     name = parts[1] if len(parts) == 3 else token
-    removed = Client.find().request("DELETE", f"/v1/tokens/{quote(name, safe='', errors='surrogatepass')}")
+    removed = ServiceClient.find().ask(requests.revoke_token(name))
     return output.answer(removed, word("revoked", settings.language, **removed), settings)
 
 
@@ -142,10 +143,6 @@ def _secret(made: Mapping[str, Any], language: str) -> str:
 
 def _head(keys: Sequence[str], language: str) -> tuple[str, ...]:
     return tuple(word(key, language) for key in keys)
-
-
-def _path(name: str) -> str:
-    return f"/v1/users/{quote(name, safe='', errors='surrogatepass')}"
 
 
 def _day(date: str) -> str:

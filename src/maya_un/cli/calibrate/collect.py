@@ -14,13 +14,14 @@ import numpy as np
 from maya_un.cli import output
 from maya_un.cli.calibrate import points
 from maya_un.cli.calibrate.words import word
-from maya_un.cli.client import Client
+from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.configure import configuration
 from maya_un.cli.display import chosen
 from maya_un.cli.follow import follow
 from maya_un.cli.offline import joints_text
 from maya_un.cli.quantities import length
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
+from maya_un.client import requests
 from maya_un.config import Config, Units
 from maya_un.errors import FileUnreadable, InvalidConfig, InvalidValue, NotHomed, PathRefused, Unreachable
 from maya_un.kinematics import Floats, Mechanism
@@ -54,17 +55,17 @@ class _Failed(Exception):
         self.report = report
 
 
-def collect(file: str, number: int, settings: Settings) -> int:
+def collect(file: str, number: int, settings: OutputSettings) -> int:
     """Fill `file` up to `number` points; return the exit code.
 
     Raises `ServiceNotRunning`, `NotHomed`, `InvalidConfig` where the running robot has another configuration,
     `FileUnreadable` and `InvalidValue` for a file that cannot be gone on with, and what a wish raises.
     """
     config, path = configuration(settings), Path(file)
-    client = Client.find()
+    client = ServiceClient.find()
     here = _standing(client, config)
     before = _already(path, config)
-    notebook = points.Notebook(path, config)
+    notebook = points.PointNotebook(path, config)
     session = _Session(client, config, notebook, settings)
     poses = _poses(config, before, number - len(before), here)
     code = session.run(poses, len(before), number)
@@ -74,9 +75,9 @@ def collect(file: str, number: int, settings: Settings) -> int:
     return code
 
 
-def _standing(client: Client, config: Config) -> Joints:
+def _standing(client: ServiceClient, config: Config) -> Joints:
     """Return where the robot stands; raises `NotHomed`, and `InvalidConfig` where it reckons with other constants."""
-    state = client.get("/v1/status")["state"]
+    state = client.ask(requests.status())["state"]
     if state["joints"] is None or state["point"] is None:
         raise NotHomed
     here, place = Joints(*state["joints"]), Point(*state["point"])
@@ -123,10 +124,10 @@ def _poses(config: Config, before: Floats, number: int, here: Joints) -> list[Jo
 class _Session:
     """One round: drive, ask, write down."""
 
-    client: Client
+    client: ServiceClient
     config: Config
-    notebook: points.Notebook
-    settings: Settings
+    notebook: points.PointNotebook
+    settings: OutputSettings
     written: int = 0
 
     def run(self, poses: Sequence[Joints], before: int, total: int) -> int:
@@ -159,9 +160,10 @@ class _Session:
 
     def _go(self, joints: Joints) -> str:
         """Go straight to joints; return why it was refused, "" where it was done. Raises `_Failed`."""
-        since = self.client.get("/v1/status")["last_event"]
+        since = self.client.ask(requests.status())["last_event"]
         try:
-            accepted = self.client.post("/v1/tasks", {"command": "move", "joints": list(joints)})
+            request = requests.task({"command": "move", "joints": list(joints)})
+            accepted = self.client.ask(request, timeout=ANSWER)
         except (Unreachable, PathRefused) as refusal:
             return refusal.text(self.settings.language)
         with chosen(self.settings) as display:
@@ -197,7 +199,7 @@ class _Session:
             return
 
     def _counts(self) -> points.Counts:
-        a, b, c = self.client.get("/v1/status")["state"]["counts"]
+        a, b, c = self.client.ask(requests.status())["state"]["counts"]
         return int(a), int(b), int(c)
 
     def _place(self, said: str, expected: Point) -> tuple[Point, float]:

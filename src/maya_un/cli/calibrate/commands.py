@@ -62,7 +62,7 @@ def fit(
         return command.revert(author, settings_of(context))
     if file is None:
         raise InvalidCommandLine(reason="FILE is missing", command=_COMMAND)
-    return command.fit(file, command.Options(hold or (), apply, plot, author), settings_of(context))
+    return command.fit(file, command.FitOptions(hold or (), apply, plot, author), settings_of(context))
 
 
 def collect(

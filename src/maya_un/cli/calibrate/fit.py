@@ -16,12 +16,12 @@ from maya_un.cli.calibrate import history, points
 from maya_un.cli.calibrate.words import word
 from maya_un.cli.configure import configuration
 from maya_un.cli.report import table
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path
-from maya_un.kinematics.calibration import FITTED, WORDS, Calibration, Parameters, calibrate, named
+from maya_un.kinematics.calibration import FITTED, WORDS, Calibration, FittedConstants, calibrate, named
 
 
-class Options(NamedTuple):
+class FitOptions(NamedTuple):
     """What the command line says: constants to `hold`, whether to `apply`, a file for a picture, who is the author."""
 
     hold: Sequence[str] = ()
@@ -30,7 +30,7 @@ class Options(NamedTuple):
     author: str | None = None
 
 
-def fit(file: str, options: Options, settings: Settings) -> int:
+def fit(file: str, options: FitOptions, settings: OutputSettings) -> int:
     """Fit the constants to the points of a file and show them; return the exit code.
 
     With `apply` they are written into the configuration file. Raises `FileUnreadable`, `InvalidValue`,
@@ -39,7 +39,7 @@ def fit(file: str, options: Options, settings: Settings) -> int:
     config, place = configuration(settings), config_file(settings)
     measured = _measured(Path(file), config, place)
     hold = [named(name) for name in options.hold]
-    found = calibrate(measured.observations, Parameters.of(config), hold)
+    found = calibrate(measured.observations, FittedConstants.of(config), hold)
     keys = found.fitted.keys(config)
     picture = None if options.plot is None else _drawn(found, options.plot)
     step = None
@@ -53,12 +53,12 @@ def fit(file: str, options: Options, settings: Settings) -> int:
     return output.answer(value | {"plot": picture}, "\n\n".join([text, "\n".join(tail)]), settings)
 
 
-def config_file(settings: Settings) -> Path:
+def config_file(settings: OutputSettings) -> Path:
     """Return the configuration file that is in force, whether it is there or not."""
     return default_path() if settings.config is None else Path(settings.config)
 
 
-def revert(author: str | None, settings: Settings) -> int:
+def revert(author: str | None, settings: OutputSettings) -> int:
     """Take the last calibration back; raises `NothingToRevert`, `InvalidConfig`, `FileUnwritable`."""
     place = config_file(settings)
     step = history.revert(place, _now(), author or _user())
@@ -66,7 +66,7 @@ def revert(author: str | None, settings: Settings) -> int:
     return output.answer({"config": str(place), **step.model_dump()}, text, settings)
 
 
-def show_history(settings: Settings) -> int:
+def show_history(settings: OutputSettings) -> int:
     """Print every step, oldest first; raises `FileUnreadable`."""
     place = config_file(settings)
     steps = history.steps(place)
@@ -79,7 +79,7 @@ def show_history(settings: Settings) -> int:
     return output.answer(value, table(head, rows, right=(0, 5, 6)), settings)
 
 
-def _history_row(step: history.Step, current: bool, language: str) -> list[str]:
+def _history_row(step: history.HistoryStep, current: bool, language: str) -> list[str]:
     kind = "in_force" if current else step.action
     return [
         str(step.number),
@@ -92,7 +92,7 @@ def _history_row(step: history.Step, current: bool, language: str) -> list[str]:
     ]
 
 
-def _measured(path: Path, config: Config, place: Path) -> points.Measured:
+def _measured(path: Path, config: Config, place: Path) -> points.PointFile:
     """Return the points of a file as `config` counts them.
 
     Points that are applied already were counted with the configuration before that; where the file itself does not
@@ -105,8 +105,8 @@ def _measured(path: Path, config: Config, place: Path) -> points.Measured:
     return points.read(path, before).moved(points.between(points.datum_of(before), points.datum_of(config)))
 
 
-def _told(found: Calibration, file: str, digest: str, author: str | None) -> history.Step:
-    return history.Step(
+def _told(found: Calibration, file: str, digest: str, author: str | None) -> history.HistoryStep:
+    return history.HistoryStep(
         number=0,
         action="applied",
         date=_now(),
@@ -141,7 +141,7 @@ def _drawn(found: Calibration, file: str) -> str:
     return file
 
 
-def _outcome(step: history.Step | None, place: Path, language: str, *, apply: bool) -> str:
+def _outcome(step: history.HistoryStep | None, place: Path, language: str, *, apply: bool) -> str:
     if step is not None:
         return word("applied", language, number=step.number, path=place)
     return word("nothing_changes" if apply else "not_applied", language, path=place)

@@ -24,7 +24,7 @@ Values = dict[str, float | None]
 """Dotted keys of the configuration file and what stands there, None where nothing does."""
 
 
-class Step(BaseModel):
+class HistoryStep(BaseModel):
     """One step: a calibration "applied", or the one numbered `reverts` "reverted".
 
     `date` is ISO 8601 in UTC, `points` the file measured and `digest` its SHA-256; `used` points of `measured` served,
@@ -53,7 +53,7 @@ def folder(config_file: Path) -> Path:
     return config_file.with_name(f"{config_file.stem}.calibrations")
 
 
-def steps(config_file: Path) -> list[Step]:
+def steps(config_file: Path) -> list[HistoryStep]:
     """Return all steps, oldest first; raises `FileUnreadable` for one that is damaged."""
     begun = _begun(config_file)
     found = [_read(path) for path in folder(config_file).glob("[0-9]*.json")]
@@ -62,7 +62,7 @@ def steps(config_file: Path) -> list[Step]:
     return sorted(found, key=lambda step: step.number)
 
 
-def apply(config_file: Path, keys: Mapping[str, float], about: Step) -> Step:
+def apply(config_file: Path, keys: Mapping[str, float], about: HistoryStep) -> HistoryStep:
     """Write `keys` into the configuration file and the step, told by `about`, beside it; return the step.
 
     Raises `InvalidConfig` where the result would be none, `FileUnreadable` and `FileUnwritable`; nothing is written
@@ -74,7 +74,7 @@ def apply(config_file: Path, keys: Mapping[str, float], about: Step) -> Step:
         return _change(config_file, _numbered(config_file, about, before, dict(keys)))
 
 
-def revert(config_file: Path, date: str, author: str) -> Step:
+def revert(config_file: Path, date: str, author: str) -> HistoryStep:
     """Put back what stood in the configuration file before the last calibration; return the step.
 
     Raises `NothingToRevert` where there is none, or where somebody has changed its values since, and as `apply`.
@@ -86,7 +86,7 @@ def revert(config_file: Path, date: str, author: str) -> Step:
         return _change(config_file, _numbered(config_file, told, last.after, last.before))
 
 
-def _last(config_file: Path) -> Step:
+def _last(config_file: Path) -> HistoryStep:
     """Return the calibration that is in force; raises `NothingToRevert`."""
     applied = in_force(steps(config_file))
     if not applied:
@@ -100,12 +100,12 @@ def _last(config_file: Path) -> Step:
     return last
 
 
-def _numbered(config_file: Path, about: Step, before: Values, after: Values) -> Step:
+def _numbered(config_file: Path, about: HistoryStep, before: Values, after: Values) -> HistoryStep:
     numbers = [step.number for step in steps(config_file)]
     return about.model_copy(update={"number": max(numbers, default=0) + 1, "before": before, "after": after})
 
 
-def _change(config_file: Path, step: Step) -> Step:
+def _change(config_file: Path, step: HistoryStep) -> HistoryStep:
     text = _edited(text_of(config_file), step.after, config_file)
     checked(text)
     replace(_next(config_file), step.model_dump_json(indent=2) + "\n")
@@ -121,14 +121,14 @@ def _next(config_file: Path) -> Path:
     return folder(config_file) / "next.json"
 
 
-def _begun(config_file: Path) -> Step | None:
+def _begun(config_file: Path) -> HistoryStep | None:
     """Return the step that has no number yet, None where there is none; raises `FileUnreadable`."""
     text_of(config_file)  # what is no file has no steps beside it
     path = _next(config_file)
     return _read(path) if path.exists() else None
 
 
-def _is_done(config_file: Path, step: Step) -> bool:
+def _is_done(config_file: Path, step: HistoryStep) -> bool:
     return _standing(config_file, step.after) == step.after
 
 
@@ -181,9 +181,9 @@ def _at(said: Mapping[str, Any], key: str) -> float | None:
     return float(found) if isinstance(found, int | float) else nan  # no number is none that was applied
 
 
-def _read(path: Path) -> Step:
+def _read(path: Path) -> HistoryStep:
     try:
-        return Step.model_validate_json(path.read_bytes())
+        return HistoryStep.model_validate_json(path.read_bytes())
     except OSError as error:
         raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
     except ValidationError as error:
@@ -192,7 +192,7 @@ def _read(path: Path) -> Step:
         raise FileUnreadable(path=path, reason=f"it is no step of a calibration: {key}: {first['msg']}") from error
 
 
-def in_force(history: list[Step]) -> list[Step]:
+def in_force(history: list[HistoryStep]) -> list[HistoryStep]:
     """Return the calibrations that were not taken back, oldest first."""
     back = {step.reverts for step in history}
     return [step for step in history if step.action == "applied" and step.number not in back]

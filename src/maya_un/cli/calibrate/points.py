@@ -20,9 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
+from dmc41x3.files import open_own, writable_place
 from maya_un.config import Config, Units
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
-from maya_un.files import open_own, writable_place
 from maya_un.kinematics.calibration import Observations
 from maya_un.values import AXES, Point
 
@@ -48,7 +48,7 @@ _DATUM = re.compile(rf"#\s*datum{_NUMBER * 3}")
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class PointFile:
     """A file of points: what it says, `datum` if it names one, its head, and the fingerprint of its text."""
 
     observations: Observations
@@ -56,7 +56,7 @@ class Measured:
     head: tuple[str, ...]
     digest: str
 
-    def moved(self, way: Sequence[float]) -> Measured:
+    def moved(self, way: Sequence[float]) -> PointFile:
         """Return the same points with `way` added to their counts: the switches are at other counts now."""
         seen = self.observations
         counts = seen.counts + np.array(way)
@@ -75,7 +75,7 @@ def between(then: Datum, now: Datum) -> Datum:
     return now[0] - then[0], now[1] - then[1], now[2] - then[2]
 
 
-def read(path: Path, config: Config) -> Measured:
+def read(path: Path, config: Config) -> PointFile:
     """Return the points of a file, their counts as `config` counts.
 
     Raises `FileUnreadable`, and `InvalidValue` with row (the line of the file) and column of what is wrong.
@@ -89,8 +89,8 @@ def read(path: Path, config: Config) -> Measured:
     rows = [(number, _cells(line)) for number, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
     if not rows:
         raise FileUnreadable(path=path, reason="it is empty")
-    table = _Table(path, config, datum, *rows[0])
-    measured = Measured(table.observations(rows[1:]), datum, table.head, hashlib.sha256(data).hexdigest())
+    table = _PointTable(path, config, datum, *rows[0])
+    measured = PointFile(table.observations(rows[1:]), datum, table.head, hashlib.sha256(data).hexdigest())
     return measured if datum is None else measured.moved(between(datum, datum_of(config)))
 
 
@@ -117,7 +117,7 @@ def _three(found: re.Match[str]) -> Datum:
     return a, b, c
 
 
-class _Table:
+class _PointTable:
     """Rows under a head, told one by one what is wrong with them."""
 
     def __init__(self, path: Path, config: Config, datum: Datum | None, line: int, head: Sequence[str]) -> None:
@@ -218,7 +218,7 @@ class _Table:
 _HEAD = "a,b,c,x,y,z and perhaps sigma (a_rad,b_m,c_m where they are joints)"
 
 
-class Notebook:
+class PointNotebook:
     """A file of points that grows row by row; what was written is on the disk."""
 
     def __init__(self, path: Path, config: Config) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from maya_un.cli.completion.tree import Command
+from maya_un.cli.completion.tree import CompletionCommand
 
 _HEAD = """\
 # Completion of `maya` for {shell}. Made by `maya completion {shell}`; make it anew after an update.
@@ -42,7 +42,7 @@ _maya() {
 """
 
 
-def script(commands: Iterable[Command], shell: str = "bash") -> str:
+def script(commands: Iterable[CompletionCommand], shell: str = "bash") -> str:
     """Return the script for bash or zsh."""
     known = list(commands)
     blocks = [
@@ -59,18 +59,18 @@ def script(commands: Iterable[Command], shell: str = "bash") -> str:
     return "\n".join(block for block in blocks if block).rstrip()
 
 
-def _valued(commands: Iterable[Command]) -> Iterator[str]:
+def _valued(commands: Iterable[CompletionCommand]) -> Iterator[str]:
     return (f"{one.path} {option.name}" for one in commands for option in one.options if option.valued)
 
 
-def _values(commands: Iterable[Command]) -> Iterator[tuple[str, str]]:
+def _values(commands: Iterable[CompletionCommand]) -> Iterator[tuple[str, str]]:
     for one in commands:
         for option in one.options:
             if option.values:
                 yield f"{one.path} {option.name}", option.values
 
 
-def _words(commands: Iterable[Command]) -> Iterator[tuple[str, str]]:
+def _words(commands: Iterable[CompletionCommand]) -> Iterator[tuple[str, str]]:
     for one in commands:
         if one.commands:
             yield f"{one.path}|0", " ".join(name for name, _ in one.commands)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from maya_un.cli.completion.tree import FILES, Command
+from maya_un.cli.completion.tree import FILES, CompletionCommand
 
 _WAY = """\
 function __maya
@@ -36,7 +36,7 @@ complete -c maya -f -a '(__maya)'
 """
 
 
-def script(commands: Iterable[Command]) -> str:
+def script(commands: Iterable[CompletionCommand]) -> str:
     """Return the script."""
     known = list(commands)
     paths = [one.path for one in known if one.path != "maya"]
@@ -53,18 +53,18 @@ def script(commands: Iterable[Command]) -> str:
     return "\n".join(blocks).rstrip()
 
 
-def _values(commands: Iterable[Command]) -> Iterator[tuple[str, list[str]]]:
+def _values(commands: Iterable[CompletionCommand]) -> Iterator[tuple[str, list[str]]]:
     for one in commands:
         for option in one.options:
             if option.values:
                 yield f"{one.path} {option.name}", _told(option.values)
 
 
-def _option_lines(command: Command) -> list[str]:
+def _option_lines(command: CompletionCommand) -> list[str]:
     return [_printed(option.name, option.about) for option in command.options]
 
 
-def _words(commands: Iterable[Command]) -> Iterator[tuple[str, list[str]]]:
+def _words(commands: Iterable[CompletionCommand]) -> Iterator[tuple[str, list[str]]]:
     for one in commands:
         if one.commands:
             yield f"{one.path}|0", [_printed(name, about) for name, about in one.commands]

@@ -16,7 +16,7 @@ _PLACES = {"NAME|X", "NAME|A", "[POSE]..."}
 _ADDRESSES = {"HOST", "[HOST]", "HOST[:PORT]", "WHERE"}
 
 
-class Option(NamedTuple):
+class CompletionOption(NamedTuple):
     """An option: whether a value follows, and which: words, or one of the kinds above, "" where nobody knows."""
 
     name: str
@@ -25,34 +25,36 @@ class Option(NamedTuple):
     about: str
 
 
-class Command(NamedTuple):
+class CompletionCommand(NamedTuple):
     """A command by its whole path, "maya job show": what may follow it; `arguments` has the values of each in turn."""
 
     path: str
     about: str
     commands: tuple[tuple[str, str], ...]
-    options: tuple[Option, ...]
+    options: tuple[CompletionOption, ...]
     arguments: tuple[str, ...]
 
 
-def commands(root: Any) -> list[Command]:
+def commands(root: Any) -> list[CompletionCommand]:
     """Return all commands below `root`, the parser's, and it first."""
     return list(_walk(root, "maya"))
 
 
-def _walk(command: Any, path: str) -> Iterator[Command]:
+def _walk(command: Any, path: str) -> Iterator[CompletionCommand]:
     below: dict[str, Any] = {name: one for name, one in getattr(command, "commands", {}).items() if not one.hidden}
     named = dict(_hurried()) if path == "maya" else {}
     named |= {name: _about(one) for name, one in below.items()}
     options = [option for one in command.params if one.param_type_name == "option" for option in _options(one)]
-    options += [Option(name, bool(values), values, "") for name, values in EVERYWHERE.items()]
+    options += [CompletionOption(name, bool(values), values, "") for name, values in EVERYWHERE.items()]
     arguments = [_values(one, path) for one in command.params if one.param_type_name == "argument"]
-    yield Command(path, _about(command), tuple(sorted(named.items())), tuple(dict.fromkeys(options)), tuple(arguments))
+    yield CompletionCommand(
+        path, _about(command), tuple(sorted(named.items())), tuple(dict.fromkeys(options)), tuple(arguments)
+    )
     if path == "maya":
-        stop = Option("--address", valued=True, values="real", about="tell the controller directly")
+        stop = CompletionOption("--address", valued=True, values="real", about="tell the controller directly")
         common = tuple(option for option in options if option.name in EVERYWHERE)
-        yield Command("maya status", named["status"], (), common, ())
-        yield Command("maya stop", named["stop"], (), (stop, *common), ())
+        yield CompletionCommand("maya status", named["status"], (), common, ())
+        yield CompletionCommand("maya stop", named["stop"], (), (stop, *common), ())
     for name, one in below.items():
         yield from _walk(one, f"{path} {name}")
 
@@ -69,11 +71,13 @@ def _about(command: Any) -> str:
     return str(lines[0]).strip()
 
 
-def _options(parameter: Any) -> Iterator[Option]:
+def _options(parameter: Any) -> Iterator[CompletionOption]:
     about = str(parameter.help or "")
     for name in (*parameter.opts, *parameter.secondary_opts):
         if name.startswith("--") and name not in EVERYWHERE:
-            yield Option(name, not parameter.is_flag, "" if parameter.is_flag else _values(parameter, name), about)
+            yield CompletionOption(
+                name, not parameter.is_flag, "" if parameter.is_flag else _values(parameter, name), about
+            )
 
 
 def _values(parameter: Any, where: str) -> str:

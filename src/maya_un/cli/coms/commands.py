@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
@@ -40,5 +40,5 @@ def coms(
     from maya_un.cli.coms import run
 
     settings = context.obj
-    assert isinstance(settings, Settings)
+    assert isinstance(settings, OutputSettings)
     return run.coms(settings, connect=connect, url=url, port=port, rosbridge=ip, name=name)

@@ -10,18 +10,24 @@ from dataclasses import replace
 
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.coms import settings as environment
 from maya_un.coms.agent import Agent
 from maya_un.coms.choosing import transport_of
 from maya_un.coms.robot import Rosbridge
-from maya_un.coms.server import Switch, serve
+from maya_un.coms.server import AgentSwitch, serve
 from maya_un.server import dates
 from maya_un.server.doors import bound_socket
 
 
 def coms(
-    settings: Settings, *, connect: bool, url: str | None, port: int | None, rosbridge: str | None, name: str | None
+    settings: OutputSettings,
+    *,
+    connect: bool,
+    url: str | None,
+    port: int | None,
+    rosbridge: str | None,
+    name: str | None,
 ) -> int:
     """Serve; options outweigh the environment, and that outweighs the configuration.
 
@@ -38,7 +44,7 @@ def coms(
     return output.DONE
 
 
-async def _serve(found: environment.Settings, door: socket.socket, *, connect: bool) -> None:
+async def _serve(found: environment.AgentSettings, door: socket.socket, *, connect: bool) -> None:
     def agent() -> Agent:
         robot = Rosbridge(found.rosbridge, found.token, found.namespace)
         return Agent(found.name, robot, transport_of(found), dates.now)
@@ -46,7 +52,7 @@ async def _serve(found: environment.Settings, door: socket.socket, *, connect: b
     warning = environment.password_warning(found)
     if warning is not None:
         print(f"maya: {warning}", file=sys.stderr, flush=True)
-    switch = Switch(agent, found.name, password_in_clear=warning is not None)
+    switch = AgentSwitch(agent, found.name, password_in_clear=warning is not None)
     if connect:
         switch.connect()
     host, port = door.getsockname()[:2]

@@ -7,23 +7,23 @@ import os
 from pathlib import Path
 from typing import TextIO
 
+from dmc41x3.files import open_own, writable_place
+from dmc41x3.listening import Listener, listen
+from dmc41x3.wire.transcript import Side, WirePiece, header
+from dmc41x3.wire.transport import Transport
 from maya_un.cli import output
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.dmc_tools.dial import Dial
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import asked_to_end
 from maya_un.cli.words import word
 from maya_un.errors import AddressInUse, FileUnwritable, MachineError
-from maya_un.files import open_own, writable_place
-from maya_un.galil.transcript import Piece, Side, header
-from maya_un.galil.transport import Transport
-from maya_un.listening import Listener, listen
 
 _PIECE = 65536
 """Most bytes taken at once."""
 
 
-def capture(address: str, host: str, port: int, out: str, settings: Settings) -> int:
+def capture(address: str, host: str, port: int, out: str, settings: OutputSettings) -> int:
     """Pass bytes between clients on `host`:`port` and a controller, and write them to `out`, until Ctrl-C.
 
     Prints where it listens. Each client gets a connection of its own to the controller. Only TCP is passed on: what a
@@ -40,9 +40,9 @@ def capture(address: str, host: str, port: int, out: str, settings: Settings) ->
     return output.DONE
 
 
-async def _capture(place: str, host: str, port: int, file: TextIO, settings: Settings) -> None:
+async def _capture(place: str, host: str, port: int, file: TextIO, settings: OutputSettings) -> None:
     async with dial.reached(place) as way:
-        between = GoBetween(way, file)
+        between = CaptureProxy(way, file)
         try:
             listening = await between.listen(host, port)
             text = word("captures", settings.language, address=listening, controller=place)
@@ -52,7 +52,7 @@ async def _capture(place: str, host: str, port: int, file: TextIO, settings: Set
             await between.close()
 
 
-class GoBetween:
+class CaptureProxy:
     """Clients on one side, a controller on the other, and a recording of what passes."""
 
     def __init__(self, dial: Dial, file: TextIO) -> None:
@@ -137,4 +137,4 @@ class GoBetween:
 
     def _note(self, link: int, side: Side, data: bytes = b"", event: str = "") -> None:
         time = asyncio.get_running_loop().time() - self._start
-        print(Piece(time, link, side, data, event).line(), file=self._file)
+        print(WirePiece(time, link, side, data, event).line(), file=self._file)

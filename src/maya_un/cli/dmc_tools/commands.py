@@ -64,7 +64,7 @@ def scope(
     """
     from maya_un.cli.dmc_tools import scope as command
 
-    request = command.Request(command.split_channels(channels), rate, seconds, trigger, csv, png)
+    request = command.ScopeRequest(command.split_channels(channels), rate, seconds, trigger, csv, png)
     return command.scope(host, request, settings_of(context))
 
 

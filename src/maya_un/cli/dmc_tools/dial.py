@@ -8,17 +8,17 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from contextlib import asynccontextmanager
 from typing import TypeVar
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.address import SIM, split
 from maya_un.assembly import make_twin
 from maya_un.cli.configure import configuration
 from maya_un.cli.dmc import TIMEOUT
 from maya_un.cli.quantities import target_address
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import on_end
 from maya_un.controller.ownership import living_owner
 from maya_un.errors import ControllerOwned
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport, Transport
 
 T = TypeVar("T")
 
@@ -26,7 +26,7 @@ Dial = Callable[[], Awaitable[Transport]]
 """Makes one more connection to the same controller; raises `ConnectFailed`."""
 
 
-def meant(address: str, settings: Settings) -> str:
+def meant(address: str, settings: OutputSettings) -> str:
     """Return what an address on the command line means: `sim`, HOST or HOST:PORT; raises `InvalidValue`."""
     return target_address(address, configuration(settings).controller.address)
 

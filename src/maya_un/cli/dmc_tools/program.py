@@ -7,11 +7,15 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from maya_un import files
+from dmc41x3 import files
+from dmc41x3.driver import Driver
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.language.program import split
+from dmc41x3.language.source import ProgramSource, prepared
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.dmc_tools import dial
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.controller.guard_program import merged
 from maya_un.errors import (
     CommandRejected,
@@ -22,13 +26,9 @@ from maya_un.errors import (
     ProgramLost,
     ProgramRuns,
 )
-from maya_un.galil.codes import ErrorCode
-from maya_un.galil.driver import Driver
-from maya_un.galil.program import split
-from maya_un.galil.source import Source, prepared
 
 
-def upload(address: str, file: str | None, settings: Settings) -> int:
+def upload(address: str, file: str | None, settings: OutputSettings) -> int:
     """Write the controller's program to `file`, or to the screen without one; return the exit code.
 
     Raises `FileUnwritable` and as the driver does.
@@ -49,7 +49,7 @@ async def _upload(place: str) -> str:
         return await driver.upload()
 
 
-def download(address: str, file: str, source: Source, label: str | None, settings: Settings) -> int:
+def download(address: str, file: str, source: ProgramSource, label: str | None, settings: OutputSettings) -> int:
     """Replace the controller's program by `source` of `file`, and run it from `label` (`` is line 0; None: not).
 
     Raises `InvalidValue`, `ControllerOwned`, and as `load`.
@@ -63,7 +63,7 @@ def download(address: str, file: str, source: Source, label: str | None, setting
     )
 
 
-def told(source: Source) -> str:
+def told(source: ProgramSource) -> str:
     """Return a text with the number of downloaded lines and the changes made before."""
     return "; ".join((f"{lines(source.text)} downloaded", *source.changes))
 
@@ -115,7 +115,7 @@ async def _put_back(driver: Driver, before: str | None, refused: MayaError) -> N
         raise ProgramLost(reason=str(refused)) from error
 
 
-def guarded(file: str, settings: Settings) -> Source:
+def guarded(file: str, settings: OutputSettings) -> ProgramSource:
     """Return the program in a file with Maya's guard behind it; raises `FileUnreadable` and `GuardBlocked`."""
     config = configuration(settings)
     letters = "".join(sorted(axis.letter for axis in (config.axes.a, config.axes.b, config.axes.c)))
@@ -124,7 +124,7 @@ def guarded(file: str, settings: Settings) -> Source:
     return replace(source, lines=split(text))
 
 
-def read(file: str) -> Source:
+def read(file: str) -> ProgramSource:
     """Return the program in a file, made ready for a controller; raises `FileUnreadable`."""
     path = Path(file)
     try:

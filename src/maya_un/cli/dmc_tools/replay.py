@@ -7,21 +7,21 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.wire.transcript import ConnectionTranscript, WirePiece, conversations, difference, read
+from dmc41x3.wire.transport import Transport
 from maya_un.address import SIM
 from maya_un.cli import output
 from maya_un.cli.dmc import TIMEOUT
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.dmc_tools.dial import Dial
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.errors import FileUnreadable, InvalidValue, MachineError
-from maya_un.galil.driver import Driver
-from maya_un.galil.transcript import Conversation, Piece, conversations, difference, read
-from maya_un.galil.transport import Transport
 from maya_un.loops import run, run_virtual
 
 
-class Difference(NamedTuple):
+class AnswerDifference(NamedTuple):
     """One answer that is another now: when [s] and on which connection the command was said, and how they differ."""
 
     time: float
@@ -30,14 +30,14 @@ class Difference(NamedTuple):
     how: str
 
 
-class Outcome(NamedTuple):
+class ReplayOutcome(NamedTuple):
     """What came of a replay."""
 
     commands: int
-    differences: list[Difference]
+    differences: list[AnswerDifference]
 
 
-def replay(file: str, address: str, tolerance: float, settings: Settings) -> int:
+def replay(file: str, address: str, tolerance: float, settings: OutputSettings) -> int:
     """Replay a recording and print what differs; return 0 where nothing does, else 1.
 
     The client speaks at its own pace, on a twin in virtual time. Raises `FileUnreadable`, `ConnectFailed`,
@@ -55,11 +55,11 @@ def replay(file: str, address: str, tolerance: float, settings: Settings) -> int
     return output.FAILED if lines else output.DONE
 
 
-def _line(found: Difference) -> str:
+def _line(found: AnswerDifference) -> str:
     return f"{found.time:9.3f} s  link {found.link}  {found.command!r}: {found.how}"
 
 
-def _pieces(path: Path) -> list[Piece]:
+def _pieces(path: Path) -> list[WirePiece]:
     try:
         with path.open(encoding="utf-8") as file:
             return read(file)
@@ -69,7 +69,7 @@ def _pieces(path: Path) -> list[Piece]:
         raise FileUnreadable(path=path, reason=str(error)) from error
 
 
-async def _replay(place: str, pieces: Sequence[Piece], tolerance: float) -> Outcome:
+async def _replay(place: str, pieces: Sequence[WirePiece], tolerance: float) -> ReplayOutcome:
     async with dial.reached(place) as way:
         await _require_free(way, place)
         return await compared(way, pieces, tolerance)
@@ -83,26 +83,28 @@ async def _require_free(way: Dial, place: str) -> None:
         await driver.close()
 
 
-async def compared(way: Dial, pieces: Sequence[Piece], tolerance: float) -> Outcome:
+async def compared(way: Dial, pieces: Sequence[WirePiece], tolerance: float) -> ReplayOutcome:
     """Say the client's side of a recording to a controller; return how its answers differ from those recorded."""
     before = conversations(pieces)
     after = await _again(way, [piece for piece in pieces if piece.side == "client"])
-    found: list[Difference] = []
+    found: list[AnswerDifference] = []
     for link, conversation in before.items():
-        found += _differences(link, conversation, after.get(link, Conversation()), tolerance)
+        found += _differences(link, conversation, after.get(link, ConnectionTranscript()), tolerance)
     found.sort()
-    return Outcome(sum(len(conversation.exchanges) for conversation in before.values()), found)
+    return ReplayOutcome(sum(len(conversation.exchanges) for conversation in before.values()), found)
 
 
-def _differences(link: int, before: Conversation, after: Conversation, tolerance: float) -> list[Difference]:
-    found: list[Difference] = []
+def _differences(
+    link: int, before: ConnectionTranscript, after: ConnectionTranscript, tolerance: float
+) -> list[AnswerDifference]:
+    found: list[AnswerDifference] = []
     for one, other in zip(before.exchanges, after.exchanges, strict=False):
         if one.reply is not None and (how := difference(one.command, one.reply, other.reply, tolerance)):
-            found.append(Difference(one.time, link, one.command, how))
+            found.append(AnswerDifference(one.time, link, one.command, how))
     return found
 
 
-async def _again(way: Dial, pieces: Sequence[Piece]) -> dict[int, Conversation]:
+async def _again(way: Dial, pieces: Sequence[WirePiece]) -> dict[int, ConnectionTranscript]:
     """Say every piece at its time, but not before what its connection said earlier is answered."""
     links: dict[int, _Link] = {}
     start = asyncio.get_running_loop().time()
@@ -126,10 +128,10 @@ class _Link:
     def __init__(self, transport: Transport) -> None:
         self._transport = transport
         self._heard = asyncio.Event()
-        self.conversation = Conversation()
+        self.conversation = ConnectionTranscript()
         self._reader = asyncio.create_task(self._read())
 
-    async def say(self, piece: Piece) -> None:
+    async def say(self, piece: WirePiece) -> None:
         await self.answered()
         if piece.event == "end":
             await self.close()

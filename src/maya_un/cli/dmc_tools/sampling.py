@@ -6,17 +6,17 @@ import asyncio
 from collections.abc import AsyncIterator, Iterator, Sequence
 from typing import NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.channels import Reading, SampleClock, reading
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.language.hardware import SAMPLES
+from dmc41x3.language.numbers import parse_number
 from maya_un.errors import CommandRejected, UnexpectedReply
-from maya_un.galil.channels import Clock, Reading, reading
-from maya_un.galil.commands import LINE_LIMIT
-from maya_un.galil.driver import Driver
-from maya_un.galil.hardware import SAMPLES
-from maya_un.galil.numbers import parse_number
 
 _TIME = "TIME"
 
 
-class Sample(NamedTuple):
+class ChannelSample(NamedTuple):
     """Values of all channels; `time` is the controller's own [s], 0 at the first sample."""
 
     time: float
@@ -35,7 +35,7 @@ class Sampler:
                 self._readings[channel] = read
         asked = [channel for channel in self.channels if channel not in self._readings]
         self._asked = asked if self._readings else [_TIME, *asked]
-        self._clock = Clock(period)
+        self._clock = SampleClock(period)
         self._second = SAMPLES * 1000.0 / period
         self._first: float | None = None
 
@@ -48,14 +48,14 @@ class Sampler:
             await driver.value(channel)
         return sampler
 
-    async def sample(self) -> Sample:
+    async def sample(self) -> ChannelSample:
         """Return the values of now; raises as the driver does."""
         if not self._readings:
             found = await self._ask()
-            return Sample(self._since_first(found[_TIME]), tuple(found[name] for name in self.channels))
+            return ChannelSample(self._since_first(found[_TIME]), tuple(found[name] for name in self.channels))
         record, found = await asyncio.gather(self._driver.record(), self._ask())
         found.update({name: read(record) for name, read in self._readings.items()})
-        return Sample(self._clock.at(record.sample), tuple(found[name] for name in self.channels))
+        return ChannelSample(self._clock.at(record.sample), tuple(found[name] for name in self.channels))
 
     async def _ask(self) -> dict[str, float]:
         found: dict[str, float] = {}
@@ -95,7 +95,7 @@ def _lines(channels: Sequence[str]) -> Iterator[list[str]]:
         yield group
 
 
-async def samples(sampler: Sampler, rate: float, seconds: float | None) -> AsyncIterator[Sample]:
+async def samples(sampler: Sampler, rate: float, seconds: float | None) -> AsyncIterator[ChannelSample]:
     """Yield `rate` samples a second for so long, without an end for None; what comes too late is left out."""
     async for _ in ticks(rate, seconds):
         yield await sampler.sample()

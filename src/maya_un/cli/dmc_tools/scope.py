@@ -8,15 +8,15 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from dmc41x3.driver import Driver
+from dmc41x3.files import write
+from dmc41x3.language.channels import quantity, unit
 from maya_un.cli import output
 from maya_un.cli.dmc_tools import dial
-from maya_un.cli.dmc_tools.sampling import Sample, Sampler, samples, ticks
+from maya_un.cli.dmc_tools.sampling import ChannelSample, Sampler, samples, ticks
 from maya_un.cli.dmc_tools.watch import require_rate
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import InvalidValue
-from maya_un.files import write
-from maya_un.galil.channels import quantity, unit
-from maya_un.galil.driver import Driver
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,7 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 """Colours that people with any eyes tell apart (Okabe and Ito)."""
 
 
-class Request(NamedTuple):
+class ScopeRequest(NamedTuple):
     """What to record: `rate` samples a second for `seconds` [s], once `trigger` is not 0; files by their paths."""
 
     channels: tuple[str, ...]
@@ -37,11 +37,11 @@ class Request(NamedTuple):
     png: str | None = None
 
 
-class Recording(NamedTuple):
+class ScopeRecording(NamedTuple):
     """What was recorded."""
 
     channels: tuple[str, ...]
-    samples: tuple[Sample, ...]
+    samples: tuple[ChannelSample, ...]
 
     @property
     def rate(self) -> float:
@@ -58,7 +58,7 @@ def split_channels(text: str) -> tuple[str, ...]:
     return channels
 
 
-def scope(address: str, request: Request, settings: Settings) -> int:
+def scope(address: str, request: ScopeRequest, settings: OutputSettings) -> int:
     """Record and write; without a file the table goes to the screen. Return the exit code.
 
     Ctrl-C ends the recording early and keeps what there is. Raises `FileUnwritable` and as the driver does.
@@ -71,14 +71,14 @@ def scope(address: str, request: Request, settings: Settings) -> int:
     return output.answer(_report(recording, request), summary(recording, request), settings)
 
 
-async def _scope(place: str, request: Request) -> Recording:
+async def _scope(place: str, request: ScopeRequest) -> ScopeRecording:
     async with dial.opened(place) as driver:
-        taken: list[Sample] = []
+        taken: list[ChannelSample] = []
         await dial.until_asked(record(driver, request, taken))
-        return Recording(request.channels, tuple(taken))
+        return ScopeRecording(request.channels, tuple(taken))
 
 
-async def record(driver: Driver, request: Request, taken: list[Sample]) -> None:
+async def record(driver: Driver, request: ScopeRequest, taken: list[ChannelSample]) -> None:
     """Wait for the trigger and append samples to `taken`; raises `InvalidValue` and as the driver does."""
     require_rate(request.rate)
     if not 0.0 < request.seconds <= 3600.0:
@@ -92,7 +92,7 @@ async def record(driver: Driver, request: Request, taken: list[Sample]) -> None:
         taken.append(sample)
 
 
-def save(recording: Recording, request: Request) -> None:
+def save(recording: ScopeRecording, request: ScopeRequest) -> None:
     """Write the files that were asked for; raises `FileUnwritable`."""
     if request.csv is not None:
         write(Path(request.csv), as_csv(recording).encode())
@@ -100,13 +100,13 @@ def save(recording: Recording, request: Request) -> None:
         write(Path(request.png), as_png(recording))
 
 
-def _report(recording: Recording, request: Request) -> dict[str, object]:
+def _report(recording: ScopeRecording, request: ScopeRequest) -> dict[str, object]:
     values = [[sample.time, *sample.values] for sample in recording.samples]
     kept = {} if request.csv or request.png else {"columns": ["time", *recording.channels], "values": values}
     return {"samples": len(values), "rate": recording.rate, "csv": request.csv, "png": request.png, **kept}
 
 
-def summary(recording: Recording, request: Request) -> str:
+def summary(recording: ScopeRecording, request: ScopeRequest) -> str:
     """Return in one line what was recorded and where it is."""
     places = ", ".join(place for place in (request.csv, request.png) if place is not None)
     return f"{len(recording.samples)} samples, {recording.rate:.1f} a second: {places or 'nowhere written'}"
@@ -116,7 +116,7 @@ def _title(channel: str) -> str:
     return f"{channel} [{unit(channel)}]" if unit(channel) else channel
 
 
-def as_csv(recording: Recording) -> str:
+def as_csv(recording: ScopeRecording) -> str:
     """Return a recording as CSV: a line of titles with units, then one line a sample, the time [s] first."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
@@ -127,7 +127,7 @@ def as_csv(recording: Recording) -> str:
     return text.getvalue()
 
 
-def as_png(recording: Recording) -> bytes:
+def as_png(recording: ScopeRecording) -> bytes:
     """Return a recording as a picture: one plot above the other for every quantity, over the same time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -149,7 +149,7 @@ def as_png(recording: Recording) -> bytes:
     return picture.getvalue()
 
 
-def _drawn(plot: Axes, recording: Recording, place: int) -> Line2D:
+def _drawn(plot: Axes, recording: ScopeRecording, place: int) -> Line2D:
     times = [sample.time for sample in recording.samples]
     values = [sample.values[place] for sample in recording.samples]
     (line,) = plot.plot(times, values, color=_COLOURS[place % len(_COLOURS)], linewidth=1.6)

@@ -8,19 +8,19 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.channels import columns, unit
 from maya_un.cli import output
 from maya_un.cli.dmc_tools import dial
-from maya_un.cli.dmc_tools.sampling import Sample, Sampler, samples
-from maya_un.cli.settings import Settings
+from maya_un.cli.dmc_tools.sampling import ChannelSample, Sampler, samples
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import InvalidValue
-from maya_un.galil.channels import columns, unit
-from maya_un.galil.driver import Driver
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 
-def watch(address: str, channels: Sequence[str], rate: float, seconds: float | None, settings: Settings) -> int:
+def watch(address: str, channels: Sequence[str], rate: float, seconds: float | None, settings: OutputSettings) -> int:
     """Show channels `rate` times a second for so long [s], until Ctrl-C for None; return the exit code.
 
     Without channels it shows position, error, velocity and torque of every axis. Raises as the driver does.
@@ -39,7 +39,9 @@ def require_rate(rate: float) -> None:
         raise InvalidValue(key="--rate", value=rate, reason="it is above 0 and at most 500 samples a second")
 
 
-async def _watch(place: str, channels: Sequence[str], rate: float, seconds: float | None, settings: Settings) -> None:
+async def _watch(
+    place: str, channels: Sequence[str], rate: float, seconds: float | None, settings: OutputSettings
+) -> None:
     async with dial.opened(place) as driver:
         sampler = await Sampler.prepare(driver, channels or await _usual(driver))
         if sys.stdout.isatty() and not settings.json:
@@ -61,7 +63,7 @@ async def _live(sampler: Sampler, rate: float, seconds: float | None) -> None:
             screen.update(_table(sampler, sample), refresh=True)
 
 
-def _table(sampler: Sampler, sample: Sample) -> Table:
+def _table(sampler: Sampler, sample: ChannelSample) -> Table:
     from rich.table import Table
 
     table = Table("channel", title=f"{sample.time:.3f} s", title_justify="left")
@@ -72,12 +74,12 @@ def _table(sampler: Sampler, sample: Sample) -> Table:
     return table
 
 
-def json_line(sampler: Sampler, sample: Sample) -> str:
+def json_line(sampler: Sampler, sample: ChannelSample) -> str:
     """Return one sample as one line of JSON: `time` [s], then every channel by its name."""
     return json.dumps({"time": sample.time, **dict(zip(sampler.channels, sample.values, strict=True))})
 
 
-def _plain_line(sampler: Sampler, sample: Sample) -> str:
+def _plain_line(sampler: Sampler, sample: ChannelSample) -> str:
     pairs = zip(sampler.channels, sample.values, strict=True)
     return f"{sample.time:.3f}  " + "  ".join(f"{channel} {shown(value)}" for channel, value in pairs)
 

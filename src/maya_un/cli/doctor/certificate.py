@@ -9,7 +9,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 
 from maya_un.cli.doctor.finding import Finding, fail, ok, warn
-from maya_un.cli.doctor.sockets import Listener
+from maya_un.cli.doctor.sockets import ListeningProcess
 
 PATIENCE = 2.0
 """Longest wait for a handshake [s]."""
@@ -21,7 +21,7 @@ _EXPIRED = 10
 """X509_V_ERR_CERT_HAS_EXPIRED."""
 
 
-def findings(there: Sequence[Listener], pid: int) -> Iterator[Finding]:
+def findings(there: Sequence[ListeningProcess], pid: int) -> Iterator[Finding]:
     """Look at every port that process `pid` listens on with TLS."""
     for port in sorted({one.port for one in there if one.pid == pid}):
         shown = _shown(port)

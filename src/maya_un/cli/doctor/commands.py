@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
@@ -27,5 +27,5 @@ def doctor(
     from maya_un.cli.doctor import show
 
     settings = context.obj
-    assert isinstance(settings, Settings)
+    assert isinstance(settings, OutputSettings)
     return show.doctor(address, settings)

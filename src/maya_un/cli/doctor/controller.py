@@ -6,6 +6,10 @@ import asyncio
 import re
 from collections.abc import AsyncIterator
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.hardware import SAMPLES
+from dmc41x3.language.numbers import parse_number
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.address import split
 from maya_un.cli.doctor.finding import Finding, fail, ok, warn
 from maya_un.cli.doctor.service import limits
@@ -15,10 +19,6 @@ from maya_un.controller.ownership import living_owner
 from maya_un.controller.registers import identify
 from maya_un.controller.torque import Torque
 from maya_un.errors import CommandRejected, MayaError
-from maya_un.galil.driver import Driver
-from maya_un.galil.hardware import SAMPLES
-from maya_un.galil.numbers import parse_number
-from maya_un.galil.transport import TcpTransport
 from maya_un.values import AXES
 
 PATIENCE = 2.0

@@ -18,8 +18,8 @@ import httpx
 from maya_un import runtime
 from maya_un.cli.configure import configuration
 from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
-from maya_un.cli.doctor.sockets import Listener
-from maya_un.cli.settings import Settings
+from maya_un.cli.doctor.sockets import ListeningProcess
+from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path
 from maya_un.config.state import state_folder
 from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged
@@ -32,7 +32,7 @@ _LAG = 60.0
 """A clock that is so far behind what was written down was set back [s]."""
 
 
-class Port(NamedTuple):
+class KnownPort(NamedTuple):
     """A port that programs around Maya use, and the names of programs that may well have it."""
 
     number: int
@@ -41,23 +41,23 @@ class Port(NamedTuple):
 
 
 PORTS = (
-    Port(4133, "maya up", ("maya",)),
-    Port(5023, "maya dmc serve", ("maya",)),
-    Port(3000, "maya coms", ("maya",)),
-    Port(9090, "rosbridge", ("rosbridge", "maya")),
-    Port(11311, "ROS master", ("rosmaster", "roscore", "roslaunch")),
+    KnownPort(4133, "maya up", ("maya",)),
+    KnownPort(5023, "maya dmc serve", ("maya",)),
+    KnownPort(3000, "maya coms", ("maya",)),
+    KnownPort(9090, "rosbridge", ("rosbridge", "maya")),
+    KnownPort(11311, "ROS master", ("rosmaster", "roscore", "roslaunch")),
 )
 """The ports that are looked at."""
 
 
-def config_file(settings: Settings) -> Path | None:
+def config_file(settings: OutputSettings) -> Path | None:
     """Return the configuration file in force, None where the manual's values hold."""
     named = settings.config or os.environ.get("MAYA_CONFIG")
     place = Path(named) if named else default_path()
     return place if named or place.exists() else None
 
 
-def config(settings: Settings) -> Iterator[Finding]:
+def config(settings: OutputSettings) -> Iterator[Finding]:
     """Look whether the configuration in force is good."""
     place = config_file(settings)
     try:
@@ -68,7 +68,7 @@ def config(settings: Settings) -> Iterator[Finding]:
     yield ok("configuration", "config_none") if place is None else ok("configuration", "config_good", path=str(place))
 
 
-def storage(settings: Settings, *, served_by: int) -> Iterator[Finding]:
+def storage(settings: OutputSettings, *, served_by: int) -> Iterator[Finding]:
     """Look at the file of the queue, whole where nobody uses it; `served_by` is the process that does, 0 for none."""
     folder = state_folder()
     path = folder / file.NAME
@@ -82,7 +82,7 @@ def storage(settings: Settings, *, served_by: int) -> Iterator[Finding]:
         yield _kept(path, settings)
 
 
-def _kept(path: Path, settings: Settings) -> Finding:
+def _kept(path: Path, settings: OutputSettings) -> Finding:
     try:
         with copying.reading(path) as connection:
             file.check(connection, path)
@@ -113,7 +113,7 @@ def disk() -> Iterator[Finding]:
         yield found("disk", "disk_short", free=free, path=str(folder / "recordings"))
 
 
-def ports(there: Sequence[Listener]) -> Iterator[Finding]:
+def ports(there: Sequence[ListeningProcess]) -> Iterator[Finding]:
     """Look who has the ports that programs around Maya use."""
     running = runtime.find()
     for port in PORTS:

@@ -9,25 +9,27 @@ from typing import Any, cast
 from urllib.parse import urlsplit
 
 from maya_un import __version__, runtime
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
+from maya_un.client import requests
+from maya_un.client.request import Request
 from maya_un.errors import MayaError
 
 PATIENCE = 3.0
 """Longest wait for each answer [s]."""
 
 
-class Service:
+class RunningService:
     """The running service, once it was found to answer."""
 
-    def __init__(self, running: runtime.Running, client: Client, language: str) -> None:
+    def __init__(self, running: runtime.Running, client: ServiceClient, language: str) -> None:
         self.running = running
         self._client = client
         self._language = language
 
-    def ask(self, path: str) -> dict[str, Any]:
-        """Return an answer; raises as `Client.get`."""
-        answer = self._client.get(path, timeout=PATIENCE)
+    def ask(self, request: Request[Any]) -> dict[str, Any]:
+        """Return an answer; raises as `ServiceClient.ask`."""
+        answer = self._client.ask(request, timeout=PATIENCE)
         return cast("dict[str, Any]", answer) if isinstance(answer, dict) else {}
 
     def findings(self) -> Iterator[Finding]:
@@ -48,7 +50,7 @@ class Service:
             yield ok("service", "service_ready")
 
     def _robot(self) -> Iterator[Finding]:
-        status = self.ask("/v1/status")
+        status = self.ask(requests.status())
         yield _version(str(status["version"]))
         state, address = status["state"], status["address"]
         if state["mode"] == "disconnected":
@@ -63,14 +65,14 @@ class Service:
         yield limits(state["forward_limit"], state["reverse_limit"])
 
     def _lease(self) -> Iterator[Finding]:
-        lease = self.ask("/v1/lease")
+        lease = self.ask(requests.lease())
         if lease["holder"]:
             yield ok("lease", "lease_held", holder=lease["holder"], since=float(lease["since"]))
         else:
             yield ok("lease", "lease_free")
 
     def _queue(self) -> Iterator[Finding]:
-        queue = self.ask("/v1/queue")
+        queue = self.ask(requests.queue())
         if queue["recovery"] is not None:
             yield warn("queue", "queue_asks", job=queue["recovery"]["job"])
         elif queue["mode"] == "paused":
@@ -92,13 +94,13 @@ def limits(forward: list[bool], reverse: list[bool]) -> Finding:
     return ok("limits", "limits_quiet")
 
 
-def found(language: str) -> tuple[Service | None, list[Finding]]:
+def found(language: str) -> tuple[RunningService | None, list[Finding]]:
     """Return the running service, or why there is none that could be asked."""
     running = runtime.find()
     if running is None:
         return None, [skipped("service", "service_none")]
     try:
-        client = Client(running.url, PATIENCE)
+        client = ServiceClient(running.url, PATIENCE)
         ours = _marked(client)
     except MayaError:
         return None, [fail("service", "service_gone", pid=running.pid, url=running.url)]
@@ -109,14 +111,14 @@ def found(language: str) -> tuple[Service | None, list[Finding]]:
         return None, [fail("service", "service_hangs", pid=running.pid, url=running.url, reason=reason)]
     if not ours:
         return None, [fail("service", "service_stranger", url=running.url)]
-    return Service(running, client, language), []
+    return RunningService(running, client, language), []
 
 
-def _marked(client: Client) -> bool:
+def _marked(client: ServiceClient) -> bool:
     """Tell whether who answers is ours: every answer of ours has the header `Maya`."""
     connection = HTTPConnection(client.host, client.port, timeout=PATIENCE)
     try:
-        connection.request("GET", "/v1/health")
+        connection.request("GET", requests.health().path)
         return connection.getresponse().headers["Maya"] is not None
     finally:
         connection.close()
@@ -129,7 +131,7 @@ def _reasons(url: str, language: str) -> list[str]:
     place = urlsplit(url)
     connection = HTTPConnection(place.hostname or "127.0.0.1", place.port or 80, timeout=PATIENCE)
     with suppress(OSError, HTTPException, ValueError, KeyError, TypeError):
-        connection.request("GET", "/v1/ready", headers={"Accept-Language": language})
+        connection.request("GET", requests.ready().path, headers={"Accept-Language": language})
         found = json.loads(connection.getresponse().read())
         connection.close()
         return [str(reason["message"]) for reason in found["reasons"]]

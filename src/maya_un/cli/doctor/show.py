@@ -10,24 +10,24 @@ from maya_un.address import REAL, SIM
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.doctor import certificate, controller, house, service
-from maya_un.cli.doctor.finding import Finding, Outcome, fail, skipped
+from maya_un.cli.doctor.finding import Finding, FindingOutcome, fail, skipped
 from maya_un.cli.doctor.sockets import listeners
 from maya_un.cli.doctor.words import meaning, name, remedy
 from maya_un.cli.quantities import target_address
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.server.crash import written_down
 
 _MARKS = {
-    Outcome.OK: ("ok", "32"),
-    Outcome.WARN: ("WARN", "33"),
-    Outcome.FAIL: ("FAIL", "31"),
-    Outcome.SKIPPED: ("–", "2"),
+    FindingOutcome.OK: ("ok", "32"),
+    FindingOutcome.WARN: ("WARN", "33"),
+    FindingOutcome.FAIL: ("FAIL", "31"),
+    FindingOutcome.SKIPPED: ("–", "2"),
 }
 
 
-def doctor(address: str | None, settings: Settings) -> int:
+def doctor(address: str | None, settings: OutputSettings) -> int:
     """Look at everything and say it; return 1 where something fails, else 0.
 
     The controller at `address` is asked by a handle of its own, and only while no service runs here; without an address
@@ -43,10 +43,10 @@ def doctor(address: str | None, settings: Settings) -> int:
             output.say(_line(finding, settings.language, coloured=sys.stdout.isatty()))
     if settings.json:
         output.emit({"findings": [_data(finding, settings.language) for finding in found]})
-    return output.FAILED if any(finding.outcome is Outcome.FAIL for finding in found) else output.DONE
+    return output.FAILED if any(finding.outcome is FindingOutcome.FAIL for finding in found) else output.DONE
 
 
-def _config(settings: Settings) -> Config:
+def _config(settings: OutputSettings) -> Config:
     """Return the configuration in force, the manual's values where it is broken: a check of its own says so."""
     try:
         return configuration(settings)
@@ -54,7 +54,7 @@ def _config(settings: Settings) -> Config:
         return Config()
 
 
-def _all(target: str | None, config: Config, settings: Settings) -> Iterator[Finding]:
+def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterator[Finding]:
     there = listeners()
     running, trouble = service.found(settings.language)
     yield from trouble

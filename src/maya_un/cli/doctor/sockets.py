@@ -11,7 +11,7 @@ _LISTENS = "0A"
 """The state of a listening socket in /proc/net/tcp."""
 
 
-class Listener(NamedTuple):
+class ListeningProcess(NamedTuple):
     """A process that listens; `pid` is 0 and `name` empty where it is another user's."""
 
     port: int
@@ -24,11 +24,11 @@ class Listener(NamedTuple):
         return f"{self.name} (process {self.pid})" if self.pid else "a process of another user"
 
 
-def listeners(proc: Path = Path("/proc")) -> list[Listener]:
+def listeners(proc: Path = Path("/proc")) -> list[ListeningProcess]:
     """Return who listens on TCP, by port; empty where the system does not tell."""
     ports = _ports(proc)
     owners = _owners(proc, set(ports.values()))
-    return [Listener(port, *owners.get(inode, (0, ""))) for port, inode in sorted(ports.items())]
+    return [ListeningProcess(port, *owners.get(inode, (0, ""))) for port, inode in sorted(ports.items())]
 
 
 def _ports(proc: Path) -> dict[int, str]:

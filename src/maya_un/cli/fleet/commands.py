@@ -94,5 +94,5 @@ def run(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     """
     from maya_un.cli.fleet import running
 
-    options = running.Options(file, url, state, check, again, tuple(retry), tuple(skip), abort)
+    options = running.FleetRunOptions(file, url, state, check, again, tuple(retry), tuple(skip), abort)
     return running.run(options, settings_of(context))

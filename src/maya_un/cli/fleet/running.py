@@ -10,17 +10,17 @@ from typing import Any, NamedTuple
 
 from maya_un.cli import output
 from maya_un.cli.fleet.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import DecisionNeeded, InvalidCommandLine, MayaError, ProcessAborted, UnknownName
-from maya_un.graph.step_text import Progress, Result
+from maya_un.graph.step_text import StepEnd, StepProgress
 from maya_un.supervisor import Supervisor
 from maya_un.supervisor.lab import ONLINE
-from maya_un.supervisor.process import Planned, Process, load_process
-from maya_un.supervisor.record import Decision, Record, State, recorded
-from maya_un.supervisor.running import Runner
+from maya_un.supervisor.process import FleetProcess, ProcessStep, load_process
+from maya_un.supervisor.record import FailureDecision, ProcessRecord, ProcessStepState, recorded
+from maya_un.supervisor.running import FleetProcessRunner
 
 
-class Options(NamedTuple):
+class FleetRunOptions(NamedTuple):
     """What `maya fleet run` was asked for; `state` is the file of what was done, None for the usual one."""
 
     file: str
@@ -33,7 +33,7 @@ class Options(NamedTuple):
     abort: bool = False
 
 
-def run(options: Options, settings: Settings) -> int:
+def run(options: FleetRunOptions, settings: OutputSettings) -> int:
     """Carry out a process and return the exit code; raises what its parts raise."""
     path = Path(options.file)
     process = load_process(path)
@@ -49,7 +49,7 @@ def run(options: Options, settings: Settings) -> int:
         return _concluded(record, error, settings, before=before)
 
 
-def _decide(record: Record, options: Options) -> None:
+def _decide(record: ProcessRecord, options: FleetRunOptions) -> None:
     """Note what the command line says of failed steps; raises `UnknownName` for one that has not failed."""
     for name in (*options.retry, *options.skip):
         if name not in record.failed():
@@ -57,25 +57,25 @@ def _decide(record: Record, options: Options) -> None:
     if set(options.retry) & set(options.skip):
         raise InvalidCommandLine(reason="a step is named by --retry and by --skip", command="maya fleet run")
     for name in options.retry:
-        record.decided(name, Decision.RETRY)
+        record.decided(name, FailureDecision.RETRY)
     for name in options.skip:
-        record.decided(name, Decision.SKIP)
+        record.decided(name, FailureDecision.SKIP)
     if options.abort:
         record.abort()
 
 
-def _greet(record: Record, settings: Settings) -> None:
+def _greet(record: ProcessRecord, settings: OutputSettings) -> None:
     if settings.json:
         return
     process = record.process
     robots = ", ".join(dict.fromkeys(step.robot for step in process.steps.values()))
     output.say(word("plan", settings.language, name=process.name, steps=len(process.steps), robots=robots))
-    over = sum(entry.state in {State.DONE, State.SKIPPED} for entry in record.entries.values())
+    over = sum(entry.state in {ProcessStepState.DONE, ProcessStepState.SKIPPED} for entry in record.entries.values())
     if 0 < over < len(process.steps):
         output.say(word("resumed", settings.language, over=over, steps=len(process.steps)))
 
 
-def _carried_out(record: Record, options: Options, settings: Settings) -> MayaError | None:
+def _carried_out(record: ProcessRecord, options: FleetRunOptions, settings: OutputSettings) -> MayaError | None:
     """Carry out what is left, asking on a terminal; return why it ended before all steps were over."""
     while True:
         try:
@@ -96,13 +96,13 @@ def _carried_out(record: Record, options: Options, settings: Settings) -> MayaEr
             return None
 
 
-async def _run(record: Record, url: str | None, settings: Settings) -> None:
+async def _run(record: ProcessRecord, url: str | None, settings: OutputSettings) -> None:
     async with Supervisor(url) as lab:
         _tell_absent(record.process, lab, settings)
-        await Runner(record, lab, lambda step, report: _tell(step, report, settings)).run()
+        await FleetProcessRunner(record, lab, lambda step, report: _tell(step, report, settings)).run()
 
 
-def _tell_absent(process: Process, lab: Supervisor, settings: Settings) -> None:
+def _tell_absent(process: FleetProcess, lab: Supervisor, settings: OutputSettings) -> None:
     """Say which robots are not connected; their steps wait for them."""
     for robot in dict.fromkeys(step.robot for step in process.steps.values()):
         state = lab.robots.get(robot, "unknown")
@@ -110,18 +110,18 @@ def _tell_absent(process: Process, lab: Supervisor, settings: Settings) -> None:
             output.say(word("waits_for", settings.language, robot=robot, state=state))
 
 
-def _tell(step: Planned, report: Progress | Result, settings: Settings) -> None:
+def _tell(step: ProcessStep, report: StepProgress | StepEnd, settings: OutputSettings) -> None:
     if settings.json:
         return
     details = {"robot": step.robot, "id": step.id}
-    if isinstance(report, Progress):
+    if isinstance(report, StepProgress):
         output.say(word(report.state.value, settings.language, **details))
     else:
         key = "succeeded" if report.error is None else "failed"
         output.say(word(key, settings.language, **details, error=report.error, code=report.code))
 
 
-def _ask(record: Record, step: str, language: str) -> None:
+def _ask(record: ProcessRecord, step: str, language: str) -> None:
     """Ask what becomes of a failed step; raises `InvalidCommandLine` at the end of the input."""
     while True:
         try:
@@ -129,11 +129,11 @@ def _ask(record: Record, step: str, language: str) -> None:
         except EOFError:
             raise InvalidCommandLine(reason="nobody chose", command="maya fleet run") from None
         with suppress(ValueError):
-            return record.decided(step, Decision(said))
+            return record.decided(step, FailureDecision(said))
         output.say(word("ask_again", language))
 
 
-def _concluded(record: Record, error: MayaError | None, settings: Settings, *, before: bool) -> int:
+def _concluded(record: ProcessRecord, error: MayaError | None, settings: OutputSettings, *, before: bool) -> int:
     """Report how the process stands, and return the exit code."""
     if settings.json:
         output.emit(_report(record.process, record, error))
@@ -141,17 +141,21 @@ def _concluded(record: Record, error: MayaError | None, settings: Settings, *, b
         output.complain(error, settings)
     else:
         states = [entry.state for entry in record.entries.values()]
-        counts = {"steps": len(states), "done": states.count(State.DONE), "skipped": states.count(State.SKIPPED)}
+        counts = {
+            "steps": len(states),
+            "done": states.count(ProcessStepState.DONE),
+            "skipped": states.count(ProcessStepState.SKIPPED),
+        }
         output.say(word("finished_before" if before else "finished", settings.language, **counts))
     return output.DONE if error is None else output.FAILED
 
 
-def _report(process: Process, record: Record, error: MayaError | None) -> dict[str, Any]:
+def _report(process: FleetProcess, record: ProcessRecord, error: MayaError | None) -> dict[str, Any]:
     state = "done" if error is None else "aborted" if record.aborted else "waiting"
     return {"process": process.name, "state": state, "steps": [_step(record, id_) for id_ in process.steps]}
 
 
-def _step(record: Record, id_: str) -> dict[str, Any]:
+def _step(record: ProcessRecord, id_: str) -> dict[str, Any]:
     entry, step = record.entries[id_], record.process.steps[id_]
     found = entry.result
     result = {} if found is None else {"code": found.code, "error": found.error}

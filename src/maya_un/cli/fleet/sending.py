@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from maya_un.cli import output
 from maya_un.cli.fleet.words import word
 from maya_un.cli.quantities import angle, duration, length
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.errors import InvalidCommandLine, UnknownName
-from maya_un.graph.step_text import ARGUMENTS, Result
+from maya_un.graph.step_text import ARGUMENTS, StepEnd
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.arguments import Switch
 from maya_un.supervisor import Supervisor
@@ -23,7 +23,7 @@ _COMMAND = "maya fleet send"
 
 
 def send(
-    robot: str, command: str, values: Sequence[str], url: str | None, deadline: str | None, settings: Settings
+    robot: str, command: str, values: Sequence[str], url: str | None, deadline: str | None, settings: OutputSettings
 ) -> int:
     """Send a step and wait for its result; raises the error by which it failed, and `UnknownName`."""
     args = _args(command, values)
@@ -51,8 +51,8 @@ def _args(command: str, values: Sequence[str]) -> dict[str, float]:
 
 
 async def _send(
-    robot: str, command: str, args: dict[str, float], url: str | None, deadline: float, settings: Settings
-) -> Result:
+    robot: str, command: str, args: dict[str, float], url: str | None, deadline: float, settings: OutputSettings
+) -> StepEnd:
     async with Supervisor(url, deadline=deadline) as lab:
         state = lab.robots.get(robot)
         if state is None:

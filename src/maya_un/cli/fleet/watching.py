@@ -7,13 +7,13 @@ import json
 
 from maya_un.cli import output
 from maya_un.cli.fleet.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.coms.settings import from_environment, where_of
 from maya_un.supervisor import Event, Supervisor
 from maya_un.supervisor.step import progress_of, result_of
 
 
-def list_(url: str | None, settings: Settings) -> int:
+def list_(url: str | None, settings: OutputSettings) -> int:
     """List the robots; raises `SupervisorsNotReached`."""
     found = asyncio.run(_robots(url))
     lines = [word("presence", settings.language, robot=name, state=state) for name, state in found.items()]
@@ -27,13 +27,13 @@ async def _robots(url: str | None) -> dict[str, str]:
         return lab.robots
 
 
-def watch(robot: str | None, url: str | None, settings: Settings) -> int:
+def watch(robot: str | None, url: str | None, settings: OutputSettings) -> int:
     """Show what robots publish until Ctrl-C; raises `SupervisorsNotReached`."""
     asyncio.run(_watch(robot, url, settings))
     return output.DONE
 
 
-async def _watch(robot: str | None, url: str | None, settings: Settings) -> None:
+async def _watch(robot: str | None, url: str | None, settings: OutputSettings) -> None:
     async with Supervisor(url) as lab:
         async for event in lab.watch():
             if robot in {None, event.robot}:

@@ -16,7 +16,7 @@ LEVELS = ("debug", "info", "warning", "error", "critical")
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class LogEntry:
     """What happened at `time` (ISO 8601, UTC, with milliseconds).
 
     `kind` is an event's, or the part of the program that wrote a line of the log: http, defect. `code` is 0, or an
@@ -33,7 +33,7 @@ class Entry:
     detail: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
 
-def of_event(row: EventRow) -> Entry:
+def of_event(row: EventRow) -> LogEntry:
     """Return an event of the journal."""
     level = logging.getLevelName(level_of(row.kind)).lower()
     if row.code and level == "info":
@@ -41,15 +41,15 @@ def of_event(row: EventRow) -> Entry:
     words = " ".join(f"{key}={value}" for key, value in row.detail.items() if key != "message")
     message = str(row.detail.get("message", ""))
     text = "  ".join(part for part in (words, message) if part)
-    return Entry(_utc(row.date), level, row.kind, text, row.code, row.run, row.seq, row.detail)
+    return LogEntry(_utc(row.date), level, row.kind, text, row.code, row.run, row.seq, row.detail)
 
 
-def of_line(line: Mapping[str, Any]) -> Entry:
+def of_line(line: Mapping[str, Any]) -> LogEntry:
     """Return a line of the log; raises `KeyError`, `TypeError` or `ValueError` for what is none."""
     known = {"time", "level", "logger", "message", "code"}
     kind = str(line["logger"]).rpartition(".")[2]
     detail = {key: value for key, value in line.items() if key not in known}
-    return Entry(
+    return LogEntry(
         _utc(str(line["time"])), str(line["level"]), kind, str(line["message"]), int(line.get("code", 0)), 0, 0, detail
     )
 

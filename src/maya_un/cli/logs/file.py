@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, cast
 
-from maya_un.cli.logs.entry import Entry, of_line
+from maya_un.cli.logs.entry import LogEntry, of_line
 from maya_un.errors import FileUnreadable
 
 EVENTS = "maya.events"
 """The logger of what the journal has as well."""
 
 
-class LogFile:
+class LogReader:
     """The lines of the log at `path`; `read` goes on where it was before, over the change to a new file too."""
 
     def __init__(self, path: Path, *, events: bool = False) -> None:
@@ -24,7 +24,7 @@ class LogFile:
         self._file = 0
         self._rest = b""
 
-    def read(self) -> list[Entry]:
+    def read(self) -> list[LogEntry]:
         """Return what came since the last time, at first everything; raises `FileUnreadable`."""
         first = self._file == 0
         data = b"".join(self._older()) if first else b""
@@ -54,7 +54,7 @@ class LogFile:
         self._file = file
         return data
 
-    def _entry(self, line: bytes) -> Entry | None:
+    def _entry(self, line: bytes) -> LogEntry | None:
         """Return a line; one that is not ours, as of another program or cut off by a power cut, is left out."""
         try:
             found: Any = json.loads(line)

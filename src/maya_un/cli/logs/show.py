@@ -12,11 +12,11 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from maya_un.cli import output
-from maya_un.cli.logs.entry import LEVELS, Entry, of_event
-from maya_un.cli.logs.file import LogFile
+from maya_un.cli.logs.entry import LEVELS, LogEntry, of_event
+from maya_un.cli.logs.file import LogReader
 from maya_un.cli.logs.when import moment
 from maya_un.cli.logs.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnreadable, MayaError, UnknownName
 from maya_un.events import DECLARED, UnknownEvent, event_of
@@ -36,7 +36,7 @@ KINDS = (*DECLARED, "defect", "http")
 _COLOURS = {"debug": "2", "warning": "33", "error": "31", "critical": "31;1"}
 
 
-class Wanted(NamedTuple):
+class LogFilter(NamedTuple):
     """Which entries: the newest `lines`, not older than `since`, of these `kinds` (all where there are none).
 
     `level` is the least grave that is shown.
@@ -47,14 +47,14 @@ class Wanted(NamedTuple):
     kinds: tuple[str, ...]
     level: str
 
-    def has(self, entry: Entry) -> bool:
+    def has(self, entry: LogEntry) -> bool:
         """Tell whether an entry is wanted."""
         grave = LEVELS.index(entry.level) if entry.level in LEVELS else len(LEVELS)
         alike = not self.kinds or entry.kind in self.kinds
         return alike and grave >= LEVELS.index(self.level) and entry.time >= self.since
 
 
-class Sources:
+class LogSources:
     """The journal and the log, read again and again; `trouble` says why one of them cannot be read, "" where it can."""
 
     def __init__(self) -> None:
@@ -62,14 +62,14 @@ class Sources:
         self._number = 0
         self.trouble: MayaError | None = None
         events = self._events(1, "")
-        self._log = LogFile(log_path(), events=not events)
+        self._log = LogReader(log_path(), events=not events)
         self._number = 0
 
-    def read(self, most: int, since: str) -> list[Entry]:
+    def read(self, most: int, since: str) -> list[LogEntry]:
         """Return what came since the last time, oldest first, as if it stood in one file."""
         return sorted([*self._log.read(), *self._events(most, since)], key=lambda entry: entry.time)
 
-    def _events(self, most: int, since: str) -> list[Entry]:
+    def _events(self, most: int, since: str) -> list[LogEntry]:
         if not self._journal.exists():
             return []
         try:
@@ -82,12 +82,14 @@ class Sources:
         return [of_event(row) for _, row in found]
 
 
-def show(wanted: Wanted, settings: Settings, *, follow: bool, wait: Callable[[float], object] = time.sleep) -> int:
+def show(
+    wanted: LogFilter, settings: OutputSettings, *, follow: bool, wait: Callable[[float], object] = time.sleep
+) -> int:
     """Print entries, and with `follow` more as they come, until Ctrl-C; return the exit code.
 
     Raises `FileUnreadable` where there is neither a journal nor a log, and `UnknownName` for a kind that there is not.
     """
-    sources = Sources()
+    sources = LogSources()
     entries = sources.read(MOST, wanted.since)
     _require_known(wanted.kinds, entries)
     found = [entry for entry in entries if wanted.has(entry)][-wanted.lines :]
@@ -103,7 +105,7 @@ def show(wanted: Wanted, settings: Settings, *, follow: bool, wait: Callable[[fl
     return output.DONE
 
 
-def _require_known(kinds: Iterable[str], entries: Iterable[Entry]) -> None:
+def _require_known(kinds: Iterable[str], entries: Iterable[LogEntry]) -> None:
     """Raise `UnknownName` for a kind that is none of ours, and that nothing has."""
     known = {*KINDS, *(entry.kind for entry in entries)}
     for kind in kinds:
@@ -111,20 +113,20 @@ def _require_known(kinds: Iterable[str], entries: Iterable[Entry]) -> None:
             raise UnknownName(name=kind, known=", ".join(sorted(known)))
 
 
-def wanted(lines: int, since: str | None, kinds: Sequence[str], level: str) -> Wanted:
+def wanted(lines: int, since: str | None, kinds: Sequence[str], level: str) -> LogFilter:
     """Return what a command line asks for; raises `InvalidValue`."""
     begin = "" if since is None else moment(since, datetime.now(UTC))
-    return Wanted(lines if since is None else MOST, begin, tuple(kinds), level)
+    return LogFilter(lines if since is None else MOST, begin, tuple(kinds), level)
 
 
-def _print(entries: Iterable[Entry], settings: Settings) -> None:
+def _print(entries: Iterable[LogEntry], settings: OutputSettings) -> None:
     coloured = sys.stdout.isatty()
     for entry in entries:
         text = json.dumps(asdict(entry), ensure_ascii=False) if settings.json else _line(entry, settings.language)
         output.say(_coloured(text, entry.level) if coloured and not settings.json else text)
 
 
-def _line(entry: Entry, language: str) -> str:
+def _line(entry: LogEntry, language: str) -> str:
     clock = _here(entry.time)
     code = f" ({entry.code})" if entry.code else ""
     text = f"{clock}  {entry.level:<7}  {entry.kind:<14}  {_said(entry, language)}{code}"
@@ -133,7 +135,7 @@ def _line(entry: Entry, language: str) -> str:
     return text
 
 
-def _said(entry: Entry, language: str) -> str:
+def _said(entry: LogEntry, language: str) -> str:
     """Return what an event says in a language; of what is not declared here, and of the log, the text."""
     event = event_of(entry.kind, entry.detail)
     return event.report(language) if entry.seq and not isinstance(event, UnknownEvent) else entry.text

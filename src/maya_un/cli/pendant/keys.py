@@ -9,7 +9,7 @@ AXES = "xyzrabc"
 """What moves: the gripper along x, y, z and away from the boom's axis (r), or one of the axes a, b, c."""
 
 
-class Step(NamedTuple):
+class KeyStep(NamedTuple):
     """How far one press of a key goes: `length` [m], of the boom `angle` [rad]."""
 
     length: float
@@ -21,9 +21,9 @@ class Step(NamedTuple):
 
 
 STEPS = {
-    "1": Step(0.001, radians(0.1)),
-    "2": Step(0.010, radians(1.0)),
-    "3": Step(0.050, radians(5.0)),
+    "1": KeyStep(0.001, radians(0.1)),
+    "2": KeyStep(0.010, radians(1.0)),
+    "3": KeyStep(0.050, radians(5.0)),
 }
 """The steps, by the key that chooses each."""
 

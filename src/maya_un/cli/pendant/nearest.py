@@ -18,7 +18,7 @@ Between tension limits of 2 and 5 times the load the ceiling in the midst of the
 """
 
 
-class Distance(NamedTuple):
+class LimitDistance(NamedTuple):
     """How far it is to a limit or a zone called `name`: `margin` in its `unit` ("m", "rad" or "load"), `rank` in m."""
 
     name: str
@@ -31,17 +31,17 @@ class Distance(NamedTuple):
         return f"{self.name} {shown.get(self.unit, f'{self.margin:.2f} × load')}"
 
 
-def distances(workspace: Workspace, joints: Joints) -> list[Distance]:
+def distances(workspace: Workspace, joints: Joints) -> list[LimitDistance]:
     """Return how far joints (rad, m, m) are from every limit and zone, the nearest first."""
     return sorted(_distances(workspace, joints), key=lambda distance: distance.rank)
 
 
-def _distances(workspace: Workspace, joints: Joints) -> Iterator[Distance]:
+def _distances(workspace: Workspace, joints: Joints) -> Iterator[LimitDistance]:
     margins = workspace.margins(joints)
     u, _ = workspace.mechanism.section(joints)
     metres = {"m": 1.0, "rad": hypot(workspace.mechanism.delta + u), "load": HEIGHT_OF_A_LOAD}
     for limit, margin in margins.limits.items():
         kind = unit(limit)
-        yield Distance(limit.value.replace("_", " "), margin, kind, margin * metres[kind])
+        yield LimitDistance(limit.value.replace("_", " "), margin, kind, margin * metres[kind])
     for zone, clearance in margins.zones:
-        yield Distance(f"zone {zone}", clearance, "m", clearance)
+        yield LimitDistance(f"zone {zone}", clearance, "m", clearance)

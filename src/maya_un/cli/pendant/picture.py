@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import degrees, hypot
 from typing import TypeAlias
 
-from maya_un.cli.pendant.keys import STEPS, Step
-from maya_un.cli.pendant.session import Session
+from maya_un.cli.pendant.keys import STEPS, KeyStep
+from maya_un.cli.pendant.session import PendantSession
 from maya_un.cli.words import word
 from maya_un.values import Joints, Point
 
@@ -22,7 +22,7 @@ SHOWN = 3
 _ALIKE = {"idle": "", "moving": "class:moving", "homing": "class:moving", "stopping": "class:moving"}
 
 
-def drawn(session: Session, language: str) -> list[Piece]:
+def drawn(session: PendantSession, language: str) -> list[Piece]:
     """Return everything but the keys: mode and step, where the gripper is, the nearest limits, the notes."""
     pieces: list[Piece] = [("class:head", "Maya   "), *_mode(session), ("", f"   {_step(STEPS[session.step])}\n\n")]
     pieces += _position(session, language)
@@ -32,7 +32,7 @@ def drawn(session: Session, language: str) -> list[Piece]:
     return pieces
 
 
-def _mode(session: Session) -> list[Piece]:
+def _mode(session: PendantSession) -> list[Piece]:
     if session.trouble:
         return [("class:trouble", session.trouble)]
     if not session.status:
@@ -44,11 +44,11 @@ def _mode(session: Session) -> list[Piece]:
     return mode
 
 
-def _step(step: Step) -> str:
+def _step(step: KeyStep) -> str:
     return f"± {step.length * 1e3:g} mm / {degrees(step.angle):g}°"
 
 
-def _position(session: Session, language: str) -> list[Piece]:
+def _position(session: PendantSession, language: str) -> list[Piece]:
     if not session.status:
         return []
     joints, point = session.joints, session.status["state"]["point"]
@@ -68,7 +68,7 @@ def _joint_lines(joints: Joints) -> list[str]:
     return [f"a {degrees(joints.a):9.2f}°", *lengths, ""]
 
 
-def _limits(session: Session, language: str) -> list[Piece]:
+def _limits(session: PendantSession, language: str) -> list[Piece]:
     nearest = session.nearest()
     if not nearest:
         return []

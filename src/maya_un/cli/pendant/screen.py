@@ -16,14 +16,15 @@ from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
 from prompt_toolkit.styles import Style
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration
 from maya_un.cli.pendant.keys import MOVES, STEPS
 from maya_un.cli.pendant.picture import drawn
-from maya_un.cli.pendant.session import Session
-from maya_un.cli.settings import Settings
+from maya_un.cli.pendant.session import PendantSession
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.signals import on_end
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.kinematics.workspace import Workspace
 
 _STYLE = Style.from_dict(
@@ -38,19 +39,19 @@ _STYLE = Style.from_dict(
 )
 
 
-def jog(settings: Settings) -> int:
+def jog(settings: OutputSettings) -> int:
     """Move the running robot by keys until a person ends it; return the exit code. Raises `ServiceNotRunning`."""
-    client = Client.find()
-    client.get("/v1/health")
+    client = ServiceClient.find()
+    client.ask(requests.health())
     return asyncio.run(_Pendant(client, settings).show())
 
 
 class _Pendant:
     """A session, and the application that shows it."""
 
-    def __init__(self, client: Client, settings: Settings) -> None:
+    def __init__(self, client: ServiceClient, settings: OutputSettings) -> None:
         self._language = settings.language
-        self._session = Session(client, Workspace.of(configuration(settings)), settings.language)
+        self._session = PendantSession(client, Workspace.of(configuration(settings)), settings.language)
         self._naming = False
         self._name = Buffer(multiline=False, accept_handler=self._named)
         self._app: Application[int] = Application(

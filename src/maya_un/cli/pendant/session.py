@@ -7,13 +7,14 @@ from collections import deque
 from collections.abc import Coroutine
 from typing import Any
 
+from dmc41x3.wire import emergency
 from maya_un import runtime
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.pendant.keys import STEPS
-from maya_un.cli.pendant.nearest import Distance, distances
+from maya_un.cli.pendant.nearest import LimitDistance, distances
 from maya_un.cli.words import word
+from maya_un.client import requests
 from maya_un.errors import MayaError
-from maya_un.galil import emergency
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints
 
@@ -27,13 +28,13 @@ _ANSWER = 2.0
 _STOP = 0.5
 
 
-class Session:
+class PendantSession:
     """Steps, stops and teaches; `status` is the robot's as JSON has it, `notes` what there was to say.
 
     `trouble` is why the robot does not answer, empty where it does.
     """
 
-    def __init__(self, client: Client, workspace: Workspace, language: str) -> None:
+    def __init__(self, client: ServiceClient, workspace: Workspace, language: str) -> None:
         self._client = client
         self._workspace = workspace
         self._language = language
@@ -55,7 +56,7 @@ class Session:
         joints = self.status["state"]["joints"] if self.status else None
         return None if joints is None else Joints(*joints)
 
-    def nearest(self) -> list[Distance]:
+    def nearest(self) -> list[LimitDistance]:
         """Return the distances to all limits, the nearest first; none where nobody knows where the robot is."""
         return [] if self.joints is None else distances(self._workspace, self.joints)
 
@@ -85,7 +86,7 @@ class Session:
     async def look(self) -> None:
         """Ask for the status once."""
         try:
-            self.status = await asyncio.to_thread(self._client.get, "/v1/status", _ANSWER)
+            self.status = await asyncio.to_thread(self._client.ask, requests.status(), _ANSWER)
             self.trouble = ""
         except MayaError as error:
             self.trouble = error.text(self._language)
@@ -102,9 +103,9 @@ class Session:
             await asyncio.wait(self._beside)
 
     async def _move(self, axis: str, distance: float) -> None:
-        body = {"axis": axis, "distance": distance, "clip": True}
+        request = requests.jog_by(axis, distance)
         try:
-            done = await asyncio.to_thread(self._client.post, "/v1/jog", body, LONGEST_JOG)
+            done = await asyncio.to_thread(self._client.ask, request, LONGEST_JOG)
         except MayaError as error:
             self.notes.append(error.text(self._language))
             return
@@ -113,7 +114,7 @@ class Session:
 
     async def _stop(self) -> None:
         try:
-            report = await asyncio.to_thread(self._client.post, "/v1/stop", None, _STOP)
+            report = await asyncio.to_thread(self._client.ask, requests.stop(), _STOP)
         except MayaError as error:
             await self._stop_directly(error)
             return

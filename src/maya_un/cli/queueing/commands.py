@@ -156,7 +156,7 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     from maya_un.cli.queueing import jobs
 
     depends_on = None if after is None else tuple(after)
-    options = jobs.Options(priority, held or None, depends_on, notes, on_failure, retries, stepwise)
+    options = jobs.QueueingOptions(priority, held or None, depends_on, notes, on_failure, retries, stepwise)
     return jobs.submit(file, options, settings_of(context), wait=wait)
 
 
@@ -231,7 +231,7 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     from maya_un.cli.queueing import jobs
 
     depends_on = None if after is None else tuple(after)
-    options = jobs.Options(priority, None, depends_on, notes, on_failure, retries, stepwise)
+    options = jobs.QueueingOptions(priority, None, depends_on, notes, on_failure, retries, stepwise)
     return jobs.edit(job, options, file, settings_of(context))
 
 
@@ -258,4 +258,4 @@ def history(
     """List past jobs: user, origin, predicted and actual times."""
     from maya_un.cli.queueing import history as command
 
-    return command.history(command.Wanted(count, owner, state or (), text), settings_of(context), as_csv=as_csv)
+    return command.history(command.HistoryFilter(count, owner, state or (), text), settings_of(context), as_csv=as_csv)

@@ -6,14 +6,15 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
-from urllib.parse import urlencode
 
 from maya_un.cli import output
 from maya_un.cli.called import called
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
+from maya_un.client import requests
+from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
 
 USUAL = 20
@@ -22,7 +23,7 @@ USUAL = 20
 _PAGE = 1000
 
 
-class Wanted(NamedTuple):
+class HistoryFilter(NamedTuple):
     """How many jobs, and which; None where nothing is said."""
 
     number: int = USUAL
@@ -31,12 +32,12 @@ class Wanted(NamedTuple):
     text: str | None = None
 
 
-def history(wanted: Wanted, settings: Settings, *, as_csv: bool) -> int:
+def history(wanted: HistoryFilter, settings: OutputSettings, *, as_csv: bool) -> int:
     """Print the last jobs, newest first, as a table, with `as_csv` as CSV; raises `InvalidCommandLine`."""
     if as_csv and settings.json:
         raise InvalidCommandLine(reason="--csv and --json are two ways of one answer", command="maya history")
     with called({"state": "--state", "owner": "--owner", "text": "--text", "limit": "N"}):
-        jobs = _found(Client.find(), wanted)
+        jobs = _found(ServiceClient.find(), wanted)
     if as_csv:
         output.say(_csv(jobs).rstrip("\n"))
         return output.DONE
@@ -44,22 +45,19 @@ def history(wanted: Wanted, settings: Settings, *, as_csv: bool) -> int:
     return output.answer({"jobs": jobs}, shown, settings)
 
 
-def _found(client: Client, wanted: Wanted) -> list[dict[str, Any]]:
+def _found(client: ServiceClient, wanted: HistoryFilter) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     while len(found) < wanted.number:
         below = found[-1]["id"] if found else None
-        page = client.get(f"/v1/jobs?{_query(wanted, below, min(_PAGE, wanted.number - len(found)))}")
+        page = client.ask(_page(wanted, below, min(_PAGE, wanted.number - len(found))))
         found += page
         if not page:
             break
     return found
 
 
-def _query(wanted: Wanted, below: int | None, limit: int) -> str:
-    asked = {"owner": wanted.owner, "text": wanted.text, "below": below, "limit": limit, "state": list(wanted.states)}
-    return urlencode(
-        {key: value for key, value in asked.items() if value not in (None, [])}, doseq=True, errors="surrogatepass"
-    )
+def _page(wanted: HistoryFilter, below: int | None, limit: int) -> Request[Any]:
+    return requests.jobs(state=wanted.states, owner=wanted.owner, text=wanted.text or "", below=below, limit=limit)
 
 
 def _csv(jobs: Sequence[Mapping[str, Any]]) -> str:

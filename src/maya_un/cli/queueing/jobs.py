@@ -10,24 +10,20 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import urlencode
 
 from maya_un.cli import output
 from maya_un.cli.called import called
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.display import chosen
 from maya_un.cli.follow import follow
 from maya_un.cli.queueing import text, times
 from maya_un.cli.queueing.words import word
 from maya_un.cli.report import as_data, as_text
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import reason
+from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
 from maya_un.process.files import load_job
-
-AT_REST = 120.0
-"""Longest wait for a job that is cancelled to come to rest [s]."""
-
 
 _CHANGEABLE = {"queued", "held", "paused", "interrupted"}
 
@@ -41,7 +37,7 @@ _OPTIONS = {
 """What the options of a job are called on the command line."""
 
 
-class Options(NamedTuple):
+class QueueingOptions(NamedTuple):
     """How a job is to be queued, or what of that is to change; None where nothing was said."""
 
     priority: int | None = None
@@ -57,15 +53,14 @@ class Options(NamedTuple):
         return {key: value for key, value in self._asdict().items() if value is not None}
 
 
-def submit(file: str, options: Options, settings: Settings, *, wait: bool) -> int:
+def submit(file: str, options: QueueingOptions, settings: OutputSettings, *, wait: bool) -> int:
     """Append the job of a file to the queue; with `wait` follow it to its end. Return the exit code."""
     job = load_job(Path(file))
-    client = Client.find()
-    since = client.get("/v1/status")["last_event"]
+    client = ServiceClient.find()
+    since = client.ask(requests.status())["last_event"]
     body = job.model_dump(mode="json", exclude_none=True, warnings=False)
-    query = urlencode({key: _plain(value) for key, value in options.said().items()}, doseq=True, errors="surrogatepass")
     with called(_OPTIONS):
-        accepted = client.post(f"/v1/jobs?{query}" if query else "/v1/jobs", body)
+        accepted = client.ask(requests.submit(body, **options.said()))
     if not wait:
         return output.answer(accepted, _accepted(client, accepted, settings), settings)
     with chosen(settings) as display:
@@ -75,24 +70,20 @@ def submit(file: str, options: Options, settings: Settings, *, wait: bool) -> in
     return output.INTERRUPTED if interrupted else output.concluded(report, settings)
 
 
-def _accepted(client: Client, accepted: dict[str, Any], settings: Settings) -> str:
+def _accepted(client: ServiceClient, accepted: dict[str, Any], settings: OutputSettings) -> str:
     """Return that a job was accepted, and what it waits for: a student's is a proposal, and a queue may be paused."""
     text = word("accepted", settings.language, **accepted)
     if settings.json:
         return text
-    waiting = client.get("/v1/queue")["waiting"]
+    waiting = client.ask(requests.queue())["waiting"]
     line = next((line for line in waiting if line["id"] == accepted["id"]), None)
     why = "" if line is None else reason(client, line, settings.language)
     return f"{text}\n{why}" if why else text
 
 
-def _plain(value: object) -> object:
-    return str(value).lower() if isinstance(value, bool) else value
-
-
-def show(job: int, settings: Settings) -> int:
+def show(job: int, settings: OutputSettings) -> int:
     """Print what is known of a job, step by step, also of one long ended."""
-    report = Client.find().get(f"/v1/jobs/{job}")
+    report = ServiceClient.find().ask(requests.report(job))
     _print(report, settings)
     if not settings.json:
         line = report["line"]
@@ -104,7 +95,7 @@ def show(job: int, settings: Settings) -> int:
     return output.DONE
 
 
-def _print(report: Mapping[str, Any], settings: Settings) -> None:
+def _print(report: Mapping[str, Any], settings: OutputSettings) -> None:
     if settings.json:
         output.emit(report)
     else:
@@ -115,47 +106,44 @@ def _dated(line: Mapping[str, Any]) -> dict[str, Any]:
     return {**line, **{key: times.clock(line[key]) or "–" for key in ("submitted", "began", "ended")}}
 
 
-def cancel(job: int, settings: Settings) -> int:
+def cancel(job: int, settings: OutputSettings) -> int:
     """End a job early; one that runs stops on its path."""
-    report = Client.find().request("DELETE", f"/v1/jobs/{job}", timeout=AT_REST)
+    report = ServiceClient.find().ask(requests.cancel(job))
     return output.answer(report, _became(report, settings.language), settings)
 
 
-def hold(job: int, settings: Settings) -> int:
+def hold(job: int, settings: OutputSettings) -> int:
     """Put a job aside that waits."""
-    return _line(Client.find().post(f"/v1/jobs/{job}/hold"), settings)
+    return _line(ServiceClient.find().ask(requests.hold_job(job)), settings)
 
 
-def release(job: int, version: str | None, settings: Settings) -> int:
+def release(job: int, version: str | None, settings: OutputSettings) -> int:
     """Let a job wait for its turn that was held; a proposal is approved as it is shown, or in the `version` said."""
-    client = Client.find()
-    report = client.get(f"/v1/jobs/{job}")
-    line = client.post(
-        f"/v1/jobs/{job}/release?{urlencode({'version': version or report['version']}, errors='surrogatepass')}"
-    )
+    client = ServiceClient.find()
+    report = client.ask(requests.report(job))
+    line = client.ask(requests.release_job(job, version or report["version"]))
     if line["proposal"] and not settings.json:
         steps = [f"  {step['index']:>3}  {step['step']}" for step in report["steps"]]
         output.say("\n".join([word("approved", settings.language, **line), *steps]))
     return _line(line, settings)
 
 
-def again(job: int, from_step: int | None, settings: Settings) -> int:
+def again(job: int, from_step: int | None, settings: OutputSettings) -> int:
     """Queue a job that has ended once more, from a step on."""
-    body = {} if from_step is None else {"from_step": from_step}
     with called({"from_step": "--from"}):
-        line = Client.find().post(f"/v1/jobs/{job}/again", body)
+        line = ServiceClient.find().ask(requests.repeat_job(job, from_step))
     words = word("again", settings.language, old=job, **{**line, "state": text.state(line, settings.language)})
     return output.answer(line, words, settings)
 
 
-def notes(job: int, said: str, settings: Settings) -> int:
+def notes(job: int, said: str, settings: OutputSettings) -> int:
     """Write something to a job that waits."""
-    return _line(Client.find().request("PATCH", f"/v1/jobs/{job}", {"notes": said}), settings)
+    return _line(ServiceClient.find().ask(requests.change_job(job, {"notes": said})), settings)
 
 
-def edit(job: int, options: Options, file: str | None, settings: Settings) -> int:
+def edit(job: int, options: QueueingOptions, file: str | None, settings: OutputSettings) -> int:
     """Change how a job is queued, or replace it by that of a file; where nothing is said, open it in an editor."""
-    client = Client.find()
+    client = ServiceClient.find()
     changes = options.said()
     if file is not None:
         changes["job"] = load_job(Path(file)).model_dump(mode="json", exclude_none=True, warnings=False)
@@ -164,18 +152,18 @@ def edit(job: int, options: Options, file: str | None, settings: Settings) -> in
     if not changes:
         return output.answer({"changed": False}, word("unchanged", settings.language), settings)
     with called(_OPTIONS):
-        line = client.request("PATCH", f"/v1/jobs/{job}", changes)
+        line = client.ask(requests.change_job(job, changes))
     return _line(line, settings)
 
 
-def _by_hand(client: Client, job: int, settings: Settings) -> dict[str, Any]:
+def _by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> dict[str, Any]:
     """Return what somebody changes in an editor; raises what would be raised after all his work."""
     if settings.json or not sys.stdin.isatty():
         raise InvalidCommandLine(reason="say what is to change, or --file FILE", command="maya job edit")
-    state = client.get(f"/v1/jobs/{job}")["state"]
+    state = client.ask(requests.report(job))["state"]
     if state not in _CHANGEABLE:
         raise WrongState(number=job, state=state, wish="changed")
-    return _edited(client.get(f"/v1/jobs/{job}/body"), job)
+    return _edited(client.ask(requests.job_body(job)), job)
 
 
 def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:
@@ -198,7 +186,7 @@ def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:
         return {"job": load_job(path).model_dump(mode="json", exclude_none=True, warnings=False)}
 
 
-def _line(line: Mapping[str, Any], settings: Settings) -> int:
+def _line(line: Mapping[str, Any], settings: OutputSettings) -> int:
     return output.answer(line, _became(line, settings.language), settings)
 
 

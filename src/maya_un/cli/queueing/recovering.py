@@ -5,26 +5,29 @@ from __future__ import annotations
 import sys
 import unicodedata
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal, cast
 
 from maya_un.cli import output
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.words import word
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
+from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine
+
+Choice = Literal["resume", "redo", "skip", "abort"]
 
 _COMMAND = "maya queue recover"
 _ANSWERS = {"en": ("yes", "no"), "es": ("sí", "no")}
 
 
-def recover(choice: str | None, holding: bool | None, settings: Settings, *, pause: bool) -> int:
+def recover(choice: Choice | None, holding: bool | None, settings: OutputSettings, *, pause: bool) -> int:
     """Say what becomes of the interrupted job; what is not said is asked for where somebody sits at a terminal.
 
     With `pause` the queue stays paused. Raises `InvalidCommandLine` where nobody can be asked, `AnswerNeeded`.
     """
-    client = Client.find()
-    offer = client.get("/v1/queue")["recovery"]
+    client = ServiceClient.find()
+    offer = client.ask(requests.queue())["recovery"]
     if offer is None:
         return output.answer({"recovery": None}, word("nothing_interrupted", settings.language), settings)
     asks = sys.stdin.isatty() and not settings.json
@@ -32,14 +35,12 @@ def recover(choice: str | None, holding: bool | None, settings: Settings, *, pau
         if not asks:
             raise InvalidCommandLine(reason="CHOICE is missing", command=_COMMAND)
         output.say(text.recovery(offer, settings.language))
-        choice = _asked("ask_choice", [one["name"] for one in offer["choices"]], settings.language)
+        names = [one["name"] for one in offer["choices"]]
+        choice = cast("Choice", _asked("ask_choice", names, settings.language))
     if holding is None and asks and _needs_answer(offer, choice):
         yes, no = _ANSWERS[settings.language]
         holding = _asked("ask_holding", (yes, no), settings.language) == yes
-    body: dict[str, object] = {"choice": choice, "resume_queue": not pause}
-    if holding is not None:
-        body["holding"] = holding
-    view = client.post("/v1/queue/recovery", body, timeout=120.0)
+    view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause))
     said = text.mode(view, settings.language)
     if view["recovery"] is not None:  # there is another one
         said = f"{said}\n\n{text.recovery(view['recovery'], settings.language)}"

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Literal, NamedTuple, TypedDict, Unpack
 
 from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
 from maya_un.client.plans.patience import persistently
 from maya_un.client.plans.waiting import remark
-from maya_un.client.steps import TIMEOUT, Clock, Item, Plan, Source
+from maya_un.client.request import TIMEOUT
+from maya_un.client.steps import Emit, Plan, ReadClock, StreamPlan
 from maya_un.errors import EventsForgotten
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport
 
@@ -46,13 +46,13 @@ class SubmitOptions(TypedDict, total=False):
     stepwise: bool
 
 
-def every(*, state: Sequence[str] = (), owner: str | None = None, text: str | None = None) -> Source[JobLine]:
+def every(*, state: Sequence[str] = (), owner: str | None = None, text: str | None = None) -> StreamPlan[JobLine]:
     """Yield all jobs, newest first, page after page."""
     below = None
     while True:
         lines = yield from requests.jobs(state=state, owner=owner, text=text or "", below=below, limit=PAGE)
         for line in lines:
-            yield Item(line)
+            yield Emit(line)
         if len(lines) < PAGE:
             return
         below = lines[-1].id
@@ -87,7 +87,7 @@ def wait(number: int, timeout: float | None = None) -> Plan[JobReport]:
 
 def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
     """Wait for the end of a job of which nothing before the event `since` is news."""
-    begun = yield from Clock()
+    begun = yield from ReadClock()
     said = ""
     while True:
         found = yield from persistently(requests.report(number))
@@ -96,13 +96,13 @@ def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobRepo
         said = yield from remark(found, said)
         news = False
         while not news:
-            left = LOOK if timeout is None else begun + timeout - (yield from Clock())
+            left = LOOK if timeout is None else begun + timeout - (yield from ReadClock())
             if left <= 0.0:
                 raise TimeoutError(f"job {number} is {found.state} after {timeout} s")
             since, news = yield from _news(number, since, min(left, LOOK))
 
 
-def progress(number: int) -> Source[JobReport]:
+def progress(number: int) -> StreamPlan[JobReport]:
     """Yield the report of a job now, and again whenever one of its steps or the job itself goes on, to its end."""
     since = (yield from persistently(requests.status())).last_event
     shown: object = None
@@ -110,7 +110,7 @@ def progress(number: int) -> Source[JobReport]:
         found = yield from persistently(requests.report(number))
         stage = (found.state, *(step.state for step in found.steps))
         if stage != shown:
-            yield Item(found)
+            yield Emit(found)
         if found.state.ended:
             return
         shown = stage
@@ -124,7 +124,7 @@ def _news(number: int, since: int, patience: float) -> Plan[tuple[int, bool]]:
 
     No event at all counts as news, since the service may have been restarted meanwhile.
     """
-    look = replace(requests.events(since=since, wait=patience), timeout=patience + TIMEOUT)
+    look = requests.events(since=since, wait=patience).within(patience + TIMEOUT)
     try:
         events = yield from persistently(look)
     except EventsForgotten:

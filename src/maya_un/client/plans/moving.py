@@ -13,7 +13,8 @@ from typing import Any
 from maya_un.client import codec, requests
 from maya_un.client.plans.jobs import ended, new_key
 from maya_un.client.plans.patience import persistently
-from maya_un.client.steps import Plan, Request, Step
+from maya_un.client.request import Request
+from maya_un.client.steps import Plan, Step
 from maya_un.errors import ServiceNotAnswering
 from maya_un.schema.jobs import JobReport
 from maya_un.schema.robot import Jogged

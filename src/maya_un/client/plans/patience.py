@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any, TypeVar
 
-from maya_un.client.steps import Request, Rest
+from maya_un.client.request import Request
+from maya_un.client.steps import Sleep
 from maya_un.errors import ServiceNotAnswering, ServiceNotRunning, TooManyRequests
 
 T = TypeVar("T")
@@ -17,7 +18,7 @@ SHORTEST, LONGEST = 0.05, 2.0
 """The first rest, and the longest [s]; each is twice the one before."""
 
 
-def persistently(request: Request[T], patience: float = PATIENCE) -> Generator[Request[T] | Rest, Any, T]:
+def persistently(request: Request[T], patience: float = PATIENCE) -> Generator[Request[T] | Sleep, Any, T]:
     """Ask, and ask again where no answer came, until so much time was rested; raises what the last try raised.
 
     For requests that only read, and for those with an idempotency key.
@@ -34,7 +35,7 @@ def persistently(request: Request[T], patience: float = PATIENCE) -> Generator[R
             if rested >= patience:
                 raise
             pause, rest = rest, min(2.0 * rest, LONGEST)
-        yield from Rest(pause)
+        yield from Sleep(pause)
         rested += pause
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from maya_un.client import requests
-from maya_un.client.steps import Request
+from maya_un.client.request import Request
 from maya_un.client.targets import Spot, plain
 
 if TYPE_CHECKING:

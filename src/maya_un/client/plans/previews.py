@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
-from maya_un.client.steps import Plan, Request
+from maya_un.client.request import Request
+from maya_un.client.steps import Plan
 
 if TYPE_CHECKING:
     from maya_un.schema.previews import JobInspection, JobPreview

@@ -9,7 +9,7 @@ from typing import Any
 
 from maya_un.client import codec
 from maya_un.client.plans.patience import LONGEST, SHORTEST
-from maya_un.client.steps import Dial, Hear, Item, Line, Plan, Rest, Say, Source, Step
+from maya_un.client.steps import Connect, Emit, Line, Plan, Receive, Send, Sleep, Step, StreamPlan
 from maya_un.errors import ServiceNotAnswering, ServiceNotRunning, StreamLagging
 from maya_un.values import State
 
@@ -34,7 +34,7 @@ class Event:
     detail: Mapping[str, Any]
 
 
-def events(*, since: int | None = None, run: int | None = None, patience: float = PATIENCE) -> Source[Event]:
+def events(*, since: int | None = None, run: int | None = None, patience: float = PATIENCE) -> StreamPlan[Event]:
     """Yield every event after number `since` of `run`, in order, none twice and none left out.
 
     Without `since` from now on, without `run` of the run that there is. If the connection breaks, it continues after
@@ -48,7 +48,7 @@ def events(*, since: int | None = None, run: int | None = None, patience: float 
         try:
             line, greeting = yield from _greeted()
             place = {"since": greeting["last_event"], "run": greeting["run"], **place}
-            yield from Say(line, {"type": "subscribe", "events": place})
+            yield from Send(line, {"type": "subscribe", "events": place})
             while True:
                 found = yield from _next(line)
                 if found["type"] == "restart":
@@ -57,12 +57,12 @@ def events(*, since: int | None = None, run: int | None = None, patience: float 
                     event = Event(int(found["run"]), **found["event"])
                     place = {"since": event.seq, "run": event.run}
                     wait = _Backoff(patience)
-                    yield Item(event)
+                    yield Emit(event)
         except (ServiceNotAnswering, ServiceNotRunning, StreamLagging) as error:
             yield from wait.after(error)
 
 
-def states(*, rate: float = 10.0, patience: float = PATIENCE) -> Source[State]:
+def states(*, rate: float = 10.0, patience: float = PATIENCE) -> StreamPlan[State]:
     """Yield the state now and then as it changes, at most `rate` times a second (0.1 to 100).
 
     A slow reader gets the newest one. Raises as `events` does.
@@ -71,12 +71,12 @@ def states(*, rate: float = 10.0, patience: float = PATIENCE) -> Source[State]:
     while True:
         try:
             line, _ = yield from _greeted()
-            yield from Say(line, {"type": "subscribe", "state": {"rate": rate}})
+            yield from Send(line, {"type": "subscribe", "state": {"rate": rate}})
             while True:
                 found = yield from _newest(line)
                 if found["type"] == "state":
                     wait = _Backoff(patience)
-                    yield Item(codec.adapter(State).validate_json(json.dumps(found["state"])))
+                    yield Emit(codec.adapter(State).validate_json(json.dumps(found["state"])))
         except (ServiceNotAnswering, ServiceNotRunning) as error:
             yield from wait.after(error)
 
@@ -95,16 +95,16 @@ class _Backoff:
         pause = min(self._rest, LONGEST)
         self._left -= pause
         self._rest = 2.0 * pause
-        yield from Rest(pause)
+        yield from Sleep(pause)
 
 
 def _greeted() -> Plan[tuple[Line, dict[str, Any]]]:
-    line = yield from Dial(PATH)
+    line = yield from Connect(PATH)
     return line, (yield from _next(line))
 
 
 def _next(line: Line) -> Plan[dict[str, Any]]:
-    text = yield from Hear(line)
+    text = yield from Receive(line)
     assert text is not None
     return codec.message(text)
 
@@ -112,6 +112,6 @@ def _next(line: Line) -> Plan[dict[str, Any]]:
 def _newest(line: Line) -> Plan[dict[str, Any]]:
     """Return the next message, or the last of those that have come already."""
     found = yield from _next(line)
-    while (text := (yield from Hear(line, now=True))) is not None:
+    while (text := (yield from Receive(line, now=True))) is not None:
         found = codec.message(text)
     return found

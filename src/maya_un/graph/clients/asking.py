@@ -5,7 +5,7 @@ from __future__ import annotations
 from maya_un.cancellation import run_to_rest
 from maya_un.errors import NodeGone, ServiceFailed, UnknownInterface
 from maya_un.graph.outcome import error_of
-from maya_un.graph.protocol import Feedback, Graph, Message, Outcome
+from maya_un.graph.protocol import Feedback, GoalStatus, Graph, Message
 from maya_un.graph.table import Row
 
 
@@ -25,7 +25,7 @@ async def done(graph: Graph, row: Row, goal: Message, feedback: Feedback | None 
     error = error_of(ended.result, row.name)
     if error is not None:
         raise error
-    if ended.outcome is not Outcome.SUCCEEDED:
+    if ended.outcome is not GoalStatus.SUCCEEDED:
         raise ServiceFailed(service=row.name, reason=f"it ended as {ended.outcome.name.lower()}")
     return ended.result
 

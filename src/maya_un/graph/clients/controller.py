@@ -19,9 +19,9 @@ from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotCo
 from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
 from maya_un.graph.clients.asking import called, done
 from maya_un.graph.clients.stopping import given_up
-from maya_un.graph.clients.urgent import Urgent
+from maya_un.graph.clients.urgent import StopSender
 from maya_un.graph.clients.vias import Vias
-from maya_un.graph.clients.watch import SETTLES, Watch
+from maya_un.graph.clients.watch import SETTLES, ControllerWatch
 from maya_un.graph.paths import to_message
 from maya_un.graph.protocol import Feedback, Graph, Message
 from maya_un.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
@@ -51,12 +51,12 @@ class GraphController:
         self._loop = asyncio.get_running_loop()
         self._graph = graph
         self._speed = max(1.0, speed)
-        self._watch = Watch(graph, config, speed)
+        self._watch = ControllerWatch(graph, config, speed)
         self._units = Units.of(config)
         self._planner = Planner(config, self._watch.mechanism)
         self._jogging = Jogging(self._planner, self._watch.mechanism)
         self._ratio = graph.advertise(SPEED.name, SPEED.type, queue_size=SPEED.queue_size)
-        self._urgent = Urgent(graph, self._watch, speed)
+        self._urgent = StopSender(graph, self._watch, speed)
         self.config = config
         self.stops = 0
         self.events.heard_by(self._hear)

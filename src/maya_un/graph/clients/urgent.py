@@ -7,7 +7,7 @@ import json
 
 from maya_un.errors import NodeGone, NotConnected
 from maya_un.graph.clients.asking import called
-from maya_un.graph.clients.watch import SETTLES, Watch
+from maya_un.graph.clients.watch import SETTLES, ControllerWatch
 from maya_un.graph.protocol import Graph, Message
 from maya_un.graph.table import FOLLOW, HOME, MOVE, Row
 
@@ -15,10 +15,10 @@ HEARD = 1.0
 """A node that does not answer a stop within this time hangs [s, real time]; `maya stop` waits for twice as long."""
 
 
-class Urgent:
+class StopSender:
     """Says stops to the controller floor that `watch` watches; `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, graph: Graph, watch: Watch, speed: float) -> None:
+    def __init__(self, graph: Graph, watch: ControllerWatch, speed: float) -> None:
         self._graph = graph
         self._watch = watch
         self._patience = HEARD * max(1.0, speed)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import dist
 
 from maya_un.config import Units
-from maya_un.controller.planner import Plan
+from maya_un.controller.planner import MotionPlan
 from maya_un.controller.run import OnVia
 from maya_un.values import Joints
 
@@ -28,7 +28,7 @@ class Vias:
     `began` is when it began [s, the loop's].
     """
 
-    def __init__(self, plan: Plan, units: Units, on_via: OnVia, began: float) -> None:
+    def __init__(self, plan: MotionPlan, units: Units, on_via: OnVia, began: float) -> None:
         self._move = plan.move
         self._times = () if plan.move is None else plan.move.via_times()
         self._scale = units.per_unit

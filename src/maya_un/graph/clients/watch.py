@@ -14,11 +14,11 @@ from contextlib import suppress
 from math import inf, isfinite
 
 from maya_un.config import Config, Units
-from maya_un.controller.latest import Latest
+from maya_un.controller.latest import StateBroadcaster
 from maya_un.errors import MayaError, NodeGone
 from maya_un.events import Connected, Disconnected, EventLog, event_of
 from maya_un.graph.diagnostics import CONTROLLER
-from maya_un.graph.events import REFUSED, Standing, Strokes, Told, read
+from maya_un.graph.events import REFUSED, ControllerCondition, ReportedEvent, Strokes, read
 from maya_un.graph.protocol import Graph, Message
 from maya_un.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.kinematics.mechanism import Mechanism
@@ -37,7 +37,7 @@ SILENT = 5.0
 UNDER_WAY = frozenset({Mode.MOVING, Mode.HOMING, Mode.STOPPING})
 """Modes that end by themselves."""
 
-_AWAY = Standing(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
+_AWAY = ControllerCondition(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
 _FRESH = 2
 """So many messages later where the axes are was measured after now: one may have been on its way."""
 
@@ -46,7 +46,7 @@ _BLANK = (False, False, False)
 log = logging.getLogger("maya_un.graph")
 
 
-class Watch:
+class ControllerWatch:
     """Listens to a controller floor on `graph`; `speed` is how fast the loop's clock runs.
 
     `progress` is how far the motion under way has come, as whoever began it knows.
@@ -70,7 +70,7 @@ class Watch:
         self._velocity = (0.0, 0.0, 0.0)
         self._point: Point | None = None
         self._measured = 0
-        self._latest = Latest(self._compose())
+        self._latest = StateBroadcaster(self._compose())
         self._told = graph.subscribe(EVENT.name, EVENT.type, self._hear_event, queue_size=EVENT.queue_size)
         self._sensed = graph.subscribe(JOINTS.name, JOINTS.type, self._hear_joints, queue_size=JOINTS.queue_size)
         self._placed = graph.subscribe(POSITION.name, POSITION.type, self._hear_point, queue_size=POSITION.queue_size)
@@ -143,11 +143,11 @@ class Watch:
             self.events.emit(Connected(self.node))
         self._emit(told)
 
-    def _emit(self, told: Told) -> None:
+    def _emit(self, told: ReportedEvent) -> None:
         if told.word != REFUSED:
             self.events.emit(event_of(told.word, told.detail, told.code))
 
-    def _stand(self, standing: Standing) -> None:
+    def _stand(self, standing: ControllerCondition) -> None:
         """Take over how it stands; raises `InvalidConfig` for strokes with which nothing can be reached."""
         if standing.strokes is not None and standing.strokes != self._strokes:
             self.workspace = Workspace.of(self._config, standing.strokes).with_zones(self.workspace.zones)
@@ -199,7 +199,7 @@ class Watch:
             if missed:
                 self.events.emit(Connected(self._sensor))
 
-    def _lose(self, node: str, standing: Standing) -> None:
+    def _lose(self, node: str, standing: ControllerCondition) -> None:
         """Say that a node is gone; what it told is worth nothing any more."""
         gone = NodeGone(node=node)
         self._joints = self._point = None

@@ -9,15 +9,15 @@ from contextlib import nullcontext
 from maya_un.cancellation import run_to_end
 from maya_un.errors import Busy, Cancelled, RequestError, Stopped
 from maya_un.events import Event, HomingBegun, MotionBegun, PhaseBegun
-from maya_un.graph.doors.telling import Listened
+from maya_un.graph.doors.telling import EventSource
 from maya_un.graph.outcome import failure, success
-from maya_un.graph.protocol import Feedback, Message, Refused
+from maya_un.graph.protocol import Feedback, GoalRefused, Message
 
 FEEDBACK_RATE = 10.0
 """So often a motion says how far it has come [Hz]; phases are told as they begin."""
 
 
-class Course:
+class ActionProgress:
     """How a wish goes on: by events and, while something moves, ten times a second.
 
     `look` returns the feedback now, in a phase of that name. `speed` is how fast the loop's clock runs.
@@ -65,10 +65,10 @@ class Course:
             self._timer = asyncio.get_running_loop().call_later(self._period, self._tell)
 
 
-class Desk:
+class ActionSlot:
     """Lets one wish be carried out at a time, which hears of the `events` of its floor where there are any."""
 
-    def __init__(self, events: Listened | None = None) -> None:
+    def __init__(self, events: EventSource | None = None) -> None:
         self._events = events
         self._doing = ""
         self._free = asyncio.Event()
@@ -79,7 +79,7 @@ class Desk:
         """What is under way, "" where nothing is."""
         return self._doing
 
-    async def do(self, name: str, work: Callable[[], Awaitable[None]], course: Course) -> None:
+    async def do(self, name: str, work: Callable[[], Awaitable[None]], course: ActionProgress) -> None:
         """Carry out a wish; raises `Busy` while another is under way, and what `work` raises."""
         if self._doing:
             raise Busy(doing=self._doing)
@@ -93,14 +93,14 @@ class Desk:
             self._doing = ""
             self._free.set()
 
-    async def act(self, name: str, work: Callable[[], Awaitable[None]], course: Course) -> Message:
+    async def act(self, name: str, work: Callable[[], Awaitable[None]], course: ActionProgress) -> Message:
         """Carry out a wish as the goal of an action; what is wrong with it before anything began is a refusal."""
         try:
             await self.do(name, work, course)
         except RequestError as error:
             if course.begun or isinstance(error, Stopped | Cancelled):
                 raise
-            raise Refused(failure(error)) from error
+            raise GoalRefused(failure(error)) from error
         return success()
 
     async def free(self) -> None:

@@ -14,7 +14,7 @@ from maya_un.graph.steps import Steps, bridged
 from maya_un.graph.table import TASK
 
 
-class BridgeDoor:
+class TaskServer:
     """Has steps carried out by /task; `store` keeps which were, `date` tells the date (ISO 8601, UTC).
 
     `permit` raises where nobody may ask for a step; `name` is the robot's.
@@ -42,7 +42,7 @@ class BridgeDoor:
         """Listen while the block runs; the step under way is cancelled, and its result kept, before it is left."""
         task = graph.subscribe(f"{TASK.name}/status", "actionlib_msgs/GoalStatusArray", lambda _: None)
 
-        def statuses() -> list[diagnostics.Status]:
+        def statuses() -> list[diagnostics.DiagnosticStatus]:
             return [diagnostics.bridge("firebase bridge", there=bool(task.writers))]
 
         async with (

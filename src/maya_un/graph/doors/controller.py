@@ -15,12 +15,12 @@ from maya_un.controller.protocol import Preview
 from maya_un.errors import MayaError
 from maya_un.events import MotionStopped
 from maya_un.graph import diagnostics
-from maya_un.graph.doors.acting import Course, Desk
-from maya_un.graph.doors.telling import Listened, Stands, Teller
-from maya_un.graph.doors.working import Clock, Tasks, clock_or_loop, diagnosed, every, tasks, trigger
+from maya_un.graph.doors.acting import ActionProgress, ActionSlot
+from maya_un.graph.doors.telling import ControllerView, EventPublisher, EventSource
+from maya_un.graph.doors.working import BackgroundTasks, Clock, clock_or_loop, diagnosed, every, tasks, trigger
 from maya_un.graph.outcome import trigger_failure
 from maya_un.graph.paths import from_message, joints_of, speed_for
-from maya_un.graph.protocol import Feedback, Graph, Held, Message
+from maya_un.graph.protocol import Feedback, Graph, GraphHandle, Message
 from maya_un.graph.table import (
     ABORT,
     COMMAND,
@@ -43,11 +43,11 @@ LOOK_RATE = 1.0
 """So often it is looked whether something has changed that no event told of [Hz]."""
 
 
-class Floor(Stands, Protocol):
+class ControllerLayer(ControllerView, Protocol):
     """What this door needs of a controller floor; a `GalilController` has it all."""
 
     @property
-    def events(self) -> Listened:
+    def events(self) -> EventSource:
         """Where its events can be heard."""
         ...
 
@@ -100,24 +100,26 @@ class Floor(Stands, Protocol):
         ...
 
 
-class ControllerDoor:
+class ControllerServer:
     """Offers a controller floor; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
 
     `clock` tells the time that messages are stamped with [s], the loop's where there is none.
     """
 
-    def __init__(self, floor: Floor, *, address: str = "", clock: Clock | None = None, speed: float = 1.0) -> None:
+    def __init__(
+        self, floor: ControllerLayer, *, address: str = "", clock: Clock | None = None, speed: float = 1.0
+    ) -> None:
         self._floor = floor
         self._address = address
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
-        self._desk = Desk(floor.events)
+        self._desk = ActionSlot(floor.events)
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
         """Offer it while the block runs; what was wished by this door is at rest when it is left."""
         events = graph.advertise(EVENT.name, EVENT.type, latch=EVENT.latch, queue_size=EVENT.queue_size)
-        teller = Teller(self._floor, events)
+        teller = EventPublisher(self._floor, events)
         async with tasks() as working:
             with self._floor.events.listening(teller.hear):
                 held = [*self._actions(graph), *self._services(graph, teller), *self._topics(graph, teller, working)]
@@ -132,11 +134,13 @@ class ControllerDoor:
                     await self._desk.free()
         events.close()
 
-    def _actions(self, graph: Graph) -> list[Held]:
+    def _actions(self, graph: Graph) -> list[GraphHandle]:
         floor, desk = self._floor, self._desk
 
         async def home(_: Message, feedback: Feedback) -> Message:
-            return await desk.act("home", floor.home, Course(feedback, lambda phase: {"phase": phase}, ticks=False))
+            return await desk.act(
+                "home", floor.home, ActionProgress(feedback, lambda phase: {"phase": phase}, ticks=False)
+            )
 
         async def move(goal: Message, feedback: Feedback) -> Message:
             return await desk.act("move", lambda: floor.move(joints_of(goal)), self._course(feedback))
@@ -147,7 +151,7 @@ class ControllerDoor:
         rows = ((HOME, home), (MOVE, move), (FOLLOW, follow))
         return [graph.act(row.name, row.type, act) for row, act in rows]
 
-    def _services(self, graph: Graph, teller: Teller) -> list[Held]:
+    def _services(self, graph: Graph, teller: EventPublisher) -> list[GraphHandle]:
         floor = self._floor
 
         async def stop() -> str:
@@ -179,7 +183,7 @@ class ControllerDoor:
         served = [graph.serve(row.name, row.type, trigger(work)) for row, work in rows]
         return [graph.serve(GRIPPER.name, GRIPPER.type, gripper), *served]
 
-    def _topics(self, graph: Graph, teller: Teller, working: Tasks) -> list[Held]:
+    def _topics(self, graph: Graph, teller: EventPublisher, working: BackgroundTasks) -> list[GraphHandle]:
         async def told(wish: str, work: Awaitable[object]) -> None:
             try:
                 await work
@@ -214,8 +218,8 @@ class ControllerDoor:
         path, least = from_message(trajectory)
         await self._floor.follow(path, speed=speed_for(self._floor.preview, path, least))
 
-    def _course(self, feedback: Feedback) -> Course:
-        return Course(feedback, lambda _: self._now(), ticks=True, speed=self._speed)
+    def _course(self, feedback: Feedback) -> ActionProgress:
+        return ActionProgress(feedback, lambda _: self._now(), ticks=True, speed=self._speed)
 
     def _now(self) -> Message:
         """Return the feedback of a motion."""
@@ -223,7 +227,7 @@ class ControllerDoor:
         a, b, c = (0.0, 0.0, 0.0) if joints is None else joints
         return {"a": a, "b": b, "c": c, "progress": 0.0 if progress is None else progress.fraction}
 
-    def _statuses(self) -> list[diagnostics.Status]:
+    def _statuses(self) -> list[diagnostics.DiagnosticStatus]:
         state = self._floor.state
         return [diagnostics.controller(state, self._address), diagnostics.axes(state)]
 

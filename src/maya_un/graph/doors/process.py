@@ -10,10 +10,10 @@ from contextvars import Context, copy_context
 from typing import Protocol
 
 from maya_un.errors import InvalidJob, InvalidValue, MayaError
-from maya_un.graph.diagnostics import Status
+from maya_un.graph.diagnostics import DiagnosticStatus
 from maya_un.graph.doors.working import (
+    BackgroundTasks,
     Clock,
-    Tasks,
     clock_or_loop,
     diagnosed,
     every,
@@ -24,7 +24,7 @@ from maya_un.graph.doors.working import (
 )
 from maya_un.graph.outcome import failure, success
 from maya_un.graph.primitives import from_message
-from maya_un.graph.protocol import Graph, Held, Message, Publisher
+from maya_un.graph.protocol import Graph, GraphHandle, Message, Publisher
 from maya_un.graph.table import QUEUE_STATUS, RECOVER_QUEUE, RESUME_QUEUE, SEND_TASK, START_QUEUE, STOP_QUEUE, Row
 from maya_un.robot.primitives import Primitive
 
@@ -34,7 +34,7 @@ LOOK = 0.5
 _ANSWERS = {"": None, "yes": True, "no": False}
 
 
-class Floor(Protocol):
+class ProcessLayer(Protocol):
     """What this door needs of a process floor."""
 
     async def append(self, primitives: Sequence[Primitive]) -> None:
@@ -53,7 +53,7 @@ class Floor(Protocol):
         """Decide about an interrupted job; `holding` says whether the gripper holds a part (None: unknown)."""
         ...
 
-    def status(self) -> Status:
+    def status(self) -> DiagnosticStatus:
         """Return how the floor is."""
         ...
 
@@ -62,10 +62,10 @@ class Floor(Protocol):
         ...
 
 
-class ProcessDoor:
+class ProcessServer:
     """Offers a process floor; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, floor: Floor, *, clock: Clock | None = None, speed: float = 1.0) -> None:
+    def __init__(self, floor: ProcessLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
         self._floor = floor
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
@@ -91,7 +91,7 @@ class ProcessDoor:
                 for one in held:
                     one.close()
 
-    def _topics(self, graph: Graph, working: Tasks) -> list[Held]:
+    def _topics(self, graph: Graph, working: BackgroundTasks) -> list[GraphHandle]:
         def send(message: Message) -> None:
             self._coming.put_nowait((SEND_TASK, [message], copy_context()))
 
@@ -108,7 +108,7 @@ class ProcessDoor:
         rows = ((SEND_TASK, send), (START_QUEUE, start), (STOP_QUEUE, stop))
         return [graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size) for row, heard in rows]
 
-    def _services(self, graph: Graph) -> list[Held]:
+    def _services(self, graph: Graph) -> list[GraphHandle]:
         async def resume() -> str:
             await self._floor.resume()
             return ""
@@ -167,7 +167,7 @@ class ProcessDoor:
         else:
             self._refused = ""
 
-    def _statuses(self) -> list[Status]:
+    def _statuses(self) -> list[DiagnosticStatus]:
         return [with_values(self._floor.status(), {"last refused": self._refused})]
 
 

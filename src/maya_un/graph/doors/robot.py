@@ -8,7 +8,7 @@ from typing import Protocol
 
 from maya_un.errors import Busy, Faulted, MayaError, NotConnected, NotHomed
 from maya_un.graph import diagnostics
-from maya_un.graph.doors.acting import Course, Desk
+from maya_un.graph.doors.acting import ActionProgress, ActionSlot
 from maya_un.graph.doors.working import Clock, clock_or_loop, diagnosed, log, tasks, with_values
 from maya_un.graph.outcome import failure, success
 from maya_un.graph.primitives import from_message
@@ -20,7 +20,7 @@ from maya_un.robot.protocol import OnPhase
 from maya_un.values import Mode, Progress, State
 
 
-class Floor(Protocol):
+class RobotLayer(Protocol):
     """What this door needs of a robot floor, and to see of what is below it."""
 
     @property
@@ -42,14 +42,14 @@ class Floor(Protocol):
         ...
 
 
-class RobotDoor:
+class RobotServer:
     """Offers a robot floor; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, floor: Floor, *, clock: Clock | None = None, speed: float = 1.0) -> None:
+    def __init__(self, floor: RobotLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
         self._floor = floor
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
-        self._desk = Desk()
+        self._desk = ActionSlot()
         self._refused = ""
 
     @asynccontextmanager
@@ -89,11 +89,11 @@ class RobotDoor:
             await self._desk.free()
 
     async def _act(self, goal: Message, feedback: Feedback) -> Message:
-        course = Course(feedback, self._look, ticks=True, speed=self._speed)
+        course = ActionProgress(feedback, self._look, ticks=True, speed=self._speed)
         return await self._desk.act("task", self._work(goal["task"], course), course)
 
     async def _answer(self, request: Message) -> Message:
-        course = Course(lambda _: None, self._look, ticks=False)
+        course = ActionProgress(lambda _: None, self._look, ticks=False)
         try:
             await self._desk.do("maya_command", self._work(request["task"], course), course)
         except MayaError as error:
@@ -102,7 +102,7 @@ class RobotDoor:
 
     async def _done(self, message: Message) -> None:
         """Do what came on the topic, where nobody waits for an answer."""
-        course = Course(lambda _: None, self._look, ticks=False)
+        course = ActionProgress(lambda _: None, self._look, ticks=False)
         try:
             await self._desk.do("maya_move", self._work(message, course), course)
         except MayaError as error:
@@ -111,7 +111,7 @@ class RobotDoor:
         else:
             self._refused = ""
 
-    def _work(self, message: Message, course: Course) -> Callable[[], Awaitable[None]]:
+    def _work(self, message: Message, course: ActionProgress) -> Callable[[], Awaitable[None]]:
         async def work() -> None:
             await self._floor.run(from_message(message), course.enter)
 
@@ -128,7 +128,7 @@ class RobotDoor:
         told: Message = {"phase": phase, "progress": 0.0 if progress is None else progress.fraction}
         return told if point is None else {**told, "position": dict(zip("xyz", point, strict=True))}
 
-    def _statuses(self) -> list[diagnostics.Status]:
+    def _statuses(self) -> list[diagnostics.DiagnosticStatus]:
         state = self._floor.state
         there = state.mode is not Mode.DISCONNECTED
         able, doing = self._floor.can_teleop, self._desk.doing

@@ -7,17 +7,17 @@ from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping
 from contextlib import aclosing, asynccontextmanager
 from typing import Protocol
 
+from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
 from maya_un.controller import faults
-from maya_un.galil.record import DataRecord
-from maya_un.graph.doors.telling import Stands
+from maya_un.graph.doors.telling import ControllerView
 from maya_un.graph.doors.working import Clock, clock_or_loop, tasks
 from maya_un.graph.drawn import joint_state
-from maya_un.graph.markers import Drawing, View
+from maya_un.graph.markers import MarkerCache, MarkerScene
 from maya_un.graph.protocol import Graph, Message, Publisher
 from maya_un.graph.stamps import header
 from maya_un.graph.table import JOINTS, MARKERS, POSITION, SENSORS, Row
-from maya_un.graph.ways import Ways
+from maya_un.graph.ways import PathMarkers
 from maya_un.values import Point, State
 
 DRAWING_RATE = 10.0
@@ -28,7 +28,7 @@ _SPARE = 0.95
 """A controller tells of itself after whole samples, so a little more often than it was asked to."""
 
 
-class Floor(Stands, Protocol):
+class SensorLayer(ControllerView, Protocol):
     """What this door needs of a controller floor, or of whoever only listens to its box."""
 
     def watch(self) -> AsyncIterator[State]:
@@ -36,7 +36,7 @@ class Floor(Stands, Protocol):
         ...
 
 
-class Scene(Protocol):
+class MarkerSource(Protocol):
     """What can be drawn and is no state of the controller."""
 
     @property
@@ -54,7 +54,7 @@ Raw = Callable[[], DataRecord | None]
 """Returns the controller's latest record, None before the first."""
 
 
-class SensorsDoor:
+class SensorServer:
     """Publishes what `floor` measures; `raw` is where /hardware_sensor comes from, which is not offered without.
 
     `scene` is what is drawn besides. `clock` stamps messages [s]; `speed` is how fast the loop's clock runs, for rates
@@ -63,11 +63,11 @@ class SensorsDoor:
 
     def __init__(
         self,
-        floor: Floor,
+        floor: SensorLayer,
         config: Config,
         *,
         raw: Raw | None = None,
-        scene: Scene | None = None,
+        scene: MarkerSource | None = None,
         clock: Clock | None = None,
         speed: float = 1.0,
     ) -> None:
@@ -77,8 +77,8 @@ class SensorsDoor:
         self._scene = scene
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
-        self._drawing = Drawing(config)
-        self._ways: Ways | None = None
+        self._drawing = MarkerCache(config)
+        self._ways: PathMarkers | None = None
         self._drawn = 0.0
         self._readers = 0
 
@@ -87,7 +87,7 @@ class SensorsDoor:
         """Publish while the block runs."""
         rows = [POSITION, JOINTS, MARKERS, *([] if self._raw is None else [SENSORS])]
         publishers = {row.name: _advertised(graph, row) for row in rows}
-        ways = self._ways = Ways(graph, self._floor.workspace.mechanism, lambda: self._floor.state.joints)
+        ways = self._ways = PathMarkers(graph, self._floor.workspace.mechanism, lambda: self._floor.state.joints)
         try:
             async with tasks() as working:
                 working.begin(self._follow(publishers), "sensors")
@@ -134,7 +134,7 @@ class SensorsDoor:
         workspace, scene = self._floor.workspace, self._scene
         parts, carried = ({}, None) if scene is None else (scene.parts, scene.carried)
         way = () if self._ways is None else self._ways.way
-        news = self._drawing.update(View(state, workspace, workspace.zones, parts, carried, way), whole=come)
+        news = self._drawing.update(MarkerScene(state, workspace, workspace.zones, parts, carried, way), whole=come)
         if news is not None:
             markers.publish(news)
 

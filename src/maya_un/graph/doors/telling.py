@@ -9,13 +9,13 @@ from typing import Protocol
 
 from maya_un.errors import MayaError
 from maya_un.events import ControllerEvent, Event, Listener
-from maya_un.graph.events import REFUSED, Standing, Told
+from maya_un.graph.events import REFUSED, ControllerCondition, ReportedEvent
 from maya_un.graph.protocol import Publisher
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import State
 
 
-class Listened(Protocol):
+class EventSource(Protocol):
     """Where events can be heard (`events.EventLog`)."""
 
     def listening(self, listener: Listener) -> AbstractContextManager[None]:
@@ -23,7 +23,7 @@ class Listened(Protocol):
         ...
 
 
-class Stands(Protocol):
+class ControllerView(Protocol):
     """What can be looked at of a controller floor."""
 
     @property
@@ -37,10 +37,10 @@ class Stands(Protocol):
         ...
 
 
-class Teller:
+class EventPublisher:
     """Tells events of `floor` on `publisher`, in the loop's next turn, when the state shows what they say."""
 
-    def __init__(self, floor: Stands, publisher: Publisher) -> None:
+    def __init__(self, floor: ControllerView, publisher: Publisher) -> None:
         self._floor = floor
         self._publisher = publisher
         self._news: list[Event] = []
@@ -58,7 +58,7 @@ class Teller:
         self._flush()
         if error is not None:
             detail["message"] = str(error)
-        self._tell(Told(word, self._standing(), 0 if error is None else error.code, detail))
+        self._tell(ReportedEvent(word, self._standing(), 0 if error is None else error.code, detail))
 
     def refused(self, wish: str, error: MayaError) -> None:
         """Tell that a wish on a topic was refused, or failed."""
@@ -82,11 +82,11 @@ class Teller:
         news, self._news = self._news, []
         standing = self._standing() if news else self._told
         for event in news:
-            self._tell(Told.of(event, standing))
+            self._tell(ReportedEvent.of(event, standing))
 
-    def _tell(self, told: Told) -> None:
+    def _tell(self, told: ReportedEvent) -> None:
         self._told = told.standing
         self._publisher.publish({"data": told.text()})
 
-    def _standing(self) -> Standing:
-        return Standing.of(self._floor.state, self._floor.workspace)
+    def _standing(self) -> ControllerCondition:
+        return ControllerCondition.of(self._floor.state, self._floor.workspace)

@@ -11,7 +11,7 @@ from typing import Any
 
 from maya_un.cancellation import cancel_once, run_to_end
 from maya_un.errors import MayaError
-from maya_un.graph.diagnostics import Status, array
+from maya_un.graph.diagnostics import DiagnosticStatus, array
 from maya_un.graph.outcome import trigger_failure
 from maya_un.graph.protocol import Answer, Graph, Message
 from maya_un.graph.table import DIAGNOSTICS
@@ -23,7 +23,7 @@ Clock = Callable[[], float]
 """Tells the time that messages are stamped with [s]."""
 
 
-class Tasks:
+class BackgroundTasks:
     """Tasks that are begun and not awaited; none outlives the door."""
 
     def __init__(self) -> None:
@@ -58,9 +58,9 @@ class Tasks:
 
 
 @asynccontextmanager
-async def tasks() -> AsyncGenerator[Tasks]:
+async def tasks() -> AsyncGenerator[BackgroundTasks]:
     """Have tasks that end with the block, which is left when they have."""
-    kept = Tasks()
+    kept = BackgroundTasks()
     try:
         yield kept
     finally:
@@ -86,7 +86,9 @@ def trigger(work: Callable[[], Awaitable[str]]) -> Answer:
     return answer
 
 
-async def diagnosed(graph: Graph, statuses: Callable[[], Iterable[Status]], clock: Clock, speed: float) -> None:
+async def diagnosed(
+    graph: Graph, statuses: Callable[[], Iterable[DiagnosticStatus]], clock: Clock, speed: float
+) -> None:
     """Tell on /diagnostics how a floor is, until cancelled; `speed` is how fast the loop's clock runs."""
     publisher = graph.advertise(DIAGNOSTICS.name, DIAGNOSTICS.type, queue_size=DIAGNOSTICS.queue_size)
     try:
@@ -95,7 +97,7 @@ async def diagnosed(graph: Graph, statuses: Callable[[], Iterable[Status]], cloc
         publisher.close()
 
 
-def with_values(status: Status, values: Mapping[str, object]) -> Status:
+def with_values(status: DiagnosticStatus, values: Mapping[str, object]) -> DiagnosticStatus:
     """Return a status that says something more."""
     return replace(status, values={**status.values, **values})
 

@@ -6,16 +6,16 @@ something is fitted.
 
 from maya_un.kinematics.calibration.fit import calibrate
 from maya_un.kinematics.calibration.observations import Observations
-from maya_un.kinematics.calibration.parameters import FITTED, WORDS, Parameters, named
+from maya_un.kinematics.calibration.parameters import FITTED, WORDS, FittedConstants, named
 from maya_un.kinematics.calibration.result import Calibration, LineDifference
 
 __all__ = [
     "FITTED",
     "WORDS",
     "Calibration",
+    "FittedConstants",
     "LineDifference",
     "Observations",
-    "Parameters",
     "calibrate",
     "named",
 ]

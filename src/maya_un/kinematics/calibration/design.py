@@ -15,7 +15,7 @@ import numpy as np
 
 from maya_un.config import Config, Units
 from maya_un.kinematics.calibration import identify, model
-from maya_un.kinematics.calibration.parameters import Parameters
+from maya_un.kinematics.calibration.parameters import FittedConstants
 from maya_un.kinematics.mechanism import Floats
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints
@@ -82,7 +82,7 @@ def information(config: Config, poses: Floats, free: Sequence[str]) -> Floats:
     In plausible errors of the constants per standard deviation of a measured coordinate.
     """
     counts = poses * np.array(Units.of(config).per_unit)
-    slopes = model.jacobian(Parameters.of(config), counts)[:, :, identify.columns(free)]
+    slopes = model.jacobian(FittedConstants.of(config), counts)[:, :, identify.columns(free)]
     return slopes * identify.typical(free) / NOISE
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from maya_un.errors import InvalidValue
 from maya_un.kinematics.calibration import identify, model
 from maya_un.kinematics.calibration.observations import Observations
-from maya_un.kinematics.calibration.parameters import FITTED, Parameters
+from maya_un.kinematics.calibration.parameters import FITTED, FittedConstants
 from maya_un.kinematics.calibration.result import Calibration, LineDifference
 from maya_un.kinematics.mechanism import Floats
 
@@ -33,7 +33,9 @@ _MEDIAN = 0.6744897501960817
 """Median size of a normal deviate of standard deviation 1."""
 
 
-def calibrate(observations: Observations, now: Parameters, hold: Collection[str] = ("gripper_height",)) -> Calibration:
+def calibrate(
+    observations: Observations, now: FittedConstants, hold: Collection[str] = ("gripper_height",)
+) -> Calibration:
     """Fit the constants to measured points, starting from `now`.
 
     `hold` names what stays as it is. Gripper points show only H − Φ: where neither is held, Φ is. Raises
@@ -53,7 +55,7 @@ def calibrate(observations: Observations, now: Parameters, hold: Collection[str]
 class _Problem:
     """One fit: steps from `now` in units of the plausible errors, residuals over sigma where it is known."""
 
-    def __init__(self, observations: Observations, now: Parameters, free: Sequence[str]) -> None:
+    def __init__(self, observations: Observations, now: FittedConstants, free: Sequence[str]) -> None:
         self._seen = observations
         self._now = now
         self._free = tuple(free)
@@ -71,11 +73,11 @@ class _Problem:
             step[place] = float(np.angle(np.sum(np.exp(1j * (bearing - angle))))) / self._units[place]
         return step
 
-    def at(self, step: Floats) -> Parameters:
+    def at(self, step: Floats) -> FittedConstants:
         """Return the constants after a step."""
         changed = np.array(self._now, dtype=float)
         changed[self._columns] += step * self._units
-        return Parameters(*(float(value) for value in changed))
+        return FittedConstants(*(float(value) for value in changed))
 
     def residuals(self, step: Floats) -> Floats:
         """Return weighted residuals, shape (n, 3)."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from maya_un.errors import NotIdentifiable
 from maya_un.kinematics.calibration.observations import Observations
-from maya_un.kinematics.calibration.parameters import FITTED, TYPICAL, Parameters, listed
+from maya_un.kinematics.calibration.parameters import FITTED, TYPICAL, FittedConstants, listed
 from maya_un.kinematics.mechanism import Floats
 
 UNKNOWN = 10.0
@@ -46,7 +46,7 @@ def typical(free: Sequence[str]) -> Floats:
 
 def columns(free: Sequence[str]) -> list[int]:
     """Return where the constants `free` stand among all."""
-    return [Parameters._fields.index(name) for name in free]
+    return [FittedConstants._fields.index(name) for name in free]
 
 
 def unknown(weighted: Floats, free: Sequence[str]) -> tuple[str, ...]:
@@ -70,7 +70,7 @@ def require_enough(observations: Observations, free: Sequence[str]) -> None:
         raise NotIdentifiable(what=listed(free), reason=reason, remedy=f"measure at least {needed}, better 20")
 
 
-def require_same_senses(now: Parameters, fitted: Parameters) -> None:
+def require_same_senses(now: FittedConstants, fitted: FittedConstants) -> None:
     """Raise `NotIdentifiable` where an axis of the fit counts the other way: a mirrored frame fits such a machine."""
     turned = [
         name

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maya_un.kinematics.calibration.parameters import Parameters
+from maya_un.kinematics.calibration.parameters import FittedConstants
 from maya_un.kinematics.mechanism import Floats
 
 _FLATTEST = 1e-6
@@ -33,13 +33,13 @@ class _Posture(NamedTuple):
     h: Floats
 
 
-def joints(parameters: Parameters, counts: Floats) -> Floats:
+def joints(parameters: FittedConstants, counts: Floats) -> Floats:
     """Return the joints, shape (n, 3) [rad, m, m], for counts of shape (n, 3)."""
     at = _posture(parameters, counts)
     return np.stack([at.a, at.b, at.c], axis=1)
 
 
-def points(parameters: Parameters, counts: Floats) -> Floats:
+def points(parameters: FittedConstants, counts: Floats) -> Floats:
     """Return the gripper points, shape (n, 3) [m], for counts of shape (n, 3).
 
     If lines of such lengths cannot meet, they are assumed to hang a millimetre deep.
@@ -50,11 +50,11 @@ def points(parameters: Parameters, counts: Floats) -> Floats:
     return np.stack([d * np.sin(at.a), d * np.cos(at.a), z], axis=1)
 
 
-def jacobian(parameters: Parameters, counts: Floats) -> Floats:
-    """Return ∂(x, y, z)/∂(the constants, in the order of `Parameters`), shape (n, 3, 10), for counts (n, 3)."""
+def jacobian(parameters: FittedConstants, counts: Floats) -> Floats:
+    """Return ∂(x, y, z)/∂(the constants, in the order of `FittedConstants`), shape (n, 3, 10), for counts (n, 3)."""
     at = _posture(parameters, counts)
     by_joints = _by_joints(parameters, at)
-    out = np.zeros((len(counts), 3, len(Parameters._fields)))
+    out = np.zeros((len(counts), 3, len(FittedConstants._fields)))
     out[:, 2, 0], out[:, 2, 3] = 1.0, -1.0
     _by_lengths(parameters, at, out)
     e = parameters.line_difference
@@ -67,7 +67,7 @@ def jacobian(parameters: Parameters, counts: Floats) -> Floats:
     return out
 
 
-def _posture(parameters: Parameters, counts: Floats) -> _Posture:
+def _posture(parameters: FittedConstants, counts: Floats) -> _Posture:
     k, e = parameters.pulses_per_metre, parameters.line_difference
     a = counts[:, 0] * (pi / 180.0 / parameters.pulses_per_degree) + parameters.zero_a
     b = counts[:, 1] / (k * (1.0 + 0.5 * e)) + parameters.zero_b
@@ -77,7 +77,7 @@ def _posture(parameters: Parameters, counts: Floats) -> _Posture:
     return _Posture(a, b, c, u, np.sqrt(np.maximum((b - u) * (b + u), _FLATTEST)))
 
 
-def _by_joints(parameters: Parameters, at: _Posture) -> Floats:
+def _by_joints(parameters: FittedConstants, at: _Posture) -> Floats:
     """Return ∂(x, y, z)/∂(α, b, c), shape (n, 3, 3); as `Mechanism.jacobian`, for many."""
     W, d = parameters.length - parameters.delta, parameters.delta + at.u
     s, k, zero = np.sin(at.a), np.cos(at.a), np.zeros_like(at.a)
@@ -86,7 +86,7 @@ def _by_joints(parameters: Parameters, at: _Posture) -> Floats:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def _by_lengths(parameters: Parameters, at: _Posture, out: Floats) -> None:
+def _by_lengths(parameters: FittedConstants, at: _Posture, out: Floats) -> None:
     """Fill in ∂(x, y, z)/∂(D, Δ)."""
     by_width = 1.0 - at.u / (parameters.length - parameters.delta)
     sinks = -at.u * by_width / at.h

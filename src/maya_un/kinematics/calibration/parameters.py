@@ -19,7 +19,7 @@ from maya_un.errors import UnknownName
 from maya_un.values import AXES
 
 
-class Parameters(NamedTuple):
+class FittedConstants(NamedTuple):
     """The constants of one machine as a calibration sees them.
 
     `height`, `length`, `delta`, `gripper_height` are H, D, Δ, Φ [m]; `pulses_per_metre` is the mean of lines b and c,
@@ -40,7 +40,7 @@ class Parameters(NamedTuple):
     line_difference: float = 0.0
 
     @classmethod
-    def of(cls, config: Config) -> Parameters:
+    def of(cls, config: Config) -> FittedConstants:
         """Return what a configuration says; its zeros are 0."""
         geometry, scale = config.geometry, config.scale
         return cls(
@@ -76,10 +76,10 @@ _FINEST = 1e-7
 _LENGTHS = ("height", "length", "delta", "gripper_height")
 _SCALES = ("pulses_per_metre", "pulses_per_degree")
 
-FITTED = Parameters._fields[:-1]
-"""The constants that can be fitted, in the order of `Parameters`."""
+FITTED = FittedConstants._fields[:-1]
+"""The constants that can be fitted, in the order of `FittedConstants`."""
 
-TYPICAL = Parameters(0.01, 0.01, 0.01, 0.01, 1e4, 3.7106, radians(1.0), 0.01, 0.01, 0.01)
+TYPICAL = FittedConstants(0.01, 0.01, 0.01, 0.01, 1e4, 3.7106, radians(1.0), 0.01, 0.01, 0.01)
 """How far a constant may plausibly be from what the configuration says: 10 mm, 1 %, 1°. Scales every fit."""
 
 WORDS = {

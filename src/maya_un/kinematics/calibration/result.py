@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from maya_un.kinematics.calibration.identify import FAR, SUSPECTS
 from maya_un.kinematics.calibration.observations import Observations
-from maya_un.kinematics.calibration.parameters import FITTED, Parameters, listed
+from maya_un.kinematics.calibration.parameters import FITTED, FittedConstants, listed
 from maya_un.kinematics.mechanism import Floats
 
 _SURE = 4.0
@@ -45,8 +45,8 @@ class Calibration:
     model less measured [m], shape (n, 3), outliers included; `inliers` says which rows are none, shape (n,).
     """
 
-    now: Parameters
-    fitted: Parameters
+    now: FittedConstants
+    fitted: FittedConstants
     free: tuple[str, ...]
     covariance: Floats
     noise: float

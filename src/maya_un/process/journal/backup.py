@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
+from dmc41x3.files import open_own, sync_folder, writable_place
 from maya_un.errors import FileUnwritable, MayaError
-from maya_un.files import open_own, sync_folder, writable_place
 from maya_un.process.journal import copying, faults, file
 from maya_un.process.journal.file import beside
 from maya_un.process.journal.tables import ALIVE
@@ -59,7 +59,7 @@ def restore(backup: Path, path: Path) -> Backup:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as error:
         raise FileUnwritable(path=path, reason=faults.reason(error)) from error
-    lock = file.Lock(path)
+    lock = file.JournalLock(path)
     try:
         with copying.copied(backup, path.parent) as copy:
             _count_on(copy, path)

@@ -26,14 +26,14 @@ Outcome = tuple[Any, BaseException | None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class PendingWrite:
     """Work to be written; `done` is who waits for it, None for a note."""
 
     work: Callable[[sqlite3.Connection], Any]
     done: asyncio.Future[Any] | None = None
 
 
-Commit = Callable[[Sequence[Asked]], list[Outcome]]
+Commit = Callable[[Sequence[PendingWrite]], list[Outcome]]
 """Writes a batch in its thread; raises `StorageFailed` where nothing of it was kept."""
 
 
@@ -43,7 +43,7 @@ class Batches:
     def __init__(self, commit: Commit) -> None:
         self._commit = commit
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="journal")
-        self._asked: list[Asked] = []
+        self._asked: list[PendingWrite] = []
         self._writing = False
         self._timer: asyncio.TimerHandle | None = None
         self._idle = asyncio.Event()
@@ -55,7 +55,7 @@ class Batches:
         """Return what `work` returned, once its batch is on the disk; raises what it raised, or `StorageFailed`."""
         if self._closed:
             raise StorageFailed(reason="the journal is closed")
-        asked = Asked(work, asyncio.get_running_loop().create_future())
+        asked = PendingWrite(work, asyncio.get_running_loop().create_future())
         self._asked.append(asked)
         self._begin_soon()
         assert asked.done is not None
@@ -65,7 +65,7 @@ class Batches:
         """Have `work` written with the next batch; what it raises is told to the loop, for nobody waits."""
         if self._closed:
             return
-        self._asked.append(Asked(work))
+        self._asked.append(PendingWrite(work))
         self._flush_after(FLUSH)
 
     async def close(self, last: Callable[[], None]) -> None:
@@ -103,7 +103,7 @@ class Batches:
         written = asyncio.get_running_loop().run_in_executor(self._thread, self._commit, batch)
         written.add_done_callback(lambda future: self._ended(batch, future))
 
-    def _ended(self, batch: list[Asked], written: asyncio.Future[list[Outcome]]) -> None:
+    def _ended(self, batch: list[PendingWrite], written: asyncio.Future[list[Outcome]]) -> None:
         """Tell everybody who waits, and begin the next batch where somebody asked meanwhile."""
         self._writing = False
         failure = written.exception()
@@ -120,7 +120,7 @@ class Batches:
         if not self._writing:
             self._idle.set()
 
-    def _failed(self, batch: list[Asked], failure: BaseException) -> None:
+    def _failed(self, batch: list[PendingWrite], failure: BaseException) -> None:
         """Tell everybody who waits, and keep the notes for another time, unless this was the last."""
         self.failing = str(failure.details["reason"]) if isinstance(failure, StorageFailed) else repr(failure)
         waiting = [asked for asked in batch if asked.done is not None]
@@ -130,7 +130,7 @@ class Batches:
             self._asked[:0] = notes[-MOST_NOTES:]
 
 
-def _tell(batch: Sequence[Asked], outcomes: Sequence[Outcome]) -> None:
+def _tell(batch: Sequence[PendingWrite], outcomes: Sequence[Outcome]) -> None:
     for asked, (result, error) in zip(batch, outcomes, strict=True):
         if asked.done is None:
             if error is not None:
@@ -144,7 +144,7 @@ def _tell(batch: Sequence[Asked], outcomes: Sequence[Outcome]) -> None:
             asked.done.set_exception(error)
 
 
-def commit(connection: sqlite3.Connection, batch: Sequence[Asked]) -> list[Outcome]:
+def commit(connection: sqlite3.Connection, batch: Sequence[PendingWrite]) -> list[Outcome]:
     """Do all of a batch in one transaction, each piece of work whole or not at all; raises `sqlite3.Error`.
 
     After an error of the disk SQLite may have ended the transaction by itself; then nothing was kept.
@@ -160,7 +160,7 @@ def commit(connection: sqlite3.Connection, batch: Sequence[Asked]) -> list[Outco
     return outcomes
 
 
-def _one(connection: sqlite3.Connection, asked: Asked) -> Outcome:
+def _one(connection: sqlite3.Connection, asked: PendingWrite) -> Outcome:
     connection.execute("SAVEPOINT one")
     try:
         result = asked.work(connection)

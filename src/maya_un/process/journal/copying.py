@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
+from dmc41x3.files import sync_folder, writable_place
 from maya_un.errors import FileNotOurs, FileUnreadable, FileUnwritable, StorageDamaged
-from maya_un.files import sync_folder, writable_place
 from maya_un.process.journal import faults, file, schema
 
 

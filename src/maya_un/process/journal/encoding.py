@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, Options, Owner, QueueRow, StepRow
+from maya_un.process.journal.rows import AuditRow, EventRow, JobOptions, JobRow, QueueRow, RequestOwner, StepRow
 from maya_un.schema.jobs import OnFailure
 from maya_un.schema.states import TaskState
 
@@ -76,7 +76,7 @@ def job_of(values: Values, body: str | None = None) -> JobRow:
     )
     (position, submitted, steps, done, code, message, predicted, duration, began, ended, key, digest, *last) = rest
     proposal, approved_by = last
-    options = Options(
+    options = JobOptions(
         priority,
         bool(held),
         () if depends_on == "[]" else tuple(json.loads(depends_on)),
@@ -90,7 +90,7 @@ def job_of(values: Values, body: str | None = None) -> JobRow:
         name=name,
         body={} if body is None else json.loads(body),
         options=options,
-        owner=Owner(owner, source),
+        owner=RequestOwner(owner, source),
         state=TaskState(state),
         position=position,
         submitted=submitted,

@@ -25,20 +25,20 @@ _TOGETHER = 500
 """Jobs read at a time."""
 
 
-class Form(StrEnum):
+class ExportFormat(StrEnum):
     """How a history is written: `csv` without bodies and steps, `jsonl` with all that is kept."""
 
     CSV = "csv"
     JSONL = "jsonl"
 
 
-def write(path: Path, out: TextIO, form: Form = Form.CSV) -> int:
+def write(path: Path, out: TextIO, form: ExportFormat = ExportFormat.CSV) -> int:
     """Write all jobs of the file at `path` to `out`, oldest first, and return how many; the file may be in use.
 
     Raises `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`, and what `out` raises.
     """
     with copying.reading(path) as connection:
-        return _csv(connection, out) if form is Form.CSV else _jsonl(connection, out)
+        return _csv(connection, out) if form is ExportFormat.CSV else _jsonl(connection, out)
 
 
 def _csv(connection: sqlite3.Connection, out: TextIO) -> int:

@@ -8,8 +8,8 @@ import sqlite3
 from contextlib import suppress
 from pathlib import Path
 
+from dmc41x3.files import open_own, sync_folder, writable_place
 from maya_un.errors import FileUnwritable, StorageDamaged, StorageInUse
-from maya_un.files import open_own, sync_folder, writable_place
 from maya_un.process.journal import faults, schema
 
 NAME = "maya.db"
@@ -29,7 +29,7 @@ _MAGIC = b"SQLite format 3\0"
 _NEEDED = ("meta", "queue", "jobs", "steps")
 
 
-class Lock:
+class JournalLock:
     """One program at a time: `flock` on a file beside it, which ends with the program whatever ends that."""
 
     def __init__(self, path: Path) -> None:
@@ -67,7 +67,7 @@ class Lock:
             self._descriptor = -1
 
 
-class Seen:
+class FileIdentity:
     """Whether the files still stand where they were opened: what is written to a removed one is lost.
 
     The file itself only ever grows, so one that is shorter was cut by somebody else.
@@ -105,7 +105,7 @@ def beside(path: Path, suffix: str) -> Path:
 def remove_new(path: Path) -> None:
     """Remove an unused new file and its companions, unless another process has opened it."""
     try:
-        lock = Lock(path)
+        lock = JournalLock(path)
     except (FileUnwritable, StorageInUse):
         return
     try:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from maya_un.process.journal import listing, tables
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, Left, StepRow, Unfinished
+from maya_un.process.journal.rows import AuditRow, EventRow, JobRow, StepRow, UnendedJobs, Unfinished
 from maya_un.process.journal.tables import Bodies, Change
 
 T = TypeVar("T")
@@ -45,7 +45,7 @@ class SqlJournal(ABC):
     def look(self, work: Work[T]) -> T:
         """Return what `work` reads at once, in the loop: one row, or a few. Raises `StorageDamaged`."""
 
-    async def left(self) -> Left:
+    async def left(self) -> UnendedJobs:
         """Return unfinished jobs; of waiting jobs, only their places."""
         return await self.read(tables.left)
 

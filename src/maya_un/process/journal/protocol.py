@@ -6,7 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from maya_un.process.journal.rows import AuditRow, Cleared, EventRow, JobRow, Left, QueueRow, StepRow, Unfinished
+from maya_un.process.journal.rows import (
+    AuditRow,
+    ClearedJobs,
+    EventRow,
+    JobRow,
+    QueueRow,
+    StepRow,
+    UnendedJobs,
+    Unfinished,
+)
 from maya_un.schema.states import TaskState
 
 
@@ -38,7 +47,7 @@ class Journal(Protocol):
         """Return what was not finished when the file was opened."""
         ...
 
-    async def left(self) -> Left:
+    async def left(self) -> UnendedJobs:
         """Return the jobs that were unfinished when the file was opened; of waiting jobs, only their places."""
         ...
 
@@ -62,7 +71,7 @@ class Journal(Protocol):
         """Keep new jobs, all of them or none."""
         ...
 
-    async def save(self, *changes: JobRow | QueueRow | Cleared | tuple[int, StepRow]) -> None:
+    async def save(self, *changes: JobRow | QueueRow | ClearedJobs | tuple[int, StepRow]) -> None:
         """Keep newer versions of jobs, the queue, steps (the job's number, the step), ends of many; all or none."""
         ...
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from maya_un.process.order import Order
+from maya_un.process.order import QueueOrder
 from maya_un.schema.jobs import OnFailure
 from maya_un.schema.states import TaskState
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class JobOptions:
     """How a job is to be queued.
 
     The greater `priority` (-100 to 100) goes first, equal ones in the order they came. With `held` it waits for
@@ -29,7 +29,7 @@ class Options:
 
 
 @dataclass(frozen=True, slots=True)
-class Owner:
+class RequestOwner:
     """The origin of a request: a principal's `name`, and the source ("cli", an address, "ros")."""
 
     name: str = "local"
@@ -65,8 +65,8 @@ class JobRow:
     id: int
     name: str
     body: dict[str, Any]
-    options: Options
-    owner: Owner
+    options: JobOptions
+    owner: RequestOwner
     state: TaskState
     position: float
     submitted: str
@@ -107,17 +107,17 @@ class Unfinished:
     next_id: int = 1
 
 
-class Left(NamedTuple):
+class UnendedJobs(NamedTuple):
     """The unfinished jobs of a file when it was opened: those of `Unfinished`, and the places of waiting jobs.
 
     Waiting jobs that are not held are ready. The rest of a waiting job stays in the file.
     """
 
     unfinished: Unfinished
-    waiting: Order
+    waiting: QueueOrder
 
 
-class Cleared(NamedTuple):
+class ClearedJobs(NamedTuple):
     """The end of many waiting jobs, all for one reason."""
 
     numbers: tuple[int, ...]

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeVar
 from maya_un.config import StorageConfig
 from maya_un.errors import FileUnwritable
 from maya_un.process.journal import batches, faults, file, tables
-from maya_un.process.journal.batches import Asked, Batches, Outcome
+from maya_un.process.journal.batches import Batches, Outcome, PendingWrite
 from maya_un.process.journal.journal import SqlJournal, Work
 from maya_un.process.journal.rows import AuditRow, EventRow
 
@@ -27,11 +27,11 @@ _PRUNE_EVERY = 1000
 class _Opened(NamedTuple):
     """The resources of an open file."""
 
-    lock: file.Lock
+    lock: file.JournalLock
     writer: sqlite3.Connection
     reader: sqlite3.Connection
     looker: sqlite3.Connection
-    seen: file.Seen
+    seen: file.FileIdentity
     run: int
 
 
@@ -105,7 +105,7 @@ class SqliteJournal(SqlJournal):
         finally:
             self._lock.release()
 
-    def _commit(self, batch: Sequence[Asked]) -> list[Outcome]:
+    def _commit(self, batch: Sequence[PendingWrite]) -> list[Outcome]:
         """Write a batch, in the writer's thread; raises `StorageFailed`."""
         try:
             self._seen.require()
@@ -138,7 +138,7 @@ def _open(path: Path, keep: StorageConfig) -> _Opened:
         try:
             file.require_database(path)
             path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            lock = file.Lock(path)
+            lock = file.JournalLock(path)
             undo.callback(lock.release)
             writer = file.open_for_writing(path)
             undo.callback(writer.close)
@@ -147,7 +147,7 @@ def _open(path: Path, keep: StorageConfig) -> _Opened:
             undo.callback(reader.close)
             looker = file.open_for_reading(path)
             undo.callback(looker.close)
-            opened = _Opened(lock, writer, reader, looker, file.Seen(path), run)
+            opened = _Opened(lock, writer, reader, looker, file.FileIdentity(path), run)
         except (sqlite3.Error, OSError) as error:
             raise faults.at_opening(error, path) from error
         except FileUnwritable as error:

@@ -12,18 +12,18 @@ from maya_un.process.journal import encoding
 from maya_un.process.journal.encoding import AUDIT, EVENT, JOB, STEP, marks, updates
 from maya_un.process.journal.rows import (
     AuditRow,
-    Cleared,
+    ClearedJobs,
     EventRow,
     JobRow,
-    Left,
     QueueRow,
     StepRow,
+    UnendedJobs,
     Unfinished,
 )
-from maya_un.process.order import Order, Place
+from maya_un.process.order import QueueOrder, QueuePosition
 from maya_un.schema.states import TaskState
 
-Change = JobRow | QueueRow | Cleared | tuple[int, StepRow]
+Change = JobRow | QueueRow | ClearedJobs | tuple[int, StepRow]
 """A newer version of a job, of the queue's mode, of a step (the job's number, the step), the end of many jobs."""
 
 LARGEST = 2**63 - 1
@@ -96,7 +96,7 @@ def save(connection: sqlite3.Connection, bodies: Bodies, changes: Iterable[Chang
             _write_body(connection, bodies, change)
         elif isinstance(change, QueueRow):
             connection.execute(_SAVE_QUEUE, (change.paused, change.reason, change.by, change.since))
-        elif isinstance(change, Cleared):
+        elif isinstance(change, ClearedJobs):
             values = (change.state.value, change.code, change.message, change.ended, json.dumps(change.numbers))
             connection.execute(_CLEAR, values)
         else:
@@ -130,15 +130,15 @@ def begin_run(connection: sqlite3.Connection) -> int:
     return int(connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0])
 
 
-def left(connection: sqlite3.Connection) -> Left:
+def left(connection: sqlite3.Connection) -> UnendedJobs:
     """Return unfinished jobs; of waiting jobs, only what the queue needs."""
     waiting = f"SELECT id, priority, position, owner, state = 'queued' FROM jobs WHERE {_WAITS} {_IN_ORDER}"
-    order = Order()
+    order = QueueOrder()
     order.fill(
-        (Place.of(priority, position, number), owner, bool(queued))
+        (QueuePosition.of(priority, position, number), owner, bool(queued))
         for number, priority, position, owner, queued in connection.execute(waiting)
     )
-    return Left(unfinished(connection, f"state IN ({ALIVE}) AND NOT ({_WAITS})"), order)
+    return UnendedJobs(unfinished(connection, f"state IN ({ALIVE}) AND NOT ({_WAITS})"), order)
 
 
 def waiting_job(connection: sqlite3.Connection, number: int) -> JobRow | None:

@@ -10,11 +10,11 @@ import asyncio
 
 from maya_un.config import load
 from maya_un.config.state import state_folder
-from maya_un.graph.doors.bridge import BridgeDoor
+from maya_un.graph.doors.bridge import TaskServer
 from maya_un.graph.step_store import NAME, StepStore
 from maya_un.ros.configuration import CONFIG
 from maya_un.ros.controlling import ros_time
-from maya_un.ros.node import Node, run
+from maya_un.ros.node import RosNode, run
 from maya_un.ros.rights import rights_of_node
 from maya_un.server import dates
 
@@ -24,13 +24,13 @@ def main() -> int:
     return run("firebase_bridge", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Carry out steps until cancelled; raises `StorageInUse`, `StorageDamaged`, `FileUnwritable` and their kin."""
     store = await StepStore.open(state_folder() / NAME)
     try:
         async with (
             rights_of_node(node.speed) as rights,
-            BridgeDoor(
+            TaskServer(
                 store,
                 dates.now,
                 clock=ros_time,

@@ -12,7 +12,7 @@ from maya_un.assembly import controller_floor, staffed
 from maya_un.errors import InvalidValue
 from maya_un.ros.configuration import checked, configured
 from maya_un.ros.controlling import log_event, offered
-from maya_un.ros.node import Node, run
+from maya_un.ros.node import RosNode, run
 
 
 def main() -> int:
@@ -20,7 +20,7 @@ def main() -> int:
     return run("hardware_interface", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Offer the machine until cancelled; raises what `assembly.controller_floor` raises."""
     address = checked(await node.parameter("address", REAL))
     if address == SIM:

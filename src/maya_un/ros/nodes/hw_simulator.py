@@ -12,10 +12,10 @@ from __future__ import annotations
 from maya_un.address import SIM
 from maya_un.assembly import controller_floor, staffed
 from maya_un.errors import SpeedOnRealMachine
-from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.graph.doors.sensors import SensorServer
 from maya_un.ros.configuration import checked, configured
 from maya_un.ros.controlling import fast_enough, log_event, offered, ros_time
-from maya_un.ros.node import Node, run
+from maya_un.ros.node import RosNode, run
 from maya_un.ros.parts import on_the_table
 from maya_un.ros.witness import witness
 
@@ -25,7 +25,7 @@ def main() -> int:
     return run("hw_simulator", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Offer the twin until cancelled; raises what `assembly.controller_floor` raises."""
     address = checked(await node.parameter("address", SIM))
     if address != SIM and node.speed != 1.0:
@@ -46,6 +46,6 @@ async def serve(node: Node) -> None:
             ) as floor:
                 if floor.twin is not None:
                     witness(node.graph, floor.twin)
-                sensors = SensorsDoor(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
+                sensors = SensorServer(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
                 async with sensors.open(node.graph):
                     await offered(node, floor, skip_home=await node.flag("skip_home"))

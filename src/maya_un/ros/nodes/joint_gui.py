@@ -7,7 +7,7 @@ import asyncio
 from maya_un.config import load
 from maya_un.graph.sliders import Relay, Sliders
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.ros.node import Node, run
+from maya_un.ros.node import RosNode, run
 
 
 def main() -> int:
@@ -15,7 +15,7 @@ def main() -> int:
     return run("joint_gui", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Choose what is drawn until cancelled. How long the robot is silent is measured in the watcher's time."""
     loop = asyncio.get_running_loop()
     relay = Relay(node.graph, Sliders(Mechanism.of(load()), lambda: loop.time() / node.speed))

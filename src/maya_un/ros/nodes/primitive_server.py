@@ -8,8 +8,8 @@ from __future__ import annotations
 import asyncio
 
 from maya_un.graph.apart import tasks_handed_on
-from maya_un.graph.attended import Attended
-from maya_un.ros.node import Node, run
+from maya_un.graph.attended import PermittedGraph
+from maya_un.ros.node import RosNode, run
 from maya_un.ros.rights import rights_of_node
 
 
@@ -18,8 +18,8 @@ def main() -> int:
     return run("primitive_server", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Hand tasks on until cancelled."""
-    async with rights_of_node(node.speed) as rights, tasks_handed_on(Attended(node.graph, rights.permit)):
+    async with rights_of_node(node.speed) as rights, tasks_handed_on(PermittedGraph(node.graph, rights.permit)):
         await node.say_ready("Primitives are done by /task.")
         await asyncio.Event().wait()

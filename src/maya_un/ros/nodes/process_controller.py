@@ -15,7 +15,7 @@ from contextlib import asynccontextmanager, suppress
 
 from maya_un import runtime
 from maya_un.address import REAL, SIM, meant
-from maya_un.assembly import ProcessFloor, keep_events, process_floor, staffed, storage
+from maya_un.assembly import ProcessAssembly, keep_events, process_floor, staffed, storage
 from maya_un.config import Config, default_path
 from maya_un.config.state import state_folder
 from maya_un.errors import AddressInUse, MayaError
@@ -23,12 +23,12 @@ from maya_un.events import EventLog
 from maya_un.graph.apart import robot_floor_seen
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.robot import GraphRobot
-from maya_un.graph.doors.process import ProcessDoor
-from maya_un.graph.queue import Queue
+from maya_un.graph.doors.process import ProcessServer
+from maya_un.graph.queue import GraphQueue
 from maya_un.process.journal.file import NAME
 from maya_un.ros.configuration import awaited
 from maya_un.ros.controlling import log_own_event, ros_time
-from maya_un.ros.node import Node, run
+from maya_un.ros.node import RosNode, run
 from maya_un.ros.rights import graph_rights
 from maya_un.server import dates, log
 from maya_un.server.app import create_app
@@ -43,7 +43,7 @@ def main() -> int:
     return run("process_controller", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Work the queue until cancelled; raises `AlreadyRunning`, `AddressInUse`, `StorageInUse` and their kin."""
     waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
     with (
@@ -56,8 +56,8 @@ async def serve(node: Node) -> None:
         metrics = Metrics()
         async with _floor(node, config, metrics) as (floor, controller), graph_rights(floor.entrance.callers) as rights:
             app = create_app(_bridge(floor, missing), None, metrics)
-            queue = Queue(floor.gate.call, floor.service.queue.view, controller, rights.who)
-            door = ProcessDoor(queue, clock=ros_time, speed=node.speed)
+            queue = GraphQueue(floor.gate.call, floor.service.queue.view, controller, rights.who)
+            door = ProcessServer(queue, clock=ros_time, speed=node.speed)
             async with served(app, near) as url, _timed(metrics, node.speed), door.open(node.graph):
                 runtime.publish(runtime.Running(url, os.getpid(), None))
                 try:
@@ -67,7 +67,7 @@ async def serve(node: Node) -> None:
                     await floor.process.close()
 
 
-async def _door(node: Node) -> socket.socket:
+async def _door(node: RosNode) -> socket.socket:
     """Return where HTTP is served: the port that was named, else the usual one, else any."""
     if await node.parameter("http_port", None) is not None:
         return bound_socket(await node.number("http_port", PORT))
@@ -78,7 +78,9 @@ async def _door(node: Node) -> socket.socket:
 
 
 @asynccontextmanager
-async def _floor(node: Node, config: Config, metrics: Metrics) -> AsyncIterator[tuple[ProcessFloor, GraphController]]:
+async def _floor(
+    node: RosNode, config: Config, metrics: Metrics
+) -> AsyncIterator[tuple[ProcessAssembly, GraphController]]:
     """Wire the process floor on the floors of the graph, and what it keeps."""
     simulated = await node.flag("sim_mode", default=True)
     address = SIM if simulated else meant(str(await node.parameter("address", REAL)), config.controller.address)
@@ -112,7 +114,7 @@ def _listened(events: EventLog, metrics: Metrics) -> None:
         events.heard_by(listener)
 
 
-def _bridge(floor: ProcessFloor, missing: Callable[[], Sequence[MayaError]]) -> Bridge:
+def _bridge(floor: ProcessAssembly, missing: Callable[[], Sequence[MayaError]]) -> Bridge:
     return Bridge(
         asyncio.get_running_loop(),
         floor.service,

@@ -10,10 +10,10 @@ import asyncio
 
 from maya_un.assembly import staffed
 from maya_un.graph.apart import robot_floor
-from maya_un.graph.attended import Attended
+from maya_un.graph.attended import PermittedGraph
 from maya_un.ros.configuration import awaited
 from maya_un.ros.controlling import ros_time
-from maya_un.ros.node import Node, run
+from maya_un.ros.node import RosNode, run
 from maya_un.ros.rights import rights_of_node
 
 
@@ -22,14 +22,14 @@ def main() -> int:
     return run("robot_controller", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Offer the robot floor until cancelled."""
     waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
     config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
     with staffed(config) as staff:
         staff.own.warm()
         async with rights_of_node(node.speed) as rights:
-            graph = Attended(node.graph, rights.permit)
+            graph = PermittedGraph(node.graph, rights.permit)
             async with robot_floor(graph, config, staff.own, clock=ros_time, speed=node.speed) as controller:
                 await controller.connected()
                 await node.say_ready("The robot floor is offered to the graph.")

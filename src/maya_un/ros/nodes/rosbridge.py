@@ -13,11 +13,11 @@ from contextlib import nullcontext
 
 from maya_un.namespace import namespace
 from maya_un.ros.controlling import ros_time
-from maya_un.ros.node import Node, run
+from maya_un.ros.node import RosNode, run
 from maya_un.ros.rights import looked
 from maya_un.rosbridge.endpoint import PORT, Endpoint
 from maya_un.server.doors import bound_socket
-from maya_un.server.edge import Edge, host_of, origin_of
+from maya_un.server.edge import OriginPolicy, host_of, origin_of
 
 URL = "/rosbridge/url"
 """The parameter with the address of rosbridge; the launch file sets it to "" first."""
@@ -28,7 +28,7 @@ def main() -> int:
     return run("rosbridge", serve, scaled=False)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Serve until cancelled; raises `AddressInUse`, `InvalidValue` and `StorageDamaged`."""
     door = bound_socket(await node.number("port", 0 if namespace() else PORT))
     url = "ws://{}:{}".format(*door.getsockname()[:2])
@@ -40,6 +40,6 @@ async def serve(node: Node) -> None:
             await asyncio.Event().wait()
 
 
-async def _edge(node: Node) -> Edge:
+async def _edge(node: RosNode) -> OriginPolicy:
     origins = frozenset(origin_of(str(page)) for page in await node.parameter("origins", []))
-    return Edge(hosts=frozenset(map(host_of, origins)), origins=origins)
+    return OriginPolicy(hosts=frozenset(map(host_of, origins)), origins=origins)

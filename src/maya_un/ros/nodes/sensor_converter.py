@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from maya_un.address import REAL, SIM, meant
 from maya_un.errors import InvalidValue
-from maya_un.graph.doors.sensors import SensorsDoor
+from maya_un.graph.doors.sensors import SensorServer
 from maya_un.ros.configuration import awaited, checked
 from maya_un.ros.controlling import ros_time
-from maya_un.ros.node import Node, run
-from maya_un.ros.sensing import Heard, Probe
+from maya_un.ros.node import RosNode, run
+from maya_un.ros.sensing import Probe, SensedController
 
 
 def main() -> int:
@@ -20,14 +20,14 @@ def main() -> int:
     return run("sensor_converter", serve)
 
 
-async def serve(node: Node) -> None:
+async def serve(node: RosNode) -> None:
     """Tell what is measured until cancelled; raises what connecting raises."""
     address = checked(await node.parameter("address", REAL))
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
     config = await awaited(node.graph.parameters, waiting=lambda: node.say("Waiting for the controller's node."))
-    heard = Heard(config)
-    door = SensorsDoor(heard, config, clock=ros_time, speed=node.speed)
+    heard = SensedController(config)
+    door = SensorServer(heard, config, clock=ros_time, speed=node.speed)
     probe = Probe(config, meant(address, config.controller.address), ros_time)
     async with door.open(node.graph), heard.listening(node.graph):
         await probe.tell(node.graph)

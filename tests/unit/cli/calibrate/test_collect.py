@@ -14,8 +14,9 @@ import pytest
 
 from maya_un import runtime
 from maya_un.cli.calibrate import points
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.main import main
+from maya_un.client import requests
 from maya_un.config import Config, Units
 from maya_un.errors import EndNotReached, MayaError, PathRefused, Unreachable
 from maya_un.kinematics import Mechanism, Workspace
@@ -90,7 +91,7 @@ class Person(io.StringIO):
         said = super().readline()
         if "{" not in said:
             return said
-        place = dict(zip("xyz", Client.find().get("/v1/status")["state"]["point"], strict=True))
+        place = dict(zip("xyz", ServiceClient.find().ask(requests.status())["state"]["point"], strict=True))
         return said.format(**place, **{f"{axis}_mm": value * 1e3 for axis, value in place.items()})
 
 

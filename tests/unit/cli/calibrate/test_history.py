@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.cli.calibrate import history
-from maya_un.cli.calibrate.history import Step, in_force, steps
+from maya_un.cli.calibrate.history import HistoryStep, in_force, steps
 from maya_un.config import load
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig, NothingToRevert
 
@@ -19,8 +19,8 @@ MINE = "# ours\n[geometry]\nheight = 2.34  # from the drawing\n\n[axes.b]\nspeed
 KEYS = {"geometry.height": 2.36, "geometry.delta": 0.31, "axes.b.minimum": 0.58}
 
 
-def about(digest: str = "d1") -> Step:
-    return Step(
+def about(digest: str = "d1") -> HistoryStep:
+    return HistoryStep(
         number=0,
         action="applied",
         date="2026-03-01T10:00:00+00:00",
@@ -158,7 +158,7 @@ history._settle = kill_at(number, history._settle)
 if wish == "revert":
     history.revert(file, "later", "ben")
 else:
-    history.apply(file, {"geometry.height": 2.37}, history.Step.model_validate_json(wish))
+    history.apply(file, {"geometry.height": 2.37}, history.HistoryStep.model_validate_json(wish))
 """
 """Applies or reverts, and is killed before one of: settling, writing the step, writing the file, numbering the step."""
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.cli.calibrate import points
-from maya_un.cli.calibrate.points import HEAD, Notebook, datum_of, read
+from maya_un.cli.calibrate.points import HEAD, PointNotebook, datum_of, read
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
 from maya_un.values import Point
@@ -153,9 +153,9 @@ def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
 
 def test_a_notebook_is_read_back_as_it_was_written(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
-    notebook = Notebook(path, CONFIG)
+    notebook = PointNotebook(path, CONFIG)
     notebook.add((1, 1_500_000, 1_400_000), Point(1.1, 0.7, 0.8000004))
-    Notebook(path, CONFIG).add((-2, 1_500_001, 1_400_001), Point(-0.1, 0.7, 0.8))
+    PointNotebook(path, CONFIG).add((-2, 1_500_001, 1_400_001), Point(-0.1, 0.7, 0.8))
     measured = read(path, CONFIG)
     assert (measured.head, measured.datum) == (HEAD, pytest.approx((0.0, 575_000.0, 565_000.0)))
     assert measured.observations.counts[1].tolist() == [-2.0, 1_500_001.0, 1_400_001.0]
@@ -164,7 +164,7 @@ def test_a_notebook_is_read_back_as_it_was_written(tmp_path: Path) -> None:
 
 def test_each_row_is_in_the_file_at_once(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
-    notebook = Notebook(path, CONFIG)
+    notebook = PointNotebook(path, CONFIG)
     for count in range(1, 4):
         notebook.add((1, 1_500_000, 1_400_000), Point(1.1, 0.7, 0.8))
         assert len(read(path, CONFIG).observations) == count
@@ -172,18 +172,18 @@ def test_each_row_is_in_the_file_at_once(tmp_path: Path) -> None:
 
 def test_a_last_line_without_its_end_is_ended_first(tmp_path: Path) -> None:
     path = file(tmp_path, f"a_counts,b_counts,c_counts,x,y,z\n{ROW}")
-    Notebook(path, CONFIG).add((1, 1_500_000, 1_400_000), Point(1.1, 0.7, 0.8))
+    PointNotebook(path, CONFIG).add((1, 1_500_000, 1_400_000), Point(1.1, 0.7, 0.8))
     assert len(read(path, CONFIG).observations) == 2
 
 
 def test_a_place_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
-        Notebook(tmp_path / "no" / "points.csv", CONFIG)
+        PointNotebook(tmp_path / "no" / "points.csv", CONFIG)
 
 
 def test_a_row_that_does_not_fit_is_not_begun(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
-    notebook = Notebook(path, CONFIG)
+    notebook = PointNotebook(path, CONFIG)
     notebook.add((-2, 1_500_001, 1_400_001), Point(-0.1, 0.7, 0.8))
     before = path.read_bytes()
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -198,4 +198,4 @@ def test_a_row_that_does_not_fit_is_not_begun(tmp_path: Path) -> None:
 
 def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
-        Notebook(tmp_path / ("x" * 300), CONFIG)
+        PointNotebook(tmp_path / ("x" * 300), CONFIG)

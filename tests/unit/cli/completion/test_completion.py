@@ -38,7 +38,7 @@ LINES = [
 
 
 @functools.cache
-def all_commands() -> tuple[tree.Command, ...]:
+def all_commands() -> tuple[tree.CompletionCommand, ...]:
     return tuple(tree.commands(typer.main.get_command(app.app)))
 
 

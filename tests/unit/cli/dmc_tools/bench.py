@@ -6,14 +6,14 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from maya_un.cli.dmc_tools.terminal.session import Session
+from dmc41x3.driver import Driver
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import Transport
+from maya_un.cli.dmc_tools.terminal.session import TerminalSession
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 from maya_un.errors import ConnectFailed
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import Transport
-from maya_un.virtual.machine import VirtualDmc
-from maya_un.virtual.plant import BenchPlant
-from maya_un.virtual.wire.server import VirtualController
 
 
 class Bench:
@@ -79,11 +79,11 @@ class Heard:
 
 
 @asynccontextmanager
-async def talking() -> AsyncIterator[tuple[Session, Heard, Bench]]:
+async def talking() -> AsyncIterator[tuple[TerminalSession, Heard, Bench]]:
     """Give a session that is connected and carried, as the terminal carries it."""
     async with benched() as bench:
         heard = Heard()
-        session = Session(bench.dial, "bench", heard)
+        session = TerminalSession(bench.dial, "bench", heard)
         await session.connect()
         tasks = [asyncio.create_task(session.work(carry_out)), asyncio.create_task(session.watch())]
         try:
@@ -95,7 +95,7 @@ async def talking() -> AsyncIterator[tuple[Session, Heard, Bench]]:
             await session.close()
 
 
-async def say(session: Session, *lines: str) -> None:
+async def say(session: TerminalSession, *lines: str) -> None:
     """Enter lines and wait until all that came of them is done."""
     for line in lines:
         session.enter(line)

@@ -6,10 +6,10 @@ import asyncio
 import io
 from collections.abc import Awaitable, Callable
 
-from maya_un.cli.dmc_tools.capture import GoBetween
+from dmc41x3.wire.framing import Reply
+from dmc41x3.wire.transcript import WirePiece, conversations, header, read
+from maya_un.cli.dmc_tools.capture import CaptureProxy
 from maya_un.cli.dmc_tools.replay import compared
-from maya_un.galil.framing import Reply
-from maya_un.galil.transcript import Piece, conversations, header, read
 from tests.unit.cli.dmc_tools.bench import Bench, benched
 
 
@@ -37,14 +37,14 @@ class Client:
 Act = Callable[[Bench, Callable[[], Awaitable[Client]]], Awaitable[None]]
 
 
-def captured(act: Act) -> list[Piece]:
+def captured(act: Act) -> list[WirePiece]:
     """Return what is written down while `act` plays the clients."""
     file = io.StringIO()
     file.write(header("bench") + "\n")
 
     async def play() -> None:
         async with benched() as bench:
-            between = GoBetween(bench.dial, file)
+            between = CaptureProxy(bench.dial, file)
             host, _, port = (await between.listen("127.0.0.1", 0)).rpartition(":")
 
             async def client() -> Client:
@@ -112,8 +112,8 @@ def test_a_controller_that_is_not_there_ends_the_client_only() -> None:
 
 async def test_what_was_captured_can_be_replayed() -> None:
     pieces = [
-        Piece(0.0, 1, "client", b"SHA;DP 5\rTP\r"),
-        Piece(0.0, 1, "controller", b":: 5, 0, 0\r\n:"),
+        WirePiece(0.0, 1, "client", b"SHA;DP 5\rTP\r"),
+        WirePiece(0.0, 1, "controller", b":: 5, 0, 0\r\n:"),
     ]
     async with benched() as bench:
         outcome = await compared(bench.dial, pieces, 0.0)

@@ -5,14 +5,14 @@ from itertools import pairwise
 
 import pytest
 
-from maya_un.cli.dmc_tools.sampling import Sample, Sampler, samples, ticks
+from dmc41x3.driver import Driver
+from maya_un.cli.dmc_tools.sampling import ChannelSample, Sampler, samples, ticks
 from maya_un.errors import CommandRejected, UnexpectedReply
-from maya_un.galil.driver import Driver
 from tests.unit.cli.dmc_tools.bench import driven
 from tests.virtual_time import elapse
 
 
-async def taken(driver: Driver, channels: list[str], rate: float, seconds: float) -> list[Sample]:
+async def taken(driver: Driver, channels: list[str], rate: float, seconds: float) -> list[ChannelSample]:
     sampler = await Sampler.prepare(driver, channels)
     return [sample async for sample in samples(sampler, rate, seconds)]
 
@@ -45,7 +45,7 @@ async def test_without_records_the_controllers_clock_is_asked() -> None:
         driver.tap = lambda way, data: sent.append(data) if way == "tx" else None
         first = await sampler.sample()
         await elapse(2.0)
-        assert first == Sample(0.0, (7.0, 14.0))
+        assert first == ChannelSample(0.0, (7.0, 14.0))
         assert (await sampler.sample()).time == pytest.approx(2.0, abs=2 / 1024)
         assert sent == [b"MG TIME,x,x*2\r"] * 2
 

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from maya_un.cli.doctor import certificate
-from maya_un.cli.doctor.finding import Finding, Outcome
-from maya_un.cli.doctor.sockets import Listener
+from maya_un.cli.doctor.finding import Finding, FindingOutcome
+from maya_un.cli.doctor.sockets import ListeningProcess
 
 OPENSSL = shutil.which("openssl")
 
@@ -93,15 +93,17 @@ def shown(context: ssl.SSLContext | None) -> Iterator[int]:
 
 
 def found(port: int) -> list[Finding]:
-    there = [Listener(port, os.getpid(), "maya"), Listener(port + 1, os.getpid() + 1, "another")]
+    there = [ListeningProcess(port, os.getpid(), "maya"), ListeningProcess(port + 1, os.getpid() + 1, "another")]
     return list(certificate.findings(there, os.getpid()))
 
 
 @pytest.mark.parametrize(
     ("days", "key", "outcome"),
-    [(400, "certificate_good", Outcome.OK), (5, "certificate_soon", Outcome.WARN)],
+    [(400, "certificate_good", FindingOutcome.OK), (5, "certificate_soon", FindingOutcome.WARN)],
 )
-def test_a_certificate_is_good_for_long_or_ends_soon(tmp_path: Path, days: int, key: str, outcome: Outcome) -> None:
+def test_a_certificate_is_good_for_long_or_ends_soon(
+    tmp_path: Path, days: int, key: str, outcome: FindingOutcome
+) -> None:
     with shown(made(tmp_path, days)) as port:
         (finding,) = found(port)
     assert (finding.key, finding.outcome, finding.details["port"]) == (key, outcome, port)
@@ -111,7 +113,7 @@ def test_a_certificate_is_good_for_long_or_ends_soon(tmp_path: Path, days: int, 
 def test_one_that_has_expired_fails(tmp_path: Path) -> None:
     with shown(expired(tmp_path)) as port:
         (finding,) = found(port)
-    assert (finding.key, finding.outcome) == ("certificate_expired", Outcome.FAIL)
+    assert (finding.key, finding.outcome) == ("certificate_expired", FindingOutcome.FAIL)
 
 
 def test_a_port_without_tls_has_none() -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 
+from dmc41x3.driver import Driver
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.transport import TcpTransport
 from maya_un.cli.doctor import controller
-from maya_un.cli.doctor.finding import Finding, Outcome
+from maya_un.cli.doctor.finding import Finding, FindingOutcome
 from maya_un.config import Config
 from maya_un.controller import torque
 from maya_un.controller.torque import Torque
-from maya_un.galil.driver import Driver
-from maya_un.galil.transport import TcpTransport
-from maya_un.virtual.wire.server import VirtualController
 from tests.ports import free_port
 from tests.served import ServedTwin, served
 
@@ -38,7 +38,7 @@ def test_one_that_is_well_is_well_in_everything_but_its_motors() -> None:
         said(twin, "TM 1000", "CN -1")
         found = asked(twin.address)
     assert found["firmware"].details["firmware"].startswith("DMC4133")
-    assert {key for key, finding in found.items() if finding.outcome is not Outcome.OK} == {"motors_off"}
+    assert {key for key, finding in found.items() if finding.outcome is not FindingOutcome.OK} == {"motors_off"}
     assert {"handles_free", "limits_quiet", "level_same", "program_none", "memory_sound", "controller_clock"} <= set(
         found
     )
@@ -67,7 +67,7 @@ def test_torque_limit_that_a_killed_program_left_is_told() -> None:
         said(twin, "ZAB=77", *torque.commands(Torque(Config()).rest))
         found = asked(twin.address)
         assert (found["torque_low"].outcome, found["torque_low"].details["found"]) == (
-            Outcome.WARN,
+            FindingOutcome.WARN,
             "TLB=0.12, TLC=0.12",
         )
         said(twin, *torque.commands(Torque(Config()).most))

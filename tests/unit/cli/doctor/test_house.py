@@ -15,9 +15,9 @@ import pytest
 
 from maya_un import runtime
 from maya_un.cli.doctor import house
-from maya_un.cli.doctor.finding import Finding, Outcome
-from maya_un.cli.doctor.sockets import Listener, listeners
-from maya_un.cli.settings import Settings
+from maya_un.cli.doctor.finding import Finding, FindingOutcome
+from maya_un.cli.doctor.sockets import ListeningProcess, listeners
+from maya_un.cli.settings import OutputSettings
 from maya_un.process.journal.rows import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 
@@ -44,23 +44,23 @@ def keep(folder: Path, date: str = "2026-11-21T10:00:00+00:00") -> None:
 
 
 def test_a_configuration_is_good_absent_or_wrong(tmp_path: Path) -> None:
-    assert only(house.config(Settings())).key == "config_none"
+    assert only(house.config(OutputSettings())).key == "config_none"
     file = tmp_path / "maya.toml"
     file.write_text("[cell]\ngrasp_height = 0.4\n")
-    assert only(house.config(Settings(config=str(file)))).key == "config_good"
+    assert only(house.config(OutputSettings(config=str(file)))).key == "config_good"
     file.write_text("[cell]\ngrasp_hight = 0.4\n")
-    wrong = only(house.config(Settings(config=str(file))))
-    assert (wrong.outcome, "grasp_hight" in wrong.details["error"]) == (Outcome.FAIL, True)
+    wrong = only(house.config(OutputSettings(config=str(file))))
+    assert (wrong.outcome, "grasp_hight" in wrong.details["error"]) == (FindingOutcome.FAIL, True)
 
 
 def test_storage_that_is_well_is_looked_at_whole(folder: Path) -> None:
-    assert only(house.storage(Settings(), served_by=0)).key == "storage_none"
+    assert only(house.storage(OutputSettings(), served_by=0)).key == "storage_none"
     assert not folder.exists(), "a look must not make anything"
     keep(folder)
     keep(folder)
-    found = only(house.storage(Settings(), served_by=0))
+    found = only(house.storage(OutputSettings(), served_by=0))
     assert (found.key, found.details["runs"]) == ("storage_good", 2)
-    assert only(house.storage(Settings(), served_by=7)).key == "storage_in_use"
+    assert only(house.storage(OutputSettings(), served_by=7)).key == "storage_in_use"
 
 
 def test_storage_that_is_damaged_is_told_as_such(folder: Path) -> None:
@@ -69,16 +69,16 @@ def test_storage_that_is_damaged_is_told_as_such(folder: Path) -> None:
     data = bytearray(file.read_bytes())
     data[len(data) // 2 :] = os.urandom(len(data) - len(data) // 2)
     file.write_bytes(data)
-    found = only(house.storage(Settings(), served_by=0))
-    assert (found.outcome, found.key) == (Outcome.FAIL, "storage_bad")
+    found = only(house.storage(OutputSettings(), served_by=0))
+    assert (found.outcome, found.key) == (FindingOutcome.FAIL, "storage_bad")
     file.write_bytes(b"somebody else's file" * 100)
-    assert only(house.storage(Settings(), served_by=0)).outcome is Outcome.FAIL
+    assert only(house.storage(OutputSettings(), served_by=0)).outcome is FindingOutcome.FAIL
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "kept"))
-    assert only(house.storage(Settings(), served_by=0)).key == "storage_unwritable"
+    assert only(house.storage(OutputSettings(), served_by=0)).key == "storage_unwritable"
 
 
 class _Usage(NamedTuple):
@@ -88,10 +88,11 @@ class _Usage(NamedTuple):
 
 
 @pytest.mark.parametrize(
-    ("free", "outcome"), [(5e9, Outcome.OK), (1e9, Outcome.WARN), (1e8, Outcome.FAIL), (0.0, Outcome.FAIL)]
+    ("free", "outcome"),
+    [(5e9, FindingOutcome.OK), (1e9, FindingOutcome.WARN), (1e8, FindingOutcome.FAIL), (0.0, FindingOutcome.FAIL)],
 )
 @pytest.mark.usefixtures("folder")
-def test_room_on_the_disk(free: float, outcome: Outcome, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_room_on_the_disk(free: float, outcome: FindingOutcome, monkeypatch: pytest.MonkeyPatch) -> None:
     def usage(_: Path) -> _Usage:
         return _Usage(0, 0, int(free))
 
@@ -100,7 +101,11 @@ def test_room_on_the_disk(free: float, outcome: Outcome, monkeypatch: pytest.Mon
 
 
 def test_ports_are_free_ours_or_somebody_elses() -> None:
-    there = [Listener(4133, 12, "python"), Listener(9090, 0, ""), Listener(11311, 13, "rosmaster")]
+    there = [
+        ListeningProcess(4133, 12, "python"),
+        ListeningProcess(9090, 0, ""),
+        ListeningProcess(11311, 13, "rosmaster"),
+    ]
     found = {finding.details["port"]: finding for finding in house.ports(there)}
     assert {port: finding.key for port, finding in found.items()} == {
         3000: "port_free",
@@ -136,13 +141,13 @@ def test_the_clock_is_kept_alone_or_behind(folder: Path, tmp_path: Path) -> None
     assert only(house.clock(now, tmp_path)).details == {"keeper": "chrony"}
     keep(folder, (now + timedelta(hours=1)).isoformat())
     behind = only(house.clock(now, tmp_path))
-    assert (behind.outcome, behind.details["seconds"]) == (Outcome.FAIL, 3600.0)
+    assert (behind.outcome, behind.details["seconds"]) == (FindingOutcome.FAIL, 3600.0)
     assert only(house.clock(now + timedelta(hours=2), tmp_path)).key == "clock_good"
 
 
 def test_ros_is_looked_for_and_its_master_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not Path("/opt/ros").is_dir() and shutil.which("roscore") is None:
-        assert only(house.ros()).outcome is Outcome.SKIPPED
+        assert only(house.ros()).outcome is FindingOutcome.SKIPPED
     roscore = tmp_path / "roscore"
     roscore.touch(mode=0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un import __version__, runtime
 from maya_un.cli.doctor import service
-from maya_un.cli.doctor.finding import Outcome
+from maya_un.cli.doctor.finding import FindingOutcome
 from tests.ports import free_port
 from tests.unit.cli.servers import hanging_service, http_service
 
@@ -33,7 +33,7 @@ def published(url: str) -> None:
     runtime.publish(runtime.Running(url, os.getpid(), None))
 
 
-def keys(changes: dict[str, Any], *, ours: bool = True) -> dict[str, Outcome]:
+def keys(changes: dict[str, Any], *, ours: bool = True) -> dict[str, FindingOutcome]:
     """Return what is found of a service that answers otherwise than a healthy one in this."""
 
     def says(_: str, path: str, __: object) -> tuple[int, object]:
@@ -53,12 +53,12 @@ def state(**changes: object) -> dict[str, Any]:
 
 def test_where_none_runs_that_is_no_trouble() -> None:
     running, (finding,) = service.found("en")
-    assert (running, finding.key, finding.outcome) == (None, "service_none", Outcome.SKIPPED)
+    assert (running, finding.key, finding.outcome) == (None, "service_none", FindingOutcome.SKIPPED)
 
 
 def test_one_that_is_well_is_well_in_everything() -> None:
     found = keys({})
-    assert set(found.values()) == {Outcome.OK}
+    assert set(found.values()) == {FindingOutcome.OK}
     assert {"service_runs", "service_ready", "version_same", "robot_well", "limits_quiet", "lease_free"} <= found.keys()
     assert "queue_runs" in found
 
@@ -66,29 +66,37 @@ def test_one_that_is_well_is_well_in_everything() -> None:
 @pytest.mark.parametrize(
     ("changes", "key", "outcome"),
     [
-        ({"/v1/ready": (503, {"reasons": [{"code": 5007, "message": "disk"}]})}, "service_not_ready", Outcome.FAIL),
-        ({"/v1/status": {"version": "0.0.1", "address": "sim", "state": STATE}}, "version_differs", Outcome.WARN),
-        (state(mode="disconnected"), "robot_disconnected", Outcome.FAIL),
-        (state(fault={"code": 2306, "message": "off"}), "robot_fault", Outcome.FAIL),
-        (state(homed=False), "robot_not_homed", Outcome.WARN),
-        (state(forward_limit=[False, True, False]), "limits_active", Outcome.WARN),
-        (state(forward_limit=[True] * 3, reverse_limit=[False, False, True]), "limits_both", Outcome.FAIL),
-        ({"/v1/lease": {"holder": "ada", "since": 5.0}}, "lease_held", Outcome.OK),
+        (
+            {"/v1/ready": (503, {"reasons": [{"code": 5007, "message": "disk"}]})},
+            "service_not_ready",
+            FindingOutcome.FAIL,
+        ),
+        (
+            {"/v1/status": {"version": "0.0.1", "address": "sim", "state": STATE}},
+            "version_differs",
+            FindingOutcome.WARN,
+        ),
+        (state(mode="disconnected"), "robot_disconnected", FindingOutcome.FAIL),
+        (state(fault={"code": 2306, "message": "off"}), "robot_fault", FindingOutcome.FAIL),
+        (state(homed=False), "robot_not_homed", FindingOutcome.WARN),
+        (state(forward_limit=[False, True, False]), "limits_active", FindingOutcome.WARN),
+        (state(forward_limit=[True] * 3, reverse_limit=[False, False, True]), "limits_both", FindingOutcome.FAIL),
+        ({"/v1/lease": {"holder": "ada", "since": 5.0}}, "lease_held", FindingOutcome.OK),
         (
             {"/v1/queue": {"mode": "paused", "reason": "stop", "counts": {"queued": 3}, "recovery": None}},
             "queue_paused",
-            Outcome.WARN,
+            FindingOutcome.WARN,
         ),
-        ({"/v1/queue": {"mode": "paused", "recovery": {"job": 7}}}, "queue_asks", Outcome.WARN),
-        ({"/v1/status": (401, {"code": 4101, "details": {"reason": "none"}})}, "service_refuses", Outcome.WARN),
+        ({"/v1/queue": {"mode": "paused", "recovery": {"job": 7}}}, "queue_asks", FindingOutcome.WARN),
+        ({"/v1/status": (401, {"code": 4101, "details": {"reason": "none"}})}, "service_refuses", FindingOutcome.WARN),
     ],
 )
-def test_what_is_wrong_is_told(changes: dict[str, Any], key: str, outcome: Outcome) -> None:
+def test_what_is_wrong_is_told(changes: dict[str, Any], key: str, outcome: FindingOutcome) -> None:
     assert keys(changes)[key] is outcome
 
 
 def test_one_that_is_gone_hangs_or_was_replaced_by_a_stranger(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert keys({}, ours=False) == {"service_stranger": Outcome.FAIL}
+    assert keys({}, ours=False) == {"service_stranger": FindingOutcome.FAIL}
     published(f"http://127.0.0.1:{free_port()}")
     assert service.found("en")[1][0].key == "service_gone"
     monkeypatch.setattr(service, "PATIENCE", 0.1)

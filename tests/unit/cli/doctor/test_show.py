@@ -12,7 +12,7 @@ from types import ModuleType
 import pytest
 
 from maya_un.cli.doctor import certificate, controller, house, service, show, words
-from maya_un.cli.doctor.finding import Finding, Outcome, ok
+from maya_un.cli.doctor.finding import Finding, FindingOutcome, ok
 from maya_un.cli.main import main
 from tests.ports import free_port
 
@@ -85,5 +85,7 @@ def test_details_are_filled_in() -> None:
     finding = ok("firmware", "firmware", firmware="DMC4133 Rev 1.3k")
     assert words.meaning(finding, "en") == "It is DMC4133 Rev 1.3k."
     assert words.remedy(finding, "es") == ""
-    assert Finding("disk", Outcome.OK, "disk_room", {"free": 5.04}).details == {"free": 5.04}
-    assert words.meaning(Finding("disk", Outcome.OK, "disk_room", {"free": 5.04}), "es").startswith("Quedan 5.0 GB")
+    assert Finding("disk", FindingOutcome.OK, "disk_room", {"free": 5.04}).details == {"free": 5.04}
+    assert words.meaning(Finding("disk", FindingOutcome.OK, "disk_room", {"free": 5.04}), "es").startswith(
+        "Quedan 5.0 GB"
+    )

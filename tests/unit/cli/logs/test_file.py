@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from maya_un.cli.logs.file import LogFile
+from maya_un.cli.logs.file import LogReader
 
 
 def line(message: str, logger: str = "maya.http") -> str:
@@ -13,13 +13,13 @@ def line(message: str, logger: str = "maya.http") -> str:
     return json.dumps(about) + "\n"
 
 
-def texts(log: LogFile) -> list[str]:
+def texts(log: LogReader) -> list[str]:
     return [entry.text for entry in log.read()]
 
 
 def test_what_came_since_is_read_once(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
-    log = LogFile(path)
+    log = LogReader(path)
     assert texts(log) == []
     path.write_text(line("one"))
     assert texts(log) == ["one"]
@@ -38,13 +38,13 @@ def test_older_files_come_first(tmp_path: Path) -> None:
     for number in (1, 2, 10):
         (tmp_path / f"maya.log.{number}").write_text(line(f"{number} ago"))
     (tmp_path / "maya.log.old").write_text(line("not ours"))
-    assert texts(LogFile(path)) == ["10 ago", "2 ago", "1 ago", "newest"]
+    assert texts(LogReader(path)) == ["10 ago", "2 ago", "1 ago", "newest"]
 
 
 def test_nothing_is_lost_where_a_new_file_is_begun(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     path.write_text(line("one"))
-    log = LogFile(path)
+    log = LogReader(path)
     assert texts(log) == ["one"]
     with path.open("a") as file:
         file.write(line("two"))
@@ -59,11 +59,11 @@ def test_nothing_is_lost_where_a_new_file_is_begun(tmp_path: Path) -> None:
 def test_lines_that_are_not_ours_are_left_out(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     path.write_bytes(b"Traceback (most recent call last):\n[1]\n\xff\xfe\n{}\n" + line("ours").encode())
-    assert texts(LogFile(path)) == ["ours"]
+    assert texts(LogReader(path)) == ["ours"]
 
 
 def test_what_the_journal_has_too_is_left_out_unless_it_is_wanted(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     path.write_text(line("homed", "maya.events") + line("GET /v1/status 200"))
-    assert texts(LogFile(path)) == ["GET /v1/status 200"]
-    assert texts(LogFile(path, events=True)) == ["homed", "GET /v1/status 200"]
+    assert texts(LogReader(path)) == ["GET /v1/status 200"]
+    assert texts(LogReader(path, events=True)) == ["homed", "GET /v1/status 200"]

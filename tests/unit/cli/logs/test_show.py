@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli.logs.show import Wanted, show
+from maya_un.cli.logs.show import LogFilter, show
 from maya_un.cli.main import main
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 from maya_un.process.journal.rows import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 
@@ -110,8 +110,8 @@ def test_what_comes_is_told_as_it_comes_until_ctrl_c(folder: Path, capsys: pytes
         elif turn == 2:
             raise KeyboardInterrupt
 
-    wanted = Wanted(50, "", (), "info")
-    assert show(wanted, Settings(json=True), follow=True, wait=wait) == 0
+    wanted = LogFilter(50, "", (), "info")
+    assert show(wanted, OutputSettings(json=True), follow=True, wait=wait) == 0
     assert [json.loads(line)["kind"] for line in capsys.readouterr().out.splitlines()] == ["homed", "job", "http"]
 
 

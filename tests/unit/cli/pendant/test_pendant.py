@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from maya_un import runtime
-from maya_un.cli.client import Client
+from maya_un.cli.client import ServiceClient
 from maya_un.cli.main import main
-from maya_un.cli.pendant.keys import MOVES, STEPS, Step
+from maya_un.cli.pendant.keys import MOVES, STEPS, KeyStep
 from maya_un.cli.pendant.nearest import distances
 from maya_un.cli.pendant.picture import drawn
-from maya_un.cli.pendant.session import Session
+from maya_un.cli.pendant.session import PendantSession
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.kinematics.workspace import Workspace
@@ -62,12 +62,12 @@ class Robot:
 
 
 @contextmanager
-def pendant(robot: Robot) -> Iterator[Session]:
+def pendant(robot: Robot) -> Iterator[PendantSession]:
     with http_service(robot.says) as url:
-        yield Session(Client(url), WORKSPACE, "en")
+        yield PendantSession(ServiceClient(url), WORKSPACE, "en")
 
 
-def picture(session: Session) -> str:
+def picture(session: PendantSession) -> str:
     return "".join(text for _, text in drawn(session, "en"))
 
 
@@ -82,7 +82,7 @@ def test_a_letter_goes_forth_and_its_capital_back() -> None:
     }  # fmt: skip
     assert (MOVES["up"], MOVES["pagedown"]) == (("y", 1), ("z", -1))
     assert [step.length for step in STEPS.values()] == [0.001, 0.01, 0.05]
-    assert (Step(0.01, 0.02).of("a"), Step(0.01, 0.02).of("b")) == (0.02, 0.01)
+    assert (KeyStep(0.01, 0.02).of("a"), KeyStep(0.01, 0.02).of("b")) == (0.02, 0.01)
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_distances_are_in_order_and_none_is_left_out() -> None:
 
 
 def test_a_key_is_one_step_of_the_size_that_was_chosen() -> None:
-    async def press(session: Session) -> None:
+    async def press(session: PendantSession) -> None:
         session.move("x", -1)
         await session.settled()
         session.step = "3"
@@ -118,15 +118,15 @@ def test_a_key_is_one_step_of_the_size_that_was_chosen() -> None:
     with pendant(robot) as session:
         real_time(press(session))
     assert robot.asked == [
-        ("POST", "/v1/jog", {"axis": "x", "distance": -0.01, "clip": True}),
-        ("POST", "/v1/jog", {"axis": "a", "distance": radians(5.0), "clip": True}),
+        ("POST", "/v1/jog", {"axis": "x", "distance": -0.01}),
+        ("POST", "/v1/jog", {"axis": "a", "distance": radians(5.0)}),
     ]
 
 
 def test_a_step_waits_for_the_one_before_and_is_stopped_at_the_end() -> None:
     robot = Robot(hold=threading.Event())
 
-    async def press(session: Session) -> None:
+    async def press(session: PendantSession) -> None:
         session.move("x", 1)
         session.move("y", 1)
         assert session.stepping
@@ -140,7 +140,7 @@ def test_a_step_waits_for_the_one_before_and_is_stopped_at_the_end() -> None:
 
 
 def test_what_ends_a_step_is_noted() -> None:
-    async def press(session: Session, robot: Robot) -> None:
+    async def press(session: PendantSession, robot: Robot) -> None:
         session.move("b", 1)
         await session.settled()
         robot.refusal = (409, {"code": Busy.code, "details": {"doing": "job 3"}})
@@ -154,7 +154,7 @@ def test_what_ends_a_step_is_noted() -> None:
 
 
 def test_a_pose_is_taught() -> None:
-    async def teach(session: Session) -> None:
+    async def teach(session: PendantSession) -> None:
         session.teach("shelf", replacing=True)
         await session.close()
 
@@ -166,13 +166,13 @@ def test_a_pose_is_taught() -> None:
 
 
 def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def stop(session: Session) -> None:
+    async def stop(session: PendantSession) -> None:
         await session.look()
         session.stop()
         await session.close()
 
     url = f"http://127.0.0.1:{free_port()}"
-    session = Session(Client(url), WORKSPACE, "en")
+    session = PendantSession(ServiceClient(url), WORKSPACE, "en")
     monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
     real_time(stop(session))
     assert session.trouble.startswith("No Maya is running here")
@@ -181,7 +181,7 @@ def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_picture_tells_mode_step_place_and_limits() -> None:
-    session = Session(Client("http://127.0.0.1:1"), WORKSPACE, "en")
+    session = PendantSession(ServiceClient("http://127.0.0.1:1"), WORKSPACE, "en")
     assert "unknown until homed" not in picture(session), "nobody has been asked yet"
     session.status = {"state": state(None, "not_homed")}
     assert "not homed" in picture(session) and "unknown until homed" in picture(session)

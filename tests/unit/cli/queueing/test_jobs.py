@@ -281,7 +281,7 @@ def test_the_history_is_asked_for_what_was_said(serve: Serve, capsys: pytest.Cap
     service = serve(**{"/v1/jobs": [Several([])]})
     line = ["history", "5", "--owner", "ana", "--state", "done", "--state", "failed", "--text", "a b"]
     assert printed(line, capsys) == "Nothing has been done yet.\n"
-    assert service.asked == [("GET", "/v1/jobs?owner=ana&text=a+b&limit=5&state=done&state=failed", None)]
+    assert service.asked == [("GET", "/v1/jobs?state=done&state=failed&owner=ana&text=a+b&limit=5", None)]
 
 
 @pytest.mark.parametrize("option", ["--state", "--owner", "--text"])

@@ -10,14 +10,16 @@ import pytest
 from maya_un.cli.main import main
 from maya_un.cli.queueing.keeping import kept
 from maya_un.loops import run
-from maya_un.process.journal.rows import JobRow, Options, Owner
+from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.states import TaskState
 from tests.unit.cli.queueing.answers import printed
 
 
 def job(number: int, state: TaskState) -> JobRow:
-    return JobRow(number, "x", {"steps": ["home"]}, Options(), Owner("ana"), state, float(number), "2026-03-01", 1)
+    return JobRow(
+        number, "x", {"steps": ["home"]}, JobOptions(), RequestOwner("ana"), state, float(number), "2026-03-01", 1
+    )
 
 
 @pytest.fixture

@@ -106,7 +106,7 @@ def test_one_interrupted_between_two_steps(serve: Serve, capsys: pytest.CaptureF
 @pytest.mark.parametrize(
     ("line", "asked"),
     [
-        ("pause", ("POST", "/v1/queue/pause", {"when": "after step"})),
+        ("pause", ("POST", "/v1/queue/pause", {})),
         ("pause --now", ("POST", "/v1/queue/pause", {"when": "now"})),
         ("resume", ("POST", "/v1/queue/resume", None)),
         ("step", ("POST", "/v1/queue/step", None)),
@@ -190,7 +190,7 @@ def test_on_a_terminal_it_asks_until_it_is_answered(
     assert "Job 7, two cubes, was interrupted" in said
     assert said.count("One of: redo, abort, wave") == 2
     assert said.count("One of: yes, no") == 1
-    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True, "resume_queue": True})]
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True})]
 
 
 def test_what_needs_no_answer_is_not_asked_for(
@@ -199,7 +199,7 @@ def test_what_needs_no_answer_is_not_asked_for(
     service = serve(**OFFERED)
     at_terminal(monkeypatch, "abort\n")
     printed(["queue", "recover"], capsys)
-    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "abort", "resume_queue": True})]
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "abort"})]
 
 
 def test_whoever_leaves_without_an_answer_has_chosen_nothing(
@@ -260,4 +260,4 @@ def test_in_spanish_it_is_answered_in_spanish(
     at_terminal(monkeypatch, f"redo\nyes\n{said}\n")
     shown = printed(["--lang", "es", "queue", "recover"], capsys)
     assert "(sí, no)" in shown
-    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True, "resume_queue": True})]
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True})]

@@ -10,7 +10,7 @@ from maya_un.errors import Busy, FollowingError, MayaError, NodeGone, ServiceFai
 from maya_un.graph.bus import Bus
 from maya_un.graph.clients.asking import called, done
 from maya_un.graph.outcome import failure, success, trigger_failure
-from maya_un.graph.protocol import Act, Feedback, Message, Refused
+from maya_un.graph.protocol import Act, Feedback, GoalRefused, Message
 from maya_un.graph.table import HOME, STOP
 from tests.virtual_time import elapse
 
@@ -35,7 +35,7 @@ async def test_what_was_said_there_is_raised_here(error: MayaError) -> None:
         raise error
 
     async def refuses(_goal: Message, _feedback: Feedback) -> Message:
-        raise Refused(failure(error))
+        raise GoalRefused(failure(error))
 
     async def tells(_goal: Message, _feedback: Feedback) -> Message:
         return failure(error)

@@ -15,7 +15,7 @@ from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.robot import GraphRobot
 from maya_un.graph.outcome import failure, success
-from maya_un.graph.protocol import Feedback, Message, Refused
+from maya_un.graph.protocol import Feedback, GoalRefused, Message
 from maya_un.graph.table import TASK
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
@@ -38,7 +38,7 @@ class Floor:
     async def act(self, _goal: Message, feedback: Feedback) -> Message:
         if self.refusals:
             self.refusals -= 1
-            raise Refused(failure(Busy(doing="task")))
+            raise GoalRefused(failure(Busy(doing="task")))
         self.begun += 1
         for phase in self.phases:
             feedback({"phase": phase})

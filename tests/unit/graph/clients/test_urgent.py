@@ -14,7 +14,7 @@ from maya_un.graph.clients.controller import GraphController
 from maya_un.graph.clients.watch import SILENT
 from maya_un.graph.diagnostics import array
 from maya_un.graph.diagnostics import controller as diagnosed
-from maya_un.graph.events import Standing, Strokes, Told
+from maya_un.graph.events import ControllerCondition, ReportedEvent, Strokes
 from maya_un.graph.protocol import Feedback, Message
 from maya_un.graph.table import ABORT, DIAGNOSTICS, EVENT, FOLLOW, GRIPPER, HOME, JOINTS, MOVE, STOP, Row
 from maya_un.values import Mode
@@ -58,8 +58,10 @@ class Frozen:
         node = bus.node("hw_simulator")
         self.goes_on = asyncio.Event()
         self.done: list[str] = []
-        standing = Standing(Mode.IDLE, homed=True, moving=False, gripper_closed=False, strokes=STROKES)
-        node.advertise(EVENT.name, EVENT.type, latch=True).publish({"data": Told("idle", standing, 0, {}).text()})
+        standing = ControllerCondition(Mode.IDLE, homed=True, moving=False, gripper_closed=False, strokes=STROKES)
+        node.advertise(EVENT.name, EVENT.type, latch=True).publish(
+            {"data": ReportedEvent("idle", standing, 0, {}).text()}
+        )
         node.advertise(JOINTS.name, JOINTS.type)
         self._health = node.advertise(DIAGNOSTICS.name, DIAGNOSTICS.type)
         for row in (STOP, ABORT, GRIPPER):

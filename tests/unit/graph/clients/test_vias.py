@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from maya_un.config import Config, Units
-from maya_un.controller.planner import Plan, Planner
+from maya_un.controller.planner import MotionPlan, Planner
 from maya_un.graph.clients.vias import Vias
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
@@ -18,11 +18,11 @@ PLANNER, WORKSPACE = Planner(CONFIG, Mechanism.of(CONFIG)), Workspace.of(CONFIG)
 POINTS = st.builds(Point, st.floats(0.3, 0.9), st.floats(0.8, 1.2), st.floats(0.4, 1.2))
 
 
-def plan(*corners: Point) -> Plan:
+def plan(*corners: Point) -> MotionPlan:
     return PLANNER.plan(WORKSPACE, Path.line(*corners), 1.0)
 
 
-def driven(planned: Plan, paces: list[tuple[float, float]], every: float = 0.25) -> list[tuple[int, float]]:
+def driven(planned: MotionPlan, paces: list[tuple[float, float]], every: float = 0.25) -> list[tuple[int, float]]:
     """Drive along a plan at changing shares of its speed; return the vias told, with the planned time at each."""
     assert planned.move is not None
     passed: list[tuple[int, float]] = []

@@ -15,15 +15,15 @@ from maya_un.controller.homing import homed_pose
 from maya_un.errors import NodeGone
 from maya_un.events import Connected, Disconnected, Event, HomingNeeded, LimitHit
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.clients.watch import SETTLES, SILENT, Watch
+from maya_un.graph.clients.watch import SETTLES, SILENT, ControllerWatch
 from maya_un.graph.diagnostics import array, controller
-from maya_un.graph.events import REFUSED, Standing, Strokes, Told
+from maya_un.graph.events import REFUSED, ControllerCondition, ReportedEvent, Strokes
 from maya_un.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.values import Joints, Mode, Notice, Point
 from tests.virtual_time import elapse, turn
 
 STROKES: Strokes = ((0.0, 2.09), (0.575, 2.2), (0.565, 2.25))
-IDLE = Standing(Mode.IDLE, homed=True, moving=False, gripper_closed=False, strokes=STROKES)
+IDLE = ControllerCondition(Mode.IDLE, homed=True, moving=False, gripper_closed=False, strokes=STROKES)
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Teller:
     """A controller floor's node that says what the test wants."""
 
     bus: Bus
-    watch: Watch
+    watch: ControllerWatch
     config: Config = field(default_factory=Config)
 
     def __post_init__(self) -> None:
@@ -58,8 +58,8 @@ class Teller:
         self._joints.close()
         self._point.close()
 
-    async def says(self, word: str, standing: Standing, code: int = 0, **detail: object) -> None:
-        await self.says_text(Told(word, standing, code, detail).text())
+    async def says(self, word: str, standing: ControllerCondition, code: int = 0, **detail: object) -> None:
+        await self.says_text(ReportedEvent(word, standing, code, detail).text())
 
     async def says_text(self, text: str) -> None:
         self._events.publish({"data": text})
@@ -76,14 +76,14 @@ class Teller:
 @asynccontextmanager
 async def watched() -> AsyncIterator[Teller]:
     bus = Bus()
-    watch = Watch(bus.node("robot_controller"), Config(), 1.0)
+    watch = ControllerWatch(bus.node("robot_controller"), Config(), 1.0)
     try:
         yield Teller(bus, watch)
     finally:
         await watch.close()
 
 
-def kinds(watch: Watch) -> list[type[Event]]:
+def kinds(watch: ControllerWatch) -> list[type[Event]]:
     return [type(event) for event in watch.events.since(0)]
 
 
@@ -128,7 +128,7 @@ async def test_who_comes_late_knows_all_from_the_last_event() -> None:
     async with watched() as teller:
         fault = Notice(2301, "limit switch b")
         await teller.says("limit", replace(IDLE, mode=Mode.FAULT, fault=fault), 2301, message="limit switch b")
-        late = Watch(teller.bus.node("process_controller"), Config(), 1.0)
+        late = ControllerWatch(teller.bus.node("process_controller"), Config(), 1.0)
         await turn()
         await turn()
         assert (late.state.mode, late.state.fault, late.state.homed) == (Mode.FAULT, fault, True)
@@ -213,7 +213,7 @@ async def test_a_refusal_of_somebodys_wish_is_no_event_but_tells_how_it_stands()
 
 async def test_a_detail_may_be_called_as_it_likes() -> None:
     async with watched() as teller:
-        await teller.says_text(Told("moving", IDLE, 0, {"kind": "x", "code": "y", "to": "there"}).text())
+        await teller.says_text(ReportedEvent("moving", IDLE, 0, {"kind": "x", "code": "y", "to": "there"}).text())
         last = teller.watch.events.last
         assert last is not None
         assert dict(last.detail) == {"kind": "x", "code": "y", "to": "there"}

@@ -8,13 +8,13 @@ import pytest
 
 from maya_un.errors import Busy, EndNotReached, NotHomed, Stopped
 from maya_un.events import EventLog, GripperOpened, HomingBegun, MotionBegun, PhaseBegun
-from maya_un.graph.doors.acting import FEEDBACK_RATE, Course, Desk
-from maya_un.graph.protocol import Message, Refused
+from maya_un.graph.doors.acting import FEEDBACK_RATE, ActionProgress, ActionSlot
+from maya_un.graph.protocol import GoalRefused, Message
 from tests.virtual_time import elapse
 
 
-def course(told: list[Message], *, ticks: bool = False, speed: float = 1.0) -> Course:
-    return Course(told.append, lambda phase: {"phase": phase}, ticks=ticks, speed=speed)
+def course(told: list[Message], *, ticks: bool = False, speed: float = 1.0) -> ActionProgress:
+    return ActionProgress(told.append, lambda phase: {"phase": phase}, ticks=ticks, speed=speed)
 
 
 async def test_phases_are_told_as_they_begin_and_nothing_after_the_end() -> None:
@@ -47,7 +47,7 @@ async def test_it_is_told_ten_times_a_second_of_whoever_listens(speed: float) ->
 
 
 async def test_one_at_a_time() -> None:
-    desk, never = Desk(), asyncio.Event()
+    desk, never = ActionSlot(), asyncio.Event()
 
     async def work() -> None:
         await never.wait()
@@ -67,7 +67,7 @@ async def test_one_at_a_time() -> None:
 @pytest.mark.parametrize(
     ("error", "begun", "raised"),
     [
-        (NotHomed(), False, Refused),
+        (NotHomed(), False, GoalRefused),
         (NotHomed(), True, NotHomed),
         (Stopped(), False, Stopped),
         (EndNotReached(axis="a", distance="1 count"), False, EndNotReached),
@@ -76,7 +76,7 @@ async def test_one_at_a_time() -> None:
 async def test_what_is_wrong_before_anything_began_is_a_refusal(
     error: Exception, begun: bool, raised: type[Exception]
 ) -> None:
-    desk, going = Desk(), course([])
+    desk, going = ActionSlot(), course([])
 
     async def work() -> None:
         if begun:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from maya_un.graph.bus import Bus
-from maya_un.graph.doors.bridge import BridgeDoor
+from maya_un.graph.doors.bridge import TaskServer
 from maya_un.graph.protocol import Feedback, Message
 from maya_un.graph.step_store import StepStore
 from tests.virtual_time import elapse
@@ -26,7 +26,7 @@ async def test_a_step_is_answered_and_diagnostics_tell_whether_anybody_does_them
     commands = client.advertise("/step_command", "std_msgs/String")
     store = await StepStore.open(tmp_path / "steps.db")
     try:
-        async with BridgeDoor(store, lambda: DATE).open(bus.node("firebase_bridge")):
+        async with TaskServer(store, lambda: DATE).open(bus.node("firebase_bridge")):
             await elapse(1.5)
             assert diagnostics[-1]["status"][0]["level"] == 1
             server = bus.node("primitive_server").act("/task", "maya_robot/Task", done)

@@ -10,22 +10,22 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
+from dmc41x3.twin.wire.server import VirtualController
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.doors.acting import FEEDBACK_RATE
-from maya_un.graph.doors.controller import ControllerDoor
-from maya_un.graph.doors.telling import Teller
-from maya_un.graph.events import Told, read
+from maya_un.graph.doors.controller import ControllerServer
+from maya_un.graph.doors.telling import EventPublisher
+from maya_un.graph.events import ReportedEvent, read
 from maya_un.graph.paths import to_message
-from maya_un.graph.protocol import Message, Outcome
+from maya_un.graph.protocol import GoalStatus, Message
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Path
 from maya_un.testing.faults import abort_input
 from maya_un.testing.rig import rig
 from maya_un.values import Joints, Mode, State
-from maya_un.virtual.wire.server import VirtualController
 from tests.virtual_time import elapse, turn
 
 HOMED = homed_pose(Config())
@@ -42,21 +42,21 @@ class Behind:
     virtual: VirtualController
     bus: Bus
     client: BusNode
-    told: list[Told] = field(default_factory=list[Told])
+    told: list[ReportedEvent] = field(default_factory=list[ReportedEvent])
 
     @property
     def words(self) -> list[str]:
         return [told.word for told in self.told]
 
-    async def home(self) -> tuple[Outcome, str]:
+    async def home(self) -> tuple[GoalStatus, str]:
         ended = await self.client.do("/home", "maya_controller/Home", {})
         return ended.outcome, str(ended.result.get("code"))
 
-    async def move(self, joints: Joints) -> tuple[Outcome, str]:
+    async def move(self, joints: Joints) -> tuple[GoalStatus, str]:
         ended = await self.client.do("/move", "maya_controller/Move", joints._asdict())
         return ended.outcome, str(ended.result.get("code"))
 
-    async def begun(self, joints: Joints) -> asyncio.Task[tuple[Outcome, str]]:
+    async def begun(self, joints: Joints) -> asyncio.Task[tuple[GoalStatus, str]]:
         """Begin a move, and return once it is under way."""
         task = asyncio.ensure_future(self.move(joints))
         await self.until("moving")
@@ -90,7 +90,7 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
     async with rig(live=live) as floor:
         if homed:
             await floor.controller.home()
-        async with ControllerDoor(floor.controller, address="twin").open(bus.node("hw_simulator")):
+        async with ControllerServer(floor.controller, address="twin").open(bus.node("hw_simulator")):
             seen = Behind(floor.controller, floor.virtual, bus, client)
             client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
             await elapse(0.01)
@@ -100,8 +100,8 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
 async def test_home_and_move_succeed_and_every_event_says_how_everything_stands() -> None:
     async with behind() as floor:
         assert floor.words == ["not_homed"]
-        assert await floor.home() == (Outcome.SUCCEEDED, "")
-        assert await floor.move(NEAR) == (Outcome.SUCCEEDED, "")
+        assert await floor.home() == (GoalStatus.SUCCEEDED, "")
+        assert await floor.move(NEAR) == (GoalStatus.SUCCEEDED, "")
         await elapse(0.01)
         assert floor.words == ["not_homed", "homing", "homed", "moving", "idle"]
         modes = [told.standing.mode for told in floor.told]
@@ -138,22 +138,22 @@ async def test_feedback_tells_the_phases_of_a_homing_and_how_far_a_motion_is() -
 )
 async def test_what_cannot_be_reached_is_rejected_with_its_code_and_moves_nothing(joints: Joints, code: str) -> None:
     async with behind(homed=True) as floor:
-        assert await floor.move(joints) == (Outcome.REJECTED, code)
+        assert await floor.move(joints) == (GoalStatus.REJECTED, code)
         assert floor.words == ["idle"]
 
 
 async def test_motion_before_homing_is_rejected() -> None:
     async with behind() as floor:
-        assert await floor.move(NEAR) == (Outcome.REJECTED, "2103")
+        assert await floor.move(NEAR) == (GoalStatus.REJECTED, "2103")
 
 
 async def test_a_second_goal_is_rejected_and_the_first_unharmed() -> None:
     async with behind(homed=True) as floor:
         first = await floor.begun(AWAY)
-        assert await floor.move(NEAR) == (Outcome.REJECTED, "2104")
-        assert await floor.home() == (Outcome.REJECTED, "2104")
+        assert await floor.move(NEAR) == (GoalStatus.REJECTED, "2104")
+        assert await floor.home() == (GoalStatus.REJECTED, "2104")
         assert "2104: " in (await floor.client.call("/gripper", {"data": True}))["message"]
-        assert await first == (Outcome.SUCCEEDED, "")
+        assert await first == (GoalStatus.SUCCEEDED, "")
         assert floor.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
 
 
@@ -162,7 +162,7 @@ async def test_a_cancel_stops_on_the_path() -> None:
         moving = await floor.begun(AWAY)
         await elapse(1.0)
         floor.client.advertise("/move/cancel", "actionlib_msgs/GoalID").publish({})
-        assert await moving == (Outcome.PREEMPTED, "2202")
+        assert await moving == (GoalStatus.PREEMPTED, "2202")
         await floor.at_rest("stopped")
         a, b, c = floor.controller.state.joints or (0.0, 0.0, 0.0)
         assert NEAR.a < a + 0.3 < AWAY.a + 0.3
@@ -177,7 +177,7 @@ async def test_a_stop_ends_the_goal_of_another(name: str) -> None:
         answer = await floor.trigger(name)
         assert answer["success"]
         outcome, code = await moving
-        assert (outcome, code) == (Outcome.PREEMPTED, "2201")
+        assert (outcome, code) == (GoalStatus.PREEMPTED, "2201")
         if name == "/controller/stop":
             report = json.loads(answer["message"])
             assert report["was_moving"]
@@ -191,10 +191,10 @@ async def test_a_client_that_dies_stops_what_it_moved() -> None:
         task = asyncio.ensure_future(other.do("/move", "maya_controller/Move", AWAY._asdict()))
         await floor.until("moving")
         other.close()
-        assert (await task).outcome is Outcome.LOST
+        assert (await task).outcome is GoalStatus.LOST
         await floor.until("stopped")
         await floor.at_rest("stopped")
-        assert await floor.move(NEAR) == (Outcome.SUCCEEDED, "")
+        assert await floor.move(NEAR) == (GoalStatus.SUCCEEDED, "")
 
 
 async def test_a_door_that_closes_stops_what_moves() -> None:
@@ -202,13 +202,13 @@ async def test_a_door_that_closes_stops_what_moves() -> None:
         await floor.controller.home()
         bus = Bus()
         client = bus.node("somebody")
-        async with ControllerDoor(floor.controller).open(bus.node("hw_simulator")):
+        async with ControllerServer(floor.controller).open(bus.node("hw_simulator")):
             task = asyncio.ensure_future(client.do("/move", "maya_controller/Move", AWAY._asdict()))
             await elapse(2.0)
             assert floor.controller.state.mode is Mode.MOVING
         assert floor.controller.state.mode is Mode.IDLE
         ended = await task
-        assert (ended.outcome, ended.result["code"]) == (Outcome.PREEMPTED, "2202")
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.PREEMPTED, "2202")
         assert await bus.directory.services() == {}
 
 
@@ -221,7 +221,7 @@ async def test_a_path_is_followed_in_every_space_and_takes_the_time_it_is_to_tak
         goal = {"trajectory": to_message(path, least)}
         before = asyncio.get_running_loop().time()
         ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
-        assert ended.outcome is Outcome.SUCCEEDED
+        assert ended.outcome is GoalStatus.SUCCEEDED
         assert least <= asyncio.get_running_loop().time() - before < 1.1 * least
         assert floor.controller.state.point == pytest.approx(there, abs=1e-3)
 
@@ -230,10 +230,10 @@ async def test_a_path_that_starts_elsewhere_is_refused() -> None:
     async with behind(homed=True) as floor:
         goal = {"trajectory": to_message([NEAR, AWAY])}
         ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
-        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "2107")
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "2107")
         nonsense = {"trajectory": {"joint_names": ["x"]}}
         ended = await floor.client.do("/controller/follow", "maya_controller/Follow", nonsense)
-        assert (ended.outcome, ended.result["code"]) == (Outcome.REJECTED, "4018")
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "4018")
 
 
 async def test_a_path_on_the_topic_is_followed_and_its_refusal_told_among_the_events() -> None:
@@ -293,7 +293,7 @@ async def test_speed_pause_and_resume_go_by_topic_and_service() -> None:
         assert not moving.done()
         assert floor.told[-1].standing.mode is Mode.PAUSED
         assert (await floor.trigger("/controller/resume"))["success"]
-        assert await moving == (Outcome.SUCCEEDED, "")
+        assert await moving == (GoalStatus.SUCCEEDED, "")
         assert (await floor.trigger("/controller/resume"))["message"].startswith("2112: ")
 
 
@@ -312,12 +312,12 @@ async def test_a_fault_is_named_and_recovered_from() -> None:
         homing = asyncio.ensure_future(floor.home())
         await elapse(1.0)
         with abort_input(floor.virtual):
-            assert await homing == (Outcome.ABORTED, "2303")
+            assert await homing == (GoalStatus.ABORTED, "2303")
             await elapse(0.1)
             assert (await floor.trigger("/controller/recover"))["message"].startswith("2303: ")
         assert floor.told[-1].standing.fault is not None
         assert floor.told[-1].standing.fault.code == floor.told[-1].code == 2303
-        assert await floor.home() == (Outcome.REJECTED, "2105")
+        assert await floor.home() == (GoalStatus.REJECTED, "2105")
         assert (await floor.trigger("/controller/recover"))["success"]
         await elapse(0.1)
         assert "recovered" in floor.words
@@ -345,7 +345,7 @@ async def test_what_no_event_told_of_is_told_when_it_is_seen_twice() -> None:
         heard = list[str]()
         bus.node("x").subscribe("/maya_event", "std_msgs/String", lambda message: heard.append(message["data"]))
         stands = Stands(floor.controller.state, floor.controller.workspace)
-        teller = Teller(stands, bus.node("y").advertise("/maya_event", "std_msgs/String", latch=True))
+        teller = EventPublisher(stands, bus.node("y").advertise("/maya_event", "std_msgs/String", latch=True))
         teller.look()
         stands.state = replace(stands.state, mode=Mode.IDLE, homed=True)
         teller.look()

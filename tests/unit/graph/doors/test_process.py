@@ -12,8 +12,8 @@ import pytest
 
 from maya_un.errors import AnswerNeeded, NotConnected
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.diagnostics import Level, Status
-from maya_un.graph.doors.process import ProcessDoor
+from maya_un.graph.diagnostics import DiagnosticLevel, DiagnosticStatus
+from maya_un.graph.doors.process import ProcessServer
 from maya_un.graph.protocol import Message, Publisher
 from maya_un.robot.primitives import Primitive
 from tests.virtual_time import elapse
@@ -48,8 +48,8 @@ class Queue:
     def told(self) -> Message:
         return {"mode": "paused", "interrupted": {"job": 3} if self.interrupted else None}
 
-    def status(self) -> Status:
-        return Status("maya: process", Level.OK, "the queue is empty", {"queued": 0})
+    def status(self) -> DiagnosticStatus:
+        return DiagnosticStatus("maya: process", DiagnosticLevel.OK, "the queue is empty", {"queued": 0})
 
 
 @dataclass
@@ -71,7 +71,7 @@ class Behind:
 async def behind() -> AsyncIterator[Behind]:
     bus, queue, heard, told = Bus(), Queue(), list[Message](), list[Message]()
     client = bus.node("maya_dashboard")
-    async with ProcessDoor(queue).open(bus.node("process_controller")):
+    async with ProcessServer(queue).open(bus.node("process_controller")):
         client.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", heard.append)
         client.subscribe("/queue_status", "std_msgs/String", told.append)
         yield Behind(

@@ -12,11 +12,11 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.errors import Busy, Faulted, MayaError, NotConnected, NotHomed
-from maya_un.graph.apart import Both
+from maya_un.graph.apart import DistributedLayers
 from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.robot import RobotDoor, why_not
+from maya_un.graph.doors.robot import RobotServer, why_not
 from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import Message, Outcome
+from maya_un.graph.protocol import GoalStatus, Message
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.can_teleop import CanTeleop
 from maya_un.robot.primitives.gripper import Gripper
@@ -45,7 +45,7 @@ class Behind:
         task = primitive if isinstance(primitive, dict) else to_message(primitive)
         return await self.client.call("/maya_command", {"task": task}, "maya_robot/MayaCommand")
 
-    async def task(self, primitive: Primitive) -> tuple[Outcome, str]:
+    async def task(self, primitive: Primitive) -> tuple[GoalStatus, str]:
         ended = await self.client.do("/task", TASK, {"task": to_message(primitive)})
         return ended.outcome, str(ended.result.get("code"))
 
@@ -58,7 +58,7 @@ async def behind(*, homed: bool = True) -> AsyncIterator[Behind]:
     controller = FakeController(homed=homed)
     robot = MayaRobot(controller, controller.config)
     bus = Bus()
-    async with RobotDoor(Both(robot, controller)).open(bus.node("robot_controller")):
+    async with RobotServer(DistributedLayers(robot, controller)).open(bus.node("robot_controller")):
         yield Behind(controller, robot, bus, bus.node("somebody"))
 
 
@@ -93,7 +93,7 @@ async def test_can_teleop_answers_at_once_and_says_why_not() -> None:
         now = asyncio.get_running_loop().time()
         assert (await robot.command(CanTeleop()))["code"] == "2104"
         assert asyncio.get_running_loop().time() == now
-        assert await moving == (Outcome.SUCCEEDED, "")
+        assert await moving == (GoalStatus.SUCCEEDED, "")
         assert await robot.command(CanTeleop()) == DONE
 
 
@@ -121,9 +121,9 @@ async def test_a_second_wish_is_refused_and_the_first_unharmed() -> None:
     async with behind() as robot:
         first = asyncio.ensure_future(robot.task(Pick(CUBE)))
         await elapse(0.5)
-        assert await robot.task(Home()) == (Outcome.REJECTED, "2104")
+        assert await robot.task(Home()) == (GoalStatus.REJECTED, "2104")
         assert (await robot.command(Home()))["code"] == "2104"
-        assert await first == (Outcome.SUCCEEDED, "")
+        assert await first == (GoalStatus.SUCCEEDED, "")
         assert "home" not in robot.names()
 
 
@@ -132,14 +132,14 @@ async def test_a_cancel_stops_it_and_the_robot_is_free_again() -> None:
         task = asyncio.ensure_future(robot.task(Pick(CUBE)))
         await elapse(1.0)
         robot.client.advertise("/task/cancel", "actionlib_msgs/GoalID").publish({})
-        assert await task == (Outcome.PREEMPTED, "2202")
+        assert await task == (GoalStatus.PREEMPTED, "2202")
         assert await robot.command(CanTeleop()) == DONE
 
 
 async def test_what_cannot_be_done_is_rejected_with_its_code() -> None:
     async with behind() as robot:
-        assert await robot.task(Pick(Point(3.0, 3.0, 0.4))) == (Outcome.REJECTED, "2101")
-        assert await robot.task(Pick(Point(1e308, -1e308, 1e308))) == (Outcome.REJECTED, "4001")
+        assert await robot.task(Pick(Point(3.0, 3.0, 0.4))) == (GoalStatus.REJECTED, "2101")
+        assert await robot.task(Pick(Point(1e308, -1e308, 1e308))) == (GoalStatus.REJECTED, "4001")
         assert (await robot.command({"command": "dance"}))["code"] == "4003"
         assert (await robot.command({"command": "pick", "target": {"x": None}}))["code"] == "4001"
         assert robot.names() == []
@@ -181,17 +181,17 @@ async def test_a_door_that_closes_stops_what_runs() -> None:
     robot = MayaRobot(controller, Config())
     bus = Bus()
     client = bus.node("somebody")
-    async with RobotDoor(Both(robot, controller)).open(bus.node("robot_controller")):
+    async with RobotServer(DistributedLayers(robot, controller)).open(bus.node("robot_controller")):
         task = asyncio.ensure_future(client.do("/task", TASK, {"task": to_message(Pick(CUBE))}))
         await elapse(1.0)
-    assert (await task).outcome is Outcome.PREEMPTED
+    assert (await task).outcome is GoalStatus.PREEMPTED
     assert robot.running is None
     assert await bus.directory.services() == {}
 
 
 async def test_the_task_may_have_another_name() -> None:
     controller = FakeController()
-    door = RobotDoor(Both(MayaRobot(controller, Config()), controller))
+    door = RobotServer(DistributedLayers(MayaRobot(controller, Config()), controller))
     bus = Bus()
     async with door.task(bus.node("robot_controller"), "/robot_controller/task"):
         client = bus.node("primitive_server")

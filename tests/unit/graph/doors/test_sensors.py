@@ -12,7 +12,7 @@ import pytest
 from maya_un.config import Config
 from maya_un.graph import types
 from maya_un.graph.bus import Bus
-from maya_un.graph.doors.sensors import SensorsDoor, raw_message
+from maya_un.graph.doors.sensors import SensorServer, raw_message
 from maya_un.graph.protocol import Message
 from maya_un.graph.table import TABLE
 from maya_un.testing.rig import Rig, rig
@@ -51,7 +51,7 @@ async def sensing(
     fast = Config().model_copy(update={"controller": Config().controller.model_copy(update={"stream_rate": 50.0})})
     bus = Bus()
     async with robot(fast, live=True) as floor:
-        door = SensorsDoor(
+        door = SensorServer(
             floor.controller, fast, raw=lambda: floor.controller.record, scene=scene, clock=lambda: 7.0, speed=speed
         )
         async with door.open(bus.node("hw_simulator")):
@@ -121,7 +121,7 @@ async def test_the_last_position_is_there_for_whoever_comes_later() -> None:
 
 async def test_without_a_source_of_raw_data_there_is_no_such_topic() -> None:
     bus = Bus()
-    async with rig() as floor, SensorsDoor(floor.controller, Config()).open(bus.node("sensor_converter")):
+    async with rig() as floor, SensorServer(floor.controller, Config()).open(bus.node("sensor_converter")):
         published = (await bus.directory.nodes())["/sensor_converter"].publishes
         assert set(published) == {"/maya_position", "/joint_states", "/maya_markers"}
     assert await bus.directory.topics() == {}

@@ -8,10 +8,10 @@ import numpy as np
 
 from maya_un.config import Config, Units
 from maya_un.kinematics import Floats, Workspace
-from maya_un.kinematics.calibration import Calibration, Observations, Parameters, model
+from maya_un.kinematics.calibration import Calibration, FittedConstants, Observations, model
 
 CONFIG = Config()
-NOW = Parameters.of(CONFIG)
+NOW = FittedConstants.of(CONFIG)
 SIGMA = 1e-3
 """Noise of a measured coordinate [m]."""
 
@@ -28,10 +28,10 @@ TRUTH = NOW._replace(
 """A machine some plausible errors away from its configuration."""
 
 
-def drawn(rng: np.random.Generator) -> Parameters:
+def drawn(rng: np.random.Generator) -> FittedConstants:
     """Return a machine somewhere near its configuration, Φ as configured."""
     spread = (0.01, 0.01, 0.01, 0.0, 5e3, 2.0, 0.01, 0.005, 0.005, 0.0)
-    return Parameters(*(now + float(rng.uniform(-1.0, 1.0)) * by for now, by in zip(NOW, spread, strict=True)))
+    return FittedConstants(*(now + float(rng.uniform(-1.0, 1.0)) * by for now, by in zip(NOW, spread, strict=True)))
 
 
 def generator(random: Random) -> np.random.Generator:
@@ -54,14 +54,14 @@ def random_counts(rng: np.random.Generator, number: int) -> Floats:
 
 
 def measured(
-    truth: Parameters, counts: Floats, rng: np.random.Generator, noise: float = SIGMA, *, known: bool = False
+    truth: FittedConstants, counts: Floats, rng: np.random.Generator, noise: float = SIGMA, *, known: bool = False
 ) -> Observations:
     """Return what somebody measures on a machine; `known` says whether the noise is."""
     points = model.points(truth, counts) + rng.normal(0.0, noise, (len(counts), 3))
     return Observations(counts, points, np.full(len(counts), noise) if known else None)
 
 
-def distance(found: Calibration, truth: Parameters) -> float:
+def distance(found: Calibration, truth: FittedConstants) -> float:
     """Return (θ − truth)ᵀ C⁻¹ (θ − truth) over what was fitted."""
     off = np.array([getattr(found.fitted, name) - getattr(truth, name) for name in found.free])
     return float(off @ np.linalg.solve(found.covariance, off))

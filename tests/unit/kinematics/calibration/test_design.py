@@ -7,7 +7,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.kinematics import Floats, Workspace
-from maya_un.kinematics.calibration import FITTED, Parameters, calibrate, design
+from maya_un.kinematics.calibration import FITTED, FittedConstants, calibrate, design
 from maya_un.values import Joints
 from tests.campaign import Campaign
 from tests.unit.kinematics.calibration.bench import CONFIG, NOW, TRUTH, counts_of, generator, measured
@@ -36,7 +36,7 @@ def test_a_machine_too_small_for_the_margins_has_no_poses() -> None:
 
 
 def test_information_is_the_slope_of_the_points_in_plausible_errors() -> None:
-    higher = Parameters.of(CONFIG)._replace(height=2.36)
+    higher = FittedConstants.of(CONFIG)._replace(height=2.36)
     assert higher.height - 2.35 == pytest.approx(0.01)
     assert ROWS[:, :, 0] == pytest.approx(np.tile([0.0, 0.0, 10.0], (len(GRID), 1)))
 

@@ -7,7 +7,7 @@ import pytest
 
 from maya_un.config import Units
 from maya_un.kinematics import Mechanism
-from maya_un.kinematics.calibration import Parameters, model
+from maya_un.kinematics.calibration import FittedConstants, model
 from maya_un.kinematics.calibration.parameters import TYPICAL
 from tests.unit.kinematics.calibration.bench import CONFIG, NOW, TRUTH, random_counts
 
@@ -23,7 +23,7 @@ def test_without_errors_the_model_is_the_mechanism() -> None:
 
 def test_a_case_worked_by_hand() -> None:
     # Triangle 3-4-5 twice: W = 2, b = c = 1.25, so u = 1, h = 0.75; the boom at 90 degrees.
-    machine = Parameters(
+    machine = FittedConstants(
         height=2.5,
         length=2.4,
         delta=0.4,
@@ -43,12 +43,12 @@ def test_one_line_with_more_counts_per_metre_is_shorter_by_that_share() -> None:
     assert (b, c) == (pytest.approx(1 / 1.001), pytest.approx(1 / 0.999))
 
 
-@pytest.mark.parametrize("name", Parameters._fields)
+@pytest.mark.parametrize("name", FittedConstants._fields)
 def test_the_jacobian_is_the_slope(name: str) -> None:
     step = 1e-4 * getattr(TYPICAL, name)
     more = model.points(BENT._replace(**{name: getattr(BENT, name) + step}), COUNTS)
     less = model.points(BENT._replace(**{name: getattr(BENT, name) - step}), COUNTS)
-    slope = model.jacobian(BENT, COUNTS)[:, :, Parameters._fields.index(name)]
+    slope = model.jacobian(BENT, COUNTS)[:, :, FittedConstants._fields.index(name)]
     assert np.max(np.abs((more - less) / (2.0 * step) - slope)) < 1e-8 * np.max(np.abs(slope))
 
 

@@ -9,7 +9,7 @@ from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.errors import UnknownName
 from maya_un.kinematics import Mechanism
-from maya_un.kinematics.calibration import FITTED, Parameters, model, named
+from maya_un.kinematics.calibration import FITTED, FittedConstants, model, named
 from maya_un.kinematics.calibration.parameters import listed
 from tests.unit.kinematics.calibration.bench import CONFIG, NOW, TRUTH, random_counts
 
@@ -89,4 +89,4 @@ def test_constants_in_words_stand_in_their_order() -> None:
 
 
 def test_only_nine_constants_are_fitted() -> None:
-    assert Parameters._fields[:9] == FITTED
+    assert FittedConstants._fields[:9] == FITTED

@@ -9,8 +9,8 @@ import pytest
 
 from maya_un.errors import FileUnreadable
 from maya_un.process.journal import export
-from maya_un.process.journal.export import Form
-from maya_un.process.journal.rows import Options, Owner
+from maya_un.process.journal.export import ExportFormat
+from maya_un.process.journal.rows import JobOptions, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.states import TaskState
 from tests.journals import DATE, job_row, step_row
@@ -19,8 +19,8 @@ DONE = job_row(
     1,
     name='trays, "two"\nof them',
     state=TaskState.DONE,
-    options=Options(priority=3, depends_on=(4, 5), notes="für Ana"),
-    owner=Owner("bob", "10.0.0.7"),
+    options=JobOptions(priority=3, depends_on=(4, 5), notes="für Ana"),
+    owner=RequestOwner("bob", "10.0.0.7"),
     done=2,
     predicted=61.5,
     duration=60.25,
@@ -60,7 +60,7 @@ async def test_lines_of_json_tell_the_bodies_and_the_steps_too(tmp_path: Path) -
     journal = await kept(tmp_path / "maya.db")
     await journal.close()
     out = io.StringIO()
-    assert export.write(tmp_path / "maya.db", out, Form.JSONL) == 2
+    assert export.write(tmp_path / "maya.db", out, ExportFormat.JSONL) == 2
     first, second = (json.loads(line) for line in out.getvalue().splitlines())
     assert first["body"] == DONE.body
     assert [(step["index"], step["state"], step["duration"]) for step in first["step_results"]] == [

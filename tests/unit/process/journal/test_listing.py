@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from maya_un.process.journal import listing
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import JobRow, Options, Owner
+from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
 from maya_un.schema.states import TaskState
 from tests.journals import job_row
 
@@ -18,7 +18,7 @@ NAMES = ("Two trays", "cubes 100%", "ÁRBOL", "a_b", "back\\slash")
 OWNERS = ("ann", "bob")
 
 JOBS = tuple(
-    job_row(number, state=state, name=name, owner=Owner(owner, "cli"), options=Options(notes=f"for {state}"))
+    job_row(number, state=state, name=name, owner=RequestOwner(owner, "cli"), options=JobOptions(notes=f"for {state}"))
     for number, (state, name, owner) in enumerate(product(STATES, NAMES, OWNERS), 1)
 )
 """Every state, name and owner once."""

@@ -23,7 +23,7 @@ from maya_un.errors import (
 )
 from maya_un.process.journal import batches, file
 from maya_un.process.journal.protocol import Filter, Journal
-from maya_un.process.journal.rows import Options, QueueRow, Unfinished
+from maya_un.process.journal.rows import JobOptions, QueueRow, Unfinished
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.states import TaskState
 from tests.journals import (
@@ -64,7 +64,7 @@ def allowed_pages(journal: SqliteJournal, more: int) -> None:
 
 
 async def test_what_was_written_is_found_by_the_next_one(path: Path) -> None:
-    options = Options(5, held=True, depends_on=(1, 2), notes="two trays", retries=3, stepwise=True)
+    options = JobOptions(5, held=True, depends_on=(1, 2), notes="two trays", retries=3, stepwise=True)
     job = job_row(
         3,
         options=options,
@@ -97,7 +97,7 @@ async def test_it_is_a_journal(path: Path) -> None:
 
 async def test_unfinished_jobs_come_in_the_order_of_the_queue_and_ended_ones_do_not(path: Path) -> None:
     first = job_row(1, position=7.0)
-    urgent = job_row(2, options=Options(priority=10), position=9.0)
+    urgent = job_row(2, options=JobOptions(priority=10), position=9.0)
     moved = job_row(3, position=2.0)
     ended = [job_row(10 + i, state=state) for i, state in enumerate(TaskState) if state.ended]
     async with opened(path) as journal:

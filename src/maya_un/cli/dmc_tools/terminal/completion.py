@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from maya_un.cli.dmc_tools.terminal import guide
-from maya_un.cli.dmc_tools.terminal.names import Names
+from maya_un.cli.dmc_tools.terminal.names import CompletionNames
 
 WORDS = {
     ":watch": "EXPR: show an expression in the panel",
@@ -41,7 +41,7 @@ class Candidate(NamedTuple):
     meaning: str = ""
 
 
-def candidates(before: str, names: Names) -> list[Candidate]:
+def candidates(before: str, names: CompletionNames) -> list[Candidate]:
     """Return how the text before the cursor may go on, in order; nothing inside quotes and comments."""
     if before.startswith(":"):
         return [] if " " in before else _offer(WORDS.items(), before)
@@ -62,7 +62,7 @@ def current_mnemonic(before: str) -> str:
     return found[0] if found is not None else ""
 
 
-def _inside(command: str, names: Names) -> list[Candidate]:
+def _inside(command: str, names: CompletionNames) -> list[Candidate]:
     if found := _LABEL.search(command):
         return _offer(_labels(names), found[0])
     if _TAKES_LABEL.fullmatch(command):
@@ -76,7 +76,7 @@ def _inside(command: str, names: Names) -> list[Candidate]:
     return []
 
 
-def _operands(typed: str, name: str, names: Names) -> list[Candidate]:
+def _operands(typed: str, name: str, names: CompletionNames) -> list[Candidate]:
     entries = guide.operands()
     if len(name) < 2:
         return _offer(((f"_{entry.name}", entry.purpose) for entry in entries), typed)
@@ -88,11 +88,11 @@ def _mnemonics() -> Iterable[tuple[str, str]]:
     return ((entry.name, entry.purpose) for entry in guide.entries())
 
 
-def _labels(names: Names) -> Iterable[tuple[str, str]]:
+def _labels(names: CompletionNames) -> Iterable[tuple[str, str]]:
     return ((label, "label") for label in names.labels)
 
 
-def _own(names: Names) -> Iterable[tuple[str, str]]:
+def _own(names: CompletionNames) -> Iterable[tuple[str, str]]:
     yield from ((name, "variable") for name in names.variables)
     yield from ((name, "array") for name in names.arrays)
 

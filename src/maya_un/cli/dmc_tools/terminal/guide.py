@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from maya_un.galil.catalogue import CATALOGUE, Arguments, Entry, Kind, Where
-from maya_un.galil.commands import FORMS
+from dmc41x3.language.catalogue import CATALOGUE, Arguments, CatalogueEntry, EntryContext, EntryKind
+from dmc41x3.language.commands import FORMS
 
 _COMMANDS_ONLY = (
     "AD AI AM AO AP AR AS AT BP CB CC CD CI CR DH DT EA ELSE EN ENDIF ES ET FE FI GA HS ID IF II IK JP LA LI LL LS LV "
@@ -18,10 +18,10 @@ _ARGUMENTS = {
     Arguments.OWN: "{0} ...",
 }
 _WHERE = {
-    Where.BOTH: "",
-    Where.HOST: "not in a program",
-    Where.PROGRAM: "in a program only",
-    Where.NEITHER: "of host software only",
+    EntryContext.BOTH: "",
+    EntryContext.HOST: "not in a program",
+    EntryContext.PROGRAM: "in a program only",
+    EntryContext.NEITHER: "of host software only",
 }
 
 OVERVIEW = """\
@@ -42,24 +42,24 @@ hides the axes, F5 connects again, Ctrl-D ends."""
 """Help on the terminal itself."""
 
 
-def entry(name: str) -> Entry | None:
+def entry(name: str) -> CatalogueEntry | None:
     """Return what is known of a mnemonic, None where there is none of that name."""
     return CATALOGUE.get(name) if name in FORMS else None
 
 
-def entries() -> tuple[Entry, ...]:
+def entries() -> tuple[CatalogueEntry, ...]:
     """Return all mnemonics in order."""
     return tuple(found for name in sorted(FORMS) if (found := entry(name)) is not None)
 
 
-def operands() -> tuple[Entry, ...]:
+def operands() -> tuple[CatalogueEntry, ...]:
     """Return the mnemonics that are operands of expressions too, written `_XX`."""
     return tuple(found for found in entries() if found.name not in _NO_OPERAND)
 
 
-def functions() -> tuple[Entry, ...]:
+def functions() -> tuple[CatalogueEntry, ...]:
     """Return the functions of expressions."""
-    return tuple(found for found in CATALOGUE.values() if found.kind is Kind.FUNCTION)
+    return tuple(found for found in CATALOGUE.values() if found.kind is EntryKind.FUNCTION)
 
 
 def page(name: str) -> str:
@@ -76,12 +76,12 @@ def page(name: str) -> str:
     return f"{found.name}  {found.purpose}" + (f"\n    {'; '.join(facts)}" if facts else "")
 
 
-def line(found: Entry) -> str:
+def line(found: CatalogueEntry) -> str:
     """Return an entry in one line."""
     return "  ".join([found.name, found.purpose, *(f"({fact})" for fact in _facts(found))])
 
 
-def _facts(found: Entry) -> list[str]:
+def _facts(found: CatalogueEntry) -> list[str]:
     """Return how a command is written, what holds where nobody says it, where it may stand, its operand."""
     if found.name not in FORMS:
         return []

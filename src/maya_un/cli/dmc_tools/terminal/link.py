@@ -5,16 +5,16 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
+from dmc41x3.driver import Driver
 from maya_un.cli.dmc import TIMEOUT
 from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.errors import CommandRejected, MachineError, MayaError, NotConnected
-from maya_un.galil.driver import Driver
 
 _SERIAL = ord("S")
 """CF as a controller powers up: messages go to its serial port, so nobody on the network misses them."""
 
 
-class Link:
+class TerminalLink:
     """One controller, reached again and again through `dial`."""
 
     def __init__(self, dial: Dial, on_message: Callable[[str], None], on_loss: Callable[[MachineError], None]) -> None:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from dmc41x3.driver import Driver
 from maya_un.errors import CommandRejected
-from maya_un.galil.driver import Driver
 
 _LABEL = re.compile(r"#\w+")
 _VARIABLE = re.compile(r"^\s*([A-Za-z]\w*)\s*=", re.MULTILINE)
@@ -16,7 +16,7 @@ _ASSIGNED = re.compile(r"([A-Za-z]\w*)\s*=(?!\s*\??$)")
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
+class CompletionNames:
     """Names to complete with; labels include their `#`. `axes` are the letters of the axes there are."""
 
     labels: tuple[str, ...] = ()
@@ -24,14 +24,14 @@ class Names:
     arrays: tuple[str, ...] = ()
     axes: str = "ABC"
 
-    def with_variable(self, name: str) -> Names:
+    def with_variable(self, name: str) -> CompletionNames:
         """Return the names with one more variable."""
-        return Names(self.labels, _sorted([*self.variables, name]), self.arrays, self.axes)
+        return CompletionNames(self.labels, _sorted([*self.variables, name]), self.arrays, self.axes)
 
 
-async def ask(driver: Driver, axes: str) -> Names:
+async def ask(driver: Driver, axes: str) -> CompletionNames:
     """Return the names that the controller lists (LL, LV, LA); a list it refuses is empty. Raises on a lost link."""
-    return Names(
+    return CompletionNames(
         labels=_sorted(_LABEL.findall(await _list(driver, "LL"))),
         variables=_sorted(_VARIABLE.findall(await _list(driver, "LV"))),
         arrays=_sorted(_ARRAY.findall(await _list(driver, "LA"))),

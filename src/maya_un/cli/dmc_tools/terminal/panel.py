@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import TypeAlias
 
-from maya_un.galil.codes import STOP_TEXTS
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import AxisRecord, DataRecord, Switch
+from dmc41x3.language.codes import STOP_TEXTS
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import AxisRecord, AxisSwitches, DataRecord
 
 Piece: TypeAlias = tuple[str, str]
 """A style and a text."""
@@ -34,7 +34,7 @@ def _axis(letter: str, axis: AxisRecord, width: int) -> Line:
         ("", " "),
         _switch("F", axis.forward_limit_active, "class:active"),
         _switch("R", axis.reverse_limit_active, "class:active"),
-        _switch("H", bool(axis.switches & Switch.HOME_INPUT), "class:letter"),
+        _switch("H", bool(axis.switches & AxisSwitches.HOME_INPUT), "class:letter"),
     ]
     left = width - sum(len(text) for _, text in line)
     words = f" {axis.stop_code:>3} {STOP_TEXTS.get(axis.stop_code, '')}"

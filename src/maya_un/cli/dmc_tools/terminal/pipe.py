@@ -8,7 +8,7 @@ from typing import TextIO
 
 from maya_un.cli import output
 from maya_un.cli.dmc_tools.dial import Dial
-from maya_un.cli.dmc_tools.terminal.session import Session
+from maya_un.cli.dmc_tools.terminal.session import TerminalSession
 from maya_un.cli.dmc_tools.terminal.stopping import stop_directly
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 
@@ -16,7 +16,7 @@ QUIT = {":quit", ":q"}
 """Lines that end a session."""
 
 
-class Plain:
+class PipeOutput:
     """Says answers as they are; what nobody asked for goes to standard error, so that a script can tell."""
 
     def answer(self, text: str) -> None:
@@ -49,7 +49,7 @@ async def converse(dial: Dial, place: str, lines: TextIO) -> int:
 
     1 where anything was refused or the link was lost. Raises `ConnectFailed`.
     """
-    session = Session(dial, place, Plain(), stop_directly(place))
+    session = TerminalSession(dial, place, PipeOutput(), stop_directly(place))
     work: asyncio.Task[None] | None = None
     try:
         await session.connect()

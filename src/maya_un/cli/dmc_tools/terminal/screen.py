@@ -19,18 +19,18 @@ from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.renderer import print_formatted_text as print_to
 from prompt_toolkit.styles import Style
 
+from dmc41x3.files import open_own
 from maya_un.cli import output
 from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.cli.dmc_tools.terminal import guide, panel
 from maya_un.cli.dmc_tools.terminal.completion import candidates, current_mnemonic
 from maya_un.cli.dmc_tools.terminal.panel import Line
 from maya_un.cli.dmc_tools.terminal.pipe import QUIT
-from maya_un.cli.dmc_tools.terminal.session import Session
+from maya_un.cli.dmc_tools.terminal.session import TerminalSession
 from maya_un.cli.dmc_tools.terminal.stopping import stop_directly
 from maya_un.cli.dmc_tools.terminal.words import carry_out
 from maya_un.cli.signals import on_end
 from maya_un.errors import FileUnwritable
-from maya_un.files import open_own
 from maya_un.server.crash import log_path
 
 STALE = 1.0
@@ -59,7 +59,7 @@ _STYLE = Style.from_dict(
 )
 
 
-class Screen:
+class TerminalScreen:
     """Says everything above the line that is being typed, without touching it."""
 
     def __init__(self) -> None:
@@ -119,7 +119,7 @@ class Screen:
 class _Completer(Completer):
     """Hands the candidates of the line to the menu."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: TerminalSession) -> None:
         self._session = session
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
@@ -141,8 +141,8 @@ def history() -> History:
 
 async def converse(dial: Dial, place: str) -> int:
     """Talk until Ctrl-D, `:quit` or SIGTERM; return the exit code. Raises `ConnectFailed`."""
-    screen = Screen()
-    session = Session(dial, place, screen, stop_directly(place))
+    screen = TerminalScreen()
+    session = TerminalSession(dial, place, screen, stop_directly(place))
     tasks: list[asyncio.Task[None]] = []
     try:
         await session.connect()
@@ -160,7 +160,7 @@ async def converse(dial: Dial, place: str) -> int:
     return output.DONE
 
 
-async def _type(session: Session) -> None:
+async def _type(session: TerminalSession) -> None:
     prompt: PromptSession[str] = PromptSession(
         history=history(),
         completer=_Completer(session),
@@ -183,7 +183,7 @@ def _end() -> None:
         app.exit(exception=EOFError())
 
 
-def _keys(session: Session) -> KeyBindings:
+def _keys(session: TerminalSession) -> KeyBindings:
     keys = KeyBindings()
 
     @keys.add("c-c")
@@ -211,14 +211,14 @@ def _keys(session: Session) -> KeyBindings:
     return keys
 
 
-def _toolbar(session: Session) -> FormattedText:
+def _toolbar(session: TerminalSession) -> FormattedText:
     app = get_app_or_none()
     width = app.output.get_size().columns if app is not None else 80
     typed = app.current_buffer.document.text_before_cursor if app is not None else ""
     return FormattedText(panel.joined(below(session, typed, width)))
 
 
-def below(session: Session, typed: str, width: int) -> list[Line]:
+def below(session: TerminalSession, typed: str, width: int) -> list[Line]:
     """Return everything under the line being typed: help, the axes, what is watched, the link, the keys."""
     lines: list[Line] = [[("class:rule", "─" * width)]]
     entry = guide.entry(current_mnemonic(typed))
@@ -232,7 +232,7 @@ def below(session: Session, typed: str, width: int) -> list[Line]:
     return lines
 
 
-def _state(session: Session, width: int) -> Line:
+def _state(session: TerminalSession, width: int) -> Line:
     if not session.link.up:
         return [("class:lost", f" LINK LOST  {session.place}   F5 connects again "[:width].ljust(width))]
     words = [session.place]

@@ -10,17 +10,17 @@ import re
 from collections.abc import Awaitable, Callable, Coroutine
 from contextlib import suppress
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.commands import CONTROL, FORMS, split_line
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord
+from dmc41x3.wire.emergency import StopOutcome
 from maya_un.cli.dmc_tools.dial import Dial
 from maya_un.cli.dmc_tools.terminal import guide, panel, stopping
-from maya_un.cli.dmc_tools.terminal.link import Link
-from maya_un.cli.dmc_tools.terminal.names import Names, ask, assigned
-from maya_un.cli.dmc_tools.terminal.voice import Voice
+from maya_un.cli.dmc_tools.terminal.link import TerminalLink
+from maya_un.cli.dmc_tools.terminal.names import CompletionNames, ask, assigned
+from maya_un.cli.dmc_tools.terminal.voice import SessionOutput
 from maya_un.errors import CommandRejected, MachineError, MayaError, NotConnected
-from maya_un.galil.commands import CONTROL, FORMS, split_line
-from maya_un.galil.driver import Driver
-from maya_un.galil.emergency import StopOutcome
-from maya_un.galil.hardware import LETTERS
-from maya_un.galil.record import DataRecord
 
 REFRESH = 0.2
 """How long the panel rests between two looks at the axes [s]."""
@@ -39,7 +39,7 @@ _ELSEWHERE = {
 _RENAMES = re.compile(r"DM|DA|XQ|DL")
 
 
-class Session:
+class TerminalSession:
     """A link, the lines sent over it, and what the panel shows.
 
     `directly`, where there is one, stops the controller without the link.
@@ -47,12 +47,14 @@ class Session:
     no answer yet, `refused` whether anything was, `quiet` whether the panel rests.
     """
 
-    def __init__(self, dial: Dial, place: str, voice: Voice, directly: Callable[[], StopOutcome] | None = None) -> None:
+    def __init__(
+        self, dial: Dial, place: str, voice: SessionOutput, directly: Callable[[], StopOutcome] | None = None
+    ) -> None:
         self.place = place
         self._directly = directly
         self.voice = voice
-        self.link = Link(dial, voice.message, self._on_loss)
-        self.names = Names()
+        self.link = TerminalLink(dial, voice.message, self._on_loss)
+        self.names = CompletionNames()
         self.record: DataRecord | None = None
         self.watched: dict[str, str] = {}
         self.waiting = 0
@@ -96,7 +98,7 @@ class Session:
         self.waiting += 1
         self._lines.put_nowait(line)
 
-    async def work(self, carry_out: Callable[[Session, str], Awaitable[None]]) -> None:
+    async def work(self, carry_out: Callable[[TerminalSession, str], Awaitable[None]]) -> None:
         """Carry out lines as they are entered; runs until it is cancelled."""
         while True:
             line = await self._lines.get()

@@ -7,10 +7,10 @@ import sys
 
 from maya_un.cli.dmc_tools import dial
 from maya_un.cli.dmc_tools.terminal import pipe
-from maya_un.cli.settings import Settings
+from maya_un.cli.settings import OutputSettings
 
 
-def terminal(address: str, settings: Settings) -> int:
+def terminal(address: str, settings: OutputSettings) -> int:
     """Talk to a controller until the person or the input ends it; return the exit code. Raises `ConnectFailed`."""
     return asyncio.run(_terminal(dial.meant(address, settings)))
 

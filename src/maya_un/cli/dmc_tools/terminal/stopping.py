@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from dmc41x3.driver import Driver
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.wire import emergency
+from dmc41x3.wire.emergency import StopOutcome
 from maya_un.address import SIM, split
-from maya_un.galil import emergency
-from maya_un.galil.driver import Driver
-from maya_un.galil.emergency import StopOutcome
-from maya_un.galil.hardware import LETTERS
 
 _PATIENCE = 2.0
 """Longest wait for each answer of a controller told directly [s]."""

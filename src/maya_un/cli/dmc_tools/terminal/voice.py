@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 
-class Voice(Protocol):
+class SessionOutput(Protocol):
     """Where the words of a session go. None of it waits."""
 
     def answer(self, text: str) -> None:

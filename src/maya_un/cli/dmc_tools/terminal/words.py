@@ -9,16 +9,16 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 from maya_un.cli.dmc_tools import program, scope
-from maya_un.cli.dmc_tools.sampling import Sample
+from maya_un.cli.dmc_tools.sampling import ChannelSample
 from maya_un.cli.dmc_tools.terminal import guide
 from maya_un.cli.dmc_tools.terminal.completion import WORDS
-from maya_un.cli.dmc_tools.terminal.session import Session
+from maya_un.cli.dmc_tools.terminal.session import TerminalSession
 from maya_un.errors import InvalidCommandLine, InvalidValue, MachineError, MayaError, UnknownName
 
 _HELP = re.compile(r"help(?:\s+(\S+))?|\?\s*(\S*)")
 
 
-async def carry_out(session: Session, line: str) -> None:
+async def carry_out(session: TerminalSession, line: str) -> None:
     """Carry out one line: a word of the terminal, a question for help, or commands for the controller."""
     line = line.strip()
     if found := _HELP.fullmatch(line):
@@ -34,7 +34,7 @@ async def carry_out(session: Session, line: str) -> None:
         await session.send(line)
 
 
-async def _own_word(session: Session, line: str) -> None:
+async def _own_word(session: TerminalSession, line: str) -> None:
     word, _, rest = line.partition(" ")
     act = _TABLE.get(word)
     if act is None:
@@ -42,20 +42,20 @@ async def _own_word(session: Session, line: str) -> None:
     await act(session, rest.strip())
 
 
-async def _watch(session: Session, expression: str) -> None:
+async def _watch(session: TerminalSession, expression: str) -> None:
     if not expression:
         raise InvalidCommandLine(reason=":watch needs an expression, as in :watch _TPA", command="maya dmc terminal")
     session.watched[expression] = ""
 
 
-async def _unwatch(session: Session, expression: str) -> None:
+async def _unwatch(session: TerminalSession, expression: str) -> None:
     if not expression:
         session.watched.clear()
     elif session.watched.pop(expression, None) is None:
         raise UnknownName(name=expression, known=", ".join(session.watched) or "none")
 
 
-async def _upload(session: Session, file: str) -> None:
+async def _upload(session: TerminalSession, file: str) -> None:
     text = await session.link.driver.upload()
     if not file:
         session.voice.answer(text.rstrip("\n"))
@@ -64,24 +64,24 @@ async def _upload(session: Session, file: str) -> None:
     session.voice.note(f"Uploaded: {program.lines(text)} in {file}")
 
 
-async def _download(session: Session, file: str) -> None:
+async def _download(session: TerminalSession, file: str) -> None:
     source = program.read(file)
     await program.load(session.link.driver, source.text)
     session.voice.note("; ".join((f"Downloaded: {program.lines(source.text)} from {file}", *source.changes)))
     await session.learn()
 
 
-async def _scope(session: Session, rest: str) -> None:
+async def _scope(session: TerminalSession, rest: str) -> None:
     request = scope_request(rest)
     session.voice.note(f"Recording {', '.join(request.channels)} for {request.seconds:g} s.")
     session.beside(_record(session, request))
 
 
-async def _record(session: Session, request: scope.Request) -> None:
-    taken: list[Sample] = []
+async def _record(session: TerminalSession, request: scope.ScopeRequest) -> None:
+    taken: list[ChannelSample] = []
     try:
         await scope.record(session.link.driver, request, taken)
-        recording = scope.Recording(request.channels, tuple(taken))
+        recording = scope.ScopeRecording(request.channels, tuple(taken))
         scope.save(recording, request)
     except MayaError as error:
         session.voice.trouble(str(error))
@@ -89,7 +89,7 @@ async def _record(session: Session, request: scope.Request) -> None:
         session.voice.note(scope.summary(recording, request))
 
 
-def scope_request(text: str) -> scope.Request:
+def scope_request(text: str) -> scope.ScopeRequest:
     """Return what `CHANNELS --rate N --for S --trigger EXPR --csv FILE --png FILE` asks for.
 
     Raises `InvalidCommandLine` and `InvalidValue`.
@@ -106,7 +106,7 @@ def scope_request(text: str) -> scope.Request:
         raise UnknownName(name=min(unknown), known="--rate, --for, --trigger, --csv, --png")
     if not options.keys() & {"--csv", "--png"}:
         raise InvalidCommandLine(reason=":scope needs --csv FILE or --png FILE", command="maya dmc scope")
-    return scope.Request(
+    return scope.ScopeRequest(
         scope.split_channels(channels),
         rate,
         seconds,
@@ -116,7 +116,7 @@ def scope_request(text: str) -> scope.Request:
     )
 
 
-async def _wait(_: Session, seconds: str) -> None:
+async def _wait(_: TerminalSession, seconds: str) -> None:
     try:
         wanted = float(seconds)
     except ValueError:
@@ -126,28 +126,28 @@ async def _wait(_: Session, seconds: str) -> None:
     await asyncio.sleep(wanted)
 
 
-async def _stop(session: Session, _: str) -> None:
+async def _stop(session: TerminalSession, _: str) -> None:
     await session.stop()
 
 
-async def _messages(session: Session, _: str) -> None:
+async def _messages(session: TerminalSession, _: str) -> None:
     await session.link.take_messages()
     session.voice.note("Messages of programs come here.")
 
 
-async def _reconnect(session: Session, _: str) -> None:
+async def _reconnect(session: TerminalSession, _: str) -> None:
     await session.reconnect()
 
 
-async def _panel(session: Session, _: str) -> None:
+async def _panel(session: TerminalSession, _: str) -> None:
     session.quiet = not session.quiet
 
 
-async def _help(session: Session, name: str) -> None:
+async def _help(session: TerminalSession, name: str) -> None:
     session.voice.note(guide.page(name))
 
 
-_TABLE: dict[str, Callable[[Session, str], Awaitable[None]]] = {
+_TABLE: dict[str, Callable[[TerminalSession, str], Awaitable[None]]] = {
     ":watch": _watch,
     ":unwatch": _unwatch,
     ":upload": _upload,

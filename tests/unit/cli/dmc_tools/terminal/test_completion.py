@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.language.commands import FORMS
 from maya_un.cli.dmc_tools.terminal.completion import WORDS, candidates, current_mnemonic
-from maya_un.cli.dmc_tools.terminal.names import Names
-from maya_un.galil.commands import FORMS
+from maya_un.cli.dmc_tools.terminal.names import CompletionNames
 
-NAMES = Names(labels=("#AUTO", "#HOME"), variables=("count", "speed"), arrays=("table",))
+NAMES = CompletionNames(labels=("#AUTO", "#HOME"), variables=("count", "speed"), arrays=("table",))
 
 
 def texts(before: str) -> list[str]:

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.language.commands import FORMS
 from maya_un.cli.dmc_tools.terminal import guide
-from maya_un.galil.commands import FORMS
 
 
 def test_every_command_is_explained() -> None:

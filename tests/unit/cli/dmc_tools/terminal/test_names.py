@@ -2,21 +2,21 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.cli.dmc_tools.terminal.names import Names, ask, assigned
+from maya_un.cli.dmc_tools.terminal.names import CompletionNames, ask, assigned
 from tests.unit.cli.dmc_tools.bench import driven
-from tests.unit.galil.scripted import conversation
+from tests.unit.dmc41x3.scripted import conversation
 
 
 async def test_the_controller_lists_its_names() -> None:
     async with driven() as driver:
         await driver.download("#B\nEN\n#A\nEN\n")
         await driver.batch(["y=1", "x=2", "DM ring[8]"])
-        assert await ask(driver, "AB") == Names(("#A", "#B"), ("x", "y"), ("ring",), "AB")
+        assert await ask(driver, "AB") == CompletionNames(("#A", "#B"), ("x", "y"), ("ring",), "AB")
 
 
 async def test_lists_that_are_refused_or_empty_are_no_names() -> None:
     async with conversation(lambda command: b" 1 no\r\n:" if command == "TC1" else b"?") as (driver, _):
-        assert await ask(driver, "ABC") == Names()
+        assert await ask(driver, "ABC") == CompletionNames()
 
 
 @pytest.mark.parametrize(
@@ -28,4 +28,4 @@ def test_an_assignment_makes_a_name(command: str, name: str | None) -> None:
 
 
 def test_a_name_is_kept_once_and_in_order() -> None:
-    assert Names(variables=("b",)).with_variable("a").with_variable("b").variables == ("a", "b")
+    assert CompletionNames(variables=("b",)).with_variable("a").with_variable("b").variables == ("a", "b")

@@ -1,15 +1,20 @@
 from __future__ import annotations
 
+from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord
 from maya_un.cli.dmc_tools.terminal import panel
-from maya_un.galil.record import AxisRecord, DataRecord, Status, Switch
 
 RECORD = DataRecord(
     (
         AxisRecord(
-            Status.MOVING, position=-2147483648, velocity_raw=-64 * 25000, error=-16384, torque_raw=-32767, stop_code=0
+            AxisStatus.MOVING,
+            position=-2147483648,
+            velocity_raw=-64 * 25000,
+            error=-16384,
+            torque_raw=-32767,
+            stop_code=0,
         ),
-        AxisRecord(Status.MOTOR_OFF, Switch.FORWARD_INACTIVE, stop_code=1),
-        AxisRecord(0, Switch.HOME_INPUT | Switch.REVERSE_INACTIVE, stop_code=8),
+        AxisRecord(AxisStatus.MOTOR_OFF, AxisSwitches.FORWARD_INACTIVE, stop_code=1),
+        AxisRecord(0, AxisSwitches.HOME_INPUT | AxisSwitches.REVERSE_INACTIVE, stop_code=8),
     ),
     threads=0b101,
 )

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli.dmc_tools.terminal.session import RETRY, Session
+from dmc41x3.driver import Driver
+from dmc41x3.language.record import AxisRecord, DataRecord, encode
+from dmc41x3.wire.emergency import StopOutcome
+from dmc41x3.wire.transport import LoopbackTransport, Transport, loopback_pair
+from maya_un.cli.dmc_tools.terminal.session import RETRY, TerminalSession
 from maya_un.cli.dmc_tools.terminal.words import carry_out
-from maya_un.galil.driver import Driver
-from maya_un.galil.emergency import StopOutcome
-from maya_un.galil.record import AxisRecord, DataRecord, encode
-from maya_un.galil.transport import LoopbackTransport, Transport, loopback_pair
 from tests.unit.cli.dmc_tools.bench import Heard, benched, say, talking
-from tests.unit.galil.scripted import Peer
+from tests.unit.dmc41x3.scripted import Peer
 from tests.virtual_time import elapse
 
 MESSAGE = '#A\nMG "hello"\nEN\n'
@@ -196,7 +196,7 @@ async def test_a_stop_without_a_link_does_not_pretend() -> None:
 async def test_a_stop_without_a_link_goes_past_it() -> None:
     async with benched() as bench:
         heard = Heard()
-        session = Session(bench.dial, "bench", heard, lambda: StopOutcome("", "AC"))
+        session = TerminalSession(bench.dial, "bench", heard, lambda: StopOutcome("", "AC"))
         await session.connect()
         bench.controller.cut()
         await elapse(0.5)
@@ -210,7 +210,7 @@ async def test_messages_that_others_get_stay_theirs_until_asked_for() -> None:
         other = await Driver.open(await bench.dial(), timeout=5.0)
         await other.subscribe()
         heard = Heard()
-        session = Session(bench.dial, "bench", heard)
+        session = TerminalSession(bench.dial, "bench", heard)
         await session.connect()
         assert "`:messages`" in heard.last[1]
         assert await session.link.driver.value("_CF") == ord("A")
@@ -223,7 +223,7 @@ async def test_messages_that_others_get_stay_theirs_until_asked_for() -> None:
 
 async def test_what_was_taken_is_given_back() -> None:
     async with benched() as bench:
-        session = Session(bench.dial, "bench", Heard())
+        session = TerminalSession(bench.dial, "bench", Heard())
         await session.connect()
         other = await Driver.open(await bench.dial(), timeout=5.0)
         assert [await other.value("_CF"), await other.value("_CW")] == [ord("A"), 1.0]
@@ -264,7 +264,7 @@ def _answers() -> Callable[[str], bytes]:
 
 async def test_a_slow_controller_keeps_nobody_from_typing_or_stopping() -> None:
     slow, heard = Slow(), Heard()
-    session = Session(slow.dial, "slow", heard)
+    session = TerminalSession(slow.dial, "slow", heard)
     await session.connect()
     work = asyncio.create_task(session.work(carry_out))
     peer = slow.peers[-1]

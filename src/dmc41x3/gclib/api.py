@@ -1,0 +1,258 @@
+"""The class that scripts use: `g = gclib.py()`, `g.GOpen("192.168.0.42 --direct")`, `g.GCommand("TP")`.
+
+Methods bear gclib's names and take and return what gclib's take and return. Differences are said where they are.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections.abc import Iterable, Sequence
+from math import isfinite
+
+from dmc41x3 import __version__
+from dmc41x3.gclib import files
+from dmc41x3.gclib.errors import Code, GclibError
+from dmc41x3.gclib.options import parse
+from dmc41x3.gclib.record import GDataRecord
+from dmc41x3.gclib.session import GclibSession, guarded
+from dmc41x3.language import arrays
+from dmc41x3.language import program as programs
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.language.hardware import LONGEST_PERIOD, SHORTEST_PERIOD
+from dmc41x3.language.source import prepared
+
+G_QR, G_DR = 0, 1
+"""Ways to get a record, as gclib numbers them."""
+
+G_BOUNDS = -1
+"""Stands for the first or the last element of an array."""
+
+_COMMANDS = re.compile(r"[;\r\n]")
+_COMPRESSION = re.compile(r"(?:\s*--(?:min|max)\s+[0-9])*\s*")
+_ARRAY = re.compile(r"(\w+)\[[0-9]+\]")
+_FIRMWARE = "\x12\x16"
+_SAMPLES_IN_MS = 1.024
+_LOOK = 10
+
+
+class py:  # noqa: N801 - the name that scripts know
+    """One connection to a controller. Every method that talks raises `GclibError`."""
+
+    def __init__(self) -> None:
+        self._session: GclibSession | None = None
+
+    def __del__(self) -> None:
+        self.GClose()
+
+    def GOpen(self, address: str) -> None:
+        """Connect; `options` tells what an address says.
+
+        Where the second socket cannot be had, messages come on the first, records and interrupts not at all.
+        """
+        options = parse(address)
+        self.GClose()
+        self._session = GclibSession(options)
+
+    def GClose(self) -> None:
+        """End the connection; again is harmless."""
+        session, self._session = self._session, None
+        if session is not None:
+            session.close()
+
+    def GCommand(self, command: str) -> str:
+        """Send a command and return what it printed, without line end and blanks.
+
+        Commands joined by `;` go one after the other, and what they print is joined by line ends; the first that is
+        refused ends it with -10000. DL, ED, QD, QR have methods of their own and are refused with -1106.
+        """
+        session = self._open()
+        pieces = [piece.strip(" \t") for piece in _COMMANDS.split(command)]
+        printed = [session.text(piece) for piece in pieces if piece] if any(pieces) else [session.text("")]
+        return "\r\n".join(filter(None, printed))
+
+    def GTimeout(self, timeout: int) -> None:
+        """Set the longest wait [ms]; -1 is that of GOpen. With 0, GMessage, GRecord and GInterrupt do not wait."""
+        if not -1 <= timeout <= 65535:
+            raise GclibError(Code.VALUE_RANGE, f"a timeout is -1 to 65535 ms, not {timeout}")
+        self._open().timeout = timeout
+
+    @property
+    def timeout(self) -> int:
+        """The longest wait [ms] as last set; -1 is that of GOpen."""
+        return -1 if self._session is None else self._session.timeout
+
+    @timeout.setter
+    def timeout(self, timeout: int) -> None:
+        self.GTimeout(timeout)
+
+    def GSleep(self, val: int) -> None:
+        """Wait so long [ms]."""
+        threading.Event().wait(val / 1000.0)
+
+    def GVersion(self) -> str:
+        """Return which library this is."""
+        return f"py.{__version__} (maya-un)"
+
+    def GInfo(self) -> str:
+        """Return address, firmware, serial number and handles: `10.0.0.3, DMC4133 Rev 1.3k, 291, IHA IHB`."""
+        session = self._open()
+        handles = session.text("WH") if session.second is None else f"{session.text('WH')} IH{session.second.letter}"
+        return f"{session.options.host}, {session.text(_FIRMWARE)}, {int(session.number('_BN'))}, {handles}"
+
+    def GAddresses(self) -> dict[str, str]:
+        """Return the controller connected to and its firmware. Nothing is searched for on the network."""
+        return {} if self._session is None else {self._session.options.host: self._session.text(_FIRMWARE)}
+
+    def GIpRequests(self) -> dict[str, str]:
+        """Return controllers that ask for an address: none, nobody listens for them here."""
+        return {}
+
+    def GAssign(self, ip: str, mac: str) -> None:
+        """Refuse (-1109): addresses are not given out here."""
+        raise GclibError(Code.UNSUPPORTED_FUNCTION, f"{mac} was not given {ip}")
+
+    def GFirmwareDownload(self, file_path: str) -> None:
+        """Refuse (-1110)."""
+        raise GclibError(Code.FIRMWARE_LOAD_NOT_SUPPORTED, file_path)
+
+    def GSetupDownloadFile(self, file_path: str, options: int) -> dict[str, str]:
+        """Refuse (-1109): backups in Galil's own format are not read here."""
+        raise GclibError(Code.UNSUPPORTED_FUNCTION, f"{file_path} with {options}")
+
+    def GProgramDownload(self, program: str, preprocessor: str = "") -> None:
+        """Replace the controller's program, made ready as `dmc41x3.language.source` tells: REM lines stay here.
+
+        `preprocessor` may be empty or name degrees of compression (`--min N --max N`), but no code is compressed:
+        a line that is too long without its comment is refused with -1203.
+        """
+        if not _COMPRESSION.fullmatch(preprocessor):
+            raise GclibError(Code.INVALID_PREPROCESSOR_OPTIONS, preprocessor)
+        lines = prepared(program).lines
+        if len(lines) > programs.LINES_LIMIT or any(len(line) > LINE_LIMIT for line in lines):
+            raise GclibError(Code.UNABLE_TO_COMPRESS)
+        session = self._open()
+        try:
+            guarded(lambda: programs.require_loadable(lines))
+        except GclibError as error:
+            raise GclibError(Code.ILLEGAL_DATA_IN_PROGRAM, error.detail) from error
+        session.transfer(programs.PROBE)
+        session.transfer(programs.download(lines))
+
+    def GProgramUpload(self) -> str:
+        """Return the controller's program, each line ended by CR LF."""
+        return "".join(f"{line}\r\n" for line in programs.uploaded(self._open().listing("UL")))
+
+    def GProgramDownloadFile(self, file_path: str, preprocessor: str = "") -> None:
+        """Replace the controller's program by that in a file."""
+        self.GProgramDownload(files.read_text(file_path), preprocessor)
+
+    def GProgramUploadFile(self, file_path: str) -> None:
+        """Write the controller's program into a file."""
+        files.write_text(file_path, self.GProgramUpload())
+
+    def GArrayDownload(self, name: str, first: int, last: int, array_data: Sequence[float]) -> None:
+        """Write values into the elements `first` to `last` of an array that there is; -1 is its first and last."""
+        begin = max(first, 0)
+        values = [float(value) for value in array_data]
+        end = begin + len(values) - 1 if last == G_BOUNDS else last
+        if not values or end - begin + 1 != len(values) or end >= self._length(name):
+            raise GclibError(Code.ARRAY_NOT_DIMENSIONED, f"{len(values)} values for {name}[{begin}] to [{end}]")
+        self._open().transfer(guarded(lambda: arrays.download(name, values, begin)))
+
+    def GArrayUpload(self, name: str, first: int, last: int) -> list[float]:
+        """Return the elements `first` to `last` of an array; -1 is its first and last."""
+        length = self._length(name)
+        begin, end = max(first, 0), length - 1 if last == G_BOUNDS else last
+        if not begin <= end < length:
+            raise GclibError(Code.ARRAY_NOT_DIMENSIONED, f"{name} has {length} elements")
+        command = arrays.upload(name, begin, end)
+        printed = self._open().listing(command)
+        return guarded(lambda: arrays.parse(command, printed))
+
+    def GArrayUploadFile(self, file_path: str, names: Iterable[str] = ()) -> None:
+        """Write arrays, all of them where none is named, into a CSV file with a column for each."""
+        wanted = list(names) or [found[1] for found in _ARRAY.finditer(self._open().text("LA"))]
+        files.write_text(file_path, files.text_of({name: self.GArrayUpload(name, -1, -1) for name in wanted}))
+
+    def GArrayDownloadFile(self, file_path: str) -> None:
+        """Write the columns of a CSV file into arrays of their names, made anew where their length differs."""
+        for name, values in files.table_of(files.read_text(file_path)).items():
+            self._dimension(name, len(values))
+            self.GArrayDownload(name, -1, -1, values)
+
+    def GMessage(self) -> str:
+        """Return what programs have said since the last call, waiting for it if need be (`-s MG` in GOpen)."""
+        return self._open().message()
+
+    def GInterrupt(self) -> int:
+        """Return the next interrupt's status byte, waiting for it if need be (`-s EI` in GOpen, and EI or UI)."""
+        session = self._open()
+        second = session.require("EI", Code.UNSUPPORTED_FUNCTION)
+        session.wait_for(lambda: bool(second.interrupts), second.listen)
+        return second.interrupts.popleft()
+
+    def GRecord(self, method: str | int = G_QR) -> GDataRecord:
+        """Return a data record: asked for ("QR", 0), or the newest to come ("DR", 1; `-s DR` and GRecordRate before).
+
+        Galil's Python module has no such method; its name and the fields are those of the C library.
+        """
+        session = self._open()
+        if method in ("QR", G_QR):
+            return GDataRecord(session.record())
+        if method not in ("DR", G_DR):
+            raise GclibError(Code.VALUE_RANGE, f"{method!r} is neither QR nor DR")
+        second = session.require("DR", Code.DATA_RECORD_ERROR)
+        second.drain()
+        session.wait_for(lambda: bool(second.records), second.listen)
+        newest = second.records.pop()
+        second.records.clear()
+        return GDataRecord(newest)
+
+    def GRecordRate(self, period_ms: float) -> None:
+        """Have a record sent every so many milliseconds, which makes 8 to 30000 samples; 0 ends it."""
+        if not isfinite(period_ms):
+            raise GclibError(Code.VALUE_RANGE, f"{period_ms} ms is no period")
+        session = self._open()
+        second = session.require("DR", Code.DATA_RECORD_ERROR)
+        if period_ms <= 0.0:
+            session.text("DR 0")
+            return
+        samples = period_ms * _SAMPLES_IN_MS * 1000.0 / session.number("_TM")
+        period = min(max(round(samples / 2.0) * 2, SHORTEST_PERIOD), LONGEST_PERIOD)
+        session.text(f"DR {period},{ord(second.letter) - ord('A')}")
+
+    def GMotionComplete(self, axes: str) -> None:
+        """Wait until the profiles of all axes named (S and T are planes) have ended; there is no longest wait."""
+        session = self._open()
+        for letter in axes.replace(",", "").replace(" ", ""):
+            while session.number(f"_BG{letter}"):
+                self.GSleep(_LOOK)
+
+    def _open(self) -> GclibSession:
+        if self._session is None:
+            raise GclibError(Code.CONNECTION_NOT_ESTABLISHED)
+        return self._session
+
+    def _length(self, name: str) -> int:
+        """Return how long an array is; -1200 where there is none."""
+        operand = guarded(lambda: arrays.length(name))
+        try:
+            length = int(self._open().number(operand))
+        except GclibError as error:
+            if error.code is not Code.QUESTION_MARK:
+                raise
+            raise GclibError(Code.ARRAY_NOT_DIMENSIONED, name) from error
+        if length < 1:
+            raise GclibError(Code.ARRAY_NOT_DIMENSIONED, name)
+        return length
+
+    def _dimension(self, name: str, length: int) -> None:
+        try:
+            if self._length(name) == length:
+                return
+            self._open().text(f"DA {name}[]")
+        except GclibError as error:
+            if error.code is not Code.ARRAY_NOT_DIMENSIONED:
+                raise
+        self._open().text(f"DM {name}[{length}]")

@@ -1,0 +1,251 @@
+"""The data record of a DMC-41x3 (QR): what the controller knows about itself at one sample.
+
+Little endian; header 4, general 52, planes S and T 26, then 36 bytes for each axis: 190 for three axes. The
+layout is that of the DMC-40x0 family.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dmc41x3.errors import UnexpectedReply
+
+VELOCITY_SCALE = 64
+"""The record holds velocity in counts/s times this."""
+
+VOLTS_SCALE = 3276.7
+"""The record holds a motor command of 10 V as 32767."""
+
+_GENERAL = struct.Struct("<BBHH10s10s16x8bBBIIHHHiHHHiH")
+_AXIS = struct.Struct("<HBBiiiiiiHBxi")
+_BLOCKS = 0x07  # S, T and I present
+_PRESENT = 0x80
+
+
+class AxisStatus:
+    """Bits of an axis' status word, and of a plane's where it has them."""
+
+    MOVING = 1 << 15
+    POSITION_MODE = 1 << 14
+    ABSOLUTE_MODE = 1 << 13
+    FINDING_EDGE = 1 << 12
+    HOMING = 1 << 11
+    HOMING_FIRST_DONE = 1 << 10
+    HOMING_SECOND_DONE = 1 << 9
+    COORDINATED = 1 << 8
+    NEGATIVE = 1 << 7
+    CONTOUR = 1 << 6
+    SLEWING = 1 << 5
+    STOPPING = 1 << 4
+    FINAL_DECELERATION = 1 << 3
+    LATCH_ARMED = 1 << 2
+    HOMING_THIRD = 1 << 1
+    MOTOR_OFF = 1 << 0
+
+
+class AxisSwitches:
+    """Bits of an axis' switches; a limit's bit is 1 while the limit is not active."""
+
+    LATCHED = 1 << 7
+    LATCH_INPUT = 1 << 6
+    FORWARD_INACTIVE = 1 << 3
+    REVERSE_INACTIVE = 1 << 2
+    HOME_INPUT = 1 << 1
+    STEPPER = 1 << 0
+
+
+@dataclass(frozen=True, slots=True)
+class AxisRecord:
+    """One axis. Positions and `error` are in counts; the fields named raw are in the record's own units."""
+
+    status: int = 0
+    switches: int = AxisSwitches.FORWARD_INACTIVE | AxisSwitches.REVERSE_INACTIVE
+    stop_code: int = 0
+    reference: int = 0
+    position: int = 0
+    error: int = 0
+    auxiliary: int = 0
+    velocity_raw: int = 0
+    torque_raw: int = 0
+    analog: int = 0
+    hall: int = 0
+    user: int = 0
+
+    @property
+    def moving(self) -> bool:
+        """Whether the axis' profile is under way."""
+        return bool(self.status & AxisStatus.MOVING)
+
+    @property
+    def motor_off(self) -> bool:
+        """Whether the motor is off."""
+        return bool(self.status & AxisStatus.MOTOR_OFF)
+
+    @property
+    def coordinated(self) -> bool:
+        """Whether the axis takes part in a coordinated motion."""
+        return bool(self.status & AxisStatus.COORDINATED)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the axis brakes because of ST or a limit."""
+        return bool(self.status & AxisStatus.STOPPING)
+
+    @property
+    def forward_limit_active(self) -> bool:
+        """Whether the forward limit switch is active, which its bit says by 0."""
+        return not self.switches & AxisSwitches.FORWARD_INACTIVE
+
+    @property
+    def reverse_limit_active(self) -> bool:
+        """Whether the reverse limit switch is active, which its bit says by 0."""
+        return not self.switches & AxisSwitches.REVERSE_INACTIVE
+
+    @property
+    def velocity(self) -> float:
+        """Filtered velocity [counts/s]."""
+        return self.velocity_raw / VELOCITY_SCALE
+
+    @property
+    def torque(self) -> float:
+        """Motor command [V]."""
+        return self.torque_raw / VOLTS_SCALE
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneRecord:
+    """One coordinate plane, S or T: segments done, status word, distance [counts], free places of the buffer."""
+
+    segment: int = 0
+    status: int = 0
+    distance: int = 0
+    free: int = 511
+
+    @property
+    def moving(self) -> bool:
+        """Whether a sequence is under way."""
+        return bool(self.status & AxisStatus.MOVING)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the sequence brakes because of ST or a limit."""
+        return bool(self.status & AxisStatus.STOPPING)
+
+
+@dataclass(frozen=True, slots=True)
+class DataRecord:
+    """A whole record. `sample` is the low half of TIME; `inputs` and `outputs` are banks of eight bits each.
+
+    `handles` are the states of the Ethernet handles A to H (0 is free), `threads` has a bit for each running
+    thread, `amplifier_status` is TA3, TA2, TA1, TA0 from the low byte up, 0 where all is well.
+    """
+
+    axes: tuple[AxisRecord, ...]
+    sample: int = 0
+    inputs: tuple[int, ...] = (255,) + (0,) * 9
+    outputs: tuple[int, ...] = (0,) * 10
+    handles: tuple[int, ...] = (0,) * 8
+    error_code: int = 0
+    threads: int = 0
+    amplifier_status: int = 0
+    contour_segment: int = 0
+    contour_free: int = 511
+    s: PlaneRecord = PlaneRecord()
+    t: PlaneRecord = PlaneRecord()
+
+    def output(self, bit: int) -> bool:
+        """Tell whether digital output `bit` (from 1, as SB counts them) is set."""
+        return bool(self.outputs[(bit - 1) // 8] >> (bit - 1) % 8 & 1)
+
+    @classmethod
+    def decode(cls, data: bytes) -> DataRecord:
+        """Return the record that `data` holds; see the function `decode`."""
+        return decode(data)
+
+    def encode(self) -> bytes:
+        """Return the record's bytes; see the function `encode`."""
+        return encode(self)
+
+
+def record_length(axes: int) -> int:
+    """Return the length [bytes] of the record of a controller with so many axes."""
+    return _GENERAL.size + _AXIS.size * axes
+
+
+def decode(data: bytes) -> DataRecord:
+    """Return the record that `data` holds, header included and prompt not.
+
+    Raises `UnexpectedReply` where length and header do not agree, or where a block is missing: a partial record
+    (`QR ABI`) is not read.
+    """
+    count = data[1].bit_count() if len(data) >= _GENERAL.size else -1
+    whole = count >= 0 and data[0] & _BLOCKS == _BLOCKS and data[1] == (1 << count) - 1
+    if not whole or not len(data) == record_length(count) == int.from_bytes(data[2:4], "little"):
+        raise UnexpectedReply(command="QR", reply=data[:16].hex(" "))
+    head = _GENERAL.unpack_from(data)
+    return DataRecord(
+        axes=tuple(AxisRecord(*fields) for fields in _AXIS.iter_unpack(data[_GENERAL.size :])),
+        sample=head[3],
+        inputs=tuple(head[4]),
+        outputs=tuple(head[5]),
+        handles=head[6:14],
+        error_code=head[14],
+        threads=head[15],
+        amplifier_status=head[16],
+        contour_segment=head[17],
+        contour_free=head[18],
+        s=PlaneRecord(*head[19:23]),
+        t=PlaneRecord(*head[23:27]),
+    )
+
+
+def encode(record: DataRecord) -> bytes:
+    """Return the bytes of a whole record, without prompt. Every field must lie in its place's range."""
+    head = (
+        record.sample,
+        bytes(record.inputs),
+        bytes(record.outputs),
+        *record.handles,
+        record.error_code,
+        record.threads,
+        record.amplifier_status,
+        record.contour_segment,
+        record.contour_free,
+        *_plane_fields(record.s),
+        *_plane_fields(record.t),
+    )
+    return assemble(head, [_axis_fields(axis) for axis in record.axes])
+
+
+def assemble(head: Sequence[int | bytes], axes: Sequence[Sequence[int]]) -> bytes:
+    """Return the bytes of a whole record from its bare fields: those of the head, then those of every axis.
+
+    They stand in the order of the wire, which is that of `DataRecord` (each plane as its four fields) and
+    `AxisRecord`; the banks of inputs and outputs are ten bytes each.
+    """
+    count = len(axes)
+    first = _GENERAL.pack(_PRESENT | _BLOCKS, (1 << count) - 1, record_length(count), *head)
+    return first + b"".join([_AXIS.pack(*fields) for fields in axes])
+
+
+def _plane_fields(plane: PlaneRecord) -> tuple[int, int, int, int]:
+    return plane.segment, plane.status, plane.distance, plane.free
+
+
+def _axis_fields(axis: AxisRecord) -> tuple[int, ...]:
+    return (
+        axis.status,
+        axis.switches,
+        axis.stop_code,
+        axis.reference,
+        axis.position,
+        axis.error,
+        axis.auxiliary,
+        axis.velocity_raw,
+        axis.torque_raw,
+        axis.analog,
+        axis.hall,
+        axis.user,
+    )

@@ -1,0 +1,152 @@
+"""One axis of the controller: registers, counters, and the motion it is in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from math import inf
+
+from dmc41x3.language.codes import StopCode
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.twin.motion.profile import AxisProfile
+from dmc41x3.twin.timeline import Timeline
+
+VIRTUAL = "NM"
+"""The virtual axes: profiles without a motor, for gearing and cams to follow."""
+
+NAMES = LETTERS + "ST" + VIRTUAL
+"""Axes and planes in the order of the numbers that stand for them in axis variables."""
+
+FORWARD_OFF = 2147483647
+REVERSE_OFF = -2147483648
+"""FL and BL at these values watch nothing."""
+
+
+class MotionKind(Enum):
+    """Why an axis moves by itself."""
+
+    ABSOLUTE = "PA"
+    RELATIVE = "PR"
+    JOG = "JG"
+    FIND_EDGE = "FE"
+    FIND_INDEX = "FI"
+    HOME = "HM"
+
+
+class Latch(Enum):
+    """What trips the position latch (AL)."""
+
+    INPUT = "a general input"
+    AUXILIARY = "a general input, for the auxiliary encoder"
+    INDEX = "the index of the main encoder"
+
+
+@dataclass(slots=True)
+class IndependentMotion:
+    """An independent motion under way.
+
+    `target` [motor counts] of a positioning, `speed` the signed velocity of a jog; `result` is the stop code at its
+    end; `stopping` once a stop or a limit brakes it; `stage` counts the stages of a homing from 1, `level` is the home
+    input as it was when the stage began.
+    """
+
+    kind: MotionKind
+    profile: AxisProfile
+    target: int = 0
+    speed: float = 0.0
+    result: StopCode = StopCode.COMMANDED
+    stopping: bool = False
+    stage: int = 1
+    level: bool = False
+
+    @property
+    def positions(self) -> bool:
+        """Whether the motion goes to a place, so that its target may not change on the way."""
+        return self.kind in (MotionKind.ABSOLUTE, MotionKind.RELATIVE)
+
+
+@dataclass(slots=True)
+class Axis:
+    """State of one axis; counts are the controller's, `offset` is what it adds to motor counts.
+
+    `plane` is the letter of the coordinate system that moves it, empty for none. `kind` and `distance`,
+    `destination` or `jog_speed` are what the next BG will do, `last_stop` is what `_PA` reports. Of the present plan
+    `peak` is the largest speed [counts/s], `soft_limit` when it passes FL or BL, `turns` when it turns round.
+    `latch` is what AL armed it by. `encoder_offset` is added to encoder counts where the motor is a stepper.
+    `erring` tells that the following error is beyond ER, `released` when a brake's delay lets the amplifier go [s].
+    `commutated` tells that BA made the motor brushless, `initialised` that its phases are known. `bound` is `cam`
+    or `gear` where the axis follows another.
+    `error_gain` [s] is how much following error a unit of speed was seen to cause, None before the first motion.
+    """
+
+    index: int
+    timeline: Timeline
+    registers: dict[str, float]
+    on: bool = False
+    offset: int = 0
+    motion: IndependentMotion | None = None
+    plane: str = ""
+    stop_code: StopCode = StopCode.COMMANDED
+    kind: MotionKind = MotionKind.RELATIVE
+    distance: int = 0
+    destination: int = 0
+    jog_speed: float = 25000.0
+    last_stop: int = 0
+    auxiliary: int = 0
+    latch: Latch = Latch.INPUT
+    latch_armed: bool = False
+    latched: int = 0
+    latch_tripped: bool = False
+    tracking: bool = False
+    encoder_offset: int = 0
+    erring: bool = False
+    released: float = inf
+    commutated: bool = False
+    initialised: bool = False
+    bound: str = ""
+    error_gain: float | None = None
+    peak: float = 0.0
+    soft_limit: float | None = None
+    turns: list[float] = field(default_factory=list[float])
+
+    @property
+    def letter(self) -> str:
+        """Its name."""
+        return NAMES[self.index]
+
+    @property
+    def virtual(self) -> bool:
+        """Whether it has no motor."""
+        return self.index >= len(LETTERS)
+
+    @property
+    def stepper(self) -> bool:
+        """Whether its motor is a stepper (MT 2, 2.5, 4 and their negatives)."""
+        return abs(self.registers.get("MT", 1.0)) >= 2.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether its profile runs, alone or in a sequence (`_BG`)."""
+        return self.motion is not None or self.plane != ""
+
+    def reference(self, t: float) -> int:
+        """Return the commanded position RP at time `t` [counts]."""
+        return round(self.timeline.at(t)[0]) + self.offset
+
+    def heading(self, t: float) -> int:
+        """Return the direction in which the reference moves just after time `t`: 1, -1, or 0 at rest."""
+        velocity = self.timeline.at(t + 1e-6)[1]
+        return (velocity > 0.0) - (velocity < 0.0)
+
+    def direction(self, t: float, home: bool) -> int:
+        """Return where the motion set up would go at time `t`: 1, -1, or 0; `home` is the home input (`_HM`)."""
+        match self.kind:
+            case MotionKind.ABSOLUTE:
+                way = self.destination - self.reference(t)
+            case MotionKind.RELATIVE:
+                way = self.distance
+            case MotionKind.FIND_EDGE | MotionKind.HOME:
+                way = -1 if home else 1
+            case MotionKind.JOG | MotionKind.FIND_INDEX:
+                way = self.jog_speed
+        return (way > 0) - (way < 0)

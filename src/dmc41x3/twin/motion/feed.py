@@ -1,0 +1,194 @@
+"""A motion fed with records of a fixed duration each, laid end to end as they come: contour mode and PVT.
+
+Records are laid out as soon as they are given, so a new one never changes what is planned already. A record without
+duration ends the motion; where the records run out before one, the axes stop dead on the last count, and the motion
+is over.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from bisect import bisect_right
+from collections.abc import Sequence
+from math import inf
+from typing import NamedTuple
+
+from dmc41x3.language.codes import ErrorCode, StopCode
+from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.timeline import TimelinePiece
+
+
+class FeedRecord(NamedTuple):
+    """How far each member goes [counts], how fast it is at the end [counts/s], and how long it takes [s].
+
+    A duration of 0 ends the motion; None is whatever is set when the record's turn comes.
+    """
+
+    deltas: tuple[int, ...]
+    speed: float
+    duration: float | None
+
+
+class PlacedRecord(NamedTuple):
+    """A record in its place: from `start` to `end` [s], from `places` [motor counts] at `speed` [counts/s]."""
+
+    start: float
+    end: float
+    places: tuple[int, ...]
+    speed: float
+    record: FeedRecord
+
+
+class Feed(ABC):
+    """Records under way and waiting; `letter` is what an axis on it has for `Axis.plane`.
+
+    `paused` holds the axes at the end of the record under way. Subclasses say what a record looks like.
+    """
+
+    capacity = 0
+    running_code = StopCode.RUNNING
+    done_code = StopCode.COMMANDED
+    starved_code = StopCode.COMMANDED
+
+    def __init__(self, letter: str, members: tuple[int, ...] = ()) -> None:
+        self.letter = letter
+        self.members = members
+        self.running = self.stopping = self.stale = self.paused = False
+        self._waiting: list[FeedRecord] = []
+        self._laid: list[PlacedRecord] = []
+        self._closed = self._cut = False
+        self._places: tuple[int, ...] = ()
+        self._speed = 0.0
+        self._end = 0.0
+        self._done = self._fresh = 0
+
+    @property
+    def end(self) -> float:
+        """When the records that are there end [s]; infinite while it is paused."""
+        return inf if self.paused else self._end
+
+    @property
+    def horizon(self) -> float:
+        """When more of the plan must be asked for: never."""
+        return inf
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing waits to be begun."""
+        return not self._waiting
+
+    def free(self, t: float) -> int:
+        """Return the places left in the buffer at time `t`; a record under way still takes one."""
+        return self.capacity - len(self._waiting) - len(self._laid) + self._past(t)
+
+    def count(self, t: float) -> int:
+        """Return how many records are done since the motion last began, its end among them."""
+        return self._done + self._past(t)
+
+    def append(self, record: FeedRecord, t: float) -> None:
+        """Add a record at time `t`; refused (32) with a full buffer."""
+        if self.free(t) <= 0:
+            raise Rejection(ErrorCode.SEGMENT_BUFFER_FULL)
+        self._waiting.append(record)
+        self.stale = True
+
+    def clear(self, t: float) -> None:
+        """Forget all records at time `t` but the one under way."""
+        self._drop(t)
+        self._cut = self._take_back() < inf or self._cut
+        self._waiting.clear()
+        self._closed = False
+        self.stale = True
+
+    def heading(self, place: int) -> int:
+        """Return the direction in which a member will begin to move: 1, -1, or 0."""
+        delta = next((record.deltas[place] for record in self._waiting if record.deltas[place]), 0)
+        return (delta > 0) - (delta < 0)
+
+    def begin(self, t: float, places: Sequence[int]) -> None:
+        """Start at rest at time `t` with the members at `places` [motor counts]."""
+        self.running, self.stopping, self._closed = True, False, False
+        self._laid = []
+        self._done = self._fresh = 0
+        self._places, self._speed, self._end = tuple(places), 0.0, t
+        self.replan(t)
+
+    def replan(self, t: float) -> float:
+        """Lay out the records that wait, or take back those behind a pause; return from when on the plan is new."""
+        self.stale = False
+        self._drop(t)
+        cut, self._cut = self._cut, False
+        if self.paused:
+            back = self._take_back()
+            return self._end if cut else back
+        start = max(t, self._end)
+        self._fresh = len(self._laid)
+        while self._waiting and not self._closed:
+            self._lay(self._waiting.pop(0), start if len(self._laid) == self._fresh else self._end)
+        return start if cut or len(self._laid) > self._fresh else inf
+
+    def pieces(self, place: int) -> tuple[list[TimelinePiece], float]:
+        """Return the newest part of one member's timeline, and its largest speed [counts/s]."""
+        pieces: list[TimelinePiece] = []
+        for laid in self._laid[self._fresh :]:
+            pieces += self._shape(laid, place)
+        peak = max((abs(piece.v) for piece in pieces), default=0.0)
+        pieces.append(TimelinePiece(self._end, self._places[place], 0.0, 0.0))
+        return pieces, peak
+
+    def brake(self, t: float) -> bool:
+        """Tell that there is no way along the records to brake on."""
+        return False
+
+    def finish(self, t: float) -> StopCode:
+        """End the motion at time `t`, forget its records, and return the stop code of the members."""
+        self._done += self._past(t) + self._closed
+        result = self.done_code if self._closed else self.starved_code
+        self.running = self.stopping = self.stale = self._closed = self._cut = False
+        self._waiting, self._laid = [], []
+        return result
+
+    def reset(self) -> None:
+        """Forget everything, as power-up does."""
+        self.finish(self._end)
+        self._done = 0
+
+    def _duration(self, record: FeedRecord) -> float:
+        return record.duration or 0.0
+
+    @abstractmethod
+    def _shape(self, laid: PlacedRecord, place: int) -> list[TimelinePiece]:
+        """Return what one member does in a record."""
+
+    def _lay(self, record: FeedRecord, start: float) -> None:
+        duration = self._duration(record)
+        if duration == 0.0:
+            self._closed = True
+            return
+        self._end = start + duration
+        self._laid.append(PlacedRecord(start, self._end, self._places, self._speed, record))
+        self._places = tuple(at + delta for at, delta in zip(self._places, record.deltas, strict=True))
+        self._speed = record.speed
+
+    def _take_back(self) -> float:
+        """Let the records behind the one under way wait again."""
+        kept = min(1, len(self._laid))
+        back = self._laid[kept:]
+        if not back:
+            return inf
+        end = [FeedRecord(back[0].record.deltas, 0.0, 0.0)] * self._closed
+        self._waiting[:0] = [laid.record for laid in back] + end
+        self._closed = False
+        del self._laid[kept:]
+        self._fresh = kept
+        _, _, self._places, self._speed, _ = back[0]
+        self._end = back[0].start
+        return self._end
+
+    def _past(self, t: float) -> int:
+        return bisect_right(self._laid, t, key=lambda laid: laid.end)
+
+    def _drop(self, t: float) -> None:
+        gone = self._past(t)
+        self._done += gone
+        del self._laid[:gone]

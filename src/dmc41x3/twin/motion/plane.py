@@ -1,0 +1,302 @@
+"""A coordinate system (S or T): its buffer of segments, its rates, and the sequence it runs.
+
+The path is a `Route`, its speeds come from `path`, and `Schedule` keeps them. A segment that is appended on the way
+changes the plan only from where it can matter: from its own start, or from the segment in which braking for it begins.
+
+What the manual leaves open is settled here: a stop, or a limit, empties the buffer, so that a later BG never resumes
+what somebody stopped; a tangent axis (TN) turns within arcs and jumps at corners, by the shorter way round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import inf
+
+from dmc41x3.language.codes import ErrorCode, StopCode
+from dmc41x3.twin.motion import path
+from dmc41x3.twin.motion.arc import TANGENT
+from dmc41x3.twin.motion.path import PathLeg, PathSegment, PathSpan
+from dmc41x3.twin.motion.route import Route, RouteAxis
+from dmc41x3.twin.motion.schedule import Schedule
+from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.timeline import TimelinePiece
+
+CAPACITY = 511
+"""Segments that the buffer holds."""
+
+LINEAR, VECTOR = "LM", "VM"
+"""What kind of sequence a plane is set up for."""
+
+_SHORTEST = 1e-6
+_LONGEST_SEQUENCE = 2_147_483_647
+
+
+class Plane:
+    """State of one coordinate system; `registers` hold VS, VA, VD, VR, VV [counts and seconds].
+
+    `mode` is what `select` was last told, empty before. `scale` is ES as factors of the two coordinates of a vector
+    sequence, `tangent` the two numbers of TN: counts per degree, and the place of the tangent axis at 0 degrees.
+    """
+
+    running_code = StopCode.SEQUENCE_RUNNING
+
+    def __init__(self, letter: str, registers: dict[str, float]) -> None:
+        self.letter = letter
+        self.registers = registers
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything but the rates, as power-up does."""
+        self.mode = ""
+        self.members: tuple[int, ...] = ()
+        self.scale = (1.0, 1.0)
+        self.tangent: tuple[float, int] = (0.0, 0)
+        self.running = self.stopping = self.stale = False
+        self._coordinates: tuple[int, ...] = ()
+        self._parts: tuple[RouteAxis, ...] = ()
+        self._result = StopCode.SEQUENCE_DONE
+        self._whole = False
+        self._schedule = Schedule(0.0)
+        self.clear()
+
+    @property
+    def end(self) -> float:
+        """When the running sequence ends [s]; infinite where it does not."""
+        return self._schedule.end
+
+    @property
+    def horizon(self) -> float:
+        """When the next part of the timelines is to be asked for [s]; infinite where all of it is known."""
+        return self._schedule.horizon
+
+    @property
+    def segments(self) -> list[PathSegment]:
+        """The segments of the buffer, the one under way first."""
+        return self._route.segments
+
+    @property
+    def total(self) -> float:
+        """Length of the sequence [counts] (`_LE`)."""
+        return self._route.length
+
+    @property
+    def tip(self) -> tuple[float, ...]:
+        """Coordinates of the end of the last segment, from the start of the sequence [counts]."""
+        return self._route.tip
+
+    @property
+    def tangent_start(self) -> float:
+        """Where the tangent axis belongs at the start of the sequence [counts] (`_TN`)."""
+        factor, zero = self.tangent
+        return zero + factor * (self._route.starts[0].heading if self._route.starts else 0.0)
+
+    def free(self, t: float) -> int:
+        """Return the places left in the buffer at time `t` (`_LM`); a segment under way still takes one."""
+        done = self.state(t).segment - self._route.first if self.running else 0
+        return CAPACITY - len(self._route.segments) + done
+
+    def select(self, mode: str, members: tuple[int, ...], coordinates: tuple[int, ...]) -> None:
+        """Choose the axes of the plane (LM, VM), and which coordinate each has, and empty the buffer.
+
+        While it runs, the same LM changes nothing and all else is refused.
+        """
+        if self.running:
+            if mode != LINEAR or (mode, members) != (self.mode, self.members):
+                raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
+            return
+        self.mode, self.members, self._coordinates = mode, members, coordinates
+        self.clear()
+
+    def clear(self) -> None:
+        """Empty the buffer (CS); refused while the sequence runs."""
+        if self.running:
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
+        self.ended = False
+        self._route = Route(2 if self.mode == VECTOR else len(self.members))
+        self._bounds: list[float] = []
+        self._done = 0
+        self._distance = 0.0
+
+    def append(self, segment: PathSegment, t: float) -> None:
+        """Add a segment at time `t`; refused without length, with a full buffer, or behind the end of a run."""
+        if self.ended and self.running:
+            raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
+        if segment.length < _SHORTEST:
+            raise Rejection(ErrorCode.SEGMENT_TOO_SHORT)
+        if not self.running and not self._route.segments:
+            self.clear()
+        if self._route.length + segment.length > _LONGEST_SEQUENCE:
+            raise Rejection(ErrorCode.SEQUENCE_TOO_LONG)
+        if self.free(t) <= 0:
+            raise Rejection(ErrorCode.SEGMENT_BUFFER_FULL)
+        self._route.append(segment, self.mode == VECTOR)
+        self.ended = False
+        self.stale = True
+
+    def close(self) -> None:
+        """Mark the end of the sequence (LE, VE): it will come to rest there."""
+        self.ended = bool(self.segments) or self.running
+        self.stale = True
+
+    def rates_changed(self) -> None:
+        """Have the speeds of the whole sequence worked out again."""
+        self.stale = self._whole = True
+
+    def begin(self, t: float, places: Sequence[int], offsets: Sequence[int]) -> None:
+        """Start the sequence at rest at time `t` with the members at `places` [motor counts].
+
+        `offsets` are what the controller adds to motor counts; a tangent axis has an absolute place of its own.
+        """
+        self.running, self.stopping = True, False
+        self._result = StopCode.SEQUENCE_DONE
+        self._parts = tuple(
+            RouteAxis(one, self._factor(one), self.tangent[1] - offset if one == TANGENT else place)
+            for one, place, offset in zip(self._coordinates, places, offsets, strict=True)
+        )
+        self._bounds.clear()
+        self._schedule = Schedule(t)
+        self._bound()
+        self._plan(PathSpan(t, self._route.first, 0.0, 0.0, 0.0))
+        self.stale = self._whole = False
+
+    def replan(self, t: float) -> float:
+        """Work the speeds out again after a change of rates or segments, or farther; return from when on they differ.
+
+        What is new behind the part that is worked out waits for its turn.
+        """
+        schedule = self._schedule
+        whole = self._whole or schedule.end == inf
+        changed = self.stale
+        self.stale = self._whole = False
+        if not self.running or (self.stopping and changed):
+            return inf
+        state = self._drop(t)
+        if changed:
+            first = self._bound()
+            start = state if whole or first <= state.segment else schedule.entry(first)
+            reach, horizon = schedule.reach, schedule.horizon
+            self._plan(start)
+            if start.t < reach:
+                return start.t
+            schedule.reach, schedule.horizon = reach, horizon
+        return schedule.extend(self._route) if t >= schedule.horizon else inf
+
+    def brake(self, t: float) -> bool:
+        """Stop along the path at VD; what is left of the sequence is forgotten when it rests."""
+        state = self._drop(t)
+        self.stopping, self.stale = True, False
+        self._result = StopCode.STOPPED
+        way = path.brake(self.segments, state, self.registers["VD"], self._route.first)
+        self._schedule.splice(way, t, self._route)
+        return True
+
+    def finish(self, t: float) -> StopCode:
+        """End the run at time `t`, empty the buffer, and return the stop code of the members."""
+        done = self._drop(t)
+        result = self._result
+        if not self.ended and not self.stopping:
+            result = StopCode.COMMANDED
+        self._distance = self._route.starts[0].way + done.s
+        self._done = done.segment if self.stopping else self._route.first + len(self.segments)
+        self.running = self.stopping = self.ended = self.stale = self._whole = False
+        self._route.drop(self._route.first + len(self.segments))
+        self._bounds = []
+        self._schedule = Schedule(t)
+        return result
+
+    def pieces(self, place: int) -> tuple[list[TimelinePiece], float]:
+        """Return the newest part of one member's timeline, and its largest speed [counts/s]."""
+        member = self._parts[place]
+        pieces, peak = member.pieces(self._route, self._schedule.fresh())
+        if self.end < inf and self.end <= self._schedule.reach:
+            pieces.append(TimelinePiece(self.end, self._rest(member), 0.0, 0.0))
+        return pieces, peak
+
+    def heading(self, place: int) -> int:
+        """Return the direction in which a member will begin to move: 1, -1, or 0."""
+        coordinate, first = self._coordinates[place], self._route.first
+        there = self._route.coordinate(coordinate, first, 1e-3 * self.segments[0].length)
+        way = self._factor(coordinate) * (there - self._route.coordinate(coordinate, first, 0.0))
+        return (way > 0.0) - (way < 0.0)
+
+    def speed(self, t: float) -> float:
+        """Return the vector speed at time `t` [counts/s] (`_VM`)."""
+        return self.state(t).v if self.running else 0.0
+
+    def slewing(self, t: float) -> tuple[bool, bool]:
+        """Tell whether the sequence keeps its speed at time `t`, and whether it is in its last deceleration."""
+        state = self.state(t)
+        final = self.ended and not self.stopping and self._schedule.last(t) and state.a < 0.0
+        return state.a == 0.0, final
+
+    def count(self, t: float) -> int:
+        """Return the number of the segment under way, from 0, or of those done (`_CS`)."""
+        return self.state(t).segment if self.running else self._done
+
+    def distance(self, t: float) -> float:
+        """Return the way along the path since the sequence began [counts] (`_AV`)."""
+        if not self.running:
+            return self._distance
+        state = self.state(t)
+        return self._route.at(state.segment)[1].way + state.s
+
+    def reaches(self, distance: float, t: float) -> float:
+        """Return when, from `t` on, the way along the path is `distance` [counts] by the present plan (AV) [s].
+
+        A sequence that is shorter, or rests before, is there at its end.
+        """
+        return t if self.distance(t) >= distance else self._schedule.reaches(distance, t, self._route)
+
+    def steady(self, t: float) -> float:
+        """Return when the acceleration under way at time `t` ends (AS) [s]."""
+        return self._schedule.steady(t)
+
+    def corner(self, axis: int, t: float) -> int:
+        """Return where a member was at the start of the segment under way [motor counts] (`_VP`)."""
+        member = self._parts[self.members.index(axis)]
+        return round(member.position(self._route.coordinate(member.coordinate, self.state(t).segment, 0.0)))
+
+    def state(self, t: float) -> PathSpan:
+        """Return where on the path the sequence is at time `t`."""
+        return self._schedule.state(t)
+
+    def _factor(self, coordinate: int) -> float:
+        """Return the motor counts of a unit of a coordinate."""
+        if coordinate == TANGENT:
+            return self.tangent[0]
+        return self.scale[coordinate] if self.mode == VECTOR else 1.0
+
+    def _bound(self) -> int:
+        """Bring the speeds at the segments' ends up to date; return the number of the first that changed."""
+        return self._route.first + path.bound(self.segments, self._bounds, self.registers["VD"], self.ended)
+
+    def _plan(self, start: PathSpan) -> None:
+        rates = path.VectorRates(self.registers["VA"], self.registers["VD"])
+        self._schedule.splice(path.walk(self._legs(start.segment), start, rates), start.t, self._route)
+
+    def _legs(self, number: int) -> Iterator[PathLeg]:
+        ratio, usual, first = self.registers["VR"], self.registers["VS"], self._route.first
+        segments = self._route.segments
+        for index in range(number - first, len(segments)):
+            segment = segments[index]
+            target = ratio * self._target(segment.speed, usual)
+            yield PathLeg(first + index, segment.length, target, self._bounds[index])
+
+    def _target(self, speed: float | None, usual: float) -> float:
+        if speed is None:
+            return usual
+        return self.registers["VV"] if speed < 0.0 else speed
+
+    def _drop(self, t: float) -> PathSpan:
+        """Forget what is done at time `t`; return the state then."""
+        state = self.state(t)
+        del self._bounds[: self._route.drop(state.segment)]
+        self._schedule.drop(t)
+        return state
+
+    def _rest(self, member: RouteAxis) -> int:
+        """Return the whole count at which a member rests."""
+        if self.stopping:
+            state = self.state(self.end)
+            return round(member.position(self._route.coordinate(member.coordinate, state.segment, state.s)))
+        return round(member.position(self._route.end(member.coordinate)))

@@ -1,0 +1,181 @@
+"""The program in the controller's memory: its lines, its labels, and what takes a new one from the wire.
+
+A line holds statements separated by `;`. A label (`#` and up to seven letters, digits or underscores, a letter first)
+stands at the start of a line. An apostrophe outside quotes begins a comment that lasts to the end of the line.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.language.commands import LINE_LIMIT, TOO_LONG
+from dmc41x3.twin.refusal import Rejection
+
+MOST_LINES = 4000
+MOST_LABELS = 510
+
+_LABEL = re.compile(r"#([A-Za-z][A-Za-z0-9_]{0,6})(?=[\s;']|$)")
+_ENDS = re.compile(r"\r\n|\r|\n")
+_TOKEN = re.compile(r"""[^"';]+|"[^"]*"?|[';]""")
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A program taken apart: (line, text) of every statement, and the first statement of every line or behind it."""
+
+    statements: list[tuple[int, str]] = field(default_factory=list[tuple[int, str]])
+    starts: list[int] = field(default_factory=list[int])
+
+
+class Program:
+    """Lines and labels of one program; `revision` counts its changes."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.labels: dict[str, int] = {}
+        self.revision = 0
+        self._layout: Layout | None = Layout()
+
+    def text(self) -> str:
+        """Return the program as it was downloaded, every line ended by CR LF (UL)."""
+        return "".join(f"{line}\r\n" for line in self.lines)
+
+    def load(self, text: str) -> None:
+        """Replace the program; raises `Rejection` (60, 61, 62) and keeps the old one where a line is bad."""
+        lines = _ENDS.split(text)
+        draft = Draft([])
+        for line in lines if lines[-1] else lines[:-1]:
+            draft.append(line)
+        self.install(draft)
+
+    def install(self, draft: Draft) -> None:
+        """Make a draft the program."""
+        self.lines, self.labels = draft.lines, draft.labels
+        self.revision += 1
+        self._layout = None
+
+    @property
+    def layout(self) -> Layout:
+        """The statements of the program."""
+        if self._layout is None:
+            self._layout = _laid_out(self.lines)
+        return self._layout
+
+    def line_of(self, label: str) -> int:
+        """Return the line of a label (without its `#`); raises `Rejection` (10) where there is none."""
+        try:
+            return self.labels[label]
+        except KeyError:
+            raise Rejection(ErrorCode.UNDEFINED_LABEL) from None
+
+    def start(self, line: int) -> int:
+        """Return the first statement in a line or behind it; raises `Rejection` (11) for a line that is not there."""
+        if not 0 <= line < len(self.lines):
+            raise Rejection(ErrorCode.INVALID_LABEL)
+        return self.layout.starts[line]
+
+
+class Draft:
+    """A program under construction, checked line by line; `lines` are those it begins with."""
+
+    def __init__(self, lines: list[str]) -> None:
+        self.lines: list[str] = []
+        self.labels: dict[str, int] = {}
+        for line in lines:
+            self.append(line)
+
+    def append(self, line: str) -> None:
+        """Add a line; raises `Rejection` for one too long or too many (60), for its label (61), for too many (62)."""
+        if len(line) > LINE_LIMIT or line.startswith(TOO_LONG) or len(self.lines) >= MOST_LINES:
+            raise Rejection(ErrorCode.DOWNLOAD_ERROR)
+        if line.startswith("#"):
+            label = label_of(line)
+            if label is None or label in self.labels:
+                raise Rejection(ErrorCode.BAD_LABEL)
+            if len(self.labels) >= MOST_LABELS:
+                raise Rejection(ErrorCode.TOO_MANY_LABELS)
+            self.labels[label] = len(self.lines)
+        self.lines.append(line)
+
+
+def label_of(line: str) -> str | None:
+    """Return the label at the start of a line, without its `#`; None where there is none or a bad one."""
+    found = _LABEL.match(line)
+    return None if found is None else found[1]
+
+
+def statements(line: str) -> list[str]:
+    """Return the statements of a line, without its label, its comment and empty ones."""
+    found = _LABEL.match(line)
+    parts = [""]
+    for token in _TOKEN.findall(line if found is None else line[found.end() :]):
+        if token == "'":
+            break
+        if token == ";":
+            parts.append("")
+        else:
+            parts[-1] += token
+    return [part for part in map(str.strip, parts) if part]
+
+
+def _laid_out(lines: list[str]) -> Layout:
+    layout = Layout()
+    for number, line in enumerate(lines):
+        layout.starts.append(len(layout.statements))
+        layout.statements.extend((number, text) for text in statements(line))
+    return layout
+
+
+class Downloading:
+    """Takes the lines that follow DL, behind the first `keep` lines of the program.
+
+    The program changes when the download ends; one with a bad line leaves what was kept of the old program and no
+    more: half a program does not start. `check` raises `Rejection` where the program may not change, for it runs.
+    """
+
+    def __init__(self, program: Program, keep: int, check: Callable[[], None]) -> None:
+        self._program = program
+        self._check = check
+        self._draft = Draft(program.lines[:keep])
+        self._good = True
+        program.install(Draft(program.lines[:keep]))
+
+    def line(self, text: str) -> None:
+        """Take one line; raises `Rejection` for a bad one."""
+        try:
+            self._draft.append(text)
+        except Rejection:
+            self._good = False
+            raise
+
+    def end(self) -> None:
+        """Install what came; raises `Rejection` while the program runs."""
+        self._check()
+        if self._good:
+            self._program.install(self._draft)
+
+
+class ProgramEdit:
+    """Takes the lines that follow ED: they replace those from line `number` on, or follow the last one.
+
+    `check` raises `Rejection` where the program may not change, for it runs.
+    """
+
+    def __init__(self, program: Program, number: int, check: Callable[[], None]) -> None:
+        self._program = program
+        self._check = check
+        self._number = number
+
+    def line(self, text: str) -> None:
+        """Put one line in its place; raises `Rejection` for a bad one, which then is not put there."""
+        self._check()
+        lines = self._program.lines
+        draft = Draft([*lines[: self._number], text, *lines[self._number + 1 :]])
+        self._program.install(draft)
+        self._number += 1
+
+    def end(self) -> None:
+        """Leave the editor; everything is in place already."""

@@ -1,0 +1,231 @@
+"""Statements that wait: AD AI AM AP AR AS AT AV MC MF MR WT. They are for programs only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.language.hardware import SAMPLES
+from dmc41x3.twin.commands.setting import addressed, named
+from dmc41x3.twin.context import CallerContext
+from dmc41x3.twin.language.arguments import axes_and_planes, by_axis, mask, split
+from dmc41x3.twin.language.arithmetic import ONE
+from dmc41x3.twin.language.expressions import Value, compiled
+from dmc41x3.twin.motion.axis import Axis
+from dmc41x3.twin.motion.plane import Plane
+from dmc41x3.twin.programs.waits import (
+    AnyOf,
+    Arrived,
+    AtSpeed,
+    Delay,
+    EncoderPassed,
+    InputLevel,
+    ProfilesEnded,
+    ReferencePassed,
+    Travelled,
+)
+from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.thread import Thread
+
+Operation = Callable[[CallerContext, Thread], None]
+
+TIMED = frozenset({"AT", "WT"})
+"""Those that a thread settles without a look at the machine."""
+
+_PLANES = "ST"
+_LONGEST = (1 << 31) - 2
+_SOON = 1e-6
+_DELAY = Delay()
+
+
+def _samples(context: CallerContext, milliseconds: int) -> int:
+    """Return the samples that last at least so many milliseconds."""
+    return -(-milliseconds * SAMPLES // context.core.period)
+
+
+def _span(context: CallerContext, value: Value, unit: Value) -> int:
+    """Return a signed time in samples: even milliseconds, or an even number of samples where `unit` is 1."""
+    time = int(value(context.names) / ONE)
+    if abs(time) > _LONGEST:
+        raise Rejection(ErrorCode.OUT_OF_RANGE)
+    size = abs(time) & ~1
+    if not unit(context.names):
+        size = _samples(context, size)
+    return size if time >= 0 else -size
+
+
+def _time(text: str) -> tuple[Value, Value]:
+    """Return the number of WT or AT, and its unit; raises `Rejection` (39) where there is no number."""
+    parts = split(text)
+    if not parts[0]:
+        raise Rejection(ErrorCode.NO_TIME)
+    if len(parts) > 2:
+        raise Rejection(ErrorCode.OPERAND_ERROR)
+    return compiled(parts[0]), compiled(parts[1] if len(parts) > 1 and parts[1] else "0")
+
+
+def _sleep(thread: Thread, until: int) -> None:
+    """Have a thread go on in a sample, or at once where that is over."""
+    if until > thread.earliest:
+        thread.waiting = _DELAY
+        thread.due = thread.earliest = until
+
+
+def _wait(text: str) -> Operation:
+    """WT n: milliseconds in steps of 2; WT n,1: samples."""
+    value, unit = _time(text)
+
+    def act(context: CallerContext, thread: Thread) -> None:
+        span = _span(context, value, unit)
+        if span < 0:
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
+        _sleep(thread, thread.earliest - 1 + span)
+
+    return act
+
+
+def _at_time(text: str) -> Operation:
+    """AT 0 sets the reference; AT n waits until n behind it; AT -n also moves it there."""
+    value, unit = _time(text)
+
+    def act(context: CallerContext, thread: Thread) -> None:
+        span = _span(context, value, unit)
+        if span == 0:
+            thread.reference = thread.earliest - 1
+            return
+        until = thread.reference + abs(span)
+        if span < 0:
+            thread.reference = until
+        _sleep(thread, until)
+
+    return act
+
+
+def _input(text: str) -> Operation:
+    """AI n: input n high; AI -n: input n low."""
+    value = compiled(text)
+
+    def act(context: CallerContext, thread: Thread) -> None:
+        bit = int(value(context.names) / ONE)
+        if not 1 <= abs(bit) <= len(context.unit.inputs):
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
+        thread.waiting = InputLevel(context.unit, abs(bit), bit > 0)
+
+    return act
+
+
+def _axes_and_planes(context: CallerContext, text: str) -> tuple[list[Axis], list[Plane]]:
+    """Return the axes, virtual ones among them, and planes that a mask names, all of them for an empty one."""
+    text, virtual = named(context, text)
+    places, letters = axes_and_planes(text, context.unit.letters)
+    if not places and not letters and not virtual:
+        places, letters = mask("", context.unit.letters), list(_PLANES)
+        virtual = list(context.core.virtual.values())
+    return [*context.axes(places), *virtual], [context.core.planes[letter] for letter in letters]
+
+
+def _after_motion(text: str) -> Operation:
+    def act(context: CallerContext, thread: Thread) -> None:
+        thread.waiting = ProfilesEnded(context.unit, *_axes_and_planes(context, text))
+
+    return act
+
+
+def _at_speed(text: str) -> Operation:
+    def act(context: CallerContext, thread: Thread) -> None:
+        thread.waiting = AtSpeed(*_axes_and_planes(context, text))
+
+    return act
+
+
+def _motion_complete(text: str) -> Operation:
+    def act(context: CallerContext, thread: Thread) -> None:
+        thread.waiting = Arrived(context.unit, context.axes(mask(text, context.unit.letters)))
+
+    return act
+
+
+def _places(context: CallerContext, text: str) -> list[tuple[Axis, int]]:
+    """Return the axes and their places or distances."""
+    given = addressed(context, text)
+    return [(axis, context.integer(argument, -(1 << 31), (1 << 31) - 1)) for axis, argument in given]
+
+
+def _one_axis(context: CallerContext, text: str) -> tuple[Axis, int]:
+    """Return the one axis that a place or distance is given for; raises `Rejection` for several."""
+    given = _places(context, text)
+    if len(given) != 1:
+        raise Rejection(ErrorCode.OPERAND_ERROR)
+    return given[0]
+
+
+def _position(rising: bool | None, text: str) -> Operation:
+    """AP, MF, MR: an absolute position of the encoder, from either side, from below, from above.
+
+    MF and MR take several axes, of which one is enough (Galil's command reference).
+    """
+
+    def act(context: CallerContext, thread: Thread) -> None:
+        given = [_one_axis(context, text)] if rising is None else _places(context, text)
+        if any(axis.virtual for axis, _ in given):
+            raise Rejection(ErrorCode.INVALID_AXIS)
+        thread.waiting = AnyOf(
+            [EncoderPassed(context.unit, axis, place - axis.offset, rising) for axis, place in given]
+        )
+
+    return act
+
+
+def _distance(relative: bool, text: str) -> Operation:
+    """AD, AR: a distance of the reference from where the motion began; with AR from the last AD or AR, if any."""
+
+    def act(context: CallerContext, thread: Thread) -> None:
+        axis, distance = _one_axis(context, text)
+        began = axis.last_stop - axis.offset
+        origin = float(began)
+        if relative and axis.index in thread.marks and thread.marks[axis.index][0] == began:
+            origin = thread.marks[axis.index][1]
+        rising = _rises(axis, context.core.now)
+        place = origin + abs(distance) * (1 if rising else -1)
+        thread.marks[axis.index] = began, place
+        thread.waiting = ReferencePassed(axis, place, rising)
+
+    return act
+
+
+def _rises(axis: Axis, now: float) -> bool:
+    """Tell whether a motion goes upwards; one that rests for a moment, by where it will end."""
+    velocity = axis.timeline.at(now + _SOON)[1]
+    return velocity > 0.0 if velocity else axis.timeline.pieces[-1].p >= axis.timeline.at(now)[0]
+
+
+def _along_path(text: str) -> Operation:
+    """AV s,t: a distance along the path of a plane."""
+
+    def act(context: CallerContext, thread: Thread) -> None:
+        given = by_axis(text, _PLANES)
+        if len(given) != 1:
+            raise Rejection(ErrorCode.OPERAND_ERROR)
+        place, argument = given[0]
+        distance = context.integer(argument, 0, (1 << 31) - 1)
+        thread.waiting = Travelled(context.core.planes[_PLANES[place]], distance)
+
+    return act
+
+
+TABLE: dict[str, Callable[[str], Operation]] = {
+    "AD": partial(_distance, False),
+    "AI": _input,
+    "AM": _after_motion,
+    "AP": partial(_position, None),
+    "AR": partial(_distance, True),
+    "AS": _at_speed,
+    "AT": _at_time,
+    "AV": _along_path,
+    "MC": _motion_complete,
+    "MF": partial(_position, True),
+    "MR": partial(_position, False),
+    "WT": _wait,
+}
+"""The operation of the text behind a mnemonic."""

@@ -1,0 +1,202 @@
+"""Everything a DMC-41x3 remembers besides its motion: variables, outputs, formats, handles, error code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.numbers import format_raw, format_value, join_positions
+from dmc41x3.twin import registers
+from dmc41x3.twin.activity import Activity
+from dmc41x3.twin.handles import Handle, Handles
+from dmc41x3.twin.language.arrays import Arrays
+from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.motion.axis import Axis
+from dmc41x3.twin.motion.cam import Cam
+from dmc41x3.twin.motion.core import MotionCore
+from dmc41x3.twin.motion.failures import Failures
+from dmc41x3.twin.motion.gearing import Gearing
+from dmc41x3.twin.motion.latch import Latches
+from dmc41x3.twin.motion.plane import Plane
+from dmc41x3.twin.network import Network
+from dmc41x3.twin.outlet import OutputBuffer
+from dmc41x3.twin.peripherals import Peripherals
+from dmc41x3.twin.plant import Plant
+from dmc41x3.twin.program import Program
+from dmc41x3.twin.recorder import ArrayRecorder
+from dmc41x3.twin.records import RecordEmitter
+from dmc41x3.twin.thread import Threads
+
+MOST_VARIABLES = 510
+
+
+class Format(NamedTuple):
+    """How numbers print: digits before and after the point, or hexadecimal."""
+
+    before: int
+    after: int
+    hexadecimal: bool = False
+
+    @property
+    def code(self) -> float:
+        """The number that sets this format, 10.4 for ten and four digits."""
+        return (-1 if self.hexadecimal else 1) * (self.before + self.after / 10)
+
+
+class ControllerIdentity(NamedTuple):
+    """What the controller says it is: firmware line, serial number, its own address."""
+
+    firmware: str
+    serial: int
+    address: tuple[int, int, int, int]
+    hardware_address: str
+
+
+class Unit:
+    """One controller. `plane` is the coordinate system that CA selected; `motors_off` how motors power up.
+
+    `inputs` are the levels of the general inputs, which idle high; `analog` the volts at the analog ones.
+    """
+
+    def __init__(
+        self, plant: Plant, axes: int, identity: ControllerIdentity, motors_off: bool, memory: Memory | None = None
+    ) -> None:
+        self.identity = identity
+        self.motors_off = motors_off
+        lines = (Axis(i, plant.timelines[i], registers.defaults(registers.AXIS)) for i in range(axes))
+        planes = {letter: Plane(letter, registers.defaults(registers.PLANE)) for letter in "ST"}
+        self.core = MotionCore(plant, tuple(lines), planes)
+        self.core.contour.starved = self._starved
+        self.handles = Handles()
+        self.outlet = OutputBuffer(self.handles)
+        self.handles.on_close = self._closed
+        self.memory = Memory() if memory is None else memory
+        self.records = RecordEmitter(self.handles, self.outlet)
+        self.arrays = Arrays()
+        self.recorder = ArrayRecorder(self.arrays)
+        self.program = Program()
+        self.threads = Threads()
+        self.inputs = [True] * (8 if axes <= 4 else 16)
+        self.gearing = Gearing(self.core)
+        self.cam = Cam(self.core)
+        self.latches = Latches(self.core, self.inputs)
+        coupled = (self.latches, self.gearing, self.cam, Failures(self.core, self.inputs))
+        self.activities: tuple[Activity, ...] = (*coupled, self.recorder)
+        self.on_note: Callable[[str], None] | None = None
+        self._noted: set[str] = set()
+        self.on_tcp_error: Callable[[int], None] | None = None
+        self.started = 0.0
+        self.outputs = [False] * (8 if axes <= 4 else 16)
+        self.analog = [0.0] * 8
+        self._forget()
+
+    def _starved(self) -> None:
+        """Note that contour data came too late."""
+        self.error_code = int(ErrorCode.CONTOUR_STARVED)
+
+    def _forget(self) -> None:
+        """Set what power-up sets."""
+        self.variables: dict[str, int] = {}
+        self.axis_variables: dict[str, int] = {}
+        self.arrays.clear()
+        self.program.load("")
+        self.threads.reset()
+        self.error_code = 0
+        self.plane = "S"
+        self.value_format = Format(10, 4)
+        self.position_format = Format(10, 0)
+        self.suppress_zeros = 1
+        self.echo = 1
+        self.outlet.reset()
+        self.network = Network(self.identity.address)
+        self.peripherals = Peripherals()
+        self.handles.blocking = True
+
+    @property
+    def axes(self) -> Sequence[Axis]:
+        """The axes."""
+        return self.core.axes
+
+    @property
+    def letters(self) -> str:
+        """Names of the axes there are."""
+        return LETTERS[: len(self.core.axes)]
+
+    @property
+    def period(self) -> float:
+        """Time from one sample to the next [s] (TM)."""
+        return self.core.sample
+
+    @property
+    def time(self) -> int:
+        """TIME: samples since power-up, of 32 bits with a sign."""
+        samples = int(self.core.samples + 1e-6)
+        return (samples + (1 << 31)) % (1 << 32) - (1 << 31)
+
+    def reset(self) -> None:
+        """Set what the factory set: counters from zero, motors off, variables lost. See `burn` for what comes back."""
+        self.core.reset()
+        self.core.cn = [-1, -1, -1, 0, 0]
+        for axis in self.axes:
+            axis.registers.update(registers.defaults(registers.AXIS))
+            self.core.limit_torque(axis)
+            axis.jog_speed = registers.JOG.default
+        for plane in self.core.planes.values():
+            plane.registers.update(registers.defaults(registers.PLANE))
+        for bit in range(1, len(self.outputs) + 1):
+            self.set_output(bit, False)
+        self.started = self.core.now
+        self.core.restart_clock()
+        self._forget()
+
+    def tcp_error(self, handle_index: int) -> None:
+        """Take notice that something was sent on a TCP handle and its connection was found gone (error 123)."""
+        self.handles.last_lost = handle_index
+        self.error_code = int(ErrorCode.TCP_LOST)
+        if self.on_tcp_error is not None:
+            self.on_tcp_error(handle_index)
+
+    def note(self, text: str) -> None:
+        """Tell whoever keeps a log, once, something about the twin itself, such as a command without effect."""
+        if self.on_note is not None and text not in self._noted:
+            self._noted.add(text)
+            self.on_note(text)
+
+    def set_input(self, bit: int, high: bool) -> None:
+        """Set the level of general input `bit`, from 1; latches and selective aborts follow when the machine looks."""
+        self.inputs[bit - 1] = high
+
+    def _closed(self, handle: Handle) -> None:
+        self.outlet.closed(handle.letter)
+
+    def set_output(self, bit: int, on: bool) -> None:
+        """Set digital output `bit`, from 1; one that holds a brake (BW) follows its motor only."""
+        if bit <= len(self.axes) and self.axes[bit - 1].registers["BW"]:
+            return
+        if self.outputs[bit - 1] != on:
+            self.outputs[bit - 1] = on
+            self.core.plant.output(bit, on)
+
+    def raw_text(self, raw: int) -> str:
+        """Return a raw fixed-point number as VF has it printed."""
+        form = self.value_format
+        return format_raw(raw, form.before, form.after, not self.suppress_zeros, form.hexadecimal)
+
+    def value_text(self, value: float) -> str:
+        """Return a number as VF has it printed."""
+        return self._text(value, self.value_format)
+
+    def position_text(self, values: Sequence[float]) -> str:
+        """Return numbers as PF has them printed, separated by commas."""
+        return join_positions([self._text(value, self.position_format) for value in values])
+
+    def fixed_text(self, values: Sequence[float], places: int) -> str:
+        """Return numbers with a fixed number of decimals, whatever PF says."""
+        zeros = not self.suppress_zeros
+        before = 1 if places == 4 else 3
+        return join_positions([format_value(value, before, places, zeros) for value in values])
+
+    def _text(self, value: float, form: Format) -> str:
+        return format_value(value, form.before, form.after, not self.suppress_zeros, form.hexadecimal)

@@ -1,0 +1,354 @@
+"""Faults on demand: the table of what can be made to go wrong with a virtual controller.
+
+`TABLE` is what the command line, the helpers for tests and the documentation show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from math import isfinite
+from typing import NamedTuple, Protocol, TypeAlias
+
+from dmc41x3.errors import InvalidValue, UnknownName
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.disturbance import Disturbance
+
+Value: TypeAlias = float | int | bool | str
+Values: TypeAlias = Mapping[str, Value]
+
+_LONGEST = 3600.0
+_OVERCURRENT = 1 << 24
+_WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0": False}
+
+
+class Timer(Protocol):
+    """Something that will happen unless it is cancelled."""
+
+    def cancel(self) -> None:
+        """Let it not happen."""
+        ...
+
+
+class FaultTarget(Protocol):
+    """What a fault happens to: a virtual controller on its wires."""
+
+    def time(self) -> float:
+        """Return the time of its loop [s]."""
+        ...
+
+    def later(self, seconds: float, act: Callable[[], None]) -> Timer:
+        """Do something so much later."""
+        ...
+
+    @property
+    def wire(self) -> Disturbance:
+        """The state of its wires."""
+        ...
+
+    @property
+    def machine(self) -> VirtualDmc:
+        """Its machine, brought to this instant."""
+        ...
+
+    def look(self) -> None:
+        """Let it send what the fault makes it say."""
+        ...
+
+    def cut(self, letters: str) -> None:
+        """Sever connections."""
+        ...
+
+    def silence(self, letters: str) -> None:
+        """Let connections fall silent."""
+        ...
+
+    def unsilence(self, letters: str) -> None:
+        """Let silent connections speak again."""
+        ...
+
+    def reset(self) -> None:
+        """Let the controller reset itself."""
+        ...
+
+    def power(self, on: bool) -> None:
+        """Switch its supply."""
+        ...
+
+
+class Parameter(NamedTuple):
+    """One parameter of a fault: its default has its type, `unit` is empty for a plain number or word.
+
+    A number lies between `minimum` and `maximum`; a word is one of `choices`, where there are any. Faults that differ
+    in a parameter that `selects` stand side by side, others take each other's place.
+    """
+
+    name: str
+    default: Value
+    unit: str
+    words: str
+    minimum: float = 0.0
+    maximum: float = 1.0
+    choices: tuple[str, ...] = ()
+    selects: bool = False
+
+    def read(self, value: Value) -> Value:
+        """Return a value of this parameter, given as it is or as text; raises `InvalidValue`."""
+        if isinstance(self.default, str):
+            return self._word(str(value))
+        if isinstance(self.default, bool):
+            found = _WORDS.get(str(value).lower())
+            if found is None:
+                raise InvalidValue(key=self.name, value=value, reason="it is true or false")
+            return found
+        return self._number(value)
+
+    def _word(self, text: str) -> str:
+        if self.choices and text not in self.choices:
+            raise InvalidValue(key=self.name, value=text, reason=f"it is one of {', '.join(self.choices)}")
+        if self.name == "handles" and (not text or not set(text) <= set(LETTERS)):
+            raise InvalidValue(key=self.name, value=text, reason="it is letters of handles, A to H")
+        return text
+
+    def _number(self, value: Value) -> float | int:
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):  # it may come from somebody's JSON
+            number = float("nan")
+        whole = isinstance(self.default, int)
+        if not isfinite(number) or not self.minimum <= number <= self.maximum or (whole and number % 1):
+            kind = "a whole number" if whole else "a number"
+            limits = f"from {self.minimum:g} to {self.maximum:g}"
+            raise InvalidValue(key=self.name, value=value, reason=f"it is {kind} {limits} {self.unit}".rstrip())
+        return int(number) if whole else number
+
+
+class Fault(NamedTuple):
+    """One kind of fault. Without `end` it is over as soon as it has begun.
+
+    `duration` names the parameter that says how long it lasts [s] unless told otherwise.
+    """
+
+    name: str
+    words: str
+    parameters: tuple[Parameter, ...]
+    begin: Callable[[FaultTarget, Values], None]
+    end: Callable[[FaultTarget, Values], None] | None = None
+    duration: str = ""
+
+    def read(self, given: Values) -> dict[str, Value]:
+        """Return all parameters, the `given` ones and defaults; raises `UnknownName` and `InvalidValue`."""
+        known = {parameter.name for parameter in self.parameters}
+        for name in given:
+            if name not in known:
+                raise UnknownName(name=name, known=", ".join(sorted(known)) or "no parameters")
+        return {p.name: p.read(given.get(p.name, p.default)) for p in self.parameters}
+
+
+def find(name: str) -> Fault:
+    """Return a kind of fault by its name; raises `UnknownName`."""
+    for fault in TABLE:
+        if fault.name == name:
+            return fault
+    raise UnknownName(name=name, known=", ".join(fault.name for fault in TABLE))
+
+
+def _axis(victim: FaultTarget, values: Values) -> int:
+    """Return the axis that a fault names; raises `InvalidValue` where the controller has no such axis."""
+    letters = victim.machine.unit.letters
+    letter = str(values["axis"])
+    if letter not in letters:
+        raise InvalidValue(key="axis", value=letter, reason=f"this controller has the axes {letters}")
+    return letters.index(letter)
+
+
+def _set_wire(names: Mapping[str, str], victim: FaultTarget, values: Values) -> None:
+    """Set numbers of the wire, by the parameters they come from."""
+    for attribute, parameter in names.items():
+        setattr(victim.wire, attribute, values[parameter])
+
+
+def _mend_wire(names: Mapping[str, str], victim: FaultTarget, _: Values) -> None:
+    for attribute in names:
+        setattr(victim.wire, attribute, getattr(_GOOD, attribute))
+
+
+_GOOD = Disturbance()
+
+
+def _refuse(refusing: bool, victim: FaultTarget, _: Values) -> None:
+    victim.wire.refusing = refusing
+
+
+def _cut(victim: FaultTarget, values: Values) -> None:
+    victim.cut(str(values["handles"]))
+
+
+def _silence(victim: FaultTarget, values: Values) -> None:
+    victim.silence(str(values["handles"]))
+
+
+def _unsilence(victim: FaultTarget, values: Values) -> None:
+    victim.unsilence(str(values["handles"]))
+
+
+def _reset(victim: FaultTarget, _: Values) -> None:
+    victim.reset()
+
+
+def _power(on: bool, victim: FaultTarget, _: Values) -> None:
+    victim.power(on)
+
+
+def _stick(victim: FaultTarget, values: Values) -> None:
+    axis, machine = _axis(victim, values), victim.machine
+    level = bool(values["active"]) == (machine.unit.core.cn[0] == 1)
+    _force(machine, axis, str(values["side"]), level)
+
+
+def _unstick(victim: FaultTarget, values: Values) -> None:
+    _force(victim.machine, _axis(victim, values), str(values["side"]), None)
+
+
+def _force(machine: VirtualDmc, axis: int, side: str, level: bool | None) -> None:
+    plant = machine.unit.core.plant
+    if side == "forward":
+        plant.force_inputs(axis, forward=level)
+    else:
+        plant.force_inputs(axis, reverse=level)
+    machine.look()
+
+
+def _encoder(failed: bool, victim: FaultTarget, values: Values) -> None:
+    machine = victim.machine
+    machine.unit.core.plant.fail_encoder(_axis(victim, values), failed)
+    machine.look()
+
+
+def _abort(active: bool, victim: FaultTarget, _: Values) -> None:
+    victim.machine.abort_input(active)
+
+
+def _amplifier(victim: FaultTarget, values: Values) -> None:
+    victim.machine.amplifier_fault(int(values["status"]))
+
+
+def _amplifier_well(victim: FaultTarget, _: Values) -> None:
+    victim.machine.amplifier_fault(0)
+
+
+def _on_wire(name: str, words: str, parameters: tuple[Parameter, ...], attributes: Mapping[str, str]) -> Fault:
+    return Fault(name, words, parameters, partial(_set_wire, attributes), partial(_mend_wire, attributes))
+
+
+def _chance(words: str) -> Parameter:
+    return Parameter("probability", 0.1, "", words)
+
+
+_HANDLES = Parameter("handles", LETTERS, "", "letters of the handles concerned", selects=True)
+_AXIS = Parameter("axis", "A", "", "letter of the axis", choices=tuple(LETTERS), selects=True)
+
+TABLE: tuple[Fault, ...] = (
+    _on_wire(
+        "latency",
+        "Data from the controller arrives late.",
+        (
+            Parameter("seconds", 0.05, "s", "how late", maximum=60.0),
+            Parameter("jitter", 0.0, "s", "up to so much later still, at random; the order stays", maximum=60.0),
+        ),
+        {"latency": "seconds", "jitter": "jitter"},
+    ),
+    _on_wire(
+        "drop",
+        "A reply, message or record is lost on its way.",
+        (_chance("how probably, for each"),),
+        {"drop": "probability"},
+    ),
+    _on_wire(
+        "duplicate",
+        "A reply, message or record arrives twice.",
+        (_chance("how probably, for each"),),
+        {"duplicate": "probability"},
+    ),
+    _on_wire(
+        "garbage",
+        "Random bytes arrive before a reply, message or record.",
+        (_chance("how probably, before each"), Parameter("bytes", 8, "", "how many", 1.0, 450.0)),
+        {"garbage": "probability", "noise": "bytes"},
+    ),
+    _on_wire(
+        "refuse_commands",
+        "A command is answered ? (code 1) and not carried out.",
+        (_chance("how probably, for each"),),
+        {"balk": "probability"},
+    ),
+    Fault(
+        "half_open",
+        "Connections fall silent: neither side hears the other or learns that it ended. If the controller sends on "
+        "such a TCP handle, it gives the handle up after the retries of IA (error 123).",
+        (_HANDLES,),
+        _silence,
+        _unsilence,
+    ),
+    Fault("cut", "Connections end abruptly, as with a pulled cable.", (_HANDLES,), _cut),
+    Fault(
+        "refuse_connections",
+        "Nobody can connect; connections that stand go on.",
+        (),
+        partial(_refuse, True),
+        partial(_refuse, False),
+    ),
+    Fault(
+        "reset",
+        "The controller resets itself, as a dip of its supply does: what is not burned is lost, all connections end.",
+        (),
+        _reset,
+    ),
+    Fault(
+        "power_cycle",
+        "The controller's supply goes off and on again: motors and outputs off, what is not burned lost, all "
+        "connections dead, nobody can connect until it is back.",
+        (Parameter("outage", 0.0, "s", "how long the supply is off", maximum=_LONGEST),),
+        partial(_power, False),
+        partial(_power, True),
+        duration="outage",
+    ),
+    Fault(
+        "stuck_limit",
+        "A limit switch reads the same wherever the axis is.",
+        (
+            _AXIS,
+            Parameter("side", "forward", "", "which switch", choices=("forward", "reverse"), selects=True),
+            Parameter("active", True, "", "what it reads: active, or never active"),
+        ),
+        _stick,
+        _unstick,
+    ),
+    Fault(
+        "encoder_loss",
+        "The encoder of an axis counts no more.",
+        (_AXIS,),
+        partial(_encoder, True),
+        partial(_encoder, False),
+    ),
+    Fault(
+        "abort_input",
+        "The abort input is active: the emergency stop is pressed.",
+        (),
+        partial(_abort, True),
+        partial(_abort, False),
+    ),
+    Fault(
+        "amplifier_fault",
+        "The amplifiers report a fault.",
+        (
+            Parameter(
+                "status", _OVERCURRENT, "", "bits as in the data record, 16777216 for overcurrent", 1.0, 4294967295.0
+            ),
+        ),
+        _amplifier,
+        _amplifier_well,
+    ),
+)
+"""Every kind of fault."""

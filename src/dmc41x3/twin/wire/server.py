@@ -1,0 +1,323 @@
+"""The virtual controller on its wires: TCP, UDP or memory, in the running event loop, on that loop's clock.
+
+The machine is brought to the present whenever somebody talks to it or looks at it; a timer runs only while a
+program does, or records go out by themselves.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from math import inf, nextafter
+
+from dmc41x3.twin.handles import Handle, HandleProtocol
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.network import RETRIES
+from dmc41x3.twin.wire.dialing import dial
+from dmc41x3.twin.wire.disturbance import Disturbance
+from dmc41x3.twin.wire.injection import Faults
+from dmc41x3.twin.wire.link import LoopbackLink, WireLink
+from dmc41x3.twin.wire.listening import ListeningPort, listen
+from dmc41x3.twin.wire.udp import LoopbackPort
+from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
+
+TICK = 1.0 / 256.0
+"""Where a program runs, its messages are sent this often [s]; what it does is timed to the sample all the same."""
+
+Tap = Callable[[str, str, bytes], None]
+"""Wire log: handle letter, "rx" or "tx" as the controller sees it, bytes."""
+
+
+class VirtualController:
+    """Owns a machine and its connections. Made inside a running loop, whose clock moves the machine's on from now.
+
+    `tap`, if set, sees all bytes; `faults` holds what can be made to go wrong, drawn with `seed`. Use `close` at the
+    end.
+    """
+
+    def __init__(self, machine: VirtualDmc, *, seed: int = 0) -> None:
+        self._machine = machine
+        self._loop = asyncio.get_running_loop()
+        self._epoch = self._loop.time() - machine.now
+        self._links: dict[Handle, WireLink] = {}
+        self._orphans: dict[Handle, WireLink] = {}
+        self._due: dict[WireLink, float] = {}
+        self._doors: list[ListeningPort] = []
+        self._ports: list[LoopbackPort] = []
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._dials: dict[Handle, asyncio.Task[None]] = {}
+        self._timer: asyncio.TimerHandle | None = None
+        self._off = False
+        self.tap: Tap | None = None
+        self.wire = Disturbance(seed)
+        self.faults = Faults(self)
+        machine.balk = self.wire.balks
+
+    @property
+    def machine(self) -> VirtualDmc:
+        """The machine, brought to this instant."""
+        self.sync()
+        return self._machine
+
+    @property
+    def connections(self) -> str:
+        """Letters of the handles in use."""
+        return "".join(sorted(handle.letter for handle in self._links))
+
+    def sync(self) -> None:
+        """Bring machine and plant to this instant."""
+        self._machine.advance(self._loop.time() - self._epoch)
+
+    def time(self) -> float:
+        """Return the loop's time [s]."""
+        return self._loop.time()
+
+    def later(self, seconds: float, act: Callable[[], None]) -> asyncio.TimerHandle:
+        """Do something so many seconds of the loop later."""
+        return self._loop.call_later(seconds, act)
+
+    def look(self) -> None:
+        """Bring the machine to this instant and send what it has to say by itself."""
+        self.sync()
+        self._after()
+
+    async def serve(self, host: str = "127.0.0.1", port: int = 0, *, udp: bool = True) -> tuple[str, int]:
+        """Listen on TCP, and on the UDP port of the same number, and return the address; port 0 chooses a free one.
+
+        May be called again for further ports of the same machine. Raises `AddressInUse`.
+        """
+        door = await listen(self, host, port, udp=udp)
+        self._doors.append(door)
+        return door.address
+
+    def loopback(self) -> LoopbackTransport:
+        """Return the host's end of a new connection in memory; one that is refused is at its end at once."""
+        host, controller = loopback_pair("virtual controller")
+        link = LoopbackLink(self, controller)
+        handle = self.accept(link, ("127.0.0.1", 0), HandleProtocol.TCP, 23)
+        if handle is None:
+            controller.cut()
+            return host
+        self.spawn(link.run(handle))
+        return host
+
+    def loopback_datagrams(self) -> LoopbackDatagrams:
+        """Return the host's end of a way for datagrams in memory, in the place of UDP."""
+        host, controller = datagram_pair("virtual controller")
+        port = LoopbackPort(self, controller)
+        self._ports.append(port)
+        self.spawn(port.run())
+        return host
+
+    def spawn(self, work: Coroutine[None, None, None]) -> None:
+        """Run `work` beside the rest; `close` waits for it."""
+        self._keep(self._loop.create_task(work))
+
+    def _keep(self, task: asyncio.Task[None]) -> None:
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def cut(self, letters: str = "ABCDEFGH") -> None:
+        """Sever connections abruptly, as a pulled cable does; the axes know nothing of it."""
+        self.sync()
+        for handle, link in list(self._links.items()):
+            if handle.letter in letters:
+                self._release(handle)
+                self.wire.silent.discard(handle)
+                link.cut()
+
+    def refuse(self, refusing: bool) -> None:
+        """Refuse new connections from now on, or take them again."""
+        self.wire.refusing = refusing
+
+    def silence(self, letters: str) -> None:
+        """Let connections fall silent: neither side hears the other or learns of its end."""
+        self.wire.silent |= {handle for handle in self._links if handle.letter in letters}
+
+    def unsilence(self, letters: str = "ABCDEFGH") -> None:
+        """Let silent connections speak again; those that one side gave up meanwhile end."""
+        for handle in [handle for handle in self.wire.silent if handle.letter in letters]:
+            self.wire.silent.discard(handle)
+            link = self._orphans.pop(handle, None)
+            if link is not None:
+                self._release(handle)
+                link.cut()
+
+    def abort_input(self, active: bool) -> None:
+        """Press or release the emergency stop."""
+        self.machine.abort_input(active)
+
+    def amplifier_fault(self, status: int) -> None:
+        """Set the amplifiers' fault bits; 0 is well."""
+        self.machine.amplifier_fault(status)
+
+    def reset(self) -> None:
+        """Let the controller reset itself as a dip of its supply does: like RS, and every connection dies unsaid."""
+        if not self._off:
+            self.power(False)
+            self.power(True)
+
+    def power(self, on: bool) -> None:
+        """Switch the controller's supply; while it is off, nobody can connect."""
+        self.cut()
+        self._off = not on
+        if on:
+            self._machine.power_on()
+        else:
+            self._machine.power_off()
+        self._after()
+
+    async def close(self) -> None:
+        """Stop listening and end every connection."""
+        self.faults.close()
+        if self._timer is not None:
+            self._timer.cancel()
+        doors, self._doors = self._doors, []
+        for door in doors:
+            door.close()
+        for task in self._dials.values():
+            task.cancel()
+        for handle, link in list(self._links.items()):
+            self._release(handle)
+            link.close()
+        for orphan in self._orphans.values():
+            orphan.cut()
+        for port in self._ports:
+            port.close()
+        if self._tasks:
+            await asyncio.wait(self._tasks)
+        for door in doors:
+            await door.server.wait_closed()
+
+    def accept(self, link: WireLink, peer: tuple[str, int], kind: HandleProtocol, port: int) -> Handle | None:
+        """Give a new connection a handle, None where none is free or connections are refused."""
+        handle = None if self.wire.refusing or self._off else self._machine.connect(peer, kind, port)
+        if handle is not None:
+            self._links[handle] = link
+        return handle
+
+    def ended(self, handle: Handle, broken: bool) -> None:
+        """Give a handle back whose connection has ended; one that is silent does not learn of it."""
+        link = self._links.get(handle)
+        if link is not None and handle in self.wire.silent:
+            self._orphans[handle] = link
+            return
+        self._release(handle)
+        if broken and link is not None:
+            self._tcp_error(handle)
+
+    def received(self, handle: Handle, data: bytes) -> None:
+        """Hand bytes of a connection to the machine and send what it answers, to whom it concerns."""
+        if self.wire.silent and handle in self.wire.silent:
+            return
+        if self.tap is not None:
+            self.tap(handle.letter, "rx", data)
+        reply = self._machine.receive(handle, data, self._loop.time() - self._epoch)
+        if reply:
+            self._send(handle, reply)
+        self._after()
+
+    def reached(self, handle: Handle, link: WireLink) -> None:
+        """Take the link of a connection that IH opened."""
+        self._links[handle] = link
+
+    def gave_up(self, handle: Handle) -> None:
+        """Close a handle that IH could not connect."""
+        if handle.open:
+            self._release(handle)
+            self._tcp_error(handle)
+
+    def _release(self, handle: Handle) -> None:
+        link = self._links.pop(handle, None)
+        if link is not None:
+            self._due.pop(link, None)
+        self._machine.disconnect(handle)
+
+    def _tcp_error(self, handle: Handle) -> None:
+        self.machine.unit.tcp_error(handle.index)
+        self._machine.look()
+        self._after()
+
+    def _after(self) -> None:
+        """Send what nobody asked for, open and end connections, and see to being woken when there will be more."""
+        for handle, message in self._machine.take_messages():
+            self._send(handle, message)
+        for handle in self._machine.unit.handles.take_dialing():
+            self._dial(handle)
+        self._close_released()
+        wake = self._machine.wake() + self._epoch
+        if wake == inf:
+            return  # a timer set before may still run out: then there is nothing to do, and it is the last
+        wake = max(wake, self._loop.time() + TICK)
+        if self._timer is not None and self._timer.when() > wake:
+            self._timer.cancel()
+            self._timer = None
+        if self._timer is None:
+            self._timer = self._loop.call_at(wake, self._tick)
+
+    def _tick(self) -> None:
+        self._timer = None
+        self.look()
+
+    @property
+    def _retry_time(self) -> float:
+        """Time between two attempts on a silent TCP handle (IA) [s]."""
+        unit = self._machine.unit
+        return unit.network.retry * unit.period
+
+    def _dial(self, handle: Handle) -> None:
+        task = self._loop.create_task(dial(self, handle, self._retry_time))
+        self._dials[handle] = task
+        task.add_done_callback(lambda _: self._dials.pop(handle, None))
+        self._keep(task)
+
+    def _send(self, handle: Handle, data: bytes) -> None:
+        link = self._links.get(handle)
+        if link is None:
+            return
+        if self.tap is not None:
+            self.tap(handle.letter, "tx", data)
+        if self.wire.clear and not self._due:
+            link.send(data)
+        else:
+            self._send_disturbed(handle, link, data)
+
+    def _send_disturbed(self, handle: Handle, link: WireLink, data: bytes) -> None:
+        """Send as the wire has it, in order."""
+        if handle in self.wire.silent:
+            if handle.kind is HandleProtocol.TCP:
+                self._loop.call_later(RETRIES * self._retry_time, self._unheard, handle)
+            return
+        now = self._loop.time()
+        for piece in self.wire.outgoing(data):
+            last = self._due.get(link)
+            due = now + self.wire.delay() if last is None else max(now + self.wire.delay(), nextafter(last, inf))
+            if due <= now:
+                link.send(piece)
+                continue
+            self._due[link] = due
+            self._loop.call_at(due, self._arrive, link, piece, due)
+
+    def _arrive(self, link: WireLink, data: bytes, due: float) -> None:
+        if self._due.get(link) == due:
+            del self._due[link]
+        link.send(data)
+
+    def _unheard(self, handle: Handle) -> None:
+        """Close a TCP handle whose packets nobody acknowledged; the other side still hears nothing."""
+        link = self._links.get(handle)
+        if link is None or handle not in self.wire.silent:
+            return
+        self._orphans[handle] = link
+        self._release(handle)
+        self._tcp_error(handle)
+
+    def _close_released(self) -> None:
+        """End the connections whose handles a command has closed (IH, RS), those still being opened among them."""
+        for handle in [handle for handle in self._links if not handle.open]:
+            link = self._links[handle]
+            self._release(handle)
+            link.close()
+        for handle, task in self._dials.items():
+            if not handle.open:
+                task.cancel()

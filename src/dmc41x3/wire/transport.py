@@ -1,0 +1,379 @@
+"""What carries the bytes: a TCP connection or UDP datagrams, or two ends in memory in the place of either.
+
+All work in the loop they were made in. Whoever reads gets `b""` when the other side has ended.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import Protocol, TypeAlias
+
+from dmc41x3.errors import ConnectFailed, LinkLost
+
+
+class Transport(Protocol):
+    """A stream of bytes to the other role. One reader at a time."""
+
+    @property
+    def peer(self) -> str:
+        """Whom this leads to, as shown to people."""
+        ...
+
+    async def read(self) -> bytes:
+        """Return what has come, at least one byte, or `b""` at the end; raises `LinkLost` where it broke off."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Hand over bytes at once, without waiting; raises `LinkLost` after the end."""
+        ...
+
+    async def close(self) -> None:
+        """End the connection and give back what it held; again is harmless."""
+        ...
+
+
+class Datagrams(Protocol):
+    """Datagrams to and from the other role. They may get lost, or overtake each other. One reader at a time."""
+
+    @property
+    def peer(self) -> str:
+        """Whom this leads to, as shown to people."""
+        ...
+
+    async def read(self) -> bytes:
+        """Return the next datagram, or `b""` at the end; raises `LinkLost` where the other side is found absent."""
+        ...
+
+    def deliver(self, taker: Callable[[bytes], None]) -> None:
+        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send one datagram; nobody learns whether it arrives."""
+        ...
+
+    async def close(self) -> None:
+        """Give back what it held; again is harmless."""
+        ...
+
+
+DatagramFactory: TypeAlias = Callable[[], Awaitable[Datagrams]]
+"""Makes a way for datagrams to the controller whose TCP link one has; raises `ConnectFailed`."""
+
+_MOST_WAITING = 256
+"""Datagrams kept for a reader that does not come; then the oldest are dropped, as a socket's buffer would."""
+
+
+def _reason(error: Exception) -> str:
+    """Return the system's own words for what went wrong, without numbers and addresses."""
+    if isinstance(error, OSError) and not isinstance(error, socket.gaierror) and error.errno:
+        return os.strerror(error.errno)
+    return getattr(error, "strerror", None) or str(error)
+
+
+class _Inbox:
+    """Bytes that came and are not read yet, and the one who waits for them."""
+
+    def __init__(self) -> None:
+        self._data = b""
+        self._waiter: asyncio.Future[None] | None = None
+        self.ended = False
+
+    def put(self, data: bytes) -> None:
+        self._data += data
+        self._wake()
+
+    def end(self, keep: bool) -> None:
+        self.ended = True
+        if not keep:
+            self._data = b""
+        self._wake()
+
+    async def get(self) -> bytes:
+        while not self._data and not self.ended:
+            self._waiter = asyncio.get_running_loop().create_future()
+            await self._waiter
+        data, self._data = self._data, b""
+        return data
+
+    def _wake(self) -> None:
+        if self._waiter is not None and not self._waiter.done():
+            self._waiter.set_result(None)
+
+
+class _Receiver(asyncio.Protocol):
+    """The loop's side of a TCP connection."""
+
+    def __init__(self, inbox: _Inbox, closed: asyncio.Future[Exception | None]) -> None:
+        self._inbox = inbox
+        self._closed = closed
+
+    def data_received(self, data: bytes) -> None:
+        self._inbox.put(data)
+
+    def eof_received(self) -> bool:
+        self._inbox.end(keep=True)
+        return True  # closing is left to the owner
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if not self._closed.done():
+            self._closed.set_result(exc)
+        self._inbox.end(keep=True)
+
+
+class TcpTransport:
+    """A TCP connection without Nagle's delay; made by `connect`."""
+
+    def __init__(
+        self,
+        stream: asyncio.WriteTransport,
+        inbox: _Inbox,
+        closed: asyncio.Future[Exception | None],
+        peer: str,
+    ) -> None:
+        self._stream = stream
+        self._inbox = inbox
+        self._closed = closed
+        self._peer = peer
+
+    @classmethod
+    async def connect(cls, host: str, port: int, timeout: float) -> TcpTransport:
+        """Connect within `timeout` [s]; raises `ConnectFailed`."""
+        loop = asyncio.get_running_loop()
+        peer = f"{host}:{port}"
+        inbox, closed = _Inbox(), loop.create_future()
+        try:
+            async with asyncio.timeout(timeout):
+                stream, _ = await loop.create_connection(lambda: _Receiver(inbox, closed), host, port)
+        except TimeoutError:
+            raise ConnectFailed(address=peer, reason=f"no answer within {timeout:g} s") from None
+        except (OSError, UnicodeError, OverflowError) as error:
+            raise ConnectFailed(address=peer, reason=_reason(error)) from error
+        sock: socket.socket = stream.get_extra_info("socket")
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return cls(stream, inbox, closed, peer)
+
+    @property
+    def peer(self) -> str:
+        """Host and port, as given to `connect`."""
+        return self._peer
+
+    async def read(self) -> bytes:
+        """Return what has come, or `b""` at the end; raises `LinkLost` where the connection broke off."""
+        data = await self._inbox.get()
+        if not data and self._closed.done() and (error := self._closed.result()) is not None:
+            raise LinkLost(address=self._peer, reason=_reason(error)) from error
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Hand over bytes at once; raises `LinkLost` after the end."""
+        if self._stream.is_closing():
+            raise LinkLost(address=self._peer, reason="the connection is closed")
+        self._stream.write(data)
+
+    async def close(self) -> None:
+        """Close the connection; what the other side does not take any more is dropped."""
+        if self._stream.get_write_buffer_size():
+            self._stream.abort()
+        else:
+            self._stream.close()
+        await asyncio.shield(self._closed)
+
+
+class LoopbackTransport:
+    """One of two ends in memory; made by `loopback_pair`."""
+
+    def __init__(self, peer: str) -> None:
+        self._peer = peer
+        self._inbox = _Inbox()
+        self._other: LoopbackTransport | None = None
+
+    def join(self, other: LoopbackTransport) -> None:
+        """Lead to `other` from now on."""
+        self._other = other
+
+    @property
+    def peer(self) -> str:
+        """The name given to `loopback_pair`."""
+        return self._peer
+
+    async def read(self) -> bytes:
+        """Return what has come, or `b""` at the end."""
+        return await self._inbox.get()
+
+    def write(self, data: bytes) -> None:
+        """Hand over bytes at once; raises `LinkLost` after the end of this side, the other's end shows in `read`."""
+        if self._other is None:
+            raise LinkLost(address=self._peer, reason="the connection is closed")
+        if not self._other._inbox.ended:
+            self._other._inbox.put(data)
+
+    async def close(self) -> None:
+        """End both directions; what is on its way still arrives."""
+        self._end(keep=True)
+
+    def cut(self) -> None:
+        """End both directions at once; what is on its way is lost."""
+        self._end(keep=False)
+
+    def _end(self, keep: bool) -> None:
+        if self._other is not None:
+            self._other._inbox.end(keep)
+            self._inbox.end(keep=False)
+            self._other = None
+
+
+def loopback_pair(peer: str = "loopback") -> tuple[LoopbackTransport, LoopbackTransport]:
+    """Return two ends that lead to each other, host's and controller's."""
+    ends = LoopbackTransport(peer), LoopbackTransport(peer)
+    ends[0].join(ends[1])
+    ends[1].join(ends[0])
+    return ends
+
+
+class _Letterbox:
+    """Datagrams that came and are not read yet, and the one who waits for them."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
+        self._waiter: asyncio.Future[None] | None = None
+        self.taker: Callable[[bytes], None] | None = None
+        self.ended = False
+        self.error: Exception | None = None
+
+    def put(self, data: bytes) -> None:
+        if self.taker is not None:
+            self.taker(data)
+            return
+        self._waiting.append(data)
+        self._wake()
+
+    def end(self, error: Exception | None = None) -> None:
+        self.ended, self.error = True, error
+        self._wake()
+
+    async def get(self) -> bytes:
+        while not self._waiting and not self.ended:
+            self._waiter = asyncio.get_running_loop().create_future()
+            await self._waiter
+        return self._waiting.popleft() if self._waiting else b""
+
+    def _wake(self) -> None:
+        if self._waiter is not None and not self._waiter.done():
+            self._waiter.set_result(None)
+
+
+class _DatagramReceiver(asyncio.DatagramProtocol):
+    """The loop's side of a UDP socket."""
+
+    def __init__(self, letterbox: _Letterbox) -> None:
+        self._letterbox = letterbox
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        self._letterbox.put(data)
+
+    def error_received(self, exc: Exception) -> None:
+        self._letterbox.end(exc)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._letterbox.end(exc)
+
+
+class UdpTransport:
+    """A UDP socket that talks to one address; made by `connect`, which sends nothing yet."""
+
+    def __init__(self, socket: asyncio.DatagramTransport, letterbox: _Letterbox, peer: str) -> None:
+        self._socket = socket
+        self._letterbox = letterbox
+        self._peer = peer
+
+    @classmethod
+    async def connect(cls, host: str, port: int) -> UdpTransport:
+        """Open a socket of its own; raises `ConnectFailed` where the address is none."""
+        peer = f"{host}:{port}"
+        letterbox = _Letterbox()
+        try:
+            endpoint, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+                lambda: _DatagramReceiver(letterbox), remote_addr=(host, port)
+            )
+        except (OSError, UnicodeError, OverflowError) as error:
+            raise ConnectFailed(address=peer, reason=_reason(error)) from error
+        return cls(endpoint, letterbox, peer)
+
+    @property
+    def peer(self) -> str:
+        """Host and port, as given to `connect`."""
+        return self._peer
+
+    async def read(self) -> bytes:
+        """Return the next datagram, or `b""` after `close`; raises `LinkLost` where the port is found closed."""
+        data = await self._letterbox.get()
+        if not data and self._letterbox.error is not None:
+            raise LinkLost(address=self._peer, reason=_reason(self._letterbox.error)) from self._letterbox.error
+        return data
+
+    def deliver(self, taker: Callable[[bytes], None]) -> None:
+        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        self._letterbox.taker = taker
+
+    def write(self, data: bytes) -> None:
+        """Send one datagram; after `close` it goes nowhere."""
+        if not self._socket.is_closing():
+            self._socket.sendto(data)
+
+    async def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+        self._letterbox.end()
+
+
+class LoopbackDatagrams:
+    """One of two ends in memory; made by `datagram_pair`. Nothing gets lost unless `blocked` says so."""
+
+    def __init__(self, peer: str) -> None:
+        self._peer = peer
+        self._letterbox = _Letterbox()
+        self._other: LoopbackDatagrams | None = None
+        self.blocked = False
+
+    def join(self, other: LoopbackDatagrams) -> None:
+        """Lead to `other` from now on."""
+        self._other = other
+
+    @property
+    def peer(self) -> str:
+        """The name given to `datagram_pair`."""
+        return self._peer
+
+    async def read(self) -> bytes:
+        """Return the next datagram, or `b""` after `close`."""
+        return await self._letterbox.get()
+
+    def deliver(self, taker: Callable[[bytes], None]) -> None:
+        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        self._letterbox.taker = taker
+
+    def write(self, data: bytes) -> None:
+        """Send one datagram; while this end is `blocked`, or after the other has closed, it goes nowhere."""
+        if self._other is not None and not self.blocked and not self._other._letterbox.ended:
+            self._other._letterbox.put(data)
+
+    async def close(self) -> None:
+        """End this side; the other learns nothing of it, as with UDP."""
+        self.cut()
+
+    def cut(self) -> None:
+        """End this side at once."""
+        self._letterbox.end()
+
+
+def datagram_pair(peer: str = "loopback") -> tuple[LoopbackDatagrams, LoopbackDatagrams]:
+    """Return two ends that lead to each other, host's and controller's."""
+    ends = LoopbackDatagrams(peer), LoopbackDatagrams(peer)
+    ends[0].join(ends[1])
+    ends[1].join(ends[0])
+    return ends

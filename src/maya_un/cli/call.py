@@ -1,0 +1,92 @@
+"""`maya call`: send any operation of the HTTP interface to the running robot, by its name.
+
+The operations and their parameters are the functions of `maya_un.client.requests`, which are generated from the routes
+of the service. So a new operation is here without a line of code.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from maya_un.cli import output
+from maya_un.cli.client import ServiceClient
+from maya_un.cli.settings import OutputSettings
+from maya_un.client import requests
+from maya_un.client.request import Request
+from maya_un.errors import InvalidCommandLine
+
+Operation = Callable[..., Request[Any]]
+
+
+def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> int:
+    """Send the operation `name` with parameters like "ratio=0.5", and print its answer as JSON.
+
+    Without a name, list the operations. Raises `InvalidCommandLine` for an unknown operation or parameter, and the
+    errors of the service.
+    """
+    if name is None:
+        return _list(settings)
+    operation = operations().get(name)
+    if operation is None:
+        raise _invalid(f"there is no operation {name}, and `maya call` lists all operations")
+    request = request_of(name, operation, given)
+    output.emit(ServiceClient.find().ask(request))
+    return output.DONE
+
+
+def operations() -> dict[str, Operation]:
+    """Return the operations by name, in the order of the reference page. Each of them answers in JSON."""
+    found = {name: one for name, one in vars(requests).items() if inspect.isfunction(one)}
+    return {name: one for name, one in found.items() if one.__module__ == requests.__name__ and _answers_json(one)}
+
+
+def request_of(name: str, operation: Operation, given: Sequence[str]) -> Request[Any]:
+    """Return the request of an operation; raises `InvalidCommandLine` for parameters that it does not have or lacks.
+
+    A value is read as JSON. It stays text if it is not JSON or if the parameter is text.
+    """
+    parameters = inspect.signature(operation).parameters
+    values: dict[str, Any] = {}
+    for pair in given:
+        key, is_pair, text = pair.partition("=")
+        if not is_pair:
+            raise _invalid(f"{pair} is not of the form NAME=VALUE")
+        if key not in parameters:
+            known = ", ".join(parameters) or "none"
+            raise _invalid(f"{name} has no parameter {key}; its parameters: {known}")
+        values[key] = _value(text, str(parameters[key].annotation))
+    missing = [key for key, one in parameters.items() if one.default is one.empty and key not in values]
+    if missing:
+        raise _invalid(f"{name} needs {', '.join(missing)}")
+    return operation(**values)
+
+
+def _list(settings: OutputSettings) -> int:
+    rows = [(name, list(inspect.signature(one).parameters), _summary(one)) for name, one in operations().items()]
+    listed = [{"operation": name, "parameters": keys, "help": summary} for name, keys, summary in rows]
+    lines = [" ".join([name, *(f"{key}=" for key in keys)]) + f"\n    {summary}" for name, keys, summary in rows]
+    return output.answer({"operations": listed}, "\n".join(lines), settings)
+
+
+def _summary(operation: Operation) -> str:
+    return (inspect.getdoc(operation) or "").partition("\n")[0]
+
+
+def _answers_json(operation: Operation) -> bool:
+    return inspect.signature(operation).return_annotation not in {"Request[str]", "Request[bytes]"}
+
+
+def _value(text: str, annotation: str) -> Any:
+    if annotation.startswith(("str", "Literal")):
+        return text
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def _invalid(reason: str) -> InvalidCommandLine:
+    return InvalidCommandLine(reason=reason, command="maya call")

@@ -1,0 +1,119 @@
+"""A request to a running Maya as a value. The command line loads this module at every start: it imports little."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from importlib import import_module
+from typing import Any, Generic, NamedTuple, TypeVar
+from urllib.parse import quote, urlencode
+
+T = TypeVar("T")
+
+TIMEOUT = 10.0
+"""Longest wait for an ordinary answer [s]."""
+
+Scalar = str | int | float | bool | None
+
+
+class Answer(NamedTuple):
+    """The type of an answer, named and not imported: `many` stands for a list of it."""
+
+    module: str
+    name: str
+    many: bool = False
+
+    def load(self) -> Any:
+        """Import the type and return it."""
+        kind = getattr(import_module(self.module), self.name)
+        return list[kind] if self.many else kind
+
+
+NOTHING = type(None)
+"""The answer is not read."""
+
+DATA: type[dict[str, Any]] = dict
+"""The answer is read as JSON."""
+
+
+class Request(Generic[T]):
+    """A request, and the type of its `answer`; a plan of a single step.
+
+    Values of the `query` that are None are left out. `timeout` [s] is the longest wait for the answer. `key` is the
+    idempotency key: the same key with the same request is the same request. An `urgent` request has a connection of its
+    own, so that it waits for no other.
+    """
+
+    __slots__ = ("answer", "body", "key", "method", "path", "query", "timeout", "urgent")
+
+    def __init__(
+        self,
+        method: str,
+        path: str,
+        answer: type[T] | Answer,
+        query: Mapping[str, Scalar | Sequence[Scalar]] | None = None,
+        body: object = None,
+        timeout: float = TIMEOUT,
+        key: str = "",
+        urgent: bool = False,
+    ) -> None:
+        self.method = method
+        self.path = path
+        self.answer: type[T] | Answer = answer
+        self.query: Mapping[str, Scalar | Sequence[Scalar]] = query or {}
+        self.body = body
+        self.timeout = timeout
+        self.key = key
+        self.urgent = urgent
+
+    @property
+    def target(self) -> str:
+        """The path with the query."""
+        pairs: list[tuple[str, str]] = []
+        for key, values in self.query.items():
+            several = values if isinstance(values, Sequence) and not isinstance(values, str) else (values,)
+            pairs += [(key, _text(value)) for value in several if value is not None]
+        return self.path + ("?" + urlencode(pairs, errors="surrogatepass") if pairs else "")
+
+    def within(self, timeout: float) -> Request[T]:
+        """Return the same request with another longest wait for the answer [s]."""
+        return self._copy(timeout, self.urgent)
+
+    def urgently(self) -> Request[T]:
+        """Return the same request, to be sent over a connection of its own."""
+        return self._copy(self.timeout, urgent=True)
+
+    def _copy(self, timeout: float, urgent: bool) -> Request[T]:
+        return Request(self.method, self.path, self.answer, self.query, self.body, timeout, self.key, urgent)
+
+    def __iter__(self) -> Generator[Request[T], Any, T]:
+        """Ask, and return the answer."""
+        return (yield self)
+
+    def __repr__(self) -> str:
+        return f"<{self.method} {self.target} {self.body!r}>"
+
+
+def get(path: str, answer: type[T], timeout: float = TIMEOUT, **query: Scalar | Sequence[Scalar]) -> Request[T]:
+    """Return the request to read `path`."""
+    return Request("GET", path, answer, query, timeout=timeout)
+
+
+def quoted(name: str) -> str:
+    """Return a name as a part of a path; any character is allowed."""
+    return quote(name, safe="", errors="surrogatepass")
+
+
+def changed(pairs: Mapping[str, tuple[Any, Any]]) -> dict[str, Any]:
+    """Return the values that differ from their defaults; `pairs` are of a value and its default."""
+    return {key: value for key, (value, default) in pairs.items() if not _same(value, default)}
+
+
+def _same(value: object, default: object) -> bool:
+    """Return whether a value is its default; True is not 1, and a list may be an empty tuple."""
+    if default == ():
+        return isinstance(value, Sequence) and not value
+    return type(value) is type(default) and value == default
+
+
+def _text(value: Scalar) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

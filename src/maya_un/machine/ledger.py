@@ -1,0 +1,265 @@
+"""What the mechanics saw: extremes, stalls, drops, parts. Written by the mechanics, read by everybody."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from maya_un.machine.statics import Floats
+from maya_un.machine.table import PartDrop, PartTable, Place
+from maya_un.machine.truth import Triple
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """The extremes of a stretch of time that begins at `since` [s] with the gripper at `start_height` [m].
+
+    `tension` is the greatest line tension [multiples of the load] and `slack` the greatest surplus length of a
+    line [m]; `lowest` and `highest` bound the gripper's height [m]; `low` and `high` bound the true angle and
+    line lengths [rad, m, m]; `stalled` is how long each axis pushed against an obstacle [s]; `outside` is the
+    way that both lines travelled while one of them was slack, that is outside 0 ≤ u ≤ W [m]; `limited` is how long
+    the torque limit kept each axis from going on [s].
+    """
+
+    since: float
+    start_height: float
+    tension: float
+    slack: float
+    lowest: float
+    highest: float
+    low: Triple
+    high: Triple
+    stalled: Triple = (0.0, 0.0, 0.0)
+    outside: float = 0.0
+    drops: tuple[PartDrop, ...] = ()
+    limited: Triple = (0.0, 0.0, 0.0)
+
+    @property
+    def sunk(self) -> float:
+        """How far the gripper came below the height it had when the window began [m]."""
+        return self.start_height - self.lowest
+
+    @property
+    def stall_time(self) -> float:
+        """The longest time that an axis was stalled, all its stalls together [s]."""
+        return max(self.stalled)
+
+    def then(self, later: Window) -> Window:
+        """Return the window that covers this one and `later`, which follows it."""
+        return Window(
+            self.since,
+            self.start_height,
+            max(self.tension, later.tension),
+            max(self.slack, later.slack),
+            min(self.lowest, later.lowest),
+            max(self.highest, later.highest),
+            _each(min, self.low, later.low),
+            _each(max, self.high, later.high),
+            _each(_sum, self.stalled, later.stalled),
+            self.outside + later.outside,
+            self.drops + later.drops,
+            _each(_sum, self.limited, later.limited),
+        )
+
+
+def _each(pick: Callable[[float, float], float], one: Triple, other: Triple) -> Triple:
+    return pick(one[0], other[0]), pick(one[1], other[1]), pick(one[2], other[2])
+
+
+def _sum(one: float, other: float) -> float:
+    return one + other
+
+
+class Trace(NamedTuple):
+    """Samples in order of time, each of shape (n,): time [s], angle [rad], lengths [m], greater tension."""
+
+    t: Floats
+    a: Floats
+    b: Floats
+    c: Floats
+    tension: Floats
+
+
+class MechanicsListener(Protocol):
+    """Hears what the mechanics write, at the moment they write it."""
+
+    def added(self, window: Window) -> None:
+        """Take what a further stretch of time brought."""
+        ...
+
+    def held(self, axes: tuple[bool, ...]) -> None:
+        """Take which axes an obstacle holds back from now on."""
+        ...
+
+    def gripped(self, name: str) -> None:
+        """Take that the jaws took a part."""
+        ...
+
+    def released(self, name: str, place: Place, drop: PartDrop | None) -> None:
+        """Take that the jaws let a part go, and whether it fell."""
+        ...
+
+
+class MechanicsLog:
+    """Where the mechanics write. Windows between marks are kept apart, so that any mark can be asked about."""
+
+    def __init__(self, first: Window) -> None:
+        self._windows = [first]
+        self._samples: list[Trace] = []
+        self._held: tuple[bool, ...] = (False, False, False)
+        self.tracing = False
+        self.listener: MechanicsListener | None = None
+
+    def add(self, window: Window) -> None:
+        """Add what a further stretch of time brought."""
+        self._windows[-1] = self._windows[-1].then(window)
+        if self.listener is not None:
+            self.listener.added(window)
+
+    def hold(self, axes: tuple[bool, ...]) -> None:
+        """Note which axes an obstacle holds back."""
+        if axes != self._held:
+            self._held = axes
+            if self.listener is not None:
+                self.listener.held(axes)
+
+    def grip(self, name: str) -> None:
+        """Note that the jaws took a part."""
+        if self.listener is not None:
+            self.listener.gripped(name)
+
+    def release(self, name: str, place: Place, drop: PartDrop | None) -> None:
+        """Note that the jaws let a part go, and whether it fell."""
+        if drop is not None:
+            self._windows[-1] = replace(self._windows[-1], drops=(*self._windows[-1].drops, drop))
+        if self.listener is not None:
+            self.listener.released(name, place, drop)
+
+    def trace(self, samples: Trace) -> None:
+        """Keep samples, where tracing is switched on."""
+        if self.tracing:
+            self._samples.append(samples)
+
+    def mark(self, now: Window) -> int:
+        """Begin a new window with the state `now`; return its number."""
+        self._windows.append(now)
+        return len(self._windows) - 1
+
+    def since(self, mark: int) -> Window:
+        """Return the window from a mark to the present."""
+        window = self._windows[mark]
+        for later in self._windows[mark + 1 :]:
+            window = window.then(later)
+        return window
+
+    def samples(self) -> Trace:
+        """Return all samples kept."""
+        if not self._samples:
+            return Trace(*(np.empty(0) for _ in Trace._fields))
+        return Trace(*(np.concatenate(column) for column in zip(*self._samples, strict=True)))
+
+
+class MechanicsRecord:
+    """The mechanics' own record, from power-up to the present. Nothing outside the mechanics can write it.
+
+    Extremes hold for continuous time: motion is looked at where its law changes or an axis turns, and every 50 ms.
+    """
+
+    __slots__ = ("_book", "_now", "_table", "_where")
+
+    def __init__(
+        self, book: MechanicsLog, table: PartTable, where: Callable[[], Place], now: Callable[[], Window]
+    ) -> None:
+        """`now` brings the book up to date and returns the present state; `where` is the gripper point."""
+        self._book = book
+        self._table = table
+        self._where = where
+        self._now = now
+
+    def mark(self) -> int:
+        """Begin a window here; `since` with the number returned tells what happened in it."""
+        return self._book.mark(self._now())
+
+    def since(self, mark: int) -> Window:
+        """Return the extremes from `mark` to the present; 0 is power-up."""
+        self._now()
+        return self._book.since(mark)
+
+    @property
+    def whole(self) -> Window:
+        """The extremes since power-up."""
+        return self.since(0)
+
+    @property
+    def start_height(self) -> float:
+        """Height of the gripper point at power-up [m]."""
+        return self.whole.start_height
+
+    @property
+    def peak_tension(self) -> float:
+        """Greatest tension of a line [multiples of the load]."""
+        return self.whole.tension
+
+    @property
+    def peak_slack(self) -> float:
+        """Greatest surplus length of a slack line [m]."""
+        return self.whole.slack
+
+    @property
+    def stalled(self) -> Triple:
+        """How long each axis pushed against an obstacle [s]."""
+        return self.whole.stalled
+
+    @property
+    def stall_time(self) -> float:
+        """The longest of the three [s]."""
+        return self.whole.stall_time
+
+    @property
+    def limited(self) -> Triple:
+        """How long the torque limit kept each axis from going on [s]."""
+        return self.whole.limited
+
+    @property
+    def lowest(self) -> float:
+        """Lowest height of the gripper point [m]."""
+        return self.whole.lowest
+
+    @property
+    def sunk(self) -> float:
+        """How far the gripper came below its height at power-up [m]."""
+        return self.whole.sunk
+
+    @property
+    def outside(self) -> float:
+        """Way the lines travelled while one was slack [m]."""
+        return self.whole.outside
+
+    @property
+    def drops(self) -> tuple[PartDrop, ...]:
+        """The parts that fell."""
+        return self.whole.drops
+
+    @property
+    def parts(self) -> dict[str, Place]:
+        """Where the parts are: their grasp points [m]."""
+        return self._table.places(self._where())
+
+    @property
+    def gripper_closed(self) -> bool:
+        """Whether the jaws are closed."""
+        return self._table.closed
+
+    @property
+    def carried(self) -> str | None:
+        """The part between the jaws."""
+        return self._table.carried
+
+    @property
+    def trace(self) -> Trace:
+        """The samples since tracing was switched on."""
+        self._now()
+        return self._book.samples()

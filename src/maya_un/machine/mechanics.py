@@ -1,0 +1,510 @@
+"""Maya as a body: two lines and a boom, driven by three motors, with a gripper over a table.
+
+Motion is free or in contact. Free motion is the delayed reference in closed form; it is looked at only when
+somebody asks, however long it took. In contact (an axis is held back by a hard stop, or by the fact that two
+lines cannot be shorter together than their anchors are apart) and while an unlocked drum pays out, the state is
+stepped by at most 2 ms, until all axes are again where they are wanted. See docs/explanation/mechanics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import ceil, cos, inf, nextafter, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from dmc41x3.twin.plant import CONTACT_STEP, TORQUE_LIMIT
+from dmc41x3.twin.sensing import Sensing
+from dmc41x3.twin.timeline import FLAT, Timeline, TimelinePiece
+from maya_un.machine.drive import GIVE, AxisDrive
+from maya_un.machine.ledger import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
+from maya_un.machine.start import StartPose
+from maya_un.machine.statics import Floats, LoadStatics, Statics
+from maya_un.machine.table import PartTable, Place
+from maya_un.machine.truth import Triple, TrueConstants
+
+SAMPLE = 0.05
+"""The record looks at free motion at least this often [s]."""
+
+_OLDEST = 60.0
+"""Free motion is written to the record after this time at the latest [s]."""
+
+_AFTER = 1e-6
+"""The future is searched to this long after the last motion [s], so that rounding hides no arrival ..."""
+
+_FAR = 1e6
+"""... and where an axis jogs for ever, no farther than this [s]."""
+
+_LIGHT = 1.1
+"""A motor with less strength than this is monitored whenever it moves [loads]."""
+
+_MIDDLE = 1.05
+"""On an ellipse about the anchors, where its middle carries more than a load, no place carries so many times that."""
+
+_SLACK = 1e-5
+"""A line counts as slack from this surplus on [m]: ten encoder counts, beyond the rounding of a target."""
+
+
+class _Outlook(NamedTuple):
+    """What free motion brings until `until` [s], as long as the plans counted by `key` hold."""
+
+    key: int
+    until: float
+    contact: float
+    switch: float
+
+
+class MayaMechanics:
+    """Maya's body, a `Plant`. `truth` is what it is made of, `start` where it stands, `parts` what is on the table.
+
+    Parts are named and stand where their grasp points (x, y, z) say [m]. With `trace` the record keeps samples.
+    """
+
+    def __init__(
+        self,
+        truth: TrueConstants | None = None,
+        start: StartPose | None = None,
+        parts: Mapping[str, Place] | None = None,
+        *,
+        trace: bool = False,
+    ) -> None:
+        self._truth = truth or TrueConstants()
+        self._start = start or StartPose()
+        self._statics = Statics.of(self._truth)
+        self._drives = tuple(AxisDrive(self._truth, axis, self._start[axis]) for axis in range(3))
+        self._timelines = tuple(drive.timeline for drive in self._drives)
+        self._shortest = (self._truth.width - self._start.b - self._start.c) * self._truth.counts_per_metre
+        self._now = self._written = 0.0
+        self._epoch = 0
+        self._sensing = Sensing()
+        self._stepping = not self._truth.self_locking
+        self._outlook = _Outlook(-1, 0.0, inf, inf)
+        self._table = PartTable(parts or {}, closed=not self._truth.gripper_closes_on)
+        self._book = MechanicsLog(self._instant())
+        self._book.tracing = trace
+        self._record = MechanicsRecord(self._book, self._table, self.gripper_point, self._settled)
+
+    @property
+    def truth(self) -> TrueConstants:
+        """What this machine is made of."""
+        return self._truth
+
+    @property
+    def start(self) -> StartPose:
+        """Where it stood at power-up [rad, m, m]."""
+        return self._start
+
+    @property
+    def record(self) -> MechanicsRecord:
+        """The mechanics' own record."""
+        return self._record
+
+    @property
+    def parts(self) -> dict[str, Place]:
+        """Where the parts are: their grasp points [m]."""
+        return self._record.parts
+
+    @property
+    def written(self) -> Window:
+        """The record since power-up, without free motion that is not evaluated yet."""
+        return self._book.since(0)
+
+    @property
+    def now(self) -> float:
+        """The time last advanced to [s]."""
+        return self._now
+
+    @property
+    def timelines(self) -> Sequence[Timeline]:
+        """The references of the axes, in motor counts since power-up."""
+        return self._timelines
+
+    def add_part(self, name: str, place: Place) -> None:
+        """Stand a further part on the table. Raises `ValueError` where the name is taken."""
+        self._table.add(name, place)
+
+    def listen(self, listener: MechanicsListener) -> None:
+        """Report new entries to `listener`, in place of a former one."""
+        self._book.listener = listener
+
+    def settle(self) -> None:
+        """Write down the free motion up to the present."""
+        self._write()
+
+    def true_joints(self) -> Triple:
+        """Return the true angle [rad] and the true line lengths [m]."""
+        a, b, c = self._drives
+        return a.q, b.q, c.q
+
+    def gripper_point(self) -> Place:
+        """Return where the gripper point is: x, y, z [m]."""
+        a, b, c = self.true_joints()
+        hang = self._statics.hang(b, c)
+        return hang.d * sin(a), hang.d * cos(a), hang.z
+
+    def tension(self) -> tuple[float, float]:
+        """Return the tensions of lines b and c [multiples of the load]."""
+        hang = self._hang()
+        return hang.tension_b, hang.tension_c
+
+    def advance(self, t: float) -> None:
+        """Bring body and record to time `t` [s]; an earlier time than the present is the present."""
+        while self._now < t:
+            if self._stepping:
+                self._step(min(t, self._now + CONTACT_STEP))
+                continue
+            contact = max(self._now, self._look(t).contact)
+            self._move(min(t, contact))
+            if contact <= t:
+                self._write()
+                self._stepping = True
+
+    def next_event(self, until: float) -> float | None:
+        """Return the earliest time in (now, until] at which the machine must look, None where there is none.
+
+        That is where a switch changes or contact begins; in contact every 2 ms.
+        """
+        if until <= self._now:
+            return None
+        if self._stepping:
+            return min(until, self._now + CONTACT_STEP)
+        outlook = self._look(until)
+        event = max(min(outlook.contact, outlook.switch), nextafter(self._now, inf))
+        return event if event <= until else None
+
+    def position(self, axis: int) -> float:
+        """Return the motor position that the encoder tells [counts]: the actual one, unless it was made to fail."""
+        return self._sensing.position(axis, self._drives[axis].position)
+
+    def velocity(self, axis: int) -> float:
+        """Return the actual velocity [counts/s]."""
+        return self._sensing.velocity(axis, self._drives[axis].velocity)
+
+    def torque(self, axis: int) -> float:
+        """Return the motor command [V], within ±9.9982, positive toward a longer line or a larger angle.
+
+        Shortening lifts the load against friction; a self-locking drum lets the motor only overcome friction
+        when lengthening, and nothing at rest; another has the load pulling at it all the time. A blocked axis
+        pushes harder by its following error, and so does one whose encoder counts no more.
+        """
+        drive = self._drives[axis]
+        if not drive.powered:
+            return 0.0
+        held_back = drive.held_back()
+        toward = held_back or drive.velocity
+        load = self._truth.torque_per_load * self.tension()[axis - 1] if axis else 0.0
+        if toward < 0.0:
+            command = -(load + drive.friction)
+        else:
+            command = drive.friction if toward > 0.0 else 0.0
+            if not self._truth.self_locking:
+                command -= load
+        if self._sensing.lost(axis):
+            held_back = drive.wanted + drive.shift - self.position(axis)
+        command += drive.stiffness * held_back
+        return max(-TORQUE_LIMIT, min(TORQUE_LIMIT, command))
+
+    def inputs(self, axis: int) -> tuple[bool, bool, bool]:
+        """Return the electrical levels (true = high) of forward limit, reverse limit and home input."""
+        drive = self._drives[axis]
+        reverse, forward = drive.active()
+        reverse_high, forward_high = drive.active_high
+        return self._sensing.inputs(axis, (forward == forward_high, reverse == reverse_high, True))
+
+    def power(self, axis: int, on: bool) -> None:
+        """Switch a motor on or off; without it a self-locking drum stays, another pays out its line."""
+        self._write()
+        drive = self._drives[axis]
+        drive.shift = self.position(axis) - drive.position
+        drive.power(self._now, on)
+        drive.velocity = 0.0
+        drive.wanted = drive.position
+        self._epoch += 1
+        self._stepping = self._stepping or self._pays_out(axis)
+
+    def limit_torque(self, axis: int, volts: float) -> None:
+        """Limit a motor to `volts` [V]; it stands still if friction and the load need more."""
+        self._write()
+        self._drives[axis].limit = volts
+        self._epoch += 1
+
+    def output(self, bit: int, on: bool) -> None:
+        """Set a digital output; one of them moves the gripper's jaws."""
+        if bit != self._truth.gripper_output:
+            return
+        gripper = self.gripper_point()
+        if on == self._truth.gripper_closes_on:
+            taken = self._table.close(gripper)
+            if taken is not None:
+                self._book.grip(taken)
+            return
+        carried = self._table.carried
+        drop = self._table.open(gripper, self._now)
+        if carried is not None:
+            self._book.release(carried, self._table.places(gripper)[carried], drop)
+
+    def fail_encoder(self, axis: int, on: bool) -> None:
+        """Let an encoder count no more, or count on from where it stopped; the body and its record are as they are."""
+        self._sensing.fail_encoder(axis, self._drives[axis].position, on)
+
+    def force_inputs(self, axis: int, **levels: bool | None) -> None:
+        """Hold inputs at an electrical level wherever the axis is, or let them go (None)."""
+        self._sensing.force_inputs(axis, levels)
+
+    def _hang(self) -> LoadStatics:
+        return self._statics.hang(self._drives[1].q, self._drives[2].q)
+
+    def _key(self) -> int:
+        return self._epoch + sum(timeline.version for timeline in self._timelines)
+
+    def _look(self, until: float) -> _Outlook:
+        """Return what free motion brings at least until `until`; remembered as long as it holds."""
+        known, key = self._outlook, self._key()
+        if key == known.key and until <= known.until and self._now < known.switch:
+            return known
+        if key != known.key or self._now - self._written > _OLDEST:
+            self._write()
+            self._move(self._now)
+        rest = max(drive.rest() for drive in self._drives) + _AFTER
+        horizon = max(self._now, rest) if rest < inf else min(max(until, self._now + 1.0), self._now + _FAR)
+        switches = (drive.switching(self._now, horizon) for drive in self._drives)
+        contacts = (drive.collision(self._now, horizon) for drive in self._drives)
+        self._outlook = _Outlook(
+            key,
+            inf if rest < inf else horizon,
+            min(self._coupling(horizon), self._weak(horizon), *(inf if t is None else t for t in contacts)),
+            min(inf if t is None else t for t in switches),
+        )
+        return self._outlook
+
+    def _coupling(self, until: float) -> float:
+        """Return when b + c is wanted shorter than W, or than the motors can pull them; inf for never.
+
+        It looks at free motion from now to `until`.
+        """
+        _, b, c = self._drives
+        level = max(self._shortest - GIVE, self._tightest())
+        if b.bounds(self._now, until)[0] + c.bounds(self._now, until)[0] >= level:
+            return inf
+        times = {self._now, until, *b.boundaries(self._now, until), *c.boundaries(self._now, until)}
+        ts = np.array(sorted(times))
+        half = 0.5 * np.diff(ts)  # the law is asked for between boundaries, where there is no doubt about it
+        of_b, of_c = b.motion(ts[:-1] + half), c.motion(ts[:-1] + half)
+        p, v, a = (one + other for one, other in zip(of_b, of_c, strict=True))
+        first = _first_below(ts, p - v * half + 0.5 * a * half * half, v - a * half, a, level)
+        return inf if first is None else first
+
+    def _strength(self, axis: int) -> float:
+        """Return the greatest tension against which an axis can shorten its line [multiples of the load]."""
+        drive = self._drives[axis]
+        return (drive.limit - drive.friction) / self._truth.torque_per_load
+
+    def _limited(self, axis: int) -> bool:
+        drive = self._drives[axis]
+        return drive.powered and drive.limit < TORQUE_LIMIT
+
+    def _tightest(self) -> float:
+        """Return b + c [counts] below which a motor whose torque is limited might stay behind.
+
+        In the middle of an ellipse about the anchors T = A / (2 sqrt(A² - 1)) with A = (b + c) / W.
+        """
+        strengths = [self._strength(axis) for axis in (1, 2) if self._limited(axis)]
+        least = min((strength for strength in strengths if strength >= _LIGHT), default=inf) / _MIDDLE
+        if least == inf:
+            return -inf
+        ratio = sqrt(4.0 * least * least / (4.0 * least * least - 1.0))
+        return self._shortest + (ratio - 1.0) * self._truth.width * self._truth.counts_per_metre
+
+    def _weak(self, until: float) -> float:
+        """Return when an axis whose motor is weak leaves its place, from now to `until`; inf for never."""
+        times = (drive.leaving(self._now, until) for drive in self._weaklings())
+        return min((t for t in times if t is not None), default=inf)
+
+    def _weaklings(self) -> list[AxisDrive]:
+        """Return the drives whose motors are weak: they may not move at all."""
+        weak = [self._drives[axis] for axis in (1, 2) if self._limited(axis) and self._strength(axis) < _LIGHT]
+        boom = self._drives[0]
+        return [*weak, boom] if self._limited(0) and boom.limit <= boom.friction else weak
+
+    def _doubtful(self) -> bool:
+        """Tell whether an axis moves now whose motor may be too weak to go on."""
+        _, b, c = self._drives
+        near = b.position + c.position <= self._tightest()
+        return any(drive.rest() > self._now for drive in [*self._weaklings(), *((b, c) if near else ())])
+
+    def _within_strength(self, axis: int, place: float) -> float:
+        """Return how far an axis gets towards `place` [counts] with the torque that it may have."""
+        drive = self._drives[axis]
+        if not self._limited(axis) or place == drive.position:
+            return place
+        if axis == 0 or place > drive.position:
+            return place if drive.limit > drive.friction else drive.position
+        most = self._strength(axis)
+        if self._pull(axis, place) <= most:
+            return place
+        if self._pull(axis, drive.position) >= most:
+            return drive.position
+        near, far = drive.position, place
+        while near - far > 0.5 * GIVE:
+            middle = 0.5 * (near + far)
+            near, far = (middle, far) if self._pull(axis, middle) <= most else (near, middle)
+        return near
+
+    def _pull(self, axis: int, place: float) -> float:
+        """Return the tension of a line with its motor at `place` [counts] and the other where it is."""
+        drive, other = self._drives[axis], self._drives[3 - axis]
+        q = drive.start + place / drive.scale
+        b, c = (q, other.q) if axis == 1 else (other.q, q)
+        if b + c <= self._truth.width:
+            return inf
+        hang = self._statics.hang(b, c)
+        return hang.tension_b if axis == 1 else hang.tension_c
+
+    def _move(self, t: float) -> None:
+        """Go to time `t` in free motion."""
+        for drive in self._drives:
+            drive.follow(t)
+        self._now = t
+
+    def _pays_out(self, axis: int) -> bool:
+        drive = self._drives[axis]
+        free = axis > 0 and not drive.powered and not self._truth.self_locking
+        return free and drive.position < drive.stops[1]
+
+    def _step(self, t: float) -> None:
+        """Go to time `t` in contact: every axis toward where it is wanted, as far as it can."""
+        length = t - self._now
+        places: list[float] = []
+        for axis, drive in enumerate(self._drives):
+            drive.wanted = self._toward(axis, t)
+            low, high = drive.stops
+            places.append(max(low, min(high, drive.wanted)))
+        possible = [self._within_strength(axis, place) for axis, place in enumerate(places)]
+        weak = [abs(place - wanted) > GIVE for place, wanted in zip(possible, places, strict=True)]
+        places = possible
+        places[1:] = self._coupled(places[1], places[2])
+        for drive, place in zip(self._drives, places, strict=True):
+            drive.velocity = (place - drive.position) / length
+            drive.position = place
+        self._now = self._written = t
+        held_back = [drive.held_back() != 0.0 for drive in self._drives]
+        self._note(length, held_back, weak)
+        stalled = [held and not limit for held, limit in zip(held_back, weak, strict=True)]
+        self._book.hold(tuple(stalled))
+        if not any(held_back) and not any(map(self._pays_out, (1, 2))) and not self._doubtful():
+            self._stepping = False
+            self._epoch += 1
+
+    def _toward(self, axis: int, t: float) -> float:
+        """Return where an axis is wanted at time `t`; an unlocked drum under load pays out by itself."""
+        drive = self._drives[axis]
+        if self._pays_out(axis) and self.tension()[axis - 1] > 0.0:
+            way = self._truth.fall_speed * drive.scale * (t - self._now)
+            return min(drive.position + way, drive.stops[1])
+        return drive.desired(t)[0]
+
+    def _coupled(self, b: float, c: float) -> tuple[float, float]:
+        """Return where lines wanted at `b` and `c` [counts] can go, since b + c ≥ W.
+
+        A line that lengthens goes first; one that shortens gets what is left; two that shorten share it.
+        """
+        was_b, was_c = self._drives[1].position, self._drives[2].position
+        room = was_b + was_c - self._shortest
+        shorter_b, shorter_c = was_b - b, was_c - c
+        if b + c >= self._shortest or (shorter_b <= 0.0 and shorter_c <= 0.0):
+            return b, c
+        if shorter_b <= 0.0:
+            return b, self._shortest - b
+        if shorter_c <= 0.0:
+            return self._shortest - c, c
+        share = room / (shorter_b + shorter_c)
+        return was_b - share * shorter_b, was_c - share * shorter_c
+
+    def _settled(self) -> Window:
+        self.settle()
+        return self._instant()
+
+    def _instant(self) -> Window:
+        """Return the present state as a window."""
+        q, hang = self.true_joints(), self._hang()
+        return Window(self._now, hang.z, hang.tension, hang.slack, hang.z, hang.z, q, q)
+
+    def _note(self, length: float, held_back: Sequence[bool], weak: Sequence[bool]) -> None:
+        """Write a step of `length` [s] to the record, with the axes that were held back, or too weak to go on."""
+        a, b, c = (length if held and not limit else 0.0 for held, limit in zip(held_back, weak, strict=True))
+        limited_a, limited_b, limited_c = (length if limit else 0.0 for limit in weak)
+        now = replace(self._instant(), stalled=(a, b, c), limited=(limited_a, limited_b, limited_c))
+        if now.slack > _SLACK:
+            way = sum(abs(drive.velocity) / drive.scale for drive in self._drives[1:]) * length
+            now = replace(now, outside=way)
+        self._book.add(now)
+        if self._book.tracing:
+            values = (self._now, *self.true_joints(), now.tension)
+            self._book.trace(Trace(*(np.array([value]) for value in values)))
+
+    def _write(self) -> None:
+        """Bring the record to the present over the free motion since it was written last."""
+        t0, t1 = self._written, self._now
+        if t1 <= t0:
+            return
+        self._written = t1
+        if self._book.tracing or any(drive.rest() > t0 for drive in self._drives):
+            self._book.add(self._looked_over(t0, t1))
+        else:
+            self._book.add(self._instant())
+        for drive in self._drives:
+            drive.forget(t1)
+
+    def _looked_over(self, t0: float, t1: float) -> Window:
+        """Return the extremes of the free motion in [t0, t1], and trace it."""
+        ts = self._instants(t0, t1)
+        a, b, c = (drive.sample(ts) for drive in self._drives)
+        z, tension, slack = self._statics.hang_many(b, c)
+        self._book.trace(Trace(ts, a, b, c, tension))
+        return Window(
+            t0,
+            float(z[0]),
+            float(tension.max()),
+            float(slack.max()),
+            float(z.min()),
+            float(z.max()),
+            (float(a.min()), float(b.min()), float(c.min())),
+            (float(a.max()), float(b.max()), float(c.max())),
+            outside=_way(b, c, slack),
+        )
+
+    def _instants(self, t0: float, t1: float) -> Floats:
+        """Return when to look at free motion in [t0, t1]: every 50 ms while it lasts and where its law changes."""
+        moving = min(t1, max(t0, *(drive.rest() for drive in self._drives)))
+        count = ceil((moving - t0) / SAMPLE)
+        grid = np.arange(count) * ((moving - t0) / max(1, count)) + t0
+        changes = [drive.changes(t0, t1) for drive in self._drives]
+        ts = np.concatenate((grid, *changes, (moving, t1)))
+        ts.sort()
+        return ts
+
+
+def _first_below(ts: Floats, p: Floats, v: Floats, a: Floats, level: float) -> float | None:
+    """Return when a motion first falls below `level`; p, v, a hold from ts[i] to ts[i + 1]."""
+    length = np.diff(ts)
+    turn = np.clip(np.divide(-v, a, out=np.zeros_like(a), where=a >= FLAT), 0.0, length)
+    lowest = np.minimum(np.minimum(p, p + (v + 0.5 * a * length) * length), p + (v + 0.5 * a * turn) * turn)
+    below = np.flatnonzero(lowest < level - 1e-6)
+    if below.size == 0:
+        return None
+    i = int(below[0])
+    start, end = float(ts[i]), float(ts[i + 1])
+    if p[i] <= level:
+        return start
+    arrival = TimelinePiece(start, float(p[i]), float(v[i]), float(a[i])).arrival(level, rising=False)
+    return min(max(arrival, start), end)
+
+
+def _way(b: Floats, c: Floats, slack: Floats) -> float:
+    """Return how far both lines travelled while one was slack [m]."""
+    loose = slack[:-1] > _SLACK
+    if not loose.any():
+        return 0.0
+    return float((np.abs(np.diff(b)) + np.abs(np.diff(c)))[loose].sum())

@@ -1,0 +1,82 @@
+"""Arrays as bytes."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dmc41x3.language import arrays
+from dmc41x3.language.numbers import RAW_MAX, RAW_MIN, SCALE, parse_fixed
+from maya_un.errors import InvalidValue, UnexpectedReply
+
+raws = st.integers(RAW_MIN, RAW_MAX)
+
+
+def elements(data: bytes) -> list[str]:
+    """Return the numbers of a download, as a controller reads them: separated by commas and line ends."""
+    body = data.decode("ascii").split("\r", 1)[1].partition("\r\\")[0]
+    return body.replace("\r", ",").split(",")
+
+
+@given(st.lists(raws, min_size=1, max_size=50))
+def test_a_controller_reads_every_number_exactly(values: list[int]) -> None:
+    data = arrays.download("a", [raw / SCALE for raw in values])
+    assert [parse_fixed(text) for text in elements(data)] == values
+    assert max(map(len, data.split(b"\r"))) <= 80
+
+
+def test_bytes_of_a_download() -> None:
+    assert arrays.download("pos", [1, -2.5, 0], 3) == b"QD pos[],3,5\r1,-2.50000,0\r\\TC1\r"
+
+
+def test_no_number_has_a_blank_or_an_exponent() -> None:
+    (text,) = elements(arrays.download("a", [Fraction(1, SCALE)]))  # pyright: ignore[reportArgumentType]
+    assert text == "0.00002"
+    assert int(Fraction(text) * SCALE) == 1
+
+
+@pytest.mark.parametrize("value", [2.0**31, -(2.0**31) - 1, float("inf"), float("nan")])
+def test_a_number_out_of_range_is_refused(value: float) -> None:
+    with pytest.raises(InvalidValue):
+        arrays.download("a", [value])
+
+
+@pytest.mark.parametrize("name", ["", "1a", "a[]", "toolongname", "a b", "a\r"])
+def test_a_name_is_a_name(name: str) -> None:
+    with pytest.raises(InvalidValue):
+        arrays.length(name)
+
+
+@pytest.mark.parametrize(("first", "count", "fits"), [(0, 5, True), (4, 1, True), (4, 2, False), (-1, 1, False)])
+def test_what_does_not_fit_is_refused(first: int, count: int, fits: bool) -> None:
+    if fits:
+        arrays.require_fit("a", first, count, 5.0)
+        return
+    with pytest.raises(InvalidValue, match="elements 0 to 4"):
+        arrays.require_fit("a", first, count, 5.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        (" 1.0000\r 2.5000\r\n", [1.0, 2.5]),
+        (" 9.0000, 0.0000, -0.5000\r\n", [9.0, 0.0, -0.5]),
+        (" 1.0000\r\n 2.0000\r\n", [1.0, 2.0]),
+        ("", []),
+    ],
+)
+def test_what_an_upload_prints(text: str, values: list[float]) -> None:
+    assert arrays.parse("QU a[]", text) == values
+
+
+def test_an_upload_that_is_no_numbers_is_not_understood() -> None:
+    with pytest.raises(UnexpectedReply):
+        arrays.parse("QU a[]", " 1.0000\rwhat\r\n")
+
+
+def test_uploads_name_all_elements_or_a_part() -> None:
+    assert arrays.upload("a") == "QU a[]"
+    assert arrays.upload("a", 0, 4) == "QU a[],0,4"
