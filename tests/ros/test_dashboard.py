@@ -102,7 +102,7 @@ def test_what_is_typed_is_understood_and_shown_before_it_is_sent(screen: Screen)
     assert screen.asked() == [["perform", {"command": "pick", "target": [0.41, 1.13, 0.4], "open": False}]]
 
 
-@pytest.mark.parametrize(("text", "why"), [("abc", "write a number"), ("", "is missing"), ("410 m", "mm are meant")])
+@pytest.mark.parametrize(("text", "why"), [("abc", "write a number"), ("", "is missing"), ("410 m", "enter mm")])
 def test_what_is_no_length_is_marked_and_asks_for_nothing(screen: Screen, text: str, why: str) -> None:
     screen.type(x="410", y=text, z="400")
     for button in ("now", "send", "add"):
