@@ -18,11 +18,15 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 
 CLEAN = (
-    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/maya_un/messages", "src/maya_un/errors",
-    "src/maya_un/config", "src/maya_un/events.py", "src/maya_un/assembly.py", "src/maya_un/values.py",
-    "src/maya_un/loops.py", "src/maya_un/address.py", "src/maya_un/schema", "src/maya_un/robot",
-    "src/maya_un/kinematics", "src/maya_un/motion", "src/maya_un/client", "src/maya_un/server", "src/maya_un/process",
-    "src/maya_un/cli/help.py", "src/maya_un/cli/words.py", "src/maya_un/cli/waiting.py",
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/dmc41x3/messages", "src/maya_un/messages",
+    "src/maya_un/errors", "src/maya_un/config", "src/maya_un/schema", "src/maya_un/kinematics", "src/maya_un/motion",
+    "src/maya_un/robot", "src/maya_un/process", "src/maya_un/api", "src/maya_un/recorder", "src/maya_un/server",
+    "src/maya_un/client", "src/maya_un/coms", "src/maya_un/supervisor", "src/maya_un/plots", "src/maya_un/workers",
+    "src/maya_un/testing", "src/maya_un/events.py", "src/maya_un/assembly.py", "src/maya_un/values.py",
+    "src/maya_un/loops.py", "src/maya_un/address.py", "src/maya_un/cli/help.py", "src/maya_un/cli/words.py",
+    "src/maya_un/cli/waiting.py", "src/maya_un/cli/access/words.py", "src/maya_un/cli/calibrate/words.py",
+    "src/maya_un/cli/doctor/words.py", "src/maya_un/cli/fleet/words.py", "src/maya_un/cli/logs/words.py",
+    "src/maya_un/cli/queueing/words.py",
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 
