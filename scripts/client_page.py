@@ -23,21 +23,21 @@ maya.pick(0.50, 1.10)
 maya.place("tray[1,2]")
 ```
 
-`Client` blocks; `AsyncClient` has the same verbs, each to be awaited, and the same streams, for `async for`. Both work
-in notebooks, on the twin and on the robot alike: `Client.twin()` starts a twin of one's own, [as the first notebook
-does](../tutorials/first-notebook.ipynb). Units are m, rad and s, in the robot's time where a twin's clock runs faster.
-A place is a name (a taught pose, a cell like `"tray[1,2]"`, in jobs a part or a place) or x, y and perhaps z.
+The methods of `Client` block. `AsyncClient` has the same methods, to be awaited, and the same streams, for `async for`.
+Both work in notebooks, on the twin and on the robot. `Client.twin()` starts a separate twin, [as in the first
+notebook](../tutorials/first-notebook.ipynb). Units are m, rad and s; times are those of the robot's clock. A place is a
+name (a taught pose, a cell like `"tray[1,2]"`, in jobs a part or a place) or x, y and optionally z.
 
-Answers are frozen dataclasses, the same that the service has. A refusal is raised as the leaf of `maya_un.errors` that
-it is, with its [code](errors.md) and its details. What only looks, and what carries an idempotency key as every
-submission does, is said again where the connection breaks; `stop` goes over a connection of its own. A primitive is
-waited for: Ctrl-C, *interrupt* in a notebook, or the end of the awaiting task cancels it, which stops the robot on its
-path. What waits for somebody (a paused queue, a lease of somebody else's) says so as a warning, `StillWaiting`.
+Answers are the frozen dataclasses of the service. A refusal is raised as its class of `maya_un.errors`, with its
+[code](errors.md) and its details. If the connection breaks, the client repeats reading requests, and requests with an
+idempotency key, as every submission has. `stop` uses a separate connection. A primitive returns when it is done:
+Ctrl-C, *interrupt* in a notebook, or the end of the awaiting task cancels it, and the robot stops on its path. A
+warning, `StillWaiting`, reports that a job waits for a person (a paused queue, another user's lease).
 """
 
 LEASE = """\
-`with maya.lease(note="calibration"):` drives while the block runs and renews the lease meanwhile; `async with` for the
-other client. Once it is lost, the next thing that is asked for inside raises `LeaseLost`, or the end of the block does.
+`with maya.lease(note="calibration"):` holds and renews the lease while the block runs; use `async with` for
+`AsyncClient`. If the lease is lost, the next request in the block, or its end, raises `LeaseLost`.
 """
 
 SECTIONS: tuple[tuple[str, type, str], ...] = (
@@ -53,11 +53,11 @@ SECTIONS: tuple[tuple[str, type, str], ...] = (
     (
         "A job that was submitted",
         JobHandle,
-        "What `submit` and `job` return. Iterating over it yields its report as it goes on.",
+        "The result of `submit` and `job`. Iterating over it yields its report at each change.",
     ),
     ("A job built step by step", JobBuilder, inspect.getdoc(JobBuilder) or ""),
 )
-"""Title of each section, the class whose verbs it lists, and what is said first."""
+"""Title of each section, the class whose methods it lists, and its first paragraph."""
 
 _HIDDEN = {"perform", "iterate", "beside"}
 
@@ -76,7 +76,7 @@ def _lines() -> Iterator[str]:
         for name in _names(owner):
             yield from _entry(name, getattr(owner, name))
     yield "## Events\n"
-    yield f"What `maya.events()` yields, with `run`, `seq`, `time`, `kind`, `code`, `detail`. {inspect.getdoc(Event)}\n"
+    yield f"`maya.events()` yields them, with `run`, `seq`, `time`, `kind`, `code`, `detail`. {inspect.getdoc(Event)}\n"
     yield "Their kinds are [listed](events.md)."
 
 

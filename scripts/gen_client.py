@@ -43,7 +43,7 @@ GROUPS = {
     "users": "Users and their tokens.",
     "recordings": "The recordings of the flight recorder.",
 }
-"""What the methods of a client are about, by the first part of their names."""
+"""The subject of a client's methods, by the first part of their names."""
 
 CONSTANTS = {Yes: "True", No: "False"}
 

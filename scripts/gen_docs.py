@@ -65,9 +65,9 @@ def errors_page() -> str:
 
 def _error_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Error codes\n"
-    yield "Every edge shows the same code and the same words. A *request* error refuses a wish and leaves the robot"
-    yield "alone; a *machine* error ends motion, and a person recovers. `{name}` stands for a detail of the case, which"
-    yield "is also given separately wherever an error is answered as data."
+    yield "Every interface shows the same code and the same sentence. A *request* error refuses a request and changes"
+    yield "nothing; a *machine* error ends motion, and a person recovers. `{name}` stands for a detail of the case;"
+    yield "answers in JSON also contain it separately."
     family = 0
     for code, leaf in by_code().items():
         if code // 1000 != family:
@@ -135,14 +135,14 @@ def decisions_page() -> str:
     index = "\n".join(f"- [{_title(record)}]({record.name})" for record in records)
     return (
         f"{NOTE}\n# Decisions\n\n"
-        "One record for each decision that shapes the house: its context, what was decided, what follows from it. A\n"
-        "record is not rewritten when a decision changes; a new one says so and names the old one.\n\n"
+        "Each record describes a decision about the architecture: its context, the decision, the consequences. A\n"
+        "changed decision gets a new record, which names the old one.\n\n"
         f"{index}\n"
     )
 
 
 def twin_page() -> str:
-    """Return what the virtual controller does and does not do of the language."""
+    """Return the coverage of the language by the virtual controller."""
     return "\n".join(_twin_lines()) + "\n"
 
 
@@ -150,12 +150,12 @@ def _twin_lines() -> Iterator[str]:
     yield f"{NOTE}\n# What the twin does and does not do\n"
     yield "The virtual controller speaks the language of a DMC-41x3 with sinusoidal amplifiers, without Hall sensors,"
     yield f"Modbus devices or anything on its serial ports. Of {len(CATALOGUE)} entries of the language it implements"
-    yield f"{share():.0%}: they do what the controller does, or set and tell something that is used. Others are"
-    yield "accepted without effect, or refused with the code of a controller that lacks the thing, each for its reason."
+    yield f"{share():.0%}: they act as on the controller, or set and report a value that is used. Others are accepted"
+    yield "without effect, or refused with the code of a controller without that function, each for its reason."
     for kind, title in TWIN_SECTIONS.items():
         names = [name for name, coverage in COVERAGE.items() if coverage.kind is kind]
         yield f"\n## {title} ({len(names)})\n"
-        yield "| entry | kind | what it is for |" + ("" if kind is CoverageClass.IMPLEMENTED else " why |")
+        yield "| entry | kind | purpose |" + ("" if kind is CoverageClass.IMPLEMENTED else " reason |")
         yield "|---|---|---|" + ("" if kind is CoverageClass.IMPLEMENTED else "---|")
         yield from (_twin_row(CATALOGUE[name]) for name in names)
 
@@ -179,14 +179,14 @@ def faults_page() -> str:
 
 def _fault_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Faults on demand\n"
-    yield "What can be made to go wrong with a virtual controller: by `maya dmc fault NAME PARAMETER=VALUE...`, or in a"
-    yield "test by the block of the same name in `maya_un.testing.faults`. [How](../how-to/make-the-twin-fail.md)."
+    yield "Inject these faults into a virtual controller with `maya dmc fault NAME PARAMETER=VALUE...`, or in a test"
+    yield "with the block of the same name in `maya_un.testing.faults`. [How](../how-to/make-the-twin-fail.md)."
     for fault in faults.TABLE:
         yield f"\n## {fault.name}\n\n{fault.words}"
         if fault.end is None:
             yield "It is over as soon as it has begun."
         if fault.parameters:
-            yield "\n| parameter | default | unit | what |\n|---|---|---|---|"
+            yield "\n| parameter | default | unit | meaning |\n|---|---|---|---|"
         for parameter in fault.parameters:
             default = str(parameter.default).lower() if isinstance(parameter.default, bool) else parameter.default
             yield f"| `{parameter.name}` | {default} | {parameter.unit} | {parameter.words} |"
@@ -199,15 +199,15 @@ def roles_page() -> str:
 
 def _role_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Roles\n"
-    yield "Each role may all that the ones before it may. What *drives* needs the control lease too; how to"
-    yield "[share the robot](../how-to/share-the-robot.md) tells of both. What the role does not include is refused"
-    yield "with 4102, a request without a valid token with 4101."
-    yield f"\n| operation | what | {' | '.join(role.word for role in Role)} | drives |"
+    yield "Each role includes the rights of the ones before it. An operation that *drives* also needs the control"
+    yield "lease; [share the robot](../how-to/share-the-robot.md) describes both. An operation beyond the role is"
+    yield "refused with 4102, a request without a valid token with 4101."
+    yield f"\n| operation | meaning | {' | '.join(role.word for role in Role)} | drives |"
     yield f"|---|---|{'---|' * (len(Role) + 1)}"
     yield from (_role_row(operation, rule) for operation, rule in RULES.items())
     own = " and ".join(f"`{operation}`" for operation in Operation if operation in OWN)
-    yield f"\nWhoever may `{Operation.PROPOSE}` may {own} jobs of his own. `{Operation.STOP}` and `{Operation.ABORT}`"
-    yield "need neither a lease nor more than a valid token, and on the robot's own machine not even that."
+    yield f"\nUsers with the right `{Operation.PROPOSE}` may also {own} their own jobs. `{Operation.STOP}` and"
+    yield f"`{Operation.ABORT}` need no lease and no role, only a valid token; on the robot's machine they need none."
     yield "\nThe table is valid for every interface: HTTP, the stream, rosbridge and the ROS graph, where"
     yield "[each name](graph.md) states the operation that it needs."
 

@@ -23,51 +23,52 @@ MANUAL = {
 INTRODUCTION = """\
 # The graph
 
-Names, types and fields of the manual's chapter Communications, and what is ours beyond it. In ROS it is what
-`roslaunch maya_process process.launch` brings up; without ROS `maya up --rosbridge` serves the same by rosbridge.
-Units are SI: m, rad, s. A goal, service or topic means the same on both, for one table in the code drives them.
+The graph has the names, types and fields of the manual's chapter Communications, and some more. In ROS, `roslaunch
+maya_process process.launch` starts it; without ROS, `maya up --rosbridge` serves it to rosbridge clients. Units are SI:
+m, rad, s. Both behave the same, because one table in the code defines all names.
 
 If users exist, a client needs a [role](roles.md) that includes the operation of the name.
 """
 
 MORE = f"""
-/tf comes from robot_state_publisher, which makes it of `/joint_states` and the parameter `robot_description`. Without
-ROS there is neither: whoever draws the robot sets the joints of [its description](../explanation/the-model.md) by
-`/joint_states`. Markers are told when something changes, at most {DRAWING_RATE:g} times a second, and whole to whoever
-comes. A queue holds so many messages for one reader; the oldest beyond are dropped. Rates are in the time of whoever
-listens, however fast the twin's clock runs.
+robot_state_publisher makes /tf from `/joint_states` and the parameter `robot_description`. Without ROS there is
+neither: to draw the robot, set the joints of [its description](../explanation/the-model.md) by `/joint_states`. Markers
+are published on change, at most {DRAWING_RATE:g} times a second, and in full to each new subscriber. A queue holds a
+number of messages for one reader; beyond that the oldest are dropped. Rates are in the reader's time, even if the
+twin's clock runs faster.
 """
 
 RULES = f"""\
 ## Who waits and who refuses
 
-One wish at a time: a goal or call that comes while another is under way is refused with code 2104, and the first goes
-on unharmed. `/send_task` and `/start_queue` queue: what they bring starts when its turn comes, and waits for wishes
-that came past the queue. What a topic asks for and is refused is logged and told in `/diagnostics` ("last refused");
-of `/controller/command` and `/controller/speed` it is told on `/maya_event`, by the word `{REFUSED}`.
+One goal or call runs at a time. A second one is refused with code 2104, and the first continues. `/send_task` and
+`/start_queue` put tasks into the queue, which waits for direct goals and calls. A refused message of a topic is logged
+and shown in `/diagnostics` ("last refused"); for `/controller/command` and `/controller/speed` it is published on
+`/maya_event`, with the word `{REFUSED}`.
 
 Every result carries `code` and `message`: a [code](errors.md) and its sentence, both empty on success. The std_srvs
 services have no field for it: where `success` is false, `message` is the code, a colon, a space and the sentence.
-`/controller/stop` and `/controller/pause` answer with an object of what it comes to: `{{"was_moving":true,
-"duration":0.8,"distance":[0.1,0.0,0.0]}}`, the time [s] and the way (rad, m, m) to rest.
+`/controller/stop` and `/controller/pause` answer with an object: `{{"was_moving":true,
+"duration":0.8,"distance":[0.1,0.0,0.0]}}`, the time [s] and the distance (rad, m, m) to rest.
 
 ## Actions
 
-They are those of ROS 1 (actionlib), by five topics each: `X/goal`, `X/cancel`, `X/status`, `X/feedback`, `X/result`.
+They are actions of ROS 1 (actionlib), with five topics each: `X/goal`, `X/cancel`, `X/status`, `X/feedback`,
+`X/result`.
 
 | a goal is | when |
 |---|---|
-| PENDING | it has come and nothing has begun; a motion waits here while motion is paused |
-| ACTIVE | from its first feedback on, which is when something begins |
+| PENDING | it has arrived and nothing has begun; a motion waits here while motion is paused |
+| ACTIVE | from its first feedback on, when something begins |
 | REJECTED | it was refused, and nothing has moved |
 | PREEMPTED | it was cancelled (code 2202) or somebody stopped the robot (2201): at rest, on its path |
 | RECALLED | the same before anything had begun |
-| ABORTED | it failed on the way; the code says how |
+| ABORTED | it failed; the code gives the reason |
 | SUCCEEDED | it is done |
 
-A cancel names a goal, or all that came until a time, or with neither all of them; it stops on the path, and the result
-comes when the axes are at rest. Goals of a client that had subscribed to the results and is gone are cancelled. The
-status of a goal that has ended is told for {KEPT:g} s more, {1 / PERIOD:g} times a second. Motions give feedback
+A cancel names one goal, all goals up to a time, or with neither all goals. The robot stops on the path, and the result
+follows when the axes are at rest. If a client that had subscribed to the results disconnects, its goals are cancelled.
+The status of an ended goal is published for {KEPT:g} s more, {1 / PERIOD:g} times a second. Motions give feedback
 {FEEDBACK_RATE:g} times a second; homings and primitives at every phase, primitives with positions in between.
 
 ## Paths
@@ -80,18 +81,18 @@ status of a goal that has ended is told for {KEPT:g} s more, {1 / PERIOD:g} time
 | x, y, z | space [m] |
 | a, d, z | angle, distance and height: around axis a [rad, m, m] |
 
-The first point is where the robot is, to 1 mrad and 0.1 mm. A point between the ends may say as `effort` how its corner
-is cut: [before, after, fall, rise], the lengths [m] on either side and the shares (above 0, up to 1) of the time over
-which the legs slow down and speed up; without it the corner is sharp, and passed next to rest. Velocities and
-accelerations are worked out here and not looked at. Where the last `time_from_start` is above 0, the motion is slowed
-to take that long at least.
+The first point is the robot's position, to 1 mrad and 0.1 mm. The `effort` of a point between the ends defines its cut
+corner: [before, after, fall, rise], the lengths [m] on either side and the shares (above 0, up to 1) of the time over
+which the legs slow down and speed up. Without it the corner is sharp, and passed almost at rest. Velocities and
+accelerations of the message are ignored, because the planner computes them. If the last `time_from_start` is above 0,
+the motion takes at least that long.
 """
 
 EVENTS = """\
 ## /maya_event
 
-One word, a space, and one JSON object that says how everything stands, so that the last event, which is latched, tells
-whoever comes late all of it.
+One word, a space, and one JSON object with the whole state. The last event is latched, so a late subscriber gets all of
+it.
 
 | key | what |
 |---|---|
@@ -99,17 +100,17 @@ whoever comes late all of it.
 | homed, moving, gripper_closed | true or false |
 | override | factor on the speed of all motion, 0.01 to 1 |
 | strokes | ranges of a, b, c that homing measured, [[least, greatest], ...] (rad, m, m); null before it |
-| fault | {"code", "message"}, null where there is none |
-| code | of the event's own error, 0 where it tells of none |
-| detail | what the event says besides |
+| fault | {"code", "message"}, null if there is none |
+| code | of the event's own error, 0 without one |
+| detail | the fields of the event |
 """
 
 BYTES = """\
 ## By rosbridge
 
-Numbers that are not finite are null. Arrays of uint8 may be sent as base64 text. What a message leaves out is zero,
-empty or false, and a header without a time gets the present one. Fields that a type does not have, values that do not
-fit it and integers out of its range are refused with code 4018 and the name of the field.
+Numbers that are not finite are null. Arrays of uint8 may be sent as base64 text. A missing field is zero, empty or
+false, and a header without a time gets the present one. Unknown fields, values of another type and integers out of
+range are refused with code 4018 and the name of the field.
 """
 
 

@@ -28,31 +28,30 @@ from maya_un.server.routes import RouteRule
 INTRODUCTION = f"""\
 # HTTP
 
-`maya up` serves this interface on loopback, port 4133 unless `--port` says otherwise, and with `--listen` to [other
-machines](../how-to/share-the-robot.md). Lengths in m, angles in rad, times in s; points are `[x, y, z]`, joints `[a,
-b, c]`. What changes while you look is a websocket's matter: [the stream](websocket.md).
+`maya up` serves this interface on loopback, on port 4133 or that of `--port`, and with `--listen` to [other
+machines](../how-to/share-the-robot.md). Lengths in m, angles in rad, times in s; points are `[x, y, z]`, joints `[a, b,
+c]`. For live data use the websocket: [the stream](websocket.md).
 
-`GET /v1/openapi.json` is the whole of it for tools: every message with its schema and examples, every refusal of
-every path, and as `x-maya-operations` what it is for. Generated clients name their methods by its operation ids.
-Pages that draw such a document fetch their scripts from elsewhere, so we serve none; any viewer of your own takes the
-file.
+`GET /v1/openapi.json` is the complete description for tools: every message with its schema and examples, every refusal
+of every path, and its operations as `x-maya-operations`. Generated clients name their methods by its operation ids.
+Maya serves no page for this document, because such pages load scripts from other sites; open the file in any viewer.
 
-## Who may ask
+## Authentication
 
-While no users are kept, whoever sits at the machine may do everything and shows nothing. Once users are kept, and
-from other machines always, a request shows a token: `Authorization: Bearer maya_...`, from `maya user token` or `POST
-/v1/session`. Stop and abort from loopback never need one. What is marked "drives" needs the [control
-lease](../how-to/share-the-robot.md) too, shown as `Maya-Lease`; who shows none and is no user of any (the local user
-without ceremony) takes it for the length of the wish while it is free. [Roles](roles.md) says who may what.
+While no users exist, everybody on this machine has full access without a token. Once users exist,
+and always from other machines, a request needs a token: `Authorization: Bearer maya_...`, from `maya user token` or
+`POST /v1/session`. Stop and abort from loopback never need one. An operation marked "drives" also needs the [control
+lease](../how-to/share-the-robot.md), sent as `Maya-Lease`. While no users exist, a request without a lease takes the
+free lease for its own duration. [Roles](roles.md) lists the rights.
 
-On loopback, requests name loopback as their Host and come from pages of loopback, if from pages. Other machines may
-name the address or host name of this one, and what `maya up --origin URL` adds; pages of such an origin may command
-from a browser (CORS). A request that says that it was forwarded counts as one from elsewhere.
+On loopback, the Host of a request must be loopback, and so must the origin of a web page. Other machines may use the
+address or host name of this one, and the names of `maya up --origin URL`; pages of such an origin may send commands
+from a browser (CORS). A forwarded request counts as one from another machine.
 
-So many requests a second: {NEAR.per_second:g} from this machine, {NEAR.burst:g} at once; {FAR.per_second:g} from each
-other one, {FAR.burst:g} at once. More are answered 429, with `Retry-After`; stop and abort are never counted. A body
-may have {BODY_LIMIT // 1_000_000} MB if it may carry a job, else {LONG // 1024} kB.
-It may have {MOST_VALUES:,} values, and must arrive within {BODY_PATIENCE:g} s.
+This machine may send {NEAR.per_second:g} requests a second, {NEAR.burst:g} at once; each other machine
+{FAR.per_second:g}, {FAR.burst:g} at once. More requests get 429, with `Retry-After`; stop and abort do not count. A
+body with a job may have {BODY_LIMIT // 1_000_000} MB, any other {LONG // 1024} kB. It may have {MOST_VALUES:,} values,
+and must arrive within {BODY_PATIENCE:g} s.
 
 A separate worker process computes previews and inspections. Each user may have
 {PEOPLE_BOUNDS.each} under way; more are answered 429 (4030). A worker that fails is answered 503 (5020). Both answers
@@ -62,14 +61,14 @@ or more than {MOST_SAMPLED:,} samples (4032). A job names at most {MOST_NAMES} p
 {MOST_NAMES} places and {MOST_NAMES} pallets. If the caller disconnects, the computation ends.
 A stop never waits for a computation.
 
-## What every answer has
+## Every answer
 
-`Maya: VERSION`, by which a client knows that it is ours, and `Maya-Request`, by which [the log](#the-log) names the
-request. HEAD answers as GET without the body, OPTIONS tells what may be asked of a path. Keys that are not known are
-refused, in bodies and in queries.
+Every answer has the header `Maya: VERSION`, which identifies Maya's service, and `Maya-Request`, the
+name of the request in [the log](#the-log). HEAD answers as GET without the body; OPTIONS lists the methods of a path.
+Unknown keys in bodies and queries are refused.
 
 A refusal is `application/problem+json` with `type`, `title`, `status`, `code` (one of [ours](errors.md)), `detail`
-(the sentence; in Spanish where Accept-Language wants that more than English) and `details` (what the sentence names).
+(the sentence; in Spanish if Accept-Language prefers it to English) and `details` (the values in the sentence).
 
 | status | when |
 |---|---|

@@ -19,7 +19,7 @@ PLACES = {
     TaskState.FAILED: (7.3, 1.4),
     TaskState.CANCELLED: (4.6, -0.3),
 }
-"""Where each state stands in the picture; one that is missing fails the drawing."""
+"""The place of each state in the picture; a missing state fails the drawing."""
 
 BENDS = {(TaskState.PAUSED, TaskState.CANCELLED): 0.62, (TaskState.INTERRUPTED, TaskState.FAILED): -0.05}
 """How far an arrow is bent that would run through a box."""

@@ -41,7 +41,7 @@ CLOSE = {
     "Z": f"{ABOVE.z + 0.07}",
 }
 SCENE = (500, 62, 1140, 602)
-"""What is kept of the picture from near: left, upper, right and lower edge [pixels]."""
+"""The part of the close picture that is kept: left, upper, right and lower edge [pixels]."""
 
 SPEED = 20
 PATIENCE = 4.0

@@ -117,7 +117,7 @@ class MemoryDamaged(MachineError):
 
 
 class NotConnected(RequestError):
-    """A wish came while there is no link to the controller."""
+    """A command came without a connection to the controller."""
 
     code = 1010
 

@@ -10,7 +10,7 @@ from importlib import import_module
 
 from dmc41x3.messages import add_catalogue
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = ["__version__"]
 

@@ -1,4 +1,4 @@
-"""Where a controller is, as people write it: `sim`, `real`, HOST or HOST:PORT.
+"""The address of a controller, as people write it: `sim`, `real`, HOST or HOST:PORT.
 
 Imports nothing heavy, because `maya stop` needs it.
 """

@@ -1,4 +1,4 @@
-"""The only place that chooses real or virtual, and wires the floors."""
+"""The only place that chooses between real and virtual, and connects the layers."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Twin:
 
     @property
     def parts(self) -> dict[str, Point]:
-        """Where the parts are now, by their grasp points [m]."""
+        """Present positions of the parts, by their grasp points [m]."""
         return {name: Point(*place) for name, place in self.mechanics.parts.items()}
 
     @property
@@ -71,7 +71,7 @@ class Twin:
 
 @dataclass(frozen=True, slots=True)
 class ControllerAssembly:
-    """The controller floor at an address; `twin` is None on a real machine, `recorder` where nothing is recorded."""
+    """The controller layer at an address; `twin` is None on a real machine, `recorder` if nothing is recorded."""
 
     address: str
     controller: GalilController
@@ -81,7 +81,7 @@ class ControllerAssembly:
 
 @dataclass(frozen=True, slots=True)
 class ProcessAssembly:
-    """The process floor on some robot.
+    """The process layer on some robot.
 
     Edges that somebody else may use call `service` through the `gate` and ask `entrance` who asks.
     """
@@ -95,7 +95,7 @@ class ProcessAssembly:
 
 
 class StackStorage(NamedTuple):
-    """What outlives a program: the queue's journal, and who may sign in; None where nothing does."""
+    """Data that outlives a program: the queue's journal, and the users; None for what is not kept."""
 
     journal: Journal | None
     users: Store | None
@@ -103,7 +103,7 @@ class StackStorage(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Stack(ProcessAssembly):
-    """All floors of one robot, wired: the process floor, and what it stands on. `twin` is None on a real machine."""
+    """All layers of one robot: the process layer, and the layers below it. `twin` is None on a real machine."""
 
     config: Config
     address: str
@@ -151,16 +151,16 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     recordings: RecordingStore | None = None,
     staff: WorkerSet | None = None,
 ) -> AsyncIterator[Stack]:
-    """Wire all floors on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
+    """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
     `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here. Taught places are
     kept in the file at `places`, without one for as long as the stack lives. So are the queue and its history, the
     events and the audit log in `journal`, which whoever opened it closes; what it knows was not finished waits for a
-    person. `calendar` tells dates, `users` keeps who may sign in. Where there are `recordings` to add to, a live stack
-    is recorded. With a `staff` nothing is planned in the running loop.
-    A controller that belongs to another program is refused, and with `take_over` taken from it at rest.
-    Raises what connecting raises (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ControllerOwned`,
-    `ControllerMoves`, `ParameterMismatch`), and `MarkerMissing` where `skip_home` finds no mark.
+    person. `calendar` tells dates, `users` keeps who may sign in. If there are `recordings` to add to, a live stack is
+    recorded. With a `staff` nothing is planned in the running loop. A controller that belongs to another program is
+    refused, and with `take_over` taken from it at rest. Raises what connecting raises (`ConnectFailed`, `LinkTimeout`,
+    `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`), and `MarkerMissing` where `skip_home`
+    finds no mark.
     """
     async with controller_floor(
         config,
@@ -208,7 +208,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
 
 
 @asynccontextmanager
-async def controller_floor(  # noqa: PLR0913 - every option of a controller floor is a parameter
+async def controller_floor(  # noqa: PLR0913 - every option of a controller layer is a parameter
     config: Config,
     address: str = SIM,
     *,
@@ -223,7 +223,7 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller floo
     heard: Callable[[EventLog], None] | None = None,
     workers: Workers | None = None,
 ) -> AsyncIterator[ControllerAssembly]:
-    """Open the controller floor alone at `address` for the length of the block; options and errors are as in `stack`.
+    """Open the controller layer alone at `address` for the length of the block; options and errors are as in `stack`.
 
     `heard` is given the events before the first of them. Motions are planned in `workers`, where there are any.
     """
@@ -247,7 +247,7 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller floo
 
 
 @asynccontextmanager
-async def process_floor(  # noqa: PLR0913 - every option of a process floor is a parameter
+async def process_floor(  # noqa: PLR0913 - every option of a process layer is a parameter
     robot: Robot,
     controller: Controller,
     config: Config,
@@ -261,10 +261,10 @@ async def process_floor(  # noqa: PLR0913 - every option of a process floor is a
     recorder: Recorder | None = None,
     staff: WorkerSet | None = None,
 ) -> AsyncIterator[ProcessAssembly]:
-    """Wire the process floor and its service on any robot and controller for the length of the block.
+    """Connect the process layer and its service to any robot and controller for the length of the block.
 
-    They may stand in this process or at the other end of a graph. What is kept where, and what the rest means, is as in
-    `stack`. Raises `StorageFailed` where what the journal knows cannot be taken up.
+    They may run in this process or at the other end of a graph. The other parameters are as in `stack`. Raises
+    `StorageFailed` where what the journal knows cannot be taken up.
     """
     book = PoseStore(controller.mechanism, places)
     lease = ControlLease(controller.events, speed)

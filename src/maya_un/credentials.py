@@ -1,4 +1,4 @@
-"""What a client on this machine shows by itself: the token of its user, and the control lease taken in the shell.
+"""Credentials of a client on this machine: the token of its user, and the control lease taken in the shell.
 
 The token is $MAYA_TOKEN, else the line in the file at `token_file`; the lease stands in a runtime file. A file that is
 somebody else's, or that others can read, is not used. Imports nothing heavy, because `maya stop` needs it, and raises

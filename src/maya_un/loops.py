@@ -1,6 +1,6 @@
 """Event loops with a clock of their own: one that jumps, one that runs scaled, and the ordinary one.
 
-Nothing in the house calls a wall clock or sleeps a thread; time is the loop's. In the jumping loop an hour of
+No module calls a wall clock or sleeps a thread; time is the loop's. In the jumping loop an hour of
 motion takes milliseconds, because the clock is set to the next timer whenever nothing else is ready. In the
 scaled loop the clock runs `speed` times as fast as the wall (the twin's demonstration). See
 docs/decisions/0004-time-is-the-event-loops.md.
@@ -34,7 +34,7 @@ _LOOK = 0.05
 """Longest wait for somebody outside before looking again whether anybody is [s, real time]."""
 
 _LONGEST_LAPSE = 0.01
-"""What the scaled clock gains at most between two looks at it while there is work [s, real time]."""
+"""The scaled clock gains at most this between two readings while there is work [s, real time]."""
 
 
 class _OrderedTimer(asyncio.TimerHandle):

@@ -1,4 +1,4 @@
-"""The values that cross floors: immutable, SI (m, rad, s), cheap to make.
+"""The values that cross layers: immutable, SI (m, rad, s), cheap to make.
 
 `Joints` and `Point` are named tuples because they are made by the hundred thousand; everything a reader
 looks at less often is a frozen, slotted dataclass.
@@ -14,11 +14,11 @@ AXES = ("a", "b", "c")
 """Names of the axes: a turns the boom, b and c are the two lines."""
 
 JOG_AXES = (*AXES, "x", "y", "z", "r")
-"""What can be jogged: a joint, or the gripper along x, y, z or r, outward along the boom."""
+"""Directions of a jog: a joint, or the gripper along x, y, z or r, outward along the boom."""
 
 
 FARTHEST = 1e4
-"""Coordinates beyond this (rad, m) are no place of any robot, and are refused wherever somebody wishes for one."""
+"""Coordinates beyond this (rad, m) are refused everywhere, because no robot reaches them."""
 
 WITHIN = f"it must be a number between -{FARTHEST:g} and {FARTHEST:g}"
 """Why a coordinate is refused that is not finite, or beyond `FARTHEST`."""
@@ -45,7 +45,7 @@ class Point(NamedTuple):
 
 
 class Mode(StrEnum):
-    """What the controller floor is doing; one at a time."""
+    """The activity of the controller layer; one at a time."""
 
     DISCONNECTED = "disconnected"
     NOT_HOMED = "not_homed"

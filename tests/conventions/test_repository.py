@@ -130,6 +130,7 @@ def test_the_packages_are_typed() -> None:
     assert [package for package in PACKAGES if not (package / "py.typed").exists()] == []
 
 
-def test_the_packages_have_the_version_of_the_project() -> None:
-    version = tomllib.loads(text("pyproject.toml"))["project"]["version"]
-    assert (dmc41x3.__version__, maya_un.__version__) == (version, version)
+def test_both_packages_have_the_version_that_the_project_is_built_with() -> None:
+    project = tomllib.loads(text("pyproject.toml"))
+    assert project["tool"]["hatch"]["version"]["path"] == "src/maya_un/__init__.py"
+    assert dmc41x3.__version__ == maya_un.__version__

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -13,6 +12,7 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 
+from maya_un import __version__
 from maya_un.config.load import parse
 from maya_un.graph import types
 from maya_un.graph.events import words
@@ -155,9 +155,8 @@ def test_packages_share_one_version_and_licence() -> None:
     assert {manifest.findtext("name") for manifest in manifests} == {
         "maya_controller", "maya_robot", "maya_process", "maya_ui", "maya_ros_un",
     }  # fmt: skip
-    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     said = {(manifest.findtext("version"), manifest.findtext("license")) for manifest in manifests}
-    assert said == {(re.findall(r'^version = "(.*)"', project, re.MULTILINE)[0], "Apache-2.0")}
+    assert said == {(__version__, "Apache-2.0")}
 
 
 def test_the_stack_holds_the_other_packages() -> None:

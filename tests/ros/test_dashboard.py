@@ -23,7 +23,7 @@ UI = ROOT / "ros" / "maya_ui"
 HERE = {"master": True, "controller": True, "robot": True, "process": True}
 FAULT = (
     "Axis b could not follow its reference and its motor was switched off. Look for an obstacle or a jammed line, "
-    "then say `maya recover`."
+    "then run `maya recover`."
 )
 
 
@@ -102,7 +102,7 @@ def test_what_is_typed_is_understood_and_shown_before_it_is_sent(screen: Screen)
     assert screen.asked() == [["perform", {"command": "pick", "target": [0.41, 1.13, 0.4], "open": False}]]
 
 
-@pytest.mark.parametrize(("text", "why"), [("abc", "write a number"), ("", "is missing"), ("410 m", "mm are meant")])
+@pytest.mark.parametrize(("text", "why"), [("abc", "write a number"), ("", "is missing"), ("410 m", "enter mm")])
 def test_what_is_no_length_is_marked_and_asks_for_nothing(screen: Screen, text: str, why: str) -> None:
     screen.type(x="410", y=text, z="400")
     for button in ("now", "send", "add"):
@@ -272,10 +272,8 @@ def test_what_is_under_way_is_shown_until_it_has_ended(screen: Screen) -> None:
     screen.tell("Under", wish="task", phase="lower", share=0.4)
     assert screen.text("progress") == "Task: lower  %p%"
     assert "under way" in screen.read("now")["tip"]
-    screen.tell(
-        "Ended", wish="task", done=False, code="2201", message="Stopped before the end, because somebody said stop."
-    )
-    assert screen.text("note") == "Task: Stopped before the end, because somebody said stop. (2201)"
+    screen.tell("Ended", wish="task", done=False, code="2201", message="Stopped before the end by a stop command.")
+    assert screen.text("note") == "Task: Stopped before the end by a stop command. (2201)"
     assert screen.read("note")["kind"] == ""
     assert screen.text("progress") == ""
 

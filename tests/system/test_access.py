@@ -41,7 +41,7 @@ def test_a_day_of_a_laboratory(monkeypatch: pytest.MonkeyPatch) -> None:
     owner, nobody = Shell(monkeypatch, None), Shell(monkeypatch, "")
     with running(UP) as up:
         up.until("maya home")
-        assert "No users are kept" in owner("user")
+        assert "No users exist" in owner("user")
         owner("user add root --role admin")
         assert credentials.token().startswith("maya_")
         olga = Shell(monkeypatch, owner.token_of("user add olga --role operator"))

@@ -264,7 +264,9 @@ def test_a_real_machine_has_no_seed_and_no_table_and_is_not_even_called(
 def test_the_configured_machine_is_a_real_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "job.yaml").write_text("steps: [home]")
     assert main(["run", "job.yaml", "--speed", "2", "--address", "real"]) == 2
-    assert "error 4006: `--speed` scales the twin's time; 192.168.1.156 is a real machine" in capsys.readouterr().err
+    assert (
+        "error 4006: `--speed` scales the twin's time, but 192.168.1.156 is a real machine" in capsys.readouterr().err
+    )
 
 
 SPEEDS = ["run job.yaml --speed 2", "run job.yaml --dry-run --speed 2", "up --speed 2 --port 0", "up --speed=1"]

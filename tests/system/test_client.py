@@ -175,7 +175,7 @@ def test_a_stop_ends_the_wish_of_somebody_else(maya: Client) -> None:
     other = Client(maya.address)
     stopping = threading.Thread(target=lambda: (moving(other), other.stop()))
     stopping.start()
-    with pytest.raises(Stopped, match="somebody said stop"):
+    with pytest.raises(Stopped, match="by a stop command"):
         maya.approach(0.20, 1.30, 0.50)
     stopping.join()
     other.close()

@@ -145,7 +145,7 @@ def house(request: pytest.FixtureRequest) -> Iterator[House]:
         emulated = request.param == "emulator"
         port = held.enter_context(emulator(RULES)) if emulated else database.port
         up = held.enter_context(running(UP))
-        door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
+        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         environment = {"FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}", **admit(database)}
         link = Process(f"coms --port 0 --url firestore://demo --rosbridge {rosbridge} --connect", env=environment)
         held.callback(link.kill)

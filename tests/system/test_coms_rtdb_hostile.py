@@ -77,7 +77,7 @@ class House(coms_hostile.House):
 @pytest.fixture(scope="module")
 def house() -> Iterator[House]:
     with realtime_database() as database, running(UP) as up:
-        door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
+        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         with connected(database, rosbridge) as link:
             one = House(database, url_in(link.until("http://")), door)
             one.send_all({"home": {"command": "home"}})

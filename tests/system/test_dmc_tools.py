@@ -21,7 +21,7 @@ def test_a_capture_of_a_foreign_client_replays_without_a_difference(tmp_path: Pa
         between.send(signal.SIGINT)
         assert between.end()[0] == 0
     code, said = done(f"dmc replay {file}")
-    assert (code, said) == (0, "5 commands, 0 answered otherwise than recorded.\n")
+    assert (code, said) == (0, "5 commands; 0 answers differ from the recording.\n")
     file.write_text(file.read_text(encoding="utf-8").replace("4103", "4105"), encoding="utf-8")
     file.write_text(file.read_text(encoding="utf-8").replace('"data": ":"', '"data": "?"'), encoding="utf-8")
     code, said = done(f"dmc replay {file}")

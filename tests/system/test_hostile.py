@@ -29,7 +29,7 @@ STOP = Hostile("POST", "/v1/stop")
 
 def port_of(up: Process) -> int:
     """Return the port of a Maya that says where its door is."""
-    return int(up.until("Door:").rpartition(":")[2])
+    return int(up.until("Service:").rpartition(":")[2])
 
 
 def status(port: int) -> dict[str, Any]:

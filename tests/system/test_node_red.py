@@ -154,7 +154,7 @@ def cube(door: str) -> list[float]:
 def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path) -> None:
     (tmp_path / "red").mkdir()
     with broker(tmp_path) as one, observing(one) as observer, running(TABLE) as up:
-        door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
+        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         link = coms(one, rosbridge)
         try:
             url = url_in(link.until("http://"))
@@ -174,7 +174,7 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
 
 def test_node_red_carries_out_a_process_over_a_database_with_rules(tmp_path: Path) -> None:
     with realtime_database(RULES) as database, running(TABLE) as up:
-        door, rosbridge = url_in(up.until("Door:")), url_in(up.until("ws://"))
+        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         database.store.users["lab@example.org"] = SECRET
         database.set("accounts/lab", {"commands": {"MAYA": True}})
         link = coms_of_database(database, rosbridge, **admit(database))

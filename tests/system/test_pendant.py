@@ -108,7 +108,7 @@ def test_space_stops_whatever_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             assert (code, "2201" in said) == (1, True)
             shown.until("not homed")
             shown.press("x")
-            shown.until("Say `maya home` first")
+            shown.until("Run `maya home` first")
             shown.press("C-c")
             assert shown.ended() == 130
 

@@ -120,7 +120,7 @@ def test_a_process_that_is_killed_leaves_whole_recordings_only(campaign: Campaig
 @pytest.mark.system
 def test_a_running_robot_is_recorded_and_its_recording_replayed() -> None:
     with running(f"up --port 0 --speed 20 {CALM}") as up:
-        up.until("Door:")
+        up.until("Service:")
         assert done("gripper close")[0] == 0
         assert done("gripper open")[0] == 0
         code, said = done("record save --json", within=60.0)

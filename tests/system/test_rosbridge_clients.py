@@ -62,7 +62,7 @@ def up(port: int = 0) -> str:
 
 
 def begun(process: Process) -> Served:
-    url = process.until("Door: ").rpartition(" ")[2]
+    url = process.until("Service: ").rpartition(" ")[2]
     endpoint = process.until("rosbridge: ").rpartition(" ")[2]
     process.until("Ctrl-C")
     return Served(Running(process, url, 0), process, endpoint)

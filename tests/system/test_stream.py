@@ -179,7 +179,7 @@ def test_a_service_that_was_killed_and_started_again_is_another_run() -> None:
 
 def door(up: Process) -> str:
     """Return the address of the stream of a service that has begun."""
-    return up.until("Door:").rpartition("http://")[2].join(("ws://", "/v1/stream"))
+    return up.until("Service:").rpartition("http://")[2].join(("ws://", "/v1/stream"))
 
 
 async def homing(url: str) -> list[int]:

@@ -118,7 +118,7 @@ def test_the_step_under_way_is_finished_where_that_is_wanted(how: str, job: str)
         code, _ = done("down" if option else "down --finish")
         assert code == 0
         told = up.end()
-        assert (told[0], "Ending after the step of job 1" in told[1]) == (0, True)
+        assert (told[0], "Ending after the running step of job 1" in told[1]) == (0, True)
     with running(f"up --port 0 --speed 100 {CALM}") as up:
         assert "between two steps" in up.until("interrupted")
         steps = ask("GET /v1/jobs/1")[1]["steps"]
@@ -131,7 +131,7 @@ def test_a_second_word_does_not_wait(job: str) -> None:
         done(f"job submit {job}")
         events_until("step", state="running", index=1)
         up.send(signal.SIGINT)
-        up.until("Ending after the step")
+        up.until("Ending after the running step")
         assert ask("GET /v1/status")[0] == 200  # whoever wants to look, or to stop, still can
         up.send(signal.SIGINT)
         told = up.end(20.0)

@@ -57,7 +57,7 @@ def test_an_error_says_its_sentence_and_keeps_its_details() -> None:
 
 
 def test_an_error_speaks_spanish_when_asked() -> None:
-    assert NotHomed().text("es").endswith("Diga primero `maya home`.")
+    assert NotHomed().text("es").endswith("Ejecute primero `maya home`.")
 
 
 def test_a_language_we_lack_reads_as_english() -> None:

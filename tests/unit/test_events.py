@@ -75,7 +75,7 @@ def test_the_oldest_are_forgotten_and_whoever_asks_for_them_is_told() -> None:
     events.emit(StepAdvanced(1, 1, "home", "done"))
     assert (len(events), events.oldest) == (10, 3)
     assert [event.seq for event in events.since(2)] == list(range(3, 11))
-    with pytest.raises(EventsForgotten, match=r"above 1 .* oldest that is kept is 3"):
+    with pytest.raises(EventsForgotten, match=r"after 1 .* oldest stored event is 3"):
         events.since(1)
     assert events.last == events.since(9)[0]
 

@@ -270,7 +270,7 @@ REM ¦ keyword ¦ plain ¦ neither ¦  ¦ remark that never reaches the controll
 RI ¦ command ¦ plain ¦ program ¦ 0 ¦ returns from the subroutine of an input
 RL ¦ command ¦ axes ¦ both ¦ all axes ¦ position that a latch kept
 RP ¦ command ¦ axes ¦ both ¦ all axes ¦ where axes are commanded to be
-RS ¦ command ¦ plain ¦ host ¦ 0 ¦ starts anew with what is burned
+RS ¦ command ¦ plain ¦ host ¦ 0 ¦ restarts with the burned memory
 SB ¦ command ¦ own ¦ both ¦  ¦ switches a digital output on
 SC ¦ command ¦ axes ¦ both ¦ all axes ¦ why axes stand or move
 SD ¦ command ¦ axes ¦ both ¦ 256000 ¦ rate of slowing down at a limit [counts/s²]

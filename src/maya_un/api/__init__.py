@@ -1,1 +1,1 @@
-"""The one door: every edge calls the methods of `api.service.Service` and shows the types of `maya_un.schema`."""
+"""The service: every edge calls the methods of `api.service.Service` and shows the types of `schema`."""

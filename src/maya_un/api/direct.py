@@ -1,7 +1,7 @@
-"""Wishes that are done at once, for callers who will not queue: one at a time, and refused while anything else runs.
+"""Direct commands for callers who do not queue: one at a time, and refused while anything else runs.
 
-The queue waits meanwhile: a job whose turn comes begins when the direct wish has ended. A wish is refused with `Busy`
-while a job or another one is under way. Whoever calls this came through the gate by `Operation.WISH`.
+The queue waits meanwhile: a job begins when the direct command has ended. A command is refused with `Busy` while a job
+or another command is running. Callers have passed the gate by `Operation.WISH`.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from maya_un.values import Joints
 
 
 class DirectCommands:
-    """Does wishes past the queue of `process`; `halt_jogs` stops held jogs.
+    """Carries out direct commands past the queue of `process`; `halt_jogs` stops held jogs.
 
-    Every wish raises what the floor that does it raises. Cancelling it stops on the path.
+    Every command raises the errors of its layer. Cancelling it stops on the path.
     """
 
     def __init__(self, process: Process, robot: Robot, controller: Controller, halt_jogs: Callable[[], None]) -> None:
@@ -38,11 +38,11 @@ class DirectCommands:
 
     @property
     def doing(self) -> str:
-        """The wish under way, "" where there is none."""
+        """The running command, or ""."""
         return self._doing
 
     def require_free(self) -> None:
-        """Raise `Busy` while a direct wish is under way."""
+        """Raise `Busy` while a direct command is running."""
         if self._doing:
             raise Busy(doing=self._doing)
 
@@ -67,10 +67,10 @@ class DirectCommands:
         await self._do(primitive.command, self._robot.run(primitive, on_phase))
 
     async def end_all(self) -> None:
-        """Cancel every movement, be it a job's, a direct wish, a homing or a jog, and all that waits in the queue.
+        """Cancel every movement (of a job, a direct command, a homing or a jog) and all waiting jobs.
 
-        It brakes at once; this returns when the robot is at rest and the queue is empty. What was interrupted by an
-        earlier end of the program still waits for a person. Raises `StorageFailed`.
+        It brakes at once; this returns when the robot is at rest and the queue is empty. A job that an earlier end of
+        the program interrupted still waits for a person. Raises `StorageFailed`.
         """
         self._process.end_running()
         self._halt_jogs()
@@ -92,7 +92,7 @@ class DirectCommands:
             work.close()
 
     async def _carried(self, name: str, work: Coroutine[Any, Any, None]) -> None:
-        """Carry a wish out in a task of its own; whoever waits leaves when it has ended, be he cancelled or not."""
+        """Carry out a command in a separate task; the caller returns when it has ended, cancelled or not."""
         self._doing = name
         self._task = task = asyncio.get_running_loop().create_task(work, name=f"direct {name}")
         try:

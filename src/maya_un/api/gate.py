@@ -1,4 +1,4 @@
-"""The gate before the service: every wish names its operation, and passes only where role and lease allow it.
+"""The gate before the service: every request names its operation, and passes only if role and lease allow it.
 
 Edges call the service through the gate and nowhere else; the audit log tells what was asked and what came of it.
 """
@@ -22,7 +22,7 @@ OnAudit = Callable[[Caller, Operation, int, str], None]
 """Told of every operation that passed or was refused, with 0 or the code of the error, and what it was about."""
 
 QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW})
-"""What the audit log leaves out: it changes nothing."""
+"""Operations that the audit log leaves out, because they change nothing."""
 
 
 def unheard(_caller: Caller, _operation: Operation, _code: int, _detail: str) -> None:
@@ -57,9 +57,9 @@ class Gate:
     ) -> T:
         """Return what `wish` answers; `detail` says in the audit log what it is about ("job 17").
 
-        What drives ends with the lease: where another takes it meanwhile, it expires, or whoever holds it is demoted or
-        removed, the wish is cancelled, and what it moves stops on its path. A job is no wish: of one whose owner is
-        demoted or removed the step under way is finished, then the queue pauses (`Process.owner_ended`).
+        A request that drives ends with its lease: if another user takes the lease, if it expires, or if its holder is
+        demoted or removed, the request is cancelled, and its motion stops on the path. Jobs differ: if the owner is
+        demoted or removed, the running step is finished, then the queue pauses (`Process.owner_ended`).
 
         Raises `NotSignedIn` for a caller whose rights ended after the interface checked them, `NotAllowed`,
         `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
@@ -83,7 +83,7 @@ class Gate:
                 self._audit(caller, operation, code, detail)
 
     async def _driven(self, caller: Caller, wish: Callable[[Service], Awaitable[T]]) -> T:
-        """Carry a wish out while the caller drives."""
+        """Carry out a request while the caller drives."""
         shown = caller.lease
         if not shown and not caller.implicit:
             self._lease.require(shown, caller.name)

@@ -1,7 +1,7 @@
 """A held jog: it goes on while somebody keeps saying so, and stops on its path when nobody does any more.
 
-It is one planned motion to the border of the workspace, so that it is bounded and slows down before it. What ended it,
-be it the border, a stop of somebody else's or a fault, keeps it ended until the key is let go.
+It is one planned motion to the border of the workspace, so that it is bounded and slows down before it. After its end
+by the border, another user's stop or a fault, it does not begin again until the key is released.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _ROUNDING = 1e-6
 
 
 class _Key(NamedTuple):
-    """What is held down."""
+    """The held key."""
 
     axis: str
     direction: int

@@ -1,4 +1,4 @@
-"""What happened, at the door: jobs of all times, their reports, events, the audit log."""
+"""History for the service: jobs of all times, their reports, events, the audit log."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class HistoryService:
         return await self._process.shown.report(number)
 
     async def body(self, number: int) -> dict[str, Any]:
-        """Return a job as it was written, or the wish that it is; raises `NotFound`."""
+        """Return a job as it was submitted, or its command; raises `NotFound`."""
         return await self._process.shown.body(number)
 
     async def events(self, run: int, above: int = 0, limit: int = MOST_EVENTS) -> list[EventMessage]:

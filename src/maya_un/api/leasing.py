@@ -1,4 +1,4 @@
-"""The control lease at the door: who may take it, offer it, take it back; what he held moving ends with it."""
+"""The control lease for the service: taking, offering and releasing it; a held motion ends with it."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ class LeaseService:
     async def take(self, by: Caller, *, note: str = "", patience: float = PATIENCE, force: bool = False) -> LeaseTaken:
         """Become the driver, for as long as it is renewed within `patience` [s, real time].
 
-        An operator takes it while it is free, a student what an operator offers him. With `force` one's own is taken
-        anew, an operator takes back what was lent, and an administrator takes it from anybody; what the driver before
-        had going ends. Raises `LeaseHeld`, `NotAllowed`, `InvalidValue`.
+        An operator takes the free lease; a student takes one that an operator offers. With `force`, users take their
+        own lease again, operators take back a lent one, and administrators take it from anybody; the activity of the
+        former driver ends. Raises `LeaseHeld`, `NotAllowed`, `InvalidValue`.
         """
         require_note(note)
         if not (isfinite(patience) and 1.0 <= patience <= LONGEST):

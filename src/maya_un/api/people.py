@@ -1,4 +1,4 @@
-"""Users and their tokens at the door. Secrets are shown once, where they are made; only their hashes are kept."""
+"""Users and their tokens for the service. Secrets are shown once, where they are made; only their hashes are kept."""
 
 from __future__ import annotations
 

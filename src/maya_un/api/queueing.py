@@ -1,4 +1,4 @@
-"""The queue at the door: looked at, paused, reordered, and what becomes of an interrupted job.
+"""The queue for the service: views, pauses, order, and decisions about interrupted jobs.
 
 The gate has looked at everybody's role before; here is looked at whose job it is.
 """
@@ -25,7 +25,7 @@ _ENDS = ("first", "last")
 class QueueService:
     """Asks and changes the queue of `process`; every method that changes it returns how that stands then.
 
-    What somebody says who is no operator is a proposal, unless he drives by the `lease`.
+    A job of a user who is no operator is a proposal, unless the user drives with the `lease`.
     """
 
     def __init__(self, process: Process, lease: ControlLease) -> None:
@@ -124,9 +124,9 @@ class QueueService:
     async def change(self, number: int, changes: Mapping[str, object], by: Caller = LOCAL) -> JobLine:
         """Change a job that has not begun: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
 
-        Of one that is paused or interrupted the steps that have not begun may be replaced. Raises `NotFound`,
-        `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. What was approved is
-        a proposal again where a student changes it.
+        The steps of a paused or interrupted job that have not begun may be replaced. Raises `NotFound`,
+        `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. An approved job is a
+        proposal again if a student changes it.
         """
         line = await self._process.shown.found_line(number)
         require_over(by, Operation.CHANGE_JOB, line.owner)
@@ -147,9 +147,10 @@ class QueueService:
     ) -> QueueView:
         """Say what becomes of the interrupted job: resume, redo, skip or abort, and whether the gripper holds a part.
 
-        What is to go on is checked whole from where the robot is, and refused as motion is (`NotHomed`, `PathRefused`
-        and others); then it still waits. The queue goes on with `resume_queue`, though not by an abort. Raises
-        `NotFound` where there is none, `InvalidValue` for what is no choice or contradicts the machine, `AnswerNeeded`.
+        The rest of the job is checked whole from the robot's position, and refused like a motion (`NotHomed`,
+        `PathRefused` and others); then it still waits. The queue goes on with `resume_queue`, though not by an abort.
+        Raises `NotFound` where there is none, `InvalidValue` for what is no choice or contradicts the machine,
+        `AnswerNeeded`.
         """
         await self._process.recover(choice, holding, resume_queue=resume_queue, by=by.name)
         return self.view()

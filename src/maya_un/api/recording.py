@@ -1,4 +1,4 @@
-"""Recordings at the door: list them, have one saved now, find the file of one."""
+"""Recordings for the service: list them, save one now, find the file of one."""
 
 from __future__ import annotations
 

@@ -47,11 +47,11 @@ from maya_un.workers import Workers
 
 
 class Service:
-    """The one door to a robot.
+    """The service of a robot.
 
     `address` and `speed` are shown in `status`: where the machine is, how fast its clock runs. `teaching` asks and
-    changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one. What
-    people ask that moves nothing is worked out in `workers`, where there are any.
+    changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one. Requests
+    that move nothing are computed in `workers`, if there are any.
     """
 
     def __init__(  # noqa: PLR0913 - every room of the service is a parameter
@@ -97,8 +97,8 @@ class Service:
     ) -> JobAccepted:
         """Append a job, which may be JSON, to the queue; when its turn comes, it is checked as a whole and starts.
 
-        It is written down when this returns. The same `key` and request of the same owner once more is answered with
-        the job that there is. What a student submits who does not drive waits for approval.
+        It is stored when this returns. The same `key` and request of the same owner gets the existing job. A student's
+        job waits for approval, unless the student drives.
 
         Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`,
         `InvalidValue` for options out of range, `FileUnreadable` for a broken book of taught places that it needs, and
@@ -121,9 +121,9 @@ class Service:
 
         Its target may be the name of a taught pose or the cell of a taught pallet, its joints the name of a pose.
 
-        Raises `InvalidRequest`, `UnknownName`, `InvalidValue`, and `NotConnected` or `Faulted`. What is refused or
-        fails later stands in the report. It is done at once while the queue is paused and nothing is under way, unless
-        `options` say how it is to be queued.
+        Raises `InvalidRequest`, `UnknownName`, `InvalidValue`, and `NotConnected` or `Faulted`. Later refusals and
+        failures are in the report. It is done at once if the queue is paused and nothing runs, unless `options` are
+        given.
         """
         number = await self._process.wish(wish, self._asked(by, options, key))
         return await (self._process.result(number) if wait else self._process.shown.report(number))

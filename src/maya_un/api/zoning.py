@@ -1,4 +1,4 @@
-"""Zones at the door: read and changed one by one, as they are written in the configuration."""
+"""Zones for the service: read and changed one by one, in the form of the configuration."""
 
 from __future__ import annotations
 

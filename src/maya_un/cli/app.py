@@ -41,12 +41,12 @@ dmc.add_typer(gclib, name="gclib")
 
 Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
 Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
-Speed = Annotated[float | None, typer.Option(help="how fast the twin's clock runs, up to 1000; the twin only")]
-Seed = Annotated[int | None, typer.Option(help="draws where the twin powers up  [default: 0]")]
-Table = Annotated[str | None, typer.Option(metavar="JOB", help="the parts of this job stand on the twin's table")]
+Speed = Annotated[float | None, typer.Option(help="speed of the twin's clock, up to 1000; the twin only")]
+Seed = Annotated[int | None, typer.Option(help="seed of the twin's position at power-up  [default: 0]")]
+Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]
 _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
-SkipHome = Annotated[bool, typer.Option("--skip-home", help="take over the homing whose mark stands in the controller")]
+SkipHome = Annotated[bool, typer.Option("--skip-home", help="accept the homing that the controller's mark records")]
 TakeOver = Annotated[
     bool, typer.Option("--take-over", help="take the controller from the program that owns it; only at rest")
 ]
@@ -78,29 +78,29 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     address: Address = SIM,
     speed: Speed = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="of the HTTP door on loopback; 0: any")] = 4133,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="of the HTTP server on loopback; 0: any")] = 4133,
     seed: Seed = None,
     table: Table = None,
     skip_home: SkipHome = False,
     take_over: TakeOver = False,
     journal: Annotated[
-        str | None, typer.Option(metavar="FILE", help="keeps the queue; memory: nothing does  [default: the user's]")
+        str | None, typer.Option(metavar="FILE", help="file of the queue; memory: no file  [default: the user's]")
     ] = None,
-    on_exit: Annotated[Literal["stop", "finish"], typer.Option(help="the step under way, when this ends")] = "stop",
+    on_exit: Annotated[Literal["stop", "finish"], typer.Option(help="what the current step does at the end")] = "stop",
     listen: Annotated[str | None, typer.Option(metavar="HOST[:PORT]", help="serve other machines too")] = None,
     tls_cert: Annotated[str | None, typer.Option(metavar="FILE", help="the certificate for --listen, in PEM")] = None,
     tls_key: Annotated[str | None, typer.Option(metavar="FILE", help="its key")] = None,
-    plain: Annotated[bool, typer.Option("--plain", help="--listen without TLS, in a network that is trusted")] = False,
-    origin: Annotated[list[str], typer.Option(metavar="URL", help="a page that may command; repeatable")] = [],  # noqa: B006
+    plain: Annotated[bool, typer.Option("--plain", help="--listen without TLS, in a trusted network")] = False,
+    origin: Annotated[list[str], typer.Option(metavar="URL", help="web page that may send commands; repeatable")] = [],  # noqa: B006
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="serve rosbridge too, on loopback")] = False,
     rosbridge_port: Annotated[
         int | None, typer.Option(min=0, max=65535, help="serve rosbridge at this port; 0: any  [default: 9090]")
     ] = None,
-    coms: Annotated[bool, typer.Option("--coms", help="start `maya coms` beside, with rosbridge")] = False,
+    coms: Annotated[bool, typer.Option("--coms", help="start `maya coms` too, with rosbridge")] = False,
 ) -> int:
     """Keep a robot running, real or virtual, and serve it on loopback.
 
-    The queue is kept over its end and over power cuts; nothing moves by itself when it starts again. Ctrl-C or
+    The queue survives its end and power cuts; nothing moves by itself when it starts again. Ctrl-C or
     `maya down` end it.
     """
     from maya_un.cli import up as command
@@ -118,11 +118,11 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 @app.command(**_HOW)
 def down(
     context: typer.Context,
-    finish: Annotated[bool, typer.Option("--finish", help="after the step under way")] = False,
+    finish: Annotated[bool, typer.Option("--finish", help="after the current step")] = False,
 ) -> int:
     """End the `maya up` that runs, and wait until it has.
 
-    What moves stops on its path; the job under way waits, interrupted, for the next start.
+    The robot stops on its path; the running job is interrupted and waits for the next start.
     """
     from maya_un.cli import down as command
 
@@ -167,7 +167,7 @@ def jog(
         str | None, typer.Argument(metavar="[DISTANCE]", help="in rad or m, or like 5deg, 20mm")
     ] = None,
 ) -> int:
-    """Move along an axis from where it is, as far as the workspace allows.
+    """Move along an axis from the present position, as far as the workspace allows.
 
     Without AXIS and DISTANCE, on a terminal: by keys, with the position and the nearest limits in view.
     """
@@ -188,7 +188,7 @@ def jog(
 
 @app.command(**_HOW)
 def abort(context: typer.Context) -> int:
-    """Stop without deceleration; the motors may go off, then say `maya recover`."""
+    """Stop without deceleration; the motors may go off, then run `maya recover`."""
     from maya_un.cli import wishes
 
     return wishes.abort(settings_of(context))
@@ -204,7 +204,7 @@ def pause(context: typer.Context) -> int:
 
 @app.command(**_HOW)
 def resume(context: typer.Context) -> int:
-    """Go on after `maya pause`."""
+    """Continue after `maya pause`."""
     from maya_un.cli import wishes
 
     return wishes.resume(settings_of(context))
@@ -215,7 +215,7 @@ def speed(
     context: typer.Context,
     ratio: Annotated[str, typer.Argument(metavar="RATIO", help="of the full speed, like 50% or 0.5; at least 1%")],
 ) -> int:
-    """Scale the speed of all motion, also of what is under way."""
+    """Scale the speed of all motion, the current one included."""
     from maya_un.cli import wishes
 
     return wishes.speed(share(ratio, "RATIO"), settings_of(context))
@@ -223,7 +223,7 @@ def speed(
 
 @app.command(**_HOW)
 def recover(context: typer.Context, take_over: TakeOver = False) -> int:
-    """Clear a fault once its cause is gone; moves nothing."""
+    """Clear a fault after its cause is removed; moves nothing."""
     from maya_un.cli import wishes
 
     return wishes.recover(settings_of(context), take_over=take_over)
@@ -246,7 +246,7 @@ def call(
 
 @app.command(**_HOW)
 def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
-    """Tell where joints a, b, c hold the gripper."""
+    """Show the gripper position at joints a, b, c."""
     from maya_un.cli import offline
 
     return offline.fk(joints_of(a, b, c), settings_of(context))
@@ -254,7 +254,7 @@ def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
 
 @app.command(**_HOW)
 def ik(context: typer.Context, x: Length, y: Length, z: Length) -> int:
-    """Tell which joints hold the gripper at x, y, z."""
+    """Show the joints that hold the gripper at x, y, z."""
     from maya_un.cli import offline
 
     return offline.ik(point_of(x, y, z), settings_of(context))
@@ -262,7 +262,7 @@ def ik(context: typer.Context, x: Length, y: Length, z: Length) -> int:
 
 @app.command(**_HOW)
 def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
-    """Tell whether x, y, z can be reached; if not why, and the nearest place that can."""
+    """Tell whether x, y, z can be reached; if not, why, and the nearest reachable place."""
     from maya_un.cli import offline
 
     return offline.reach(point_of(x, y, z), settings_of(context))
@@ -271,14 +271,14 @@ def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
 @plot.command("workspace", **_HOW)
 def plot_workspace(
     context: typer.Context,
-    view: Annotated[Literal["section", "plan", "3d", "all"], typer.Option(help="what of it")] = "all",
+    view: Annotated[Literal["section", "plan", "3d", "all"], typer.Option(help="the view")] = "all",
     height: Annotated[str | None, typer.Option(metavar="Z", help="of the plan  [default: the grasp height]")] = None,
     point: Annotated[
         tuple[str, str, str] | None, typer.Option(metavar="X Y Z", help="marks a place and the nearest reachable one")
     ] = None,
     output: WorkspacePicture = None,
 ) -> int:
-    """Draw what the gripper can reach.
+    """Draw the workspace of the gripper.
 
     With the ends of the strokes, the tensions of the lines, and the zones.
     """
@@ -307,9 +307,9 @@ def plot_job(
     job: Annotated[str, typer.Argument(metavar="JOB", help="a YAML or JSON file")],
     output: JobPicture = None,
 ) -> int:
-    """Draw what a job will be.
+    """Draw a job before it runs.
 
-    Axes over time against their limits, tensions, the gripper's way; from the homed pose on, and nothing moves.
+    Axes over time against their limits, tensions, the gripper's path; from the homed pose on, and nothing moves.
     """
     from maya_un.cli import plot_job as command
 
@@ -319,13 +319,13 @@ def plot_job(
 @dmc.command(**_HOW)
 def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
-    host: Annotated[str, typer.Option(help="where to listen")] = "127.0.0.1",
+    host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any")] = 5023,
     also_port: Annotated[list[int], typer.Option(min=1, max=65535, help="one more port; may be repeated")] = [],  # noqa: B006
     udp: Annotated[bool, typer.Option(help="listen on the same UDP ports too")] = True,
     bench: Annotated[bool, typer.Option("--bench", help="servo motors on a bench, not Maya's mechanics")] = False,
     axes: Annotated[int | None, typer.Option(min=1, max=8, help="how many, with --bench  [default: 3]")] = None,
-    memory: Annotated[str | None, typer.Option(metavar="FILE", help="keeps what is burned (BN, BP, BV)")] = None,
+    memory: Annotated[str | None, typer.Option(metavar="FILE", help="file of the burned memory (BN, BP, BV)")] = None,
     firmware: Annotated[str | None, typer.Option(metavar="LINE", help="the answer to ^R^V")] = None,
     speed: Speed = None,
     seed: Seed = None,
@@ -336,7 +336,7 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 ) -> int:
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
-    Prints its address when it listens; Ctrl-C ends it. `maya dmc fault` makes faults.
+    Prints its address when it listens; Ctrl-C ends it. `maya dmc fault` injects faults.
     --record writes one line of JSON for each contact and drop, and one for every 50 ms of motion.
     """
     from maya_un.cli import serve as command
@@ -354,14 +354,14 @@ def fault(
     values: Annotated[list[str] | None, typer.Argument(metavar="[PARAMETER=VALUE...]", help="seconds=0.2")] = None,
     seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", help="default: until cleared")] = None,
     clear: Annotated[bool, typer.Option("--clear", help="end the fault NAME, without one all faults")] = False,
-    active: Annotated[bool, typer.Option("--active", help="list the faults that last")] = False,
+    active: Annotated[bool, typer.Option("--active", help="list the active faults")] = False,
     twin: Annotated[
-        str | None, typer.Option(metavar="HOST:PORT", help="or PORT; default: the only one there is")
+        str | None, typer.Option(metavar="HOST:PORT", help="or PORT; default: the only running one")
     ] = None,
 ) -> int:
-    """Make a virtual controller suffer a fault, or end one.
+    """Inject a fault into a virtual controller, or end one.
 
-    It is one that `maya dmc serve` runs.
+    The controller is one that `maya dmc serve` runs.
     """
     from maya_un.cli import fault as command
 
@@ -384,7 +384,7 @@ def send(
 ) -> int:
     """Send commands to a controller and print its replies.
 
-    Ends at the first that is refused.
+    Ends at the first refused command.
     """
     from maya_un.cli import dmc as command
 
@@ -410,7 +410,7 @@ def conform(
 
     Without --moves and --bench nothing moves, and each changed setting is restored.
 
-    --bench is for a controller that no machine is connected to. It restores the factory settings, erases program,
+    --bench is for a controller without a machine. It restores the factory settings, erases program,
     variables and arrays, burns that, and resets the controller. Then it checks all commands, outputs included.
     """
     from maya_un.cli import conform as command
@@ -423,7 +423,7 @@ def gclib_install(
     context: typer.Context,
     force: Annotated[bool, typer.Option("--force", help="replace another module of that name")] = False,
 ) -> int:
-    """Have `import gclib` find ours in this Python environment."""
+    """Install Maya's module gclib into this Python environment."""
     from maya_un.cli import gclib as command
 
     return command.install(settings_of(context), force=force)
@@ -431,7 +431,7 @@ def gclib_install(
 
 @gclib.command("uninstall", **_HOW)
 def gclib_uninstall(context: typer.Context) -> int:
-    """Take it out again."""
+    """Remove Maya's module gclib again."""
     from maya_un.cli import gclib as command
 
     return command.uninstall(settings_of(context))
@@ -439,7 +439,7 @@ def gclib_uninstall(context: typer.Context) -> int:
 
 @gclib.command("status", **_HOW)
 def gclib_status(context: typer.Context) -> int:
-    """Tell what `import gclib` finds in this Python environment."""
+    """Show the module that `import gclib` finds here."""
     from maya_un.cli import gclib as command
 
     return command.status(settings_of(context))
@@ -448,11 +448,11 @@ def gclib_status(context: typer.Context) -> int:
 @gclib.command("run", epilog=EVERYWHERE, context_settings=_CONTEXT | {"allow_interspersed_args": False})
 def gclib_run(
     script: Annotated[str, typer.Argument(metavar="SCRIPT", help="a Python file")],
-    arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...", help="what the script gets")] = None,
+    arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...", help="arguments of the script")] = None,
 ) -> int:
-    """Run a script that imports gclib, installing nothing.
+    """Run a script that imports gclib, without installing anything.
 
-    Write `run -- SCRIPT` where the script itself has --json, --lang or --config.
+    Write `run -- SCRIPT` if the script itself has --json, --lang or --config.
     """
     from maya_un.cli import gclib as command
 
@@ -469,7 +469,7 @@ def show(context: typer.Context) -> int:
 
 @config.command(**_HOW)
 def check(context: typer.Context, file: File = None) -> int:
-    """Say whether a configuration file is good."""
+    """Check a configuration file."""
     from maya_un.cli import configure
 
     return configure.check(file, settings_of(context))

@@ -50,7 +50,7 @@ def show(context: typer.Context, file: Name) -> int:
 def export(
     context: typer.Context,
     file: Name,
-    mcap: Annotated[str | None, typer.Option(metavar="OUT", help="as it is, for Foxglove and others")] = None,
+    mcap: Annotated[str | None, typer.Option(metavar="OUT", help="an unchanged copy, for Foxglove and others")] = None,
     csv: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the states")] = None,
     wire: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the bytes on the wire")] = None,
 ) -> int:
@@ -64,14 +64,15 @@ def replay(
     context: typer.Context,
     file: Name,
     counts: Annotated[
-        float | None, typer.Option(help="positions may differ so much  [default: 2 of a whole twin, else 50]")
+        float | None,
+        typer.Option(help="tolerance of positions  [default: 2 of a whole twin, else 50]"),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(help="instants may differ so much  [default: 0.02; 0.1 of a machine]")
+        float | None, typer.Option(help="tolerance of times  [default: 0.02; 0.1 for a machine]")
     ] = None,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of both: .svg, .png or .pdf")] = None,
 ) -> int:
-    """Say the commands of a recording to a fresh twin, and tell what is another there.
+    """Send the commands of a recording to a new twin, and list the differences.
 
     In virtual time; nothing real moves. Ends with 1 where something differs.
     """

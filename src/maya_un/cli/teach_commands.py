@@ -9,7 +9,7 @@ import typer
 from maya_un.cli.settings import settings_of
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="a letter, then letters, digits, dots, hyphens, underscores")]
-Replace = Annotated[bool, typer.Option("--replace", help="even where the name is taken")]
+Replace = Annotated[bool, typer.Option("--replace", help="replace an existing name")]
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
@@ -25,7 +25,7 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 
 
 def teach(context: typer.Context, name: Name, replace: Replace = False) -> int:
-    """Keep where the gripper is under a name.
+    """Store the gripper's position under a name.
 
     The name is a place from then on: maya pick NAME, and in jobs.
     """
@@ -68,7 +68,7 @@ def _lister(what: str) -> Any:
 
 def _remover(what: str) -> Any:
     def remover(context: typer.Context, name: Name) -> int:
-        """Forget one."""
+        """Remove one."""
         from maya_un.cli import teach as command
 
         return command.remove(what, name, settings_of(context))

@@ -1,4 +1,4 @@
-"""What a job waits for, said to whoever follows it."""
+"""Reasons why a queue is paused and why a job waits, in every language."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "because_storage": ("the disk cannot be written", "no se puede escribir en el disco"),
     "because_failure": ("a job failed", "un trabajo falló"),
     "waits_paused": (
-        "Job {id} waits: the queue is paused ({reason}). `maya queue resume` lets it go on.",
+        "Job {id} waits: the queue is paused ({reason}). `maya queue resume` continues it.",
         "El trabajo {id} espera: la cola está en pausa ({reason}). `maya queue resume` la continúa.",
     ),
     "waits_interrupted": (
@@ -44,7 +44,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "El trabajo {id} espera su turno, número {position}.",
     ),
 }
-"""Why a queue is paused, and what a job waits for, in every language."""
+"""Reasons why a queue is paused, and why a job waits, in every language."""
 
 
 def because(view: Mapping[str, Any], language: str) -> str:

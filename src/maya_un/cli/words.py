@@ -1,36 +1,36 @@
-"""What the command line says of itself, in every language; errors have their words in `maya_un.messages`."""
+"""Texts of the command line, in every language; those of errors are in `maya_un.messages`."""
 
 from __future__ import annotations
 
 _WORDS: dict[str, tuple[str, str]] = {
     "stopping": (
-        "Stopping: at rest within {seconds:.2f} s; still to go a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
-        "Deteniendo: en reposo en {seconds:.2f} s; quedan a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
+        "Stopping: at rest within {seconds:.2f} s, after a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
+        "Deteniendo: en reposo en {seconds:.2f} s, tras a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
     ),
     "nothing_moved": ("Nothing was moving.", "Nada se movía."),
     "stopped_directly": (
-        "The controller at {address} was told directly: {axes} began to brake.",
-        "Se avisó directamente al controlador en {address}: {axes} empezaron a frenar.",
+        "Stop sent directly to the controller at {address}: {axes} began to brake.",
+        "Parada enviada directamente al controlador en {address}: {axes} empezaron a frenar.",
     ),
     "quiet_directly": (
-        "The controller at {address} was told directly: nothing was moving.",
-        "Se avisó directamente al controlador en {address}: nada se movía.",
+        "Stop sent directly to the controller at {address}: nothing was moving.",
+        "Parada enviada directamente al controlador en {address}: nada se movía.",
     ),
     "aborted": (
-        "Aborted: the axes stand. Motors that went off come back with `maya recover`.",
-        "Abortado: los ejes están quietos. Los motores que se apagaron vuelven con `maya recover`.",
+        "Aborted: the axes are at rest. `maya recover` switches motors on that went off.",
+        "Abortado: los ejes están en reposo. `maya recover` enciende los motores que se apagaron.",
     ),
-    "recovered": ("Recovered: no fault any more.", "Recuperado: ya no hay fallo."),
+    "recovered": ("Recovered: the fault is cleared.", "Recuperado: el fallo se ha borrado."),
     "pausing": (
-        "Pausing: at rest within {seconds:.2f} s. `maya resume` goes on.",
+        "Pausing: at rest within {seconds:.2f} s. `maya resume` continues.",
         "Pausando: en reposo en {seconds:.2f} s. `maya resume` continúa.",
     ),
-    "paused": ("Paused. `maya resume` goes on.", "En pausa. `maya resume` continúa."),
-    "resumed": ("Going on.", "Continúa."),
+    "paused": ("Paused. `maya resume` continues.", "En pausa. `maya resume` continúa."),
+    "resumed": ("Resumed.", "Reanudado."),
     "speed": ("Speed {percent:g} % from now on.", "Velocidad {percent:g} % desde ahora."),
     "speed_is": ("speed {percent:g} %", "velocidad {percent:g} %"),
     "jogged": ("{axis} by {way}.", "{axis} en {way}."),
-    "jogged_to_limit": ("{axis} by {way}. Farther on, {reason}.", "{axis} en {way}. Más allá, {reason}."),
+    "jogged_to_limit": ("{axis} by {way}. Stopped because {reason}.", "{axis} en {way}. Parado porque {reason}."),
     "done": ("Done.", "Hecho."),
     "homed": ("homed", "con homing"),
     "gripper_closed": ("gripper closed", "pinza cerrada"),
@@ -43,8 +43,8 @@ _WORDS: dict[str, tuple[str, str]] = {
     "queue": ("{running} running, {waiting} waiting", "{running} en marcha, {waiting} en espera"),
     "limits": ("limit switches active: {names}", "finales de carrera activos: {names}"),
     "ready": (
-        "Maya is up on {address}, clock × {speed:g}. Door: {url}",
-        "Maya está en marcha en {address}, reloj × {speed:g}. Puerta: {url}",
+        "Maya is up on {address}, clock × {speed:g}. Service: {url}",
+        "Maya está en marcha en {address}, reloj × {speed:g}. Servicio: {url}",
     ),
     "next": (
         "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends it.",
@@ -53,39 +53,38 @@ _WORDS: dict[str, tuple[str, str]] = {
     "ready_far": ("For other machines, with a token: {url}", "Para otras máquinas, con un token: {url}"),
     "ready_rosbridge": ("rosbridge: {url}", "rosbridge: {url}"),
     "was_interrupted": (
-        "Job {job} ({name}) was interrupted at step {index}, {step}. Nothing moves by itself: `maya queue` shows it, "
-        "`maya queue recover` says what becomes of it.",
-        "El trabajo {job} ({name}) se interrumpió en el paso {index}, {step}. Nada se mueve por sí solo: `maya queue` "
-        "lo muestra, `maya queue recover` decide qué será de él.",
+        "Job {job} ({name}) was interrupted at step {index}, {step}. Nothing moves by itself: "
+        "`maya queue` shows the job, `maya queue recover` decides about it.",
+        "El trabajo {job} ({name}) se interrumpió en el paso {index}, {step}. Nada se mueve por "
+        "sí solo: `maya queue` muestra el trabajo, `maya queue recover` decide sobre él.",
     ),
     "was_interrupted_between": (
-        "Job {job} ({name}) was interrupted between two steps. Nothing moves by itself: `maya queue` shows it, "
-        "`maya queue recover` says what becomes of it.",
-        "El trabajo {job} ({name}) se interrumpió entre dos pasos. Nada se mueve por sí solo: `maya queue` lo muestra, "
-        "`maya queue recover` decide qué será de él.",
+        "Job {job} ({name}) was interrupted between two steps. Nothing moves by itself: `maya "
+        "queue` shows the job, `maya queue recover` decides about it.",
+        "El trabajo {job} ({name}) se interrumpió entre dos pasos. Nada se mueve por sí solo: "
+        "`maya queue` muestra el trabajo, `maya queue recover` decide sobre él.",
     ),
     "still_waiting_paused": (
-        "Jobs that wait from before: {count}; the queue is paused ({reason}). `maya queue resume` goes on.",
-        "Trabajos que esperan de antes: {count}; la cola está en pausa ({reason}). `maya queue resume` continúa.",
+        "Waiting jobs from before: {count}; the queue is paused ({reason}). `maya queue resume` continues.",
+        "Trabajos en espera de antes: {count}; la cola está en pausa ({reason}). `maya queue resume` continúa.",
     ),
     "still_waiting_asked": (
-        "Jobs that wait behind it: {count}.",
+        "Jobs waiting behind it: {count}.",
         "Trabajos que esperan detrás: {count}.",
     ),
-    "still_waiting": ("Jobs that wait from before: {count}.", "Trabajos que esperan de antes: {count}."),
+    "still_waiting": ("Waiting jobs from before: {count}.", "Trabajos en espera de antes: {count}."),
     "ending": ("Ending.", "Terminando."),
     "ending_stop": (
-        "Ending: job {job} stops on its path and stays interrupted; a person says at the next start what becomes of "
-        "it.",
-        "Terminando: el trabajo {job} se detiene sobre su camino y queda interrumpido; en el próximo arranque una "
-        "persona dice qué será de él.",
+        "Ending: job {job} stops on its path and stays interrupted; a person decides about it at the next start.",
+        "Terminando: el trabajo {job} se detiene sobre su camino y queda interrumpido; en el "
+        "próximo arranque una persona decide sobre él.",
     ),
     "ending_finish": (
-        "Ending after the step of job {job} that is under way; say it again to stop now.",
-        "Terminando tras el paso en marcha del trabajo {job}; repítalo para detener ahora.",
+        "Ending after the running step of job {job}; repeat the command to stop now.",
+        "Terminando tras el paso en marcha del trabajo {job}; repita la orden para detener ahora.",
     ),
     "ending_hurried": ("Stopping on the path now.", "Deteniendo ya sobre el camino."),
-    "going_down": ("Asked to end; waiting until it has.", "Se pidió terminar; esperando a que lo haga."),
+    "going_down": ("Asked `maya up` to end; waiting for it.", "Se pidió a `maya up` que termine; esperando."),
     "went_down": ("`maya up` has ended.", "`maya up` ha terminado."),
     "twin": ("On the twin, clock × {speed:g}.", "En el gemelo, reloj × {speed:g}."),
     "dry": ("Dry run on the twin: nothing real moves.", "Ensayo en el gemelo: nada real se mueve."),
@@ -127,16 +126,23 @@ _WORDS: dict[str, tuple[str, str]] = {
     "as_written": ("as it is written", "como se escribe"),
     "no_zones": ("There are no zones.", "No hay zonas."),
     "zones_of_this_run": (
-        "What is changed here holds for this run only; what is to stay stands in the configuration, in [[zones]].",
-        "Lo que se cambia aquí vale mientras siga en marcha; lo que debe quedar va en la configuración, en [[zones]].",
+        "This change lasts until `maya up` ends. Write permanent zones into the configuration, in [[zones]].",
+        "Este cambio dura hasta que termine `maya up`. Escriba las zonas permanentes en la "
+        "configuración, en [[zones]].",
     ),
     "zone_added": ("Keeping out of {name}.", "Se evita {name}."),
     "zone_removed": ("No longer keeping out of {name}.", "Ya no se evita {name}."),
     "taught": ("Taught {name}: {place}", "Enseñado {name}: {place}"),
     "forgotten": ("Forgotten: {name}", "Olvidado: {name}"),
     "renamed": ("{old} is now {new}.", "{old} es ahora {new}."),
-    "no_poses": ("No poses have been taught; `maya teach NAME`.", "No hay poses enseñadas; `maya teach NOMBRE`."),
-    "no_pallets": ("No pallets have been taught; `maya teach-pallet`.", "No hay palés enseñados; `maya teach-pallet`."),
+    "no_poses": (
+        "No poses have been taught; teach one with `maya teach NAME`.",
+        "No hay poses enseñadas; enseñe una con `maya teach NOMBRE`.",
+    ),
+    "no_pallets": (
+        "No pallets have been taught; teach one with `maya teach-pallet`.",
+        "No hay palés enseñados; enseñe uno con `maya teach-pallet`.",
+    ),
     "name": ("name", "nombre"),
     "joints": ("joints", "articulaciones"),
     "taught_on": ("taught", "enseñado"),
@@ -147,8 +153,8 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Lleve la pinza a la celda [{row},{column}] y pulse Intro, o escriba el nombre de una pose enseñada:",
     ),
     "drive_to_last": (
-        "Drive the gripper to the last cell [{row},{column}] and press Enter, type the name of a taught pose, or - to "
-        "leave it out:",
+        "Drive the gripper to the last cell [{row},{column}] and press Enter, type the name of a "
+        "taught pose, or type - to skip it:",
         "Lleve la pinza a la última celda [{row},{column}] y pulse Intro, escriba el nombre de una pose enseñada, o - "
         "para omitirla:",
     ),
@@ -159,20 +165,20 @@ _WORDS: dict[str, tuple[str, str]] = {
         "NO SE DETUVO: {reason} Pulse la parada de emergencia.",
     ),
     "pendant_name": (
-        "Name of this pose (! behind it replaces; Esc leaves it): ",
-        "Nombre de esta pose (con ! detrás reemplaza; Esc la deja): ",
+        "Name of this pose (! after it replaces; Esc cancels): ",
+        "Nombre de esta pose (con ! detrás reemplaza; Esc cancela): ",
     ),
     "pendant_keys": (
-        "x y z r a b c  forth   X Y Z R A B C  back   arrows x, y   PgUp PgDn z   1 2 3  step\n"
-        "SPACE  STOP   t  teach a pose   q  end",
+        "x y z r a b c  forward   X Y Z R A B C  back   arrows x, y   PgUp PgDn z   1 2 3  "
+        "step\nSPACE  STOP   t  teach a pose   q  end",
         "x y z r a b c  adelante   X Y Z R A B C  atrás   flechas x, y   RePág AvPág z   1 2 3  paso\n"
         "ESPACIO  PARAR   t  enseñar una pose   q  terminar",
     ),
-    "config_good": ("{path} is a good configuration.", "{path} es una buena configuración."),
-    "config_defaults": ("no file at {path}: the manual's values hold", "sin archivo en {path}: valen los del manual"),
+    "config_good": ("{path} is a valid configuration.", "{path} es una configuración válida."),
+    "config_defaults": ("no file at {path}: the manual's values apply", "sin archivo en {path}: valen los del manual"),
     "config_written": ("Written: {path}", "Escrito: {path}"),
     "picture": ("Picture: {path}", "Imagen: {path}"),
-    "no_faults": ("Nothing is wrong with it.", "No le pasa nada."),
+    "no_faults": ("No fault is active.", "Ningún fallo está activo."),
     "fault_ends": ("for {seconds:.1f} s more", "durante {seconds:.1f} s más"),
     "left": ("left", "faltan"),
     "captures": (
@@ -180,10 +186,10 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Escuchando en {address} para {controller}. Ctrl-C termina la grabación.",
     ),
     "replayed": (
-        "{commands} commands, {differences} answered otherwise than recorded.",
-        "{commands} comandos, {differences} con otra respuesta que la grabada.",
+        "{commands} commands; {differences} answers differ from the recording.",
+        "{commands} comandos; {differences} respuestas difieren de la grabación.",
     ),
-    "record_reason": ("why", "por qué"),
+    "record_reason": ("reason", "motivo"),
     "record_size": ("size", "tamaño"),
     "no_recordings": ("There are no recordings in {folder}.", "No hay grabaciones en {folder}."),
     "record_saved": ("Saved: {name}", "Guardada: {name}"),
@@ -205,24 +211,25 @@ _WORDS: dict[str, tuple[str, str]] = {
         "{compared} respuestas comparadas; {differences} diferencias.",
     ),
     "cannot_house": (
-        "Not compared: jobs, steps and the queue, which this program makes and the controller knows nothing of.",
-        "No se compara: trabajos, pasos y la cola, que hace este programa y de los que el controlador no sabe nada.",
+        "Not compared: jobs, steps and the queue, because the controller does not know them.",
+        "No se compara: trabajos, pasos y la cola, porque el controlador no los conoce.",
     ),
     "cannot_machine": (
-        "Not as it was: its friction, lag and stiffness, and registers that Maya does not set; they are a twin's.",
-        "No es como era: fricción, retraso y rigidez de la máquina, registros que Maya no fija; son de un gemelo.",
+        "Different from the machine: friction, lag, stiffness, and registers that Maya does not "
+        "set. They are the twin's.",
+        "Distinto de la máquina: fricción, retraso, rigidez y registros que Maya no fija. Son los del gemelo.",
     ),
     "cannot_place": (
-        "Not as it was: where the machine stood before it was homed; its counts did not say.",
-        "No es como era: dónde estaba la máquina antes del homing; sus cuentas no lo decían.",
+        "Different: the position of the machine before homing, which its counts do not tell.",
+        "Distinto: la posición de la máquina antes del homing, que sus cuentas no indican.",
     ),
     "cannot_opening": (
-        "Not as it was: registers, program and variables from before the recording; what configured them is not in it.",
-        "No es como era: registros, programa y variables anteriores; lo que los configuró no está en la grabación.",
+        "Different: registers, program and variables from before the recording, which does not contain them.",
+        "Distinto: registros, programa y variables anteriores a la grabación, que no los contiene.",
     ),
     "cannot_datagrams": (
-        "Not compared: data records that came by themselves, by UDP.",
-        "No se compara: registros de datos que llegaron por sí mismos, por UDP.",
+        "Not compared: unsolicited data records, by UDP.",
+        "No se compara: registros de datos no solicitados, por UDP.",
     ),
     "sent": ("sent", "enviado"),
     "expected": ("expected", "esperado"),
@@ -232,9 +239,10 @@ _WORDS: dict[str, tuple[str, str]] = {
     "one": ("one source", "una fuente"),
     "inferred": ("inferred", "deducido"),
     "conforms": (
-        "{right} answers are right, {differ} differ; {left} questions were not asked (--moves and --bench allow more).",
-        "{right} respuestas son correctas, {differ} difieren; {left} preguntas no se hicieron (--moves y --bench "
-        "permiten más).",
+        "{right} answers are right, {differ} differ; {left} conversations were left out (--moves "
+        "and --bench allow more).",
+        "{right} respuestas son correctas, {differ} difieren; {left} conversaciones se omitieron "
+        "(--moves y --bench permiten más).",
     ),
 }
 

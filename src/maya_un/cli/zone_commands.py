@@ -13,7 +13,7 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, - an
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
     """Put the commands under `app`; `how` is what all commands have in common."""
-    about = "What the running robot keeps out of, for this run. Without a command, list it."
+    about = "Zones that the running robot keeps out of, for this run. Without a command, list them."
     group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     group.callback(invoke_without_command=True, **how)(_unless_named)
     group.command("list", **how)(listed)
@@ -39,10 +39,10 @@ def add(
     kind: Annotated[Literal["box", "cylinder", "half_space"], typer.Argument(metavar="KIND")],
     values: Annotated[list[str] | None, typer.Argument(metavar="[KEY=VALUE]...", help="low=0,1,0 margin=50mm")] = None,
 ) -> int:
-    """Keep out of one more zone, until `maya up` ends; one of its name gives way.
+    """Add a zone, until `maya up` ends; replaces a zone of the same name.
 
-    KIND is box (low, high), cylinder (x, y, radius, low, high) or half_space (point, normal). What stays stands in the
-    configuration, which also tells what the keys mean.
+    KIND is box (low, high), cylinder (x, y, radius, low, high) or half_space (point, normal). Write permanent zones
+    into the configuration, which also explains the keys.
     """
     from maya_un.cli import zones
 

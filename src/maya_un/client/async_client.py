@@ -28,7 +28,7 @@ from maya_un.client.twin import FAST, TwinProcess
 
 
 class AsyncClient(RobotVerbs, AwaitingDriver):
-    """What `Client` is, for programs that await: every verb returns an awaitable, every stream is iterated `async for`.
+    """The API of `Client` for `asyncio`: methods return awaitables, and streams are iterated with `async for`.
 
     A task that is cancelled while it waits for a primitive stops the robot on its path.
     """

@@ -41,7 +41,7 @@ class BlockingDriver(Blocking):
 
     @property
     def address(self) -> str:
-        """Where the service is, as far as it is known."""
+        """The address of the service, if known."""
         try:
             return self._find().url
         except ServiceNotRunning:

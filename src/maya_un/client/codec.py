@@ -36,7 +36,7 @@ def identity(token: str) -> dict[str, str]:
 
 
 def written(request: Request[Any], door: ServiceAddress, lease: str) -> EncodedRequest:
-    """Return a request of somebody who shows this control lease, "" for none but that of the door."""
+    """Return a request with this control lease, "" for none but that of the service."""
     headers = {"Accept": "application/json", **identity(door.token)}
     if lease or door.lease:
         headers["Maya-Lease"] = lease or door.lease

@@ -21,7 +21,7 @@ class PlanRunner(Generic[T]):
 
     @property
     def result(self) -> T:
-        """What the plan came to, once there is no step any more."""
+        """The result of the plan, after its last step."""
         return cast("T", self._result)
 
     def answered(self, answer: object) -> None:

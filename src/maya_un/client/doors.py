@@ -1,4 +1,4 @@
-"""Where the service is, and what a client shows there."""
+"""The address of the service, and the credentials of a client."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ServiceAddress:
 
 
 Finder = Callable[[], ServiceAddress]
-"""Looks where the service is now; a `maya up` that was started anew may be found at another port."""
+"""Looks up the address of the service; a restarted `maya up` may have another port."""
 
 
 def finder(url: str | None, token: str | None) -> Finder:

@@ -35,7 +35,7 @@ class JobVerb(Described, Generic[P, T]):
 
 
 class _Job:
-    """What can be said about one job."""
+    """Methods of one job."""
 
     report = JobVerb(requests.report)
     wait = JobVerb(jobs.wait)

@@ -1,4 +1,4 @@
-"""What people would rather look at than read, as HTML for notebooks: angles in degrees, lengths in mm."""
+"""HTML for notebooks: angles in degrees, lengths in mm."""
 
 from __future__ import annotations
 

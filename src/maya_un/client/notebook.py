@@ -1,4 +1,4 @@
-"""What a notebook shows of the messages: registered with its formatters, so that the messages know nothing of it."""
+"""Representations of messages in notebooks, registered with the notebook's formatters."""
 
 from __future__ import annotations
 

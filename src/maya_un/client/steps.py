@@ -1,4 +1,4 @@
-"""What the client's plans ask of whoever carries them out: values, no input or output.
+"""Steps that the client's plans yield to a driver: values, no input or output.
 
 A plan is a generator: it yields steps, is sent their answers, and returns what the verb answers. A driver that blocks
 and one that awaits carry out the same plans, so that nothing about the service is said twice.
@@ -83,7 +83,7 @@ class Emit(Generic[T]):
 
 
 Step = Request[Any] | Sleep | ReadClock | Connect | Send | Receive
-"""What every driver carries out."""
+"""The steps that every driver carries out."""
 
 
 class Plan(Protocol[T_co]):

@@ -1,4 +1,4 @@
-"""What goes wrong on the way to the service, as errors of the house."""
+"""Transport errors, as errors of Maya."""
 
 from __future__ import annotations
 

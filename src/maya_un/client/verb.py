@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class Blocking(ABC):
-    """Whoever carries plans out and returns when they are done."""
+    """A driver that carries plans out and returns when they are done."""
 
     @abstractmethod
     def perform(self, plan: Plan[T]) -> T:
@@ -26,7 +26,7 @@ class Blocking(ABC):
 
 
 class Awaiting(ABC):
-    """Whoever carries plans out in an event loop."""
+    """A driver that carries plans out in an event loop."""
 
     @abstractmethod
     async def perform(self, plan: Plan[T]) -> T:
@@ -38,7 +38,7 @@ class Awaiting(ABC):
 
 
 class Described:
-    """What verbs have in common: their words and their arguments, as help shows them."""
+    """The common part of methods: docstrings and arguments, as help shows them."""
 
     def __init__(self, describe: Callable[..., Any], given: int = 0) -> None:
         self.__doc__ = describe.__doc__

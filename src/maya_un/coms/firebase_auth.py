@@ -30,7 +30,7 @@ class TokenSource(Protocol):
 
     @property
     def secrets(self) -> tuple[str, ...]:
-        """What must not be shown."""
+        """Secrets that must not be shown."""
         ...
 
     async def token(self, http: httpx.AsyncClient) -> str:

@@ -16,10 +16,10 @@ LONGEST_PAUSE = 10.0
 """[s]"""
 
 _AGAIN = 0.5
-"""What is cancelled and does not end is cancelled again after so long [s]."""
+"""A task that does not end after its cancellation is cancelled again after this time [s]."""
 
 GOOD = 5.0
-"""After a connection of so long the pauses begin anew [s]."""
+"""After a connection of this duration, the pauses start again from the shortest [s]."""
 
 
 async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError], None], rng: Random) -> None:

@@ -69,7 +69,7 @@ class RosbridgeLink:
 
 @dataclass(frozen=True, slots=True)
 class Rosbridge:
-    """Where the robot's rosbridge is; `token` is shown to it if not empty, `namespace` stands before the topics."""
+    """The address of the robot's rosbridge. `token` is sent there if not empty; `namespace` precedes the topics."""
 
     url: str
     token: str = ""

@@ -1,4 +1,4 @@
-"""What `maya coms` is told by its environment and its options.
+"""Settings of `maya coms` from its environment and its options.
 
 The manual names PORT, IP and NAME. A password or token stands in a file or in the environment, never in a URL that is
 shown: `where_of` leaves out what stands before the @ and after the question mark.
@@ -24,7 +24,7 @@ _MOST_BYTES = 4096
 
 @dataclass(frozen=True, slots=True)
 class AgentSettings:
-    """Where the server listens, where the robot's rosbridge is, the robot's name, and where its supervisors are.
+    """Addresses of the server, of the robot's rosbridge and of its supervisors, and the robot's name.
 
     `supervisors` is a URL, "" if none is set: mqtt://, mqtts://, or that of a Realtime Database (http:// or https://).
     `user` and `password`, or a client certificate with its key, are shown there, `token` to the rosbridge. `authority`

@@ -1,4 +1,4 @@
-"""What the agent needs from a transport: commands in, reports out."""
+"""The interface of a transport: commands in, reports out."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Protocol
 
 
 class ReportKind(StrEnum):
-    """What a report tells of a step: a state, or its result."""
+    """The content of a report about a step: a state, or its result."""
 
     ACCEPTED = "accepted"
     EXECUTING = "executing"

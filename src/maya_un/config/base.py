@@ -1,4 +1,4 @@
-"""What every section of the configuration is made of."""
+"""Base of every section of the configuration."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ConfigSection(BaseModel):
 
 
 class Flaw(NamedTuple):
-    """What is wrong with keys: the dotted `key`, its `value`, and why."""
+    """Errors of keys: the dotted `key`, its `value`, and why."""
 
     key: str
     value: Any

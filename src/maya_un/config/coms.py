@@ -1,4 +1,4 @@
-"""What the robot is called by its supervisors, and where `maya coms` is."""
+"""The robot's name for its supervisors, and the address of `maya coms` is."""
 
 from __future__ import annotations
 

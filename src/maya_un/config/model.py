@@ -32,7 +32,7 @@ Address = Annotated[str, AfterValidator(_host_and_port)]
 
 
 class ControllerConfig(_Section):
-    """Where the motion controller is, and how long to wait for it."""
+    """Address of the motion controller, and time limits for it."""
 
     address: Annotated[Address, Field(description="HOST or HOST:PORT that `--address real` means")] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0

@@ -1,4 +1,4 @@
-"""Where this program keeps what must outlive it: the queue and its history, recordings, the log."""
+"""The folder of data that must outlive the program: the queue and its history, recordings, the log."""
 
 from __future__ import annotations
 

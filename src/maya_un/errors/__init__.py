@@ -1,4 +1,4 @@
-"""Every error of the house, its stable code, and the branch that decides whether the robot stops.
+"""Every error, its stable code, and the branch that decides whether the robot stops.
 
 MayaError
 ├── RequestError            somebody asked for something impossible: refused, the robot is not disturbed

@@ -111,7 +111,7 @@ class JobChanged(RequestError):
 
 
 class NotOverRos(RequestError):
-    """A wish for which the graph between the floors has no words."""
+    """A request for which the ROS graph has no message."""
 
     code = 4021
 

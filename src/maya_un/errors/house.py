@@ -1,4 +1,4 @@
-"""5xxx: the house itself: its configuration, its files, what it needs."""
+"""5xxx: the system itself: its configuration, its files, its environment."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class MasterGone(RequestError):
 
 
 class RosMissing(RequestError):
-    """What is needed of ROS is not installed here, or cannot be loaded by this Python."""
+    """A part of ROS is not installed here, or this Python cannot load it."""
 
     code = 5012
 

@@ -24,7 +24,7 @@ class NotHomed(RequestError):
 
 
 class Busy(RequestError):
-    """One wish at a time: another is under way."""
+    """Another command is running; only one runs at a time."""
 
     code = 2104
 
@@ -72,13 +72,13 @@ class NotPaused(RequestError):
 
 
 class Stopped(RequestError):
-    """The wish ended early because somebody said stop."""
+    """A stop ended the command early."""
 
     code = 2201
 
 
 class Cancelled(RequestError):
-    """The wish was cancelled by the one who made it."""
+    """The sender cancelled the command."""
 
     code = 2202
 

@@ -74,7 +74,7 @@ JOINTS = Row(
     SENSOR, ("robot_state_publisher",), queue_size=1, rate=50.0, manual=False,
 )  # fmt: skip
 DIAGNOSTICS = Row(
-    "/diagnostics", Kind.TOPIC, "diagnostic_msgs/DiagnosticArray", Layer.CONTROLLER, "how the floors are",
+    "/diagnostics", Kind.TOPIC, "diagnostic_msgs/DiagnosticArray", Layer.CONTROLLER, "status of each layer",
     ("hw_simulator", "hardware_interface", "robot_controller", "process_controller"), queue_size=10, rate=1.0,
     manual=False,
 )  # fmt: skip

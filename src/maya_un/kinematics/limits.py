@@ -72,7 +72,7 @@ def unit(limit: Limit) -> str:
 class Reason:
     """Why something is not reachable: which limit, by how much (`unit`: "m", "rad" or "load"), in words.
 
-    Where it is a zone, `zone` is its name, and `excess` what is missing of its margin or beyond.
+    For a zone, `zone` is its name, and `excess` the missing part of its margin, or the depth inside.
     """
 
     limit: Limit
@@ -100,7 +100,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class ReasonBounds:
-    """What the words of a reason need: strokes of the axes (rad, m, m), tension limit in loads."""
+    """Data for the text of a reason: strokes of the axes (rad, m, m), tension limit in loads."""
 
     boom: Stroke
     line_b: Stroke

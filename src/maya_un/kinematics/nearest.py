@@ -26,7 +26,7 @@ from maya_un.kinematics.zones import Zone, clearances_between, corners_at
 from maya_un.values import Point
 
 EXACTNESS = 1e-3
-"""What the search is to be exact to [m], besides what is kept off zones for the rounding to counts."""
+"""Tolerance of the search [m], in addition to the distance from zones for the rounding to counts."""
 
 _COARSE = 0.01
 
@@ -92,7 +92,7 @@ class _SearchBoxes(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """What is searched: the range of the `boom` [rad] times the `section`, at least `clear` [m] off all `zones`."""
+    """The searched space: the range of the `boom` [rad] times the `section`, at least `clear` [m] off all `zones`."""
 
     mechanism: Mechanism
     boom: tuple[float, float]
@@ -103,9 +103,9 @@ class Search:
     def nearest(self, target: Point) -> Point | None:
         """Return the place nearest to `target`, None where the zones leave none.
 
-        It is nearest to `EXACTNESS`, mostly to a tenth of that. Where zones leave much that is almost as near, the
-        search ends early, and a place elsewhere that is nearer by a few millimetres may be overlooked; so may gaps
-        that are narrower than a centimetre.
+        It is nearest to `EXACTNESS`, mostly to a tenth of that. If zones leave many places that are almost as near, the
+        search ends early. It may then overlook a place that is nearer by a few millimetres, and gaps that are narrower
+        than a centimetre.
         """
         place, distance = None, inf
         for exactness in (_COARSE, EXACTNESS):
@@ -184,7 +184,7 @@ class Search:
     def _spare(self, places: Floats, least: Floats | float = 0.0) -> Floats:
         """Return how far places (n, 3) are from the edge of what can be reached [m], at most; negative outside.
 
-        Where that is below `least` for the section alone, zones are not looked at.
+        If that is below `least` for the section alone, zones are ignored.
         """
         a, u, h = places.T
         spare = self.section.spare(u, h)

@@ -20,7 +20,7 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Ranges:
-    """What the joints of one machine may be, zones aside: see `workspace.Workspace`."""
+    """Allowed joints of one machine, without zones: see `workspace.Workspace`."""
 
     mechanism: ClosedForm
     boom: Stroke

@@ -1,4 +1,4 @@
-"""What the two lines carry, in the vertical section through the boom.
+"""Tensions of the two lines, in the vertical section through the boom.
 
 The section's coordinates: `u` is the radial distance of the meeting point from anchor b, `h` its depth below
 the anchors, `W` the distance between the anchors, all [m]. Anchor b is at (0, 0), anchor c at (W, 0). The load
@@ -44,7 +44,7 @@ def shallowest_many(u: NDArray[np.float64], W: float, tension_limit: float) -> N
 def hanging(b: float, c: float, W: float) -> tuple[float, float]:
     """Return where (u, h) the meeting point really hangs [m] for free line lengths b and c [m].
 
-    Where a line is slack the load hangs straight below the other anchor: at (0, b) or at (W, c). Lines too
+    If a line is slack, the load hangs straight below the other anchor: at (0, b) or at (W, c). Lines too
     short to meet (b + c < W) are drawn straight: h is 0.
     """
     u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)

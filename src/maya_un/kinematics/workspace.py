@@ -175,7 +175,7 @@ class Workspace(Ranges):
     def why_not(self, target: Point | Joints) -> Reason | None:
         """Return why a target is not reachable, None where it is.
 
-        Where several limits are broken, the first in the order of `Limit` is named.
+        If several limits are broken, the first in the order of `Limit` is named.
         """
         return next(self._reasons(target), None)
 
@@ -187,10 +187,10 @@ class Workspace(Ranges):
         """Return the reachable place nearest to `target` [m], the target itself where it is reachable.
 
         The boom turns to the nearest angle of its range; in that vertical plane the nearest place of the
-        section is taken, a micrometre inside its edge so that rounding cannot push it out again. Where a zone is in
-        the way, the nearest place clear of all is searched for (`kinematics.nearest`), which is within a millimetre.
-        A target that is no place at all (not a finite number, or beyond `FARTHEST`) is taken as the foot of
-        axis a. Raises `Unreachable` where the zones leave nothing.
+        section is taken, a micrometre inside its edge so that rounding cannot push it out again. If a zone is in the
+        way, the nearest place clear of all zones is searched for (`kinematics.nearest`), to within a millimetre. A
+        target that is no place at all (not a finite number, or beyond `FARTHEST`) is taken as the foot of axis a.
+        Raises `Unreachable` where the zones leave nothing.
         """
         if self.why_not(target) is None:
             return target
@@ -269,7 +269,7 @@ class Workspace(Ranges):
                 named = True
                 yield in_zone(name, zone.margin, clearance)
         if not named:
-            # What is left are straight lines: they just meet, at any tension.
+            # The remaining case are straight lines: they just meet, at any tension.
             yield self._bounds.reason(Limit.COUPLING, max(0.0, -margins.coupling), joints)
 
     def _nearest_within_limits(self, target: Point) -> Point:

@@ -1,6 +1,6 @@
 """Keep-out zones: what the gripper, and as a rule the lines, must stay clear of.
 
-What must stay clear is the vertical piece from the gripper point up to the meeting point (length Φ) and, where a
+These must stay clear: the vertical segment from the gripper point up to the meeting point (length Φ) and, where a
 zone says so, the two lines from there to the anchors on the boom. Every zone is convex, so its signed distance is
 convex along each of these straight pieces, and its least value there is found from below (`kinematics.convex`).
 
@@ -24,7 +24,7 @@ from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.values import Joints, Point
 
 MARGIN = 0.05
-"""What is kept clear around a zone where nothing else is said [m]: half the size of gripper and part."""
+"""Default margin of a zone [m]: half the size of gripper and part."""
 
 ACCURACY = 1e-7
 """A clearance is never larger than the true one, and at most this much smaller [m]."""
@@ -194,7 +194,7 @@ def _joined(beyond: Floats) -> tuple[Floats, Floats]:
 def corners(mechanism: Mechanism, joints: Floats) -> Floats:
     """Return gripper point, meeting point, inner and outer anchor [m] of joints (n, 3), shape (3, 4, n).
 
-    Where the lines cannot meet, the meeting point is drawn at the height of the anchors.
+    If the lines cannot meet, the meeting point is at the height of the anchors.
     """
     a, b, c = joints.T
     W = mechanism.width

@@ -7,8 +7,8 @@ Let V be a speed that is straight in time between its corners, A its slope and S
     the jerk           j(t) = (A(t) − A(t − τ))/τ
 
 and takes τ longer from rest to rest. Both corners of V and the same τ later are corners of a; between them the jerk is
-constant. Where V rises with A to a cruise not shorter than τ, and falls likewise, and A = Jτ, this is the fastest way
-to go a distance under limits of speed, acceleration and the jerk J.
+constant. If V rises with A to a cruise not shorter than τ, and falls likewise, and A = Jτ, this is the fastest motion
+over a distance under limits of speed, acceleration and the jerk J.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]
     """Return how near the chords between knots come to every limit, in the order of `LIMITS`, and to every zone.
 
     `joints` has shape (n, 3) [rad, m, m]. Margins are exact to 1e-6, those of zones to 1e-5, but how deep a way leads
-    into a zone itself only to a centimetre. Where the lines cannot meet they carry more than a million loads.
+    into a zone itself only to a centimetre. Lines that cannot meet carry more than a million loads.
     """
     joints = _two_at_least(joints)
     curved = _least(lambda places: _margins(workspace, places), joints, 4, _SMOOTH)
@@ -195,7 +195,7 @@ def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple
     place = shares[sample]
     guessed, inner = np.divmod(np.argmin(_guessed(found).reshape(len(found), -1), axis=1), parts - 1)
     tries = [(guessed, shares[inner + 1])]
-    if rounds == _BENT:  # where it is bent a guess may be too good
+    if rounds == _BENT:  # a guess for a bent chord may be too good
         tries.append((chord, place))
     for near, share in tries:
         refined, at = _refined(values, joints[near], ways[near], share, 1.0 / parts, rounds)

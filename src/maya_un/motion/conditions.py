@@ -94,7 +94,7 @@ def coefficients(sampled: Floats) -> Floats:
 def falling(coefficients: Floats) -> list[int]:
     """Return the numbers of the chords on which a condition is broken further than at both ends, in order.
 
-    `coefficients` has shape (7, k, n). Where thirty halvings prove neither, the chord counts as broken.
+    `coefficients` has shape (7, k, n). If thirty halvings prove neither, the chord counts as broken.
     """
     allowed = np.minimum(0.0, np.minimum(coefficients[0], coefficients[-1])) - ROUNDING
     return np.flatnonzero(dips(coefficients - allowed, _DEEPEST)).tolist()

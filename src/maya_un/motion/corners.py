@@ -16,7 +16,7 @@ _STEP = 1e-4
 
 
 class LegLimits(NamedTuple):
-    """What the axes allow along a leg: speed [m/s] and acceleration [m/s²] of the gripper.
+    """Limits of the axes along a leg: speed [m/s] and acceleration [m/s²] of the gripper.
 
     `lines` tells how much of their speed the lines need for it, from 0 to 1: 1 where they are what limits it.
     """

@@ -54,7 +54,7 @@ _FAR, _NEAR = 0.05, 0.01
 
 @dataclass(frozen=True, slots=True)
 class Emergency:
-    """What a fault may lead to: `tension` [loads], `slack` [m]; and how the axes go on then.
+    """Bounds for a fault: `tension` [loads], `slack` [m]; and the motion of the axes after it.
 
     `rates` are the decelerations of the axes each by itself (rad/s², m/s², m/s²); `late` is how late they follow
     their references at most [s].
@@ -76,7 +76,7 @@ class Emergency:
 
 
 class _StopBoxes(NamedTuple):
-    """Where a fault on a chord may end: chords from `starts` to `ends` (3, m), plus boxes from −`back` to `on` (3, m).
+    """Possible ends of a fault on a chord: chords from `a` to `b` (3, m), plus boxes from −`before` to `after` (3, m).
 
     `clear` (m,) is how near any zone comes to the chords [m], infinite without zones.
     """
@@ -119,8 +119,8 @@ def emergency_speed(
     """Return for every chord (m,) the greatest speed along the path that keeps the emergency bounds.
 
     `joints` (m + 1, 3) are the knots [rad, m, m] of a path that is proved, `directions` (3, m) how far the axes go per
-    unit of the way on every chord, `braking` the deceleration along the path and `fastest` (m,) the greatest speed
-    wished there, in that unit per s² and per s. A speed is infinite where `fastest` does no harm, and never so small
+    unit of the way on every chord, `braking` the deceleration along the path and `fastest` (m,) the greatest requested
+    speed there, in that unit per s² and per s. A speed is infinite where `fastest` does no harm, and never so small
     that a stop would take less than `CREEP`.
     """
     found = np.full(len(fastest), np.inf)
@@ -149,7 +149,7 @@ def _doubtful(workspace: Workspace, emergency: Emergency, growth: _Growth, squar
 
 
 def _slowed(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> Floats:
-    """Return the greatest speeds (m,), infinite where the wished ones, whose squares are given, are safe."""
+    """Return the greatest speeds (m,), infinite if the requested speeds, whose squares are given, are safe."""
     arms = np.array(((workspace.mechanism.length,), (1.0,), (1.0,)))
     safe = _greatest(workspace, emergency, growth, squares)
     creep = CREEP / (np.maximum(growth.back, growth.on) * arms).max(axis=0)

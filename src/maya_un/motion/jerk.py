@@ -3,13 +3,13 @@
 The fastest way along the path is slowed a little and replaced by its mean over a window (`maya_un.motion.average`),
 along the same path. Sharp corners are rests, and what lies between two rests is a stretch with a window of its own, no
 longer than its jerk asks for. The axes' speeds, accelerations and jerks are looked at along all of it
-(`maya_un.motion.stretch`). Where a limit is exceeded the window is made wider or the speed allowed there lowered, and
-the fastest way sought again, a few times; the best of these, slowed evenly until it keeps all limits, is what is
-driven. On one straight line in the joints nothing is left to slow, and with accelerations as great as decelerations it
-is the fastest way there is.
+(`maya_un.motion.stretch`). If a limit is exceeded, the window is widened or the allowed speed lowered, and the fastest
+motion is computed again, a few times. The robot drives the best of these, slowed evenly until it keeps all limits. On
+one straight line in the joints nothing is left to slow, and with accelerations as great as decelerations it is the
+fastest way there is.
 
-The controller follows by stairs: what is limited is the change of the acceleration between their means. A stair itself
-is a step of the speed that the controller takes at VA and VD. So is a corner too slight to be a rest.
+The controller follows by steps of speed: the limit applies to the change of the acceleration between their means. A
+step itself is a change of speed that the controller carries out at VA and VD. So is a corner too slight to be a rest.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Fastest = Callable[[Floats, Floats, Floats], Ramps]
 """The fastest way by the greatest speeds within chords (n,), at knots (n + 1,), and shares of accelerations (n,)."""
 
 Allowed = Callable[[Floats], Floats]
-"""From speeds wished on the chords (n,) to what is safe there, infinite where the wish does no harm."""
+"""From requested speeds on the chords (n,) to safe ones, infinite if the requested speed is safe."""
 
 _ROUNDS = 12
 _GOOD = 1.002
@@ -43,8 +43,7 @@ _WIDEST = 2.0
 """A window so much wider than an acceleration asks for has room for one up and one down."""
 
 _OFF, _SLOW = 0.25, 0.02
-"""What is driven may be off what is wanted by a stair's share of the speed, as if that were no more, or no less, than
-these shares of the greatest."""
+"""The driven motion may differ from the plan by a step's share of the speed, within these shares of the greatest."""
 
 _FINE = np.arange(8) / 8.0
 _TINY = 1e-12
@@ -92,7 +91,7 @@ def _rests(knots: Knots, within: Floats, at: Floats) -> list[int]:
 
 
 class _Search:
-    """What has been tried of all stretches of a path, and the best that was found of each.
+    """Attempts for all spans of a path, and the best result of each.
 
     `tried` (n,) are the greatest speeds within chords that were sought with last, `share` (n,) how much of the
     accelerations, `widths` how much wider the windows are than need be.

@@ -1,4 +1,4 @@
-"""Where a path is cut into pieces that the controller can drive: straight ones, in whole counts.
+"""Division of a path into pieces that the controller can drive: straight ones, in whole counts.
 
 Between two knots the controller goes straight in the joints. On a curve the knots lie so close that
 

@@ -1,4 +1,4 @@
-"""What the axes can do, in the controller's own units."""
+"""Limits of the axes, in the controller's units."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_un.kinematics import Floats
 
 @dataclass(frozen=True)
 class Limits:
-    """What the axes a, b, c can do: speeds in counts/s, accelerations in counts/s²; `letters` on the controller.
+    """Limits of the axes a, b, c: speeds in counts/s, accelerations in counts/s²; `letters` on the controller.
 
     `jerk` is how fast their accelerations may change [counts/s³], infinite for as fast as they like.
     """

@@ -109,7 +109,7 @@ class CoordinatedMove:
 
     @cached_property
     def places(self) -> tuple[Counts, ...]:
-        """Where the axes are at the start and at every segment's end [counts]."""
+        """Positions of the axes at the start and at every segment's end [counts]."""
         ways = np.cumsum(self.segments.counts, axis=0)
         return (self.start, *((a, b, c) for a, b, c in (ways + np.array(self.start)).tolist()))
 
@@ -120,7 +120,7 @@ class CoordinatedMove:
 
     @cached_property
     def end(self) -> Counts:
-        """Where it ends [counts]."""
+        """The end [counts]."""
         a, b, c = (self.segments.counts.sum(axis=0) + np.array(self.start)).tolist()
         return a, b, c
 

@@ -1,4 +1,4 @@
-"""Ways of the gripper as geometry: through waypoints, straight in one of three spaces, corners cut if wished.
+"""Paths of the gripper as geometry: through waypoints, straight in one of three spaces, with optional cut corners.
 
     joint          a, b, c [rad, m, m]    what the axes do best: every axis goes its own way in the same time
     cartesian      x, y, z [m]            the gripper goes straight
@@ -41,8 +41,8 @@ class Blend(NamedTuple):
     """How a corner is cut: it is left `before` ahead of the waypoint and over `after` behind it [m].
 
     In the time between, the leg before slows down during the last share `fall` of it, and the leg behind speeds up
-    during the first share `rise`. Both 1 is one parabola. Where one leg is quick to reach its speed and the other
-    is not, a small share for the quick one makes the corner as fast as both can be.
+    during the first share `rise`. Both 1 is one parabola. If one leg reaches its speed quickly and the other does not,
+    a small share for the quick one makes the corner as fast as both allow.
     """
 
     before: float

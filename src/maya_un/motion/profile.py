@@ -230,7 +230,7 @@ def _squares(ends: Floats, gains: Floats) -> Floats:
 
 
 class _Run:
-    """Where the sequence has come to while its pieces are laid."""
+    """The state of the sequence while its pieces are added."""
 
     __slots__ = ("pieces", "s", "t", "v", "va", "vd")
 

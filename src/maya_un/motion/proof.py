@@ -5,9 +5,9 @@ gripper down to the table. Between two knots the controller drives straight in (
 chord is proved, not sampled: the limits of the machine in `maya_un.motion.conditions`, zones in
 `maya_un.motion.keepout`.
 
-Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. Where a
-stop at any instant ends, and all of its way there, are therefore points of the same chords: the proof for the path
-holds for every stop on it. What a fault may do beside the path is `maya_un.motion.emergency`'s affair.
+Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. A stop at
+any instant therefore stays on the same chords: the proof for the path holds for every stop on it. `emergency` bounds
+the effects of a fault beside the path.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def prove(workspace: Workspace, joints: Floats, vias: Sequence[int] = ()) -> Non
     last, that somebody asked for. Knots may lie outside by the size of an encoder count, because places on the edge
     are rounded to counts; between two of them no limit is broken further than at these two. Raises `Unreachable` for
     an end or a via outside, `PathRefused` for a way between good ones that leaves the workspace, or for a start that
-    is outside already, or inside a zone. Where it is left, the details have the joints there, `at`, and `share`, how
-    much of the way to `target` has then been gone in counts.
+    is outside already, or inside a zone. The details contain `at`, the joints at
+    the place where the path leaves the workspace, and `share`, the part of the path to `target` before it, in counts.
     """
     if len(joints) == 1:
         joints = np.concatenate((joints, joints))

@@ -83,7 +83,7 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
 
 
 class Budget(NamedTuple):
-    """What the axes leave for speeding up and slowing down along every chord, the controller itself as a fourth axis.
+    """The axes' limits for speeding up and slowing down along every chord, with the controller itself as a fourth axis.
 
     In the middle of a chord, where x has become x + L u, an axis accelerates by (dᵢ + cᵢL) u + cᵢ x. `up` and `down`
     (4, n) are aᵢ/|dᵢ + cᵢL| [counts/s²] and `bend` (4, n) is cᵢ/(dᵢ + cᵢL): −(down + bend x) ≤ u ≤ up − bend x.
@@ -159,7 +159,7 @@ def _held(squares: Floats, slopes: Floats, offsets: Floats) -> Floats:
 def peaks(chords: Chords, budget: Budget, within: Floats, squares: Floats) -> tuple[Floats, Floats, Floats]:
     """Return for every chord the greatest x inside it and the rates up to it and down from it, (n,) each.
 
-    Where a chord rises all the way, or falls all the way, its peak is at that end, and the rate is what that takes.
+    If a chord only rises, or only falls, its peak is at that end, and the rate follows from it.
     """
     start, end = squares[:-1], squares[1:]
     ceiling, room = within * within, 2.0 * chords.lengths

@@ -1,10 +1,10 @@
 """From the fastest way to the segments that the controller drives.
 
 The controller rises towards a segment's speed at VA and brakes at VD to its end speed, each within the segment; VD is
-the deceleration of a stop and cannot be changed while a sequence runs. So a slow-down is a staircase: it is cut
-wherever the speed has fallen by a step, and every piece is driven at the mean of its speeds, which takes as long. The
-speed is then never a step away from the fastest way's, and the bound of the acceleration at any instant is the
-stop's. A rise at VA is one ramp, and a gentler one has as few stairs as that rule asks for.
+the deceleration of a stop and cannot be changed while a sequence runs. So a slow-down has steps: it is cut wherever the
+speed has fallen by a step, and every piece is driven at the mean of its speeds, which takes as long. The speed is then
+never a step away from the fastest way's, and the bound of the acceleration at any instant is the stop's. A rise at VA
+is one ramp, and a gentler rise has as few steps as that rule requires.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SLOWEST = 2.0
 
 
 class Ramps(NamedTuple):
-    """What happens in every chord: from speed `start` to `top` at `up`, on at `top`, and to `end` at `down`; (n,) each.
+    """The motion in every chord: from speed `start` to `top` at `up`, on at `top`, and to `end` at `down`; (n,) each.
 
     Speeds in counts/s, accelerations in counts/s², none of them 0.
     """
@@ -59,7 +59,7 @@ def segments(
 
     `slew` (3, 1) are the slew speeds of the axes [counts/s]; no axis is faster than the share `scale` of its own. From
     one piece to the next the speed of no axis changes by more than `STEP` of its slew speed, on curves by no more than
-    its share in `JUMPS`, `coarseness` times as much if that is wished.
+    its share in `JUMPS`, times `coarseness`.
     """
     steps = coarseness * _shares(chords) * slew
     pieces = _pieces(chords, ramps, va, (steps / chords.shares).min(axis=0))
@@ -73,8 +73,8 @@ def segments(
     end[:-1] = np.minimum(end[:-1], target[1:])
     end[-1] = 0.0
     own = (steps.take(chord, axis=1) / shares).min(axis=0) * lengths
-    # Stairs shorter than a count are lost to rounding: then a piece ends with no more than a step, or for axes so slow
-    # that a step is nothing with what a count is enough to slow down by.
+    # Steps shorter than a count are lost to rounding. Then a piece ends with at most a step. For very slow axes, for
+    # which a step is nothing, it ends with a speed that a count suffices to brake from.
     tiny = own < 2.0 * SLOWEST
     if tiny.any():
         own = np.where(tiny, np.sqrt(end * end + 2.0 * ramps.down[chord]) - end, own)

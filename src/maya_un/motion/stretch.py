@@ -1,4 +1,4 @@
-"""What lies between two rests of a path, and what the axes do along it over time.
+"""The part of a path between two rests, and the motion of the axes along it over time.
 
 With direction d, bend c = d' and the way s, v = s', a = v', j = a', an axis has the
 

@@ -29,18 +29,18 @@ _STEEPEST = 1_073_740_800
 """Greatest VA and VD [counts/s²] (Galil DMC-41x3, commands VA, VD)."""
 
 _STEEP = 0.9
-"""The slow-down planned is at most this share of VD, so that stairs fit in."""
+"""The planned slow-down is at most this share of VD, so that steps fit in."""
 
 HARDER = 5
 """How much harder than alone an axis may stop that shares a sequence with slower ones."""
 
 _NEARLY = 0.99
-"""VA may be this much below what the axes allow, where that saves the stairs of a rise."""
+"""VA may be this much below the limit of the axes, if that saves the steps of a rise."""
 
 Safely = Callable[[Floats, float, Floats], Floats]
-"""What else bounds speeds: from directions (3, n) of the chords, VD, and speeds wished on them (n,), to speeds (n,).
+"""Another bound on speeds: from directions (3, n) of the chords, VD, and requested speeds (n,), to speeds (n,).
 
-Infinite where the wish does no harm.
+Infinite if the requested speed is safe.
 """
 
 
@@ -56,7 +56,7 @@ def plan(
     """Return the coordinated move through `knots`, from the first (where the robot must be) to the last.
 
     `speed_scale` in (0, 1] slows the cruise, not the ramps. At a sharp corner the speed is such that no axis' speed
-    jumps by more than 2 % of its slew: next to rest. Stairs are `coarseness` times as high. A path that is shorter
+    jumps by more than 2 % of its slew: next to rest. Steps are `coarseness` times as high. A path that is shorter
     than a count gives a move without segments. Raises `InvalidValue` for a scale out of range.
     """
     if not 0.0 < speed_scale <= 1.0:
@@ -103,7 +103,7 @@ def _allowed(safely: Safely, chords: Chords, vd: float) -> Allowed:
 def _rise_rate(chords: Chords, limits: Limits) -> int:
     """Return VA [counts/s²]: the next step of 1024 above what the axes allow where they allow most.
 
-    Stairs make it gentler elsewhere.
+    Steps make it gentler elsewhere.
     """
     most = float((limits.rise / chords.shares).min(axis=0).max())
     return min(_STEEPEST, max(_QUANTUM, ceil(_NEARLY * most / _QUANTUM) * _QUANTUM))
@@ -118,9 +118,9 @@ def _stop_rate(chords: Chords, limits: Limits) -> int:
 def _brisk(gentle: int, fastest: float, limits: Limits) -> int:
     """Return VD [counts/s²]: `gentle`, or more where a stop from the `fastest` speed would take too long with it.
 
-    The path of the lines is long in counts, that of the boom is short, and VD is one for the whole sequence. Where a
-    move has stretches of both, a stop may take as long as that of the slowest axis alone, and no longer; in turn
-    another axis may stop up to `HARDER` times as hard as it would alone.
+    The path of the lines is long in counts, that of the boom is short, and VD is one for the whole sequence. If a move
+    has spans of both, a stop may take as long as that of the slowest axis alone, and no longer; in return another axis
+    may stop up to `HARDER` times as hard as it would alone.
     """
     longest = max(speed / rate for speed, rate in zip(limits.speed, limits.stop_deceleration, strict=True))
     wanted = ceil(fastest / longest / _QUANTUM) * _QUANTUM

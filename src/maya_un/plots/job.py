@@ -1,4 +1,4 @@
-"""What a motion or a whole job will be: axes over time, the gripper's way, and how near it comes to every limit."""
+"""Preview of a motion or a job: axes over time, the gripper's path, and the distance to every limit."""
 
 from __future__ import annotations
 

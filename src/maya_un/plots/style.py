@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
 FORMATS = ("svg", "png", "pdf")
-"""What a picture can be written as; the file's ending says which."""
+"""Formats of a picture; the file's ending selects one."""
 
 BLUE = "#0072B2"
 ORANGE = "#D55E00"

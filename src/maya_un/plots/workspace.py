@@ -19,7 +19,7 @@ from maya_un.values import Point
 
 
 class WorkspaceView(StrEnum):
-    """What of the workspace a figure shows."""
+    """The view of the workspace in a figure."""
 
     SECTION = "section"
     PLAN = "plan"

@@ -1,4 +1,4 @@
-"""Floor 3: jobs in order. A job is a file; it is checked whole before its first step and reported step by step.
+"""The process layer: jobs in order.
 
 Import from the modules: `process.job` (the file), `process.tasks` (what it comes to), `process.preview`,
 `process.process` (the queue and its parts), `process.report` (what happened),

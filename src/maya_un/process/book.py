@@ -1,6 +1,6 @@
 """The book of taught poses and pallets: a TOML file that people may read, edit and put under version control.
 
-    [poses.shelf]
+    [poses.rack]
     joints = [0.42, 1.61, 1.3]                  # a [rad], b, c [m]: this is what is taught
     point = [0.51, 1.12, 0.4]                   # x, y, z [m] on that day; for people, never read
     taught = "2026-11-21T16:02:21+00:00"
@@ -11,8 +11,8 @@
     columns = 4
     taught = "2026-11-21T16:05:00+00:00"
 
-The file is read whenever something is looked up, understood anew where it has changed, and written, whole or not at
-all, when something is taught; comments in it are not kept then.
+The file is read whenever something is looked up, parsed again if it has changed, and written, whole or not at all, when
+something is taught; comments in it are lost then.
 """
 
 from __future__ import annotations

@@ -33,8 +33,8 @@ class Changes:
     ) -> list[Transaction]:
         """Return the changes that take a job to `state`, because of `notice`, with other `fields` of its row.
 
-        What depends on a job that ends otherwise than done is held with it, unless it is `among` those that end by the
-        same change.
+        If a job does not end as done, the jobs that depend on it are held too, unless they are `among` those that end
+        by the same change.
         """
         code, message = (0, "") if notice is None else (notice.code, notice.message)
         old = item.row

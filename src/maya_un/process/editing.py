@@ -1,4 +1,4 @@
-"""What people change in the queue: hold, release, reorder, edit, clear, cancel."""
+"""Changes of the queue by people: hold, release, reorder, edit, clear, cancel."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class JobEditor:
         item = self._changeable(number)
         rest = {key: value for key, value in changes.items() if key != "job"}
         if "held" in rest:
-            raise InvalidRequest(key="held", reason="a job is held and released by wishes of their own")
+            raise InvalidRequest(key="held", reason="hold and release a job by the operations for it")
         asked = read_options(rest, item.row.options).depends_on
         standing = await self._submitting.standing(asked) if "depends_on" in rest else None
 

@@ -1,7 +1,7 @@
 """When the jobs that wait will have ended, each worked out in the background from where the one before it ends.
 
 Nothing of it is sent, and the loop is not held (`foresight`).
-What has been worked out once is worked out again only where the job, or the place it starts from, has changed.
+A prediction is computed again only if the job, or its start position, has changed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Etas(NamedTuple):
 
 
 class _Known(NamedTuple):
-    """What a job comes to, from where that was worked out."""
+    """The plan of a job, and the start position for which it was computed."""
 
     body: Body
     left: int
@@ -46,7 +46,7 @@ class _Known(NamedTuple):
 class Forecast:
     """Predicts the first jobs that wait; `under_way` tells which job runs.
 
-    What is held does not count, nor what waits for it: nobody knows when it begins. How long a homing takes is
+    Held jobs, and jobs that wait for them, do not count: nobody knows when they begin. How long a homing takes is
     estimated (`homing`).
     """
 

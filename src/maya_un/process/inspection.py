@@ -51,7 +51,7 @@ def inspected(
 
 
 class _Collected:
-    """What the actions of a job come to, one after the other."""
+    """The results of a job's actions, one after the other."""
 
     def __init__(self) -> None:
         self.now = 0.0

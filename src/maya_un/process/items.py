@@ -29,11 +29,11 @@ _GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
 class QueueEntry:
     """A job in the queue: what is kept of it, and what only this run knows.
 
-    `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` one is a wish
-    for now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt` it is to end
-    as interrupted instead. `moving` tells that its runner may be cancelled, `checking` that it still works out the job,
-    `concludes` that it is over for its runner, which writes that down. `began` is loop time [s] of this run.
-    `finished` tells that its end has been announced, of which `ended` wakes those who wait.
+    `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` job is a
+    command to be done now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt`
+    it is to end as interrupted instead. `moving` tells that its runner may be cancelled, `checking` that it still works
+    out the job, `concludes` that it is over for its runner, which writes that down. `began` is loop time [s] of this
+    run. `finished` tells that its end has been announced, of which `ended` wakes those who wait.
     """
 
     row: JobRow
@@ -235,7 +235,7 @@ class QueueEntries:
         return item
 
     def next_direct(self, may_begin: MayBegin) -> QueueEntry | None:
-        """Return the first wish for now."""
+        """Return the first direct command."""
         items = (self._alive[number] for number in self._direct)
         return next((item for item in items if item.may_begin and may_begin(item.row.owner.name)), None)
 
@@ -272,7 +272,7 @@ class QueueEntries:
         return [self._alive[one] for one in sorted(self._dependents.get(number, ())) if one in self._alive]
 
     def no_longer_direct(self) -> list[QueueEntry]:
-        """Take back that wishes are for now, and return those that still waited."""
+        """Make direct commands ordinary jobs, and return those that still waited."""
         items = [self._alive[number] for number in self._direct]
         for item in items:
             item.direct = False

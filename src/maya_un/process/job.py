@@ -115,7 +115,7 @@ def _refusal(error: ValidationError) -> InvalidJob:
     location = [str(part) for part in first["loc"] if part != "[key]"]
     looped = location[0:1] == ["steps"] and location[2:3] == ["loop"]
     if location[0:1] == ["steps"]:
-        del location[2:3]  # where pydantic says whether it is a step or a loop
+        del location[2:3]  # pydantic's mark of a step or a loop
     kind, words = first["type"], first["msg"].removeprefix("Value error, ")
     if kind == "too_long" and len(location) == 1 and location != ["steps"]:
         words, kind = f"it has more than {MOST_NAMES} entries", ""

@@ -1,9 +1,9 @@
 """The control lease: at every instant at most one drives the robot, and everybody can see who.
 
-Whoever takes it says again and again that he is still there; one that is silent for its patience loses it, and what he
-held moving stops. It passes on visibly: it is offered to somebody, who takes it. Whoever needs none of his own drives
-implicitly for the length of a wish, and so does the owner of a job while it runs; whoever takes the lease meanwhile
-takes the job over, and may slow it down, hold it and stop it. Stop needs no lease.
+The driver renews it again and again; a driver that is silent for its patience loses it, and a held motion stops. It
+passes on visibly: it is offered to somebody, who takes it. A user without a lease drives implicitly for the length of a
+command, and so does the owner of a running job. Taking the lease meanwhile also takes over the job: the new driver may
+slow it down, hold it and stop it. Stop needs no lease.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ OFFER = 60.0
 """An offer stands for so long [s, real time]."""
 
 LINGER = 2.0
-"""Who drove implicitly is shown for so long [s, real time], so that many wishes in a row are one drive."""
+"""An implicit driver is shown for this time [s, real time], so that several commands in a row are one drive."""
 
 _ROUNDING = 1e-6
 _MOST_ENDED = 100
@@ -35,10 +35,10 @@ OnChange = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class LeaseHolder:
-    """Who drives: his name, from where, since when [s, loop time], what he says about it.
+    """The driver: name, source, time of the start [s, loop time], note.
 
-    `id` is what he shows; nobody else is told it. One that is `implicit` drives for the length of wishes. `lender` is
-    who offered it to him, "" where he took it himself.
+    `id` is the driver's secret; nobody else gets it. An `implicit` holder drives for the length of commands. `lender`
+    is the user who offered the lease, "" if the driver took it.
     """
 
     name: str
@@ -52,7 +52,7 @@ class LeaseHolder:
 
 @dataclass(slots=True, eq=False)
 class LeaseUse:
-    """Something that goes on: a wish under the `lease` that was shown, a `direct` one without, or a job.
+    """A running activity: a command under the `lease` in the request, a `direct` one without a lease, or a job.
 
     `lost` is why it was lost meanwhile, "" where it was not.
     """
@@ -87,7 +87,7 @@ class _Offer:
 
 
 class ControlLease:
-    """Who drives. `speed` is how fast the loop's clock runs: patience is in the time of whoever asks.
+    """The state of the lease. `speed` is the speed of the loop's clock: patience is in the caller's time.
 
     `on_change` callbacks are told of every change of the holder, after it, before anybody else goes on.
     """
@@ -107,7 +107,7 @@ class ControlLease:
 
     @property
     def holder(self) -> LeaseHolder | None:
-        """Who drives now, None where nobody does."""
+        """The present driver, None without one."""
         return self._holder
 
     @property
@@ -117,7 +117,7 @@ class ControlLease:
 
     @property
     def asked_by(self) -> str | None:
-        """Who asked for it last, within the last minute; None where nobody did."""
+        """The last user who asked for the lease within the last minute, or None."""
         asked = self._asked
         return None if asked is None or self._now() > asked[1] else asked[0]
 
@@ -141,10 +141,10 @@ class ControlLease:
     def take(
         self, name: str, source: str, *, note: str = "", patience: float = PATIENCE, force: bool = False
     ) -> LeaseHolder:
-        """Become the driver, of the job under way too; with `force` also where somebody else is, whose wishes then end.
+        """Become the driver, also of the running job.
 
-        It ends where it is not renewed within `patience` [s, real time]. One that is offered is taken from its holder.
-        Raises `LeaseHeld`.
+        With `force`, also take the lease from another driver, whose commands then end. The lease ends if it is not
+        renewed within `patience` [s, real time]. An offered lease is taken from its holder. Raises `LeaseHeld`.
         """
         before, offer = self._holder, self._offer
         offered = offer is not None and self.offered_to == name
@@ -211,10 +211,10 @@ class ControlLease:
 
     @contextmanager
     def driving(self, name: str, source: str, lease: str = "", *, direct: bool = False) -> Iterator[LeaseUse]:
-        """Drive for the length of the block: a job of `name`, a wish by the `lease` that is shown, or a `direct` one.
+        """Drive for the length of the block: a job of `name`, a command under `lease`, or a `direct` one.
 
-        A wish is lost with the lease that was shown, a direct one only to force. A job is never lost: whoever takes the
-        lease takes it over. Raises as `renew`, and `LeaseHeld` where somebody else drives.
+        A command ends with its lease, a direct one only by force. A job never ends: the new driver takes it over.
+        Raises as `renew`, and `LeaseHeld` where somebody else drives.
         """
         if lease:
             self.renew(lease, name)

@@ -1,7 +1,7 @@
 """Written before announced: every change of the queue goes through here, one after the other.
 
-What begins something is written first, or does not begin. What has happened anyway (a step that ended) is kept in
-memory where it cannot be written, and written and announced as soon as the storage works again.
+A beginning is written first, or does not happen. An event that has happened anyway (a step that ended) stays in memory
+if it cannot be written; it is written and announced as soon as the storage works again.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from maya_un.process.journal.protocol import Journal
 from maya_un.process.journal.rows import ClearedJobs, JobRow, QueueRow, StepRow
 
 RETRY = 2.0
-"""What could not be written is tried again after so long [s]."""
+"""A failed write is repeated after this time [s]."""
 
 Change = JobRow | QueueRow | ClearedJobs | tuple[int, StepRow]
-"""What the journal saves: a job, the queue's mode, a step of a job, the end of many jobs."""
+"""A record of the journal: a job, the queue's mode, a step of a job, the end of many jobs."""
 
 
 def _nothing() -> None:

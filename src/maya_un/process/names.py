@@ -1,6 +1,6 @@
-"""What the names in a job stand for: parts, places, cells of pallets, taught poses, in this order.
+"""Look-up of the names in a job: parts, places, cells of pallets, taught poses, in this order.
 
-What the job itself names comes before what was taught.
+The job's own names come before taught ones.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class NameResolver:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What there is to say, in words, about the shapes of the pallets that were used."""
+        """Remarks about the shapes of the used pallets."""
         pallets = self._pallets.items()
         return tuple(f"{name}: {remark}" for name, pallet in pallets for remark in pallet.shape.remarks)
 

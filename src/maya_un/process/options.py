@@ -11,7 +11,7 @@ from maya_un.process.journal.rows import JobOptions
 from maya_un.schema.jobs import OnFailure
 
 ORDINARY = JobOptions()
-"""Whatever nobody has said anything about."""
+"""The default options."""
 
 MOST_PRIORITY = 100
 MOST_RETRIES = 10

@@ -19,7 +19,7 @@ MayBegin = Callable[[str], bool]
 
 
 class QueuePosition(NamedTuple):
-    """Where a job stands; places compare as the queue goes."""
+    """The place of a job; places compare in the order of the queue."""
 
     back: int
     """The priority with its sign turned."""
@@ -38,7 +38,7 @@ class QueuePosition(NamedTuple):
 
 
 class _Kind(NamedTuple):
-    """What many jobs have in common."""
+    """The common fields of many jobs."""
 
     back: int
     owner: str

@@ -4,8 +4,8 @@ With corners p11, p1C, pR1 and pRC, cell (row, column) of an R x C grid lies at
 
     p = (1 - v) ((1 - u) p11 + u p1C) + v ((1 - u) pR1 + u pRC),   u = (column - 1) / (C - 1),  v = (row - 1) / (R - 1)
 
-which meets every corner and spaces the cells of each row evenly, and those of each column too. Where the fourth
-corner is left out it is p1C + pR1 - p11, and the grid a parallelogram.
+which meets every corner and spaces the cells of each row evenly, and those of each column too. Without the fourth
+corner, it is p1C + pR1 - p11, and the grid is a parallelogram.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class RectangleError:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What of it is beyond tolerance, in words; the grid is used as it is taught all the same."""
+        """Deviations beyond tolerance, in words; the grid is used as it is taught."""
         flat = f"its corners are {self.flatness * 1e3:.1f} mm off a plane"
         square = f"its corners are {degrees(self.squareness):.1f} degrees off a right angle"
         return (flat,) * (self.flatness > FLAT) + (square,) * (self.squareness > SQUARE)

@@ -15,7 +15,7 @@ from maya_un.values import Notice
 
 
 class JobOutlook(NamedTuple):
-    """What a job will be, and where it leaves the robot, or would be refused."""
+    """The preview of a job and its end position, or its refusal."""
 
     preview: JobPreview
     end: Pose

@@ -51,7 +51,7 @@ from maya_un.values import Mode
 from maya_un.workers import WorkerSet
 
 LOCAL = SubmitRequest(RequestOwner(), ORDINARY)
-"""Whoever sits at the machine, and says nothing about how."""
+"""A user of this machine, with default options."""
 
 
 class Process:
@@ -126,8 +126,8 @@ class Process:
     async def wish(self, wish: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:
         """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.
 
-        While the queue is paused and nothing is under way, a wish that says nothing about how it is to be queued is
-        done at once: whoever says "home" to a robot that waits for him means now.
+        While the queue is paused and nothing runs, a command without options for the queue is done at once: a person
+        who sends "home" to a waiting robot means now.
         """
         written = write_wish(wish, self._grasp_height, self._recall)
         if asked.options == ORDINARY and not asked.proposal and self._pausing.paused and self.turns.running is None:
@@ -215,14 +215,14 @@ class Process:
         await self._whole.do(self._editing.move_to(number, last=last))
 
     async def change(self, number: int, changes: Mapping[str, object], *, approved: bool = True) -> None:
-        """Change a job; raises as `JobEditor.change` does. What is not `approved` is a proposal after it."""
+        """Change a job; raises as `JobEditor.change` does. A job that is not `approved` is a proposal afterwards."""
         await self._whole.do(self._editing.change(number, changes, approved=approved))
         self.turns.wake()
 
     def owner_ended(self, owner: str) -> None:
         """Let nothing begin of somebody who may not queue jobs any more: his job pauses after the step under way.
 
-        What waits of him becomes a proposal, which somebody approves or declines.
+        Waiting jobs of the owner become proposals, which a person approves or declines.
         """
         self.turns.driver_ended(owner)
         self._whole.begin(self._editing.unapprove(owner))

@@ -1,4 +1,4 @@
-"""What an earlier run left: taken up when the queue opens, shown, and decided by a person."""
+"""Jobs that an earlier run left: loaded when the queue opens, shown, and decided by a person."""
 
 from __future__ import annotations
 

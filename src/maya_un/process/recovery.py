@@ -1,4 +1,4 @@
-"""What may become of a job that was interrupted, and what each choice does. Pure; a person chooses, nothing else does.
+"""The choices for an interrupted job, and the effect of each. Pure; only a person chooses.
 
 Nobody can know from here whether the gripper holds a part: the power may have gone at any instant. So it is asked
 wherever what comes next depends on it, and taken from the machine only where that is certain: an open gripper is empty.
@@ -21,7 +21,7 @@ QUESTION = "is a part in the gripper?"
 
 
 class RecoveryChoice(StrEnum):
-    """What a person may choose."""
+    """The choices of a person."""
 
     RESUME = "resume"
     REDO = "redo"
@@ -42,7 +42,7 @@ class RecoverySituation:
 
 
 class RecoveryDecision(NamedTuple):
-    """What a choice does: the step's next state (None where none was under way), and whether the job goes on.
+    """The effect of a choice: the step's next state (None if no step was running), and whether the job continues.
 
     `holding` is what is known of the gripper now, None where it does not matter.
     """

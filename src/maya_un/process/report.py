@@ -1,4 +1,4 @@
-"""What happened: the record that the queue keeps of a job, and the frozen values that it hands out."""
+"""Reports: the record that the queue keeps of a job, and frozen copies of it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Edition:
 
 
 class StepRecord:
-    """What is known of one step so far; the `edition` of the job's steps counts every change of its `row`."""
+    """The present data of one step; the `edition` of the job's steps counts every change of its `row`."""
 
     __slots__ = ("_edition", "_row", "task")
 
@@ -35,7 +35,7 @@ class StepRecord:
 
     @property
     def row(self) -> StepRow:
-        """What is kept of it."""
+        """Its row in the journal."""
         return self._row
 
     @row.setter
@@ -45,7 +45,7 @@ class StepRecord:
 
     @property
     def state(self) -> TaskState:
-        """Where it is in its life."""
+        """Its state."""
         return self.row.state
 
     def become(self, state: TaskState, notice: Notice | None = None) -> StepRow:
@@ -101,7 +101,7 @@ class StepCounts:
 
 @dataclass(slots=True)
 class JobRecord:
-    """What is known of the steps of one job.
+    """The present data of the steps of one job.
 
     `preview` is what its last check predicted, `end` where that leaves the robot. `current` is the index of the step
     under way, 0 between two, begun at loop time `current_since` [s].

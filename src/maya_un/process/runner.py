@@ -35,7 +35,7 @@ RETRY_AFTER = 1.0
 
 @dataclass(frozen=True, slots=True)
 class RunnerContext:
-    """What those have in common who work the queue. `notes_phases` has every phase of a step written down.
+    """The shared objects of the queue's workers. `notes_phases` has every phase of a step written down.
 
     `foresight` works out what jobs come to.
     """
@@ -87,7 +87,7 @@ class JobRunner:
     async def run(self) -> None:
         """Run the job as far as it may go and return once that is written, as far as the storage allows.
 
-        Where it may not begin any more when its turn comes, nothing happens.
+        If it may not begin any more when its turn comes, nothing happens.
 
         Raises `StorageFailed` where not even its beginning can be written; then nothing of it has begun.
         """

@@ -1,4 +1,4 @@
-"""What job files and taught places are written with: names, coordinates, joints, counts, as pydantic reads them."""
+"""Fields of job files and taught places: names, coordinates, joints, counts, as pydantic reads them."""
 
 from __future__ import annotations
 

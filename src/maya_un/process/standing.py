@@ -13,7 +13,7 @@ SAME = 1e-6
 
 _GRAIN = 1e-4
 _FAR = 1e6
-"""What is farther away than this [m] is nowhere that a robot comes to, and told apart by its distance alone."""
+"""Parts that are farther away than this [m] are out of reach, and are told apart by their distance alone."""
 
 _Square = tuple[int, ...]
 

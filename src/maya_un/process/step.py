@@ -13,7 +13,7 @@ from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.arguments import Argument, JointTarget, Switch, Target
 
 COMMANDS = tuple(name for name, primitive in PRIMITIVES.items() if primitive.in_jobs)
-"""What a step may be, besides a loop."""
+"""The kinds of steps, besides a loop."""
 
 BARE = frozenset(name for name in COMMANDS if not PRIMITIVES[name].argument.key)
 """Steps that may be written as a word alone."""

@@ -26,9 +26,9 @@ from maya_un.values import Notice
 
 @dataclass(frozen=True, slots=True)
 class SubmitRequest:
-    """Who wants a job and how: a `proposal` is held until it is approved, a `direct` one is a wish for now.
+    """The owner and the options of a submission.
 
-    `key` is an idempotency key, "" for none.
+    A `proposal` is held until it is approved, a `direct` one runs at once. `key` is an idempotency key, "" for none.
     """
 
     owner: RequestOwner

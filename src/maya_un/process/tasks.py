@@ -1,4 +1,4 @@
-"""What a job comes to: one task a step, cell and round, names resolved to points.
+"""The tasks of a job: one for each step, cell and round, with names resolved to points.
 
 A part is where it stood at the start until it is placed, then where it was placed; so a job may be repeated, and
 a part may be picked by name wherever the job itself put it.
@@ -72,7 +72,7 @@ def starting_parts(job: Job, grasp_height: float, recall: Recall = TaughtPlaces)
 
 
 def single(primitive: Primitive) -> Expansion:
-    """Return the one task of a direct wish."""
+    """Return the one task of a direct command."""
     return Expansion((Task(1, "task", primitive.words, primitive),), {})
 
 
@@ -85,7 +85,7 @@ class _Planned(NamedTuple):
 
 
 class _PartTracker:
-    """Where the parts are while the steps are walked through."""
+    """Positions of the parts while the steps are walked through."""
 
     def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
         self._job = job
@@ -96,12 +96,12 @@ class _PartTracker:
 
     @property
     def parts(self) -> dict[str, Point | None]:
-        """Where the parts are now [m]."""
+        """Present positions of the parts [m]."""
         return self._standing.parts
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What of the pallets used so far is out of shape, in words."""
+        """Deviations of the used pallets, in words."""
         return self._names.remarks
 
     def rounds(self) -> Iterator[_Planned]:

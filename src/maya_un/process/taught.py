@@ -1,4 +1,4 @@
-"""What has been taught: poses and pallets, each under a name of its own, and the rule for names.
+"""Taught poses and pallets, each with its name, and the rule for names.
 
 One name belongs to one of them. On the command line and in a job they stand where a place stands, so a name cannot
 be taken for a number or for a cell.

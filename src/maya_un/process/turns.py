@@ -1,4 +1,4 @@
-"""Whose turn it is: one job after the other, as long as nothing holds the queue up, and what pauses it."""
+"""The scheduler of the queue: one job after the other, and the reasons that pause it."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class Scheduler:
             self._pausing.pause("driver")
 
     def pause_by_itself(self, reason: str) -> None:
-        """Pause where anything waits that would begin; wishes for now are over, and wait as any other job."""
+        """Pause if a job waits that would begin; direct commands become ordinary jobs."""
         waited = self._items.no_longer_direct()
         if self._items.anything_waits or waited:
             self._pausing.pause(reason)
@@ -303,7 +303,7 @@ class Scheduler:
             self.pause_by_itself("fault")
 
     def _on_storage(self) -> None:
-        """What could not be written is: a pause for that may have become needless."""
+        """Writing works again: a pause for that may have become needless."""
         if not self._closed:
             self._whole.begin(self.lift())
 

@@ -34,4 +34,4 @@ class ShieldedTasks:
     def _done(self, task: asyncio.Task[Any]) -> None:
         self._tasks.discard(task)
         if not task.cancelled():
-            task.exception()  # whoever asked may have left, and then nobody else takes notice of it
+            task.exception()  # the caller may have left, and then nobody else notices it

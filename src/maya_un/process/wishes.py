@@ -1,4 +1,4 @@
-"""Wishes by name: a wish for a place that has a name is a job of one step."""
+"""Commands by name: a command for a named place is a job of one step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from maya_un.robot.primitives import PRIMITIVES
 
 
 def named(wish: Mapping[str, object]) -> Job | None:
-    """Return what a wish like {"command": "pick", "target": "shelf"} is as a job, None for one that names nothing.
+    """Return the job of a command like {"command": "pick", "target": "shelf"}, None for one that names nothing.
 
     Raises `InvalidValue` for the cell of a pallet that only a job can tell.
     """

@@ -1,11 +1,11 @@
-"""Jobs and wishes as the journal keeps them: as they were written, with the taught places that they name.
+"""Jobs and commands as the journal keeps them: as they were written, with the taught places that they name.
 
 A taught place that a job names is kept with the job, as it was when the job came: whatever is taught later, and after
 any restart, the job is what was checked when it was accepted.
 
     {"name": …, "steps": […]}                       a job that names nothing taught
     {"wish": {"command": …}}                        one primitive
-    {"job": {…}, "taught": {"poses": {…}, "pallets": {…}}}      with taught places; a wish alike
+    {"job": {…}, "taught": {"poses": {…}, "pallets": {…}}}      with taught places; also a primitive
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def expanded(body: Body, grasp_height: float) -> Expansion:
 
 
 def as_written(body: Body) -> Body:
-    """Return a job as somebody wrote it, without what is kept with it; a wish as {"wish": …}."""
+    """Return a job as it was submitted, without the data that is kept with it; a command as {"wish": …}."""
     if "wish" in body:
         return {"wish": body["wish"]}
     return body["job"] if "taught" in body else body

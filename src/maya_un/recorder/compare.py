@@ -16,7 +16,7 @@ from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk
 from maya_un.recorder.facts import Fact, RecordedMotion, RecordSample, facts, motions, samples
 
 _CLOCK = 0.005
-"""What the twin sends by itself goes out at its own pace; so much is never a difference [s]."""
+"""The twin sends unsolicited data at its own pace; a time shift up to this is never a difference [s]."""
 
 
 class Tolerances(NamedTuple):
@@ -48,7 +48,7 @@ class MotionTiming(NamedTuple):
 
 
 class FinalPosition(NamedTuple):
-    """Where an axis was at the end of both runs [counts]."""
+    """Position of an axis at the end of both runs [counts]."""
 
     axis: str
     recorded: int
@@ -57,7 +57,7 @@ class FinalPosition(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What came of comparing: so many `commands`, of which the answers of `compared` were compared."""
+    """The result of a comparison: the number of `commands`, of which the answers of `compared` were compared."""
 
     commands: int
     compared: int

@@ -1,7 +1,7 @@
 """Commands of a recording with what answered them, also where it begins in the middle of a conversation.
 
-An answer is known by its place in the order, so pairing needs a beginning at which nothing was outstanding. Where the
-recording has none (its oldest pieces were dropped, or bytes came that answer nothing), it begins anew at the next
+An answer is known by its place in the order, so pairing needs a beginning at which nothing was outstanding. Without
+such a beginning (the oldest pieces were dropped, or bytes came that answer nothing), pairing starts again at the next
 command before which the wire was quiet.
 """
 
@@ -36,7 +36,7 @@ class Unpaired(NamedTuple):
 
 
 class RecordedTalk(NamedTuple):
-    """What was said on all connections: exchanges by the time of their command, stray bytes, programs' messages."""
+    """The traffic of all connections: exchanges by the time of their command, stray bytes, programs' messages."""
 
     exchanges: list[RecordedExchange]
     unpaired: list[Unpaired]

@@ -1,4 +1,4 @@
-"""What data records say that happened: motions with their times, and what changed at switches, motors and outputs."""
+"""Facts in data records: motions with their times, and changes of switches, motors and outputs."""
 
 from __future__ import annotations
 

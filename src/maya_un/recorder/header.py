@@ -1,4 +1,4 @@
-"""What a recording says of itself: where it is from, why it was saved, and all that a replay needs."""
+"""The head of a recording: its origin, the reason why it was saved, and all that a replay needs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SECTIONS = ("controller", "geometry", "scale", "axes", "gripper", "wiring", "saf
 
 @dataclass(frozen=True, slots=True)
 class TwinSource:
-    """What the twin was made of: `seed` of its start and wires, its own `truth`, where it stood, `parts` on its table.
+    """The parameters of the twin: `seed` of its start and wires, its own `truth`, its position, `parts` on its table.
 
     `born` is the loop's time when its clock was 0 [s], `start` its true angle [rad] and line lengths [m].
     """
@@ -48,7 +48,7 @@ class SavingCause:
 
 @dataclass(frozen=True, slots=True)
 class RecordingOrigin:
-    """What is known of the robot before anything is recorded; `speed` is how fast the loop's clock runs."""
+    """Data of the robot before anything is recorded; `speed` is the speed of the loop's clock."""
 
     config: dict[str, Any]
     address: str
@@ -63,7 +63,7 @@ class RecordingOrigin:
 
 @dataclass(frozen=True, slots=True)
 class Software:
-    """What ran, on what kind of host; nothing that names the host or its user."""
+    """Software and kind of host; nothing that names the host or its user."""
 
     maya_un: str
     python: str

@@ -80,7 +80,7 @@ def _channel(writer: Writer, topic: RecordedTopic) -> int:
 def _messages(recording: Recording) -> Iterator[Iterator[_McapMessage]]:
     """Yield the messages of each topic, in order; one after the other, so that nothing large is held or let go at once.
 
-    Who writes shares the interpreter with a robot.
+    The writer shares the interpreter with a robot.
     """
     header, states = recording.header, _states()
     homed = (state for state in recording.states if state.joints is not None)

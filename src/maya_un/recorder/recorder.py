@@ -38,7 +38,7 @@ _MEGABYTE = 1 << 20
 
 
 class RecordedController(Protocol):
-    """What is recorded: a controller floor."""
+    """The recorded object: a controller layer."""
 
     @property
     def events(self) -> EventLog:
@@ -58,8 +58,8 @@ class RecordedController(Protocol):
 class Recorder:
     """Keeps the last minutes of the robot of `origin` in memory, and saves them to `shelf`.
 
-    Connections to the controller pass through `recorded`, states and events come while `watching`. Without a shelf
-    nothing is saved, and nobody asks for the date; `taken` tells what there is.
+    Connections to the controller pass through `recorded`, states and events come while `watching`. Without a store
+    nothing is saved, and nobody asks for the date; `taken` holds the recorded data.
     """
 
     def __init__(self, settings: RecorderConfig, origin: RecordingOrigin, shelf: RecordingStore | None = None) -> None:
@@ -82,7 +82,7 @@ class Recorder:
 
     @property
     def ring(self) -> RecorderRing:
-        """What is in memory."""
+        """The data in memory."""
         return self._ring
 
     def recorded(self, transport: Transport) -> Transport:

@@ -1,7 +1,7 @@
 """The last minutes in memory: states, events and pieces of the wire, bounded by bytes and by time.
 
-Values are kept as they came, by reference; nothing is copied or encoded before somebody saves them. What an entry costs
-is counted by the bytes it holds and a fixed share for the objects around them.
+Values are kept as they came, by reference; nothing is copied or encoded before somebody saves them. The cost of an
+entry is the number of bytes that it holds, and a fixed share for the objects around them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _SHARE = 64
 
 
 class WireDirection(NamedTuple):
-    """Where a piece of the wire passes: the connection, the side it comes from; or that it begins or ends (`event`)."""
+    """The place of a piece of the wire: the connection and the side it comes from; or its begin or end (`event`)."""
 
     link: int
     side: Side
@@ -45,7 +45,7 @@ Entry: TypeAlias = _Wire | _Other
 
 @dataclass(frozen=True, slots=True)
 class RingContents:
-    """What a ring holds, oldest first; `dropped` tells whether there was more before it, `whole` from when on [s]."""
+    """The content of a ring, oldest first; `dropped` tells whether more came before it, `whole` from when on [s]."""
 
     states: tuple[State, ...]
     events: tuple[Event, ...]
@@ -57,7 +57,7 @@ class RingContents:
 class RecorderRing:
     """Keeps the newest entries: at most so many `seconds` of the loop's time and so many bytes, both above 0.
 
-    What is too old goes when a state or an event comes: a piece of the wire must cost next to nothing.
+    Old entries are removed when a state or an event comes: a piece of the wire must cost next to nothing.
     """
 
     __slots__ = ("_began", "_bytes", "_dropped", "_entries", "_most", "_oldest", "_overdue", "_seconds", "_time")

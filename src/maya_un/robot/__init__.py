@@ -1,5 +1,5 @@
-"""Floor 2: what Maya can do with a part. A skill is one file; what is previewed is what runs.
+"""The robot layer: Maya's primitives. One file declares one primitive, and a preview is the plan that runs.
 
-Import from the modules: `robot.robot` (the floor itself), `robot.planning` (all of it but the doing), `robot.protocol`
-(what others need of it), `robot.primitives` (the skills as data), `robot.plan` (what a skill comes to).
+Import from the modules: `robot.robot` (the layer itself), `robot.planning` (planning shared by all robot
+implementations), `robot.protocol` (the interface), `robot.primitives` (the primitives as data), `robot.plan` (plans).
 """

@@ -1,4 +1,4 @@
-"""What planning needs to know of a machine: from a controller, or from `controller.paper`."""
+"""Data of a machine that planning needs: from a controller, or from `controller.paper`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a primitive comes to, worked out and checked whole before anything moves."""
+"""The plan of a primitive, computed and checked whole before anything moves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_un.values import Joints
 
 
 class Pose(NamedTuple):
-    """Where a primitive starts or ends: joints (rad, m, m), None before homing; what the gripper may hold."""
+    """State at the start or end of a primitive: joints (rad, m, m), None before homing; what the gripper may hold."""
 
     joints: Joints | None
     gripper: GripperState
@@ -91,7 +91,7 @@ class ActionDetail:
 
 @dataclass(frozen=True, slots=True)
 class PrimitivePreview:
-    """What a primitive will be.
+    """Preview of a primitive.
 
     `duration` [s] is the sum of the phases, None with a homing among them. `lowest` and `highest` bound the
     gripper point on the way [m], None where nothing travels. `end` is where it leaves the robot.

@@ -42,9 +42,8 @@ class PlanBuilder:
     def approach(self, phase: str, target: Point, down: str | None = None) -> Point:
         """Go to the cell's clearance above `target`, and return that point; with `down`, on to `target` itself.
 
-        On the way never lower than the clearance above the target and above the parts, but straight above start and
-        target. `down` is the phase that begins above the target; nothing stops there. Whatever is refused is
-        refused by the name of `target`.
+        The path stays above the clearance over target and parts, except straight above start and target. `down` is the
+        phase that begins above the target; the motion does not stop there. Refusals name `target`.
         """
         approach_target = ApproachTarget(self._ground.workspace, self._config.cell.clearance, touched=down is not None)
         reason = approach_target.why_not(target)

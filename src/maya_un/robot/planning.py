@@ -1,4 +1,4 @@
-"""What every robot floor knows and works out, wherever its controller stands: all but how a primitive is done."""
+"""Planning shared by all robot implementations."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class PlanningRobot:
 
     @property
     def pose(self) -> Pose:
-        """Where the robot is now; its joints are None before homing."""
+        """The present pose; its joints are None before homing."""
         state = self._controller.state
         return Pose(state.joints if state.homed else None, self._memory.state(state))
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot can take a wish: homed, not moving, nothing under way from here."""
+        """Whether the robot accepts a command: homed, not moving, nothing under way from here."""
         state = self._controller.state
         return state.mode is Mode.IDLE and state.homed and self._running is None
 

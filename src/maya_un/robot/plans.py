@@ -1,6 +1,6 @@
 """Cached plans of primitives: a job runs the plan that it previewed, computed once.
 
-In a worker (`maya_un.workers`) they are drawn on the paper of the controller floor (`controller.paper`).
+In a worker (`maya_un.workers`) they are built on the planner of the controller layer (`controller.paper`).
 """
 
 from __future__ import annotations

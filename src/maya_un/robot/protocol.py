@@ -1,4 +1,4 @@
-"""What the floors above need of a robot; in one process the object itself, across a ROS graph a client."""
+"""The interface of a robot for the layers above: the object itself in one process, a client across a ROS graph."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Robot(Protocol):
 
     @property
     def pose(self) -> Pose:
-        """Where the robot is now; its joints are None before homing."""
+        """The present pose; its joints are None before homing."""
         ...
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot can take a wish: homed, not moving, nobody else's turn."""
+        """Whether the robot accepts a command: homed, not moving, not in use by another client."""
         ...
 
     @property
@@ -57,8 +57,8 @@ class Robot(Protocol):
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
         """Do `primitive` and return when it is done; every phase is an event and told to `on_phase`.
 
-        What is refused has moved nothing. Raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, what `preview` raises,
-        and `Stopped` or a `MachineError` where it ended on the way. Cancelling it stops on the path; the gripper stays
-        as it is.
+        A refusal moves nothing. Raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, the errors of `preview`, and
+        `Stopped` or a `MachineError` if the motion ended early. Cancelling it stops on the path; the gripper keeps its
+        state.
         """
         ...

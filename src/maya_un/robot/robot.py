@@ -1,4 +1,4 @@
-"""The robot floor: one primitive at a time, worked out and checked whole before anything moves."""
+"""The robot layer: one primitive at a time, planned and checked whole before anything moves."""
 
 from __future__ import annotations
 

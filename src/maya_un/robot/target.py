@@ -21,7 +21,7 @@ def text(point: Point) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ApproachTarget:
-    """What a target asks of the workspace: that the point `clearance` [m] above it is within.
+    """The requirement of a target on the workspace: that the point `clearance` [m] above it is within.
 
     With `touched`, the target itself as well.
     """

@@ -4,11 +4,11 @@
           │  K1 ─ swing ─ K2 │
           └ up            down ┘
 
-Everything below the floor, the height that clears the parts, is gone straight up or straight down; between, the boom
-swings while distance and height change evenly. The corners lie above the floor and are passed without a stop: the
-lines come to rest while the boom already turns. Ways are tried in this order, and the first that passes the
-controller's own check is taken: with the corners as wide as the axes ask for, tighter, with a stop; then the same
-higher and higher, over what stands in the way.
+Below the clearance height, which clears the parts, the gripper moves straight up or down. Above it the boom swings
+while distance and height change evenly. The corners lie above the clearance height and are passed without a stop: the
+lines come to rest while the boom already turns. Paths are tried in this order, and the first one that passes the
+controller's check is taken: with corners as wide as the axes ask for, tighter, with a stop; then the same at greater
+heights, over obstacles.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _WIDTHS = (1.0, 0.4, 0.0)
 """How wide the corners are tried, as shares of what the axes ask for."""
 
 _LEAST_WIDTH = 0.2
-"""Where the lines limit the swing as well, a wide corner only makes the way higher."""
+"""If the lines limit the swing as well, a wider corner only raises the path."""
 
 Check = Callable[[Route], Preview]
 

@@ -103,7 +103,7 @@ class Pausing:
 
 @dataclass(frozen=True, slots=True)
 class Moving:
-    """Where a job is to go in the queue: `before` or `after` another, or `to` an end of it; one of the three."""
+    """The new place of a job in the queue: `before` or `after` another, or `to` an end of it; one of the three."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     before: int | None = None
@@ -113,7 +113,7 @@ class Moving:
 
 @dataclass(frozen=True, slots=True)
 class Again:
-    """From which step on a job is to be done again, from 1; the first that was not done where it is left out."""
+    """The step from which a job is run again, counted from 1; by default the first unfinished step."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     from_step: Annotated[int, Field(ge=1)] | None = None
@@ -121,7 +121,7 @@ class Again:
 
 @dataclass(frozen=True, slots=True)
 class Recovering:
-    """What becomes of an interrupted job, and whether the gripper holds a part where only a person can see it."""
+    """The decision about an interrupted job, and whether the gripper holds a part if only a person can see it."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     choice: Literal["resume", "redo", "skip", "abort"]
@@ -157,7 +157,7 @@ class Offering:
 
 @dataclass(frozen=True, slots=True)
 class SigningIn:
-    """Who signs in."""
+    """The user who signs in."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     name: Annotated[str, Field(max_length=200)]
@@ -166,7 +166,7 @@ class SigningIn:
 
 @dataclass(frozen=True, slots=True)
 class UserWish:
-    """A user to be added; without a password he signs in by token only."""
+    """A user to be added; without a password, the user signs in by token only."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     name: str
@@ -176,9 +176,9 @@ class UserWish:
 
 @dataclass(frozen=True, slots=True)
 class UserChange:
-    """What is to change of a user; an empty password takes it away.
+    """Changes of a user; an empty password removes it.
 
-    Who is no administrator says the `old` password with a new one.
+    Users who are not administrators must give the `old` password with a new one.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
@@ -240,13 +240,13 @@ class Recovered(Acknowledgement):
 
 @dataclass(frozen=True, slots=True)
 class Forgotten(Acknowledgement):
-    """What was taught under this name is forgotten."""
+    """The place of this name is removed."""
 
     forgotten: str
 
 
 @dataclass(frozen=True, slots=True)
 class Removed(Acknowledgement):
-    """What had this name is gone."""
+    """The object of this name is removed."""
 
     removed: str

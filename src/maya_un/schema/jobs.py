@@ -64,7 +64,7 @@ class JobLine:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What a person may choose for an interrupted job; with `needs_answer` he says too whether the gripper holds."""
+    """A choice for an interrupted job; with `needs_answer` the person also says whether the gripper holds a part."""
 
     name: str
     meaning: str

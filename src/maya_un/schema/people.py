@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class LeaseView:
-    """Who drives: his name, from where, for how long [s], what he says; "" and 0 where nobody does.
+    """The driver: name, source, time since the start [s], note; "" and 0 if nobody drives.
 
-    `implicit` is one who drives for the length of a wish or a job. `expires_in` [s] is None where nothing has to be
-    renewed. `yours` says that it is held by who asks, under the lease that he shows.
+    An `implicit` lease lasts as long as one command or job. `expires_in` [s] is None if nothing has to be renewed.
+    `yours` means that the caller holds it, under the lease in the request.
     """
 
     holder: str
@@ -26,7 +26,7 @@ class LeaseView:
 
 @dataclass(frozen=True, slots=True)
 class LeaseTaken:
-    """The lease was taken: its `id` is to be shown with every wish, and renewed within `expires_in` [s]."""
+    """The lease was taken: send its `id` with every request, and renew it within `expires_in` [s]."""
 
     id: str
     holder: str
@@ -74,7 +74,7 @@ class NewToken:
 
 @dataclass(frozen=True, slots=True)
 class Me:
-    """Who asks: his name and role, by which token, from where. `users` says whether users are kept."""
+    """The caller: name, role, token, source. `users` says whether users exist."""
 
     name: str
     role: str

@@ -9,7 +9,7 @@ from maya_un.values import Joints, Point
 
 @dataclass(frozen=True, slots=True)
 class TaughtPose:
-    """Where the gripper was on the day `taught` (as the one who taught it wrote it; ISO 8601 by ours).
+    """Position of the gripper on the day `taught` (as the one who taught it wrote it; ISO 8601 by ours).
 
     `joints` (rad, m, m) are what was taught. `point` [m] is what they come to with the constants in force: where
     those have been corrected since, the same lengths of line still lead to the same place of the real table, and the

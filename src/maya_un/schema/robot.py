@@ -17,9 +17,9 @@ class Status:
     """Everything about now: the machine, the motion under way, the queue.
 
     `address` is the controller's, "sim" for the twin; `speed` is the speed of the twin's clock, 1 on a machine.
-    `holding` is None where nobody knows; `last_event` is the number of the newest event, `run` that of this start of
-    the program, which numbers its events anew; `jobs` has what runs and the first that wait. `queue` tells whether jobs
-    begin, and `reason` why not.
+    `holding` is None if unknown. `last_event` is the number of the newest event. `run` counts the starts of the
+    program; each start numbers its events from 1. `jobs` has the running job and the first waiting ones. `queue` tells
+    whether jobs begin, and `reason` why not.
     """
 
     version: str
@@ -68,9 +68,9 @@ class Jogged:
 
 @dataclass(frozen=True, slots=True)
 class HeldJog:
-    """How a held jog stands: `moving` or at rest. `limit` names what ended it, "" where nothing did; `reason` says it.
+    """The state of a held jog: `moving` or at rest. `limit` names the limit that ended it, or ""; `reason` explains it.
 
-    One that neither moves nor met a limit was stopped, and begins anew once the key was let go.
+    A jog that neither moves nor met a limit was stopped; it can begin again after the key was released.
     """
 
     axis: str
@@ -97,7 +97,7 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class Readiness:
-    """Whether wishes can be carried out, and what stands in the way."""
+    """Whether the robot is ready for commands, and the reasons if not."""
 
     ready: bool
     reasons: tuple[Notice, ...]
@@ -105,7 +105,7 @@ class Readiness:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Where the parts on the twin's table stand [m], by name."""
+    """Positions of the parts on the twin's table [m], by name."""
 
     parts: dict[str, Point]
 

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class TaskState(StrEnum):
-    """Where a job or a step is in its life.
+    """The state of a job or a step.
 
     `held` waits for a person: it was put aside, is a proposal, or depends on what failed. `paused` was begun and goes
     on when somebody says so. `interrupted` was under way when this program ended; a person says what becomes of it.
@@ -46,10 +46,10 @@ TRANSITIONS: dict[TaskState, frozenset[TaskState]] = {
     TaskState.CANCELLED: frozenset(),
     TaskState.SKIPPED: frozenset(),
 }
-"""What may follow a state, of jobs and of steps alike.
+"""States that may follow a state, for jobs and steps.
 
-A step fails from the queue when the check of the whole job refuses it. What was interrupted is queued again where it is
-to be redone, and done where a person says that it was.
+A queued step fails when the check of the whole job refuses it. An interrupted step is queued again to be redone, or
+done if a person says that it was.
 """
 
 

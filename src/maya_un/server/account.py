@@ -1,4 +1,4 @@
-"""What becomes of each request: counted, and written down where it changed something or failed."""
+"""Records of requests: each is counted, and logged if it changed something or failed."""
 
 from __future__ import annotations
 

@@ -124,4 +124,4 @@ def _refuse_unknown(request: Request, rule: RouteRule) -> None:
 
 
 Ask = Annotated[RequestContext, Depends(_asking)]
-"""What a route asks the service through."""
+"""The context of a request, through which a route calls the service."""

@@ -27,12 +27,12 @@ T = TypeVar("T")
 
 
 class Bridge:
-    """Takes wishes through the `gate` to `service`, which lives in `loop`; answers come in the caller's loop.
+    """Passes requests through the `gate` to `service`, which lives in `loop`; answers come in the caller's loop.
 
     Neither loop ever blocks on the other. `callers` tell who asks. Without a gate and callers it is for a service that
     nobody shares: everybody is `LOCAL`, and no audit log is kept. `parts` tells where the twin's parts stand by its own
     record; a real machine has none. `journal` is what keeps the queue, where it is to be looked at. `past` is what all
-    readers of the past together take of the server's loop. `missing` tells in any thread which floors are not there.
+    readers of the past together take of the server's loop. `missing` names the missing layers, in any thread.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class Bridge:
     ) -> T:
         """Return the answer to `wish` of `caller`, carried out in the stack's loop; raises what it and the gate raise.
 
-        `subject` says in the audit log what it is about. Cancelling the caller cancels the wish.
+        `subject` is the subject in the audit log. Cancelling the caller cancels the request.
         """
 
         async def carried_out() -> T:
@@ -121,7 +121,7 @@ class Bridge:
     async def carry(
         self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
     ) -> T:
-        """Return what `call` does; being cancelled, this ends when the wish has ended, a motion when it is at rest."""
+        """Return as `call` does; a cancellation returns when the request has ended, a motion when it is at rest."""
         begun: list[asyncio.Future[T]] = []
         left = False
 
@@ -144,7 +144,7 @@ class Bridge:
         return begun[0].result()
 
     async def asked(self, wish: Callable[[Service], Awaitable[T]]) -> T:
-        """Return the answer to a wish that needs no caller, like signing in, past the gate."""
+        """Return the answer to a request that needs no caller, like signing in, past the gate."""
         return await self.within(lambda: wish(self._service))
 
     async def within(self, work: Callable[[], Awaitable[T]]) -> T:
@@ -160,7 +160,7 @@ class Bridge:
     ) -> list[EventMessage]:
         """Return events of a `run`, of the present without one, numbered above `since`; of both, the first `limit`.
 
-        Where the present run has none yet, wait up to `patience` [s, real time] for one. Raises `EventsForgotten`.
+        If the present run has none yet, wait up to `patience` [s, real time] for one. Raises `EventsForgotten`.
         """
 
         async def past(service: Service) -> list[EventMessage]:

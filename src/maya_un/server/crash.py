@@ -1,4 +1,4 @@
-"""What nobody foresaw: written down with its traceback, answered as one sentence."""
+"""Unexpected errors: logged with their traceback, answered as one sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The places to listen at: loopback always, another address by wish, with or without TLS."""
+"""The listeners: loopback always, another address on request, with or without TLS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
 LOOPBACK = "127.0.0.1"
 
 PORT = 4133
-"""The usual port of the HTTP door on loopback."""
+"""The usual port of the HTTP listener on loopback."""
 
 NEAR_CONNECTIONS = 512
 """Connections of this machine's own clients at a time."""
@@ -36,7 +36,7 @@ class ListeningSocket:
 
     @property
     def url(self) -> str:
-        """Where it is."""
+        """Its address."""
         host, port = self.socket.getsockname()[:2]
         name = f"[{host}]" if ":" in host else host
         return f"{'http' if self.tls is None else 'https'}://{name}:{port}"
@@ -54,7 +54,8 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
     try:
         door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         door.bind(place)
-        door.listen()  # who only binds shares the place with others who do, and the last of them to listen fails
+        # Several processes may bind the port; the last of them to listen fails.
+        door.listen()
     except OSError as error:
         door.close()
         if error.errno == errno.EADDRNOTAVAIL:
@@ -66,7 +67,7 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
 
 
 def far_door(host: str, port: int, tls: ssl.SSLContext | None) -> ListeningSocket:
-    """Return a door to other machines; raises what `bound_socket` raises."""
+    """Return a listener for other machines; raises as `bound_socket` does."""
     return ListeningSocket(bound_socket(port, host), FAR_CONNECTIONS, FAR_CONNECTIONS_EACH, tls)
 
 

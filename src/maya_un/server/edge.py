@@ -1,4 +1,4 @@
-"""Whom the door lets in at all: the names it is called by, the pages that may command, how often."""
+"""The origin policy: host names, web pages that may send commands, request rates."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ FAR = Rate(50.0, 200.0)
 
 @dataclass(frozen=True, slots=True)
 class OriginPolicy:
-    """What is let in besides this machine's own clients by a name of loopback.
+    """Names and pages that are allowed besides this machine's own clients by a name of loopback.
 
-    `remote` says that the door is open to other machines: then its addresses are good names too, and `hosts`. Pages of
-    `origins` (like https://panel.example.org) may command from a browser.
+    `remote` says that the service is open to other machines: then its addresses and `hosts` are allowed names, too.
+    Pages of `origins` (like https://panel.example.org) may send commands from a browser.
     """
 
     remote: bool = False
@@ -38,7 +38,7 @@ class OriginPolicy:
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
         """Return why a request is refused for how it calls this machine, or for the page it comes from.
 
-        A page from elsewhere could reach the door through a browser that may, under a name of its own.
+        A page from another site could reach the service through a browser that may, under its own host name.
         """
         host = _split(f"//{headers.get('host', '')}")
         if host is None or not self._is_ours(host.hostname or ""):

@@ -1,4 +1,4 @@
-"""What every route takes and gives: a JSON object read as a message, an answer as JSON."""
+"""Input and output of every route: a JSON object read as a message, an answer as JSON."""
 
 from __future__ import annotations
 

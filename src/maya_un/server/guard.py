@@ -1,4 +1,4 @@
-"""What stands before every request: who is let in, bodies of bounded size in bounded time, and no traceback."""
+"""Checks before every request: access, bodies of bounded size in bounded time, and no traceback."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class RequestGuard:
 
         try:
             await self._app(scope, receive, watched)
-        except Exception as error:  # noqa: BLE001 - the last door: a client gets one sentence, the log the rest
+        except Exception as error:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the rest
             crash = written_down(error)
             if not started:
                 await problem(crash, language_of(Headers(scope=scope)))(scope, receive, send)

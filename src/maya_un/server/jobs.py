@@ -161,7 +161,7 @@ def add_previews(routes: Routes) -> None:
 
 
 def add_tasks(routes: Routes) -> None:
-    """Add the path of single wishes."""
+    """Add the path of single primitives."""
 
     @routes.add(
         "POST",

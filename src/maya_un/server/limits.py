@@ -20,7 +20,7 @@ class Rate:
 
 
 class Buckets:
-    """The buckets of all sources. What has not asked for so long that its bucket is full again is forgotten."""
+    """The buckets of all sources. A source whose bucket is full again is forgotten."""
 
     def __init__(self, rate: Rate) -> None:
         self._rate = rate
@@ -42,4 +42,4 @@ class Buckets:
             raise TooManyRequests(limit=round(burst), seconds=seconds, wait=wait)
         self._left[name] = (left - 1.0, now)
         if len(self._left) > _MOST_SOURCES:
-            del self._left[next(iter(self._left))]  # who asked longest ago has most in his bucket
+            del self._left[next(iter(self._left))]  # the source of the oldest request has the most in its bucket

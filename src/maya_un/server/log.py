@@ -29,7 +29,7 @@ ROOT = "maya"
 """The logger above all of ours."""
 
 MOST_BYTES = 5_000_000
-"""Where a file is as long as that, a new one is begun."""
+"""A file of this length is closed, and a new one is begun."""
 
 MOST_FILES = 4
 """So many older files are kept beside it: maya.log.1 and so on."""
@@ -100,7 +100,7 @@ def hand_over(name: str) -> None:
 
 
 class LogFile(RotatingFileHandler):
-    """The file. What cannot be written is no second error: `refusal` says why."""
+    """The file. A failed write is no second error: `refusal` says why."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(
@@ -135,7 +135,7 @@ class LogFile(RotatingFileHandler):
 class _LogWriter(logging.Handler):
     """Takes lines and has a thread write them: whoever has something to say never waits for a disk or a terminal.
 
-    Where more is said than can be written, the rest is lost.
+    If there are more messages than can be written, the rest is lost.
     """
 
     def __init__(self, file: LogFile, people: logging.Handler | None) -> None:

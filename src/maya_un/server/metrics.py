@@ -1,4 +1,4 @@
-"""What Prometheus is told: counts of what happened, how long things took, how things stand. No label is unbounded."""
+"""Metrics for Prometheus: counts of events, durations, states. No label is unbounded."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from maya_un.schema.states import TaskState
 from maya_un.values import AXES, Mode
 
 CONTENT_TYPE = CONTENT_TYPE_LATEST
-"""What `Metrics.text` is."""
+"""The content type of `Metrics.text`."""
 
 LOOK = 0.5
 """How often the loop is looked at [s, real time]."""

@@ -41,9 +41,9 @@ _ABOUT = """\
 Everything that can be asked of a running Maya. Lengths in m, angles in rad, times in s; points are [x, y, z], joints
 [a, b, c].
 
-While no users are kept, who sits at the machine (loopback) needs no token. Else every request shows one as
-`Authorization: Bearer maya_...`; stop and abort from loopback never need one. What drives the robot shows the control
-lease as `Maya-Lease`. A refusal is `application/problem+json` with one of our codes.
+While no users exist, clients on this machine (loopback) need no token. Else every request shows one as
+`Authorization: Bearer maya_...`; stop and abort from loopback never need one. Requests that drive the robot need the
+control lease as `Maya-Lease`. A refusal is `application/problem+json` with one of our codes.
 """
 _PROBLEM_TYPE = "application/problem+json"
 _PROBLEM: Json = {

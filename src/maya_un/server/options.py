@@ -1,4 +1,4 @@
-"""What the query and the headers of a request say of jobs: how one is to be queued, which ones to list."""
+"""Options for jobs in the query and the headers of a request: how to queue one, which ones to list."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def title_of(kind: type[MayaError]) -> str:
 
 
 async def on_maya_error(request: Request, error: Exception) -> Response:
-    """Answer an error of the house."""
+    """Answer an error of Maya."""
     assert isinstance(error, MayaError)
     request.state.code = error.code
     return problem(error, language_of(request.headers))

@@ -41,7 +41,7 @@ class RouteParameter(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RouteRule:
-    """What is known of a route: the operations it is for, most powerful first; none for one that is open to everybody.
+    """Metadata of a route: its operations, most powerful first; none for a route that is open to everybody.
 
     `takes` reads its body, `gives` is the kind of its answer, with `status` or one of `also`. `options` are the
     parameters of its query and its idempotency key by name; `refuses` lists errors that it answers besides those that

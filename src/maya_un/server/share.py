@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 SHARE = 0.2
-"""What all readers of the past together take of the loop's time."""
+"""The share of the loop's time for all readers of the past together."""
 
 LONGEST_PAUSE = 0.25
 """After a turn the next begins no later than this [s]; a turn may have taken long because others took the time."""

@@ -66,7 +66,7 @@ class StreamServer:
             await self._serve(socket, wire, language)
         except MayaError as refusal:
             refuse(wire, refusal, language)
-        except Exception as defect:  # noqa: BLE001 - the last door: a client gets one sentence, the log the rest
+        except Exception as defect:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the rest
             refuse(wire, written_down(defect), language)
 
     async def _serve(self, socket: WebSocket, wire: StreamWire, language: str) -> None:

@@ -1,4 +1,4 @@
-"""Who reads the stream: told by the request as everywhere, or by the first message, for browsers cannot add headers."""
+"""Authentication of the stream: by the request, or by the first message, since browsers cannot add headers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ async def received(socket: WebSocket) -> str | bytes | None:
 
 
 class StreamHandshake:
-    """Tells who is at the other end of `socket`; asked anew for every message, since a token may be revoked."""
+    """Names the client of `socket`; called again for every message, since a token may be revoked."""
 
     def __init__(self, socket: WebSocket, bridge: Bridge) -> None:
         self._socket = socket

@@ -28,7 +28,7 @@ _KEYS: dict[str, frozenset[str]] = {
     "ping": frozenset(),
     "renew": frozenset({"lease", "bound"}),
 }
-"""What a client may say, and with which keys besides `type` and `id`."""
+"""Messages of a client, with their keys besides `type` and `id`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class ReplayStart:
 
 @dataclass(frozen=True, slots=True)
 class StreamSubscription:
-    """What one `subscribe` says; what it does not name stays as it is (`named` lists the rest).
+    """One `subscribe`: a missing key changes nothing (`named` lists the rest).
 
     `rate` [Hz] is None where states, `past` where events are not wanted.
     """

@@ -19,7 +19,7 @@ PAGE = 250
 """So many past events are looked up at once."""
 
 NEAR = 250
-"""Who is no more events behind than this is sent them at once, and then what comes."""
+"""A client that is at most this many events behind gets them at once, and then the new ones."""
 
 LookUp = Callable[[int, int], Awaitable[list[EventMessage]]]
 """Answers events of this run numbered above the first number, at most as many as the second, oldest first."""

@@ -1,4 +1,4 @@
-"""What goes out to one reader: every event in order, the latest of everything else, as fast as it takes them."""
+"""Output to one reader: every event in order, the latest of everything else, as fast as it reads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CHUNK = 65_536
 
 
 class ReaderWire(Protocol):
-    """What a reader needs of its wire: `full` while the other side is behind, `on_room` called when it is no more."""
+    """The connection of a reader: `full` while the other side is behind; `on_room` is called when it catches up."""
 
     on_room: Callable[[], None] | None
 

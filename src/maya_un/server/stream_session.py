@@ -36,7 +36,7 @@ MOST_MESSAGES, BURST = 100.0, 200
 """How many messages of a client are answered in a second, and how many at once where it was silent before."""
 
 PAST_COSTS = 0.5
-"""Who asks for events of the past is not heard for so much longer, once he has spent what he may at once [s]."""
+"""A client that asks for past events is not read for this much longer after it has used its allowance [s]."""
 
 _DEFECT = 1011
 """Closing code of a defect of ours (RFC 6455, 7.4.1)."""
@@ -78,7 +78,7 @@ class StreamSession:
         self._greet({})
         try:
             while (text := await received(self._socket)) is not None:
-                await self._wire.writable.wait()  # who does not read is not listened to either
+                await self._wire.writable.wait()  # a client that does not read is not listened to either
                 await self._hear(text)
                 await self._breathe()
         finally:

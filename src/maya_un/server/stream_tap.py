@@ -1,4 +1,4 @@
-"""What the stream takes from the service, in the stack's loop, and hands over to the server's, a batch at a time."""
+"""The source of the stream in the stack's loop: it hands events and states to the server's loop in batches."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _STIRRING = (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged)
 
 
 class StreamedService(Protocol):
-    """What the tap needs of the service."""
+    """The part of the service that the tap needs."""
 
     def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -34,7 +34,7 @@ class StreamedService(Protocol):
 
 
 class Batch(NamedTuple):
-    """What is new: events in order, the latest state, the latest view of the queue; None where it is not new."""
+    """New data: events in order, the latest state, the latest view of the queue; None for unchanged ones."""
 
     events: list[Event]
     state: State | None
@@ -82,7 +82,7 @@ class StreamSource:
     def want(self) -> None:
         """Have the next state handed over that says something else than the newest of now; from any thread.
 
-        Whoever asks looks at `latest` after this, for what came in between is not handed over.
+        Read `latest` after this call, because states in between are not handed over.
         """
         state = self.latest
         self._told = None if state is None else content(state)

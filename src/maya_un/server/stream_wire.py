@@ -1,7 +1,7 @@
 """The websocket's end of a connection: frames that many share go straight to the transport, and nobody is waited for.
 
-What uvicorn does stays uvicorn's (the handshake, reading, pings, closing); only what is sent to many goes past it,
-since every layer above the transport would cost as much again for each of a hundred readers.
+uvicorn keeps the handshake, reading, pings and closing. Only messages to many readers bypass it, since every layer
+above the transport would cost as much again for each of a hundred readers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
 WIRE = "maya.wire"
-"""Where a connection's wire stands among the extensions of its ASGI scope."""
+"""The key of a connection's wire among the extensions of its ASGI scope."""
 
 LONGEST_MESSAGE = 65_536
 """Longest message that a client may send [bytes]."""
@@ -28,7 +28,7 @@ HIGH_WATER, LOW_WATER = 65_536, 16_384
 """Nothing more is written to a connection that owes the system so much, until it is down to so little [bytes]."""
 
 KERNEL_BUFFER = 262_144
-"""What the system may keep for a reader that is behind [bytes]; without a bound it keeps megabytes of old states."""
+"""Bytes that the system may buffer for a slow reader; without a bound it keeps megabytes of old states."""
 
 PING_INTERVAL, PING_TIMEOUT = 10.0, 20.0
 """How often a client is asked whether it is alive, and how long it may take to answer [s]."""

@@ -161,7 +161,7 @@ def add_pallets(routes: Routes) -> None:
 
 
 async def _taught(ask: Ask, wish: Callable[[TeachingService], T]) -> T:
-    """Have a wish to the service's teaching carried out in its loop."""
+    """Carry out a request to the service's teaching in its loop."""
 
     async def carried_out(service: Service) -> T:
         return wish(service.teaching)

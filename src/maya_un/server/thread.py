@@ -63,7 +63,7 @@ def _configured(app: FastAPI, door: ListeningSocket, places: ConnectionSlots) ->
 
 
 Beside = Callable[[], AbstractAsyncContextManager[object]]
-"""What else is open in the server's loop, from before it listens until it has ended."""
+"""Other contexts of the server's loop, open from before it listens until it has ended."""
 
 
 class _Thread(threading.Thread):
@@ -95,7 +95,7 @@ class _Thread(threading.Thread):
 async def served(
     app: FastAPI, near: socket.socket | ListeningSocket, *far: ListeningSocket, beside: Beside = nullcontext
 ) -> AsyncIterator[str]:
-    """Serve `app` at `near`, on loopback, and at doors to other machines, while the block runs; yields the URL of near.
+    """Serve `app` at `near` (loopback) and at listeners for other machines while the block runs; yields near's URL.
 
     The calling loop goes on while the thread starts and ends. Raises what `beside` raises when it opens.
     """

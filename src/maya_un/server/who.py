@@ -1,4 +1,4 @@
-"""Who asks: from where a connection comes, what it shows, and which caller that makes."""
+"""Authentication: the source of a connection, its credentials, and the caller that results."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class FleetProcess:
 
     @property
     def digest(self) -> str:
-        """What tells its steps from those of another process."""
+        """The identity of a process, in the ids of its steps."""
         return sha256(json.dumps([asdict(step) for step in self.steps.values()]).encode()).hexdigest()
 
     def sorter(self) -> TopologicalSorter[str]:

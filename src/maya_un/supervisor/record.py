@@ -1,4 +1,4 @@
-"""What was done of a process, on the disk: one line of JSON for everything that happened, appended before it counts.
+"""The progress of a process, on the disk: one line of JSON for each event, appended before it counts.
 
     {"process": "hand over", "digest": "9f…"}
     {"step": "fetch", "sent": "5b0c…", "text": "{…}"}       written before the command is sent
@@ -28,7 +28,7 @@ from maya_un.supervisor.step import result_of
 
 
 class FailureDecision(StrEnum):
-    """What a person decides about a failed step."""
+    """The decision of a person about a failed step."""
 
     RETRY = "retry"
     SKIP = "skip"
@@ -47,7 +47,7 @@ class ProcessStepState(StrEnum):
 
 @dataclass(slots=True)
 class StepEntry:
-    """What is known of a step: the id and text of its latest command, and its result."""
+    """The present data of a step: the id and text of its latest command, and its result."""
 
     state: ProcessStepState = ProcessStepState.WAITING
     id: str | None = None

@@ -1,4 +1,4 @@
-"""Helpers for tests, ours and users': a controller floor on a twin whose machine and start the test chooses."""
+"""Helpers for tests, ours and users': a controller layer on a twin whose machine and start the test chooses."""
 
 from maya_un.loops import run_virtual
 from maya_un.testing.rig import Rig, rig

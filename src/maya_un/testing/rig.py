@@ -1,4 +1,4 @@
-"""A controller floor alone, on a twin whose truth and start are given."""
+"""A controller layer alone, on a twin with given true constants and start."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from maya_un.values import Point
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """A controller floor, the virtual controller on the other end of its wire, and the mechanics behind that.
+    """A controller layer, the virtual controller on the other end of its wire, and the mechanics behind that.
 
     `sent` holds every byte that went to the controller, in order.
     """
@@ -40,7 +40,7 @@ async def rig(
     live: bool = False,
     trace: bool = False,
 ) -> AsyncIterator[Rig]:
-    """Open a controller floor on a twin for the length of the block; with `trace` its mechanics keep samples.
+    """Open a controller layer on a twin for the length of the block; with `trace` its mechanics keep samples.
 
     Raises what `GalilController.open` raises. Use it in virtual time (`run_virtual`), where it costs nothing.
     """

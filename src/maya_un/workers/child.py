@@ -30,7 +30,7 @@ def main() -> None:
     come, go = os.dup(0), os.dup(1)
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, 0)
-    os.dup2(nowhere, 1)  # whatever is printed by mistake is no answer
+    os.dup2(nowhere, 1)  # text that is printed by mistake is no answer
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     worker = _Worker(go)
     try:

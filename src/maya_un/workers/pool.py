@@ -61,7 +61,7 @@ class WorkerSet(NamedTuple):
 
 
 class Workers:
-    """A worker process, begun when it is needed, and begun anew where it ends; `name` says what it is for.
+    """A worker process, started when it is needed, and restarted after its end; `name` is its purpose.
 
     `prepare`, a function of a module, is called in it with `arguments` before anything else.
     """
@@ -99,8 +99,8 @@ class Workers:
     async def run(self, work: Work[..., T], *args: object, whose: str = "", each: int | None = None) -> WorkResult[T]:
         """Return what `work` comes to in the worker; being cancelled, nobody works on it any more.
 
-        `whose` names who asks: everybody has a turn. He may have `each` requests here, those of the bounds without it.
-        A clock that jumps stands meanwhile. Raises what `work` raises of the house's errors, `TooMuchAsked`,
+        `whose` names the client: all clients have their turn. A client may have `each` requests here, without it as
+        many as the bounds allow. A clock that jumps stands meanwhile. Raises the errors of `work`, `TooMuchAsked`,
         `TakesTooLong`, `TooLarge` and `WorkerFailed`.
         """
         payload = pickle.dumps((self._bounds.seconds, work, args), pickle.HIGHEST_PROTOCOL)
@@ -195,7 +195,7 @@ class Workers:
             case WorkerAnswer.TOO_LONG:
                 self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
             case WorkerAnswer.TOO_LARGE:
-                # what it holds is not worth keeping; the next begins small
+                # its contents are not worth keeping; the next begins small
                 self._replaced(request, TooLarge(most=f"{self._bounds.memory >> 20} MB"))
             case WorkerAnswer.FAILED:
                 self._over(request, WorkerFailed(reason=pickle.loads(payload)))

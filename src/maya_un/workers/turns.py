@@ -1,4 +1,4 @@
-"""Whose request has its turn: one slice for each who asks, in a circle, and of each the oldest request first."""
+"""The order of requests: one slice for each client, in turn, and of each client the oldest request first."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ class WorkerCommand(IntEnum):
 class WorkerAnswer(IntEnum):
     """Answers of a worker.
 
-    A request is not done yet (`MORE`), has handed something over (`PART`), is done, was refused with an error of the
-    house, needed too much time or memory, or failed by a defect.
+    A request is running (`MORE`), has handed something over (`PART`), is done, was refused with an error of Maya,
+    needed too much time or memory, or failed by a defect.
     """
 
     MORE = 0

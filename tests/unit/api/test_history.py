@@ -72,7 +72,7 @@ async def test_events_that_nobody_keeps_are_not_left_out_in_silence() -> None:
             event = log.emit(MotionBegun())
             if number > 1:
                 floor.journal.note(EventRow(1, event.seq, "", 0.0, event.kind, 0, {}))
-        with pytest.raises(EventsForgotten, match="oldest that is kept is 3"):
+        with pytest.raises(EventsForgotten, match="oldest stored event is 3"):
             await history.events(1, 0)
         assert [event.seq for event in await history.events(1, 2)] == list(range(3, 13))
 

@@ -92,7 +92,7 @@ def users_in(path: Path) -> tuple[list[User], dict[str, list[str]]]:
 
 
 def test_who_drives(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
-    assert printed("maya lease", capsys) == "Nobody drives. `maya lease take` takes it.\n"
+    assert printed("maya lease", capsys) == "Nobody drives. `maya lease take` takes the lease.\n"
     kept.answers["GET /v1/lease"] = OLGA
     assert printed("maya lease", capsys).splitlines() == [
         "olga has been driving for 2 min (10.0.0.3): aligning.",
@@ -126,7 +126,7 @@ def test_what_was_lost_is_said_and_forgotten(
     kept.lost = 3
     text = printed("maya lease take --force", capsys, code=2)
     assert text.startswith(
-        "You drive now. Ctrl-C gives it back.\nmaya: error 4105: This control lease has ended (broken)"
+        "You drive now. Ctrl-C gives the lease back.\nmaya: error 4105: This control lease has ended (broken)"
     )
     assert [path for _, path, _ in kept.asked] == ["/v1/lease"] + ["/v1/lease/renew"] * 4
     assert kept.asked[0][2] == {"force": True}
@@ -151,10 +151,10 @@ def test_durations_have_units(text: str, kept: Kept, capsys: pytest.CaptureFixtu
 def test_the_first_administrator_is_this_user(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["GET /v1/me"] = Me("local", "admin", "", "127.0.0.1", False)
     kept.answers["POST /v1/users"] = NewToken("0123abcd", "root", "admin", TOKEN, "first", "")
-    assert "No users are kept" in printed("maya user", capsys)
+    assert "No users exist" in printed("maya user", capsys)
     text = printed("maya user add root --role admin", capsys)
     assert text.splitlines()[:2] == ["root is admin now.", TOKEN]
-    assert "This one is kept in" in text
+    assert "This token is stored in" in text
     assert credentials.token() == TOKEN
     assert credentials.token_file().stat().st_mode & 0o777 == 0o600
 
@@ -168,7 +168,7 @@ def test_the_tokens_of_others_are_shown_and_not_kept(kept: Kept, capsys: pytest.
 
 def test_users_and_tokens_are_listed(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["GET /v1/users"] = []
-    assert "No users are kept" in printed("maya user list", capsys)
+    assert "No users exist" in printed("maya user list", capsys)
     kept.answers["GET /v1/users"] = [UserLine("sam", "student", DAY, True, 2, DAY)]
     assert printed("maya user list", capsys).splitlines()[1].split() == [
         "sam", "student", "2026-11-21", "yes", "2", "2026-11-21", "16:02",
@@ -194,7 +194,7 @@ def test_a_token_lasts_as_long_as_it_is_said(kept: Kept, capsys: pytest.CaptureF
 def test_a_token_is_revoked_by_its_id_or_as_it_is(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["DELETE /v1/tokens/0123abcd"] = {"removed": "0123abcd"}
     for text in ("0123abcd", TOKEN):
-        assert printed(f"maya user revoke {text}", capsys) == "Token 0123abcd is valid no more.\n"
+        assert printed(f"maya user revoke {text}", capsys) == "Token 0123abcd is no longer valid.\n"
 
 
 def test_roles_and_removal(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
@@ -266,7 +266,7 @@ def test_the_owner_of_the_file_gets_in_again(state: Path, capsys: pytest.Capture
     assert credentials.token().startswith(f"maya_{tokens['ann'][0]}_")
     assert state.stat().st_mode & 0o077 == 0
     text = printed("maya user reset --all", capsys)
-    assert "are forgotten" in text
+    assert "are removed" in text
     assert f"Your token in {credentials.token_file()} was one of them" in text
     assert users_in(state) == ([], {})
     assert not credentials.token_file().exists()

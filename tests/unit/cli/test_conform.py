@@ -80,7 +80,7 @@ def table(monkeypatch: pytest.MonkeyPatch) -> list[Vector]:
 def test_a_controller_without_differences_is_0(table: list[Vector], capsys: pytest.CaptureFixture[str]) -> None:
     with small_controller() as port:
         assert main(["dmc", "conform", f"127.0.0.1:{port}"]) == 0
-    assert capsys.readouterr().out.startswith("2 answers are right, 0 differ; 2 questions were not asked")
+    assert capsys.readouterr().out.startswith("2 answers are right, 0 differ; 2 conversations were left out")
 
 
 @pytest.mark.parametrize(("options", "asked"), [([], 2), (["--moves"], 3), (["--bench"], 4)])

@@ -96,7 +96,7 @@ def test_a_fault_is_begun_told_and_ended(capsys: pytest.CaptureFixture[str]) -> 
         assert main(["dmc", "fault", "--active"]) == 0
         assert "stuck_limit" in capsys.readouterr().out
         assert main(["dmc", "fault", "--clear", "--lang", "es"]) == 0
-        assert capsys.readouterr().out == "No le pasa nada.\n"
+        assert capsys.readouterr().out == "Ningún fallo está activo.\n"
         assert host.virtual.wire.latency == 0.0
 
 
@@ -130,7 +130,7 @@ def test_what_is_not_understood_has_its_code(line: str, code: int, capsys: pytes
 
 def test_without_a_twin_it_says_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["dmc", "fault", "drop"]) == 1
-    assert "maya: error 1022: It is not clear which virtual controller is meant: none runs. Start `maya dmc serve`" in (
+    assert "maya: error 1022: Maya cannot tell which virtual controller to use: none runs. Start `maya dmc serve`" in (
         capsys.readouterr().err
     )
 

@@ -14,7 +14,7 @@ from tests.unit.cli.queueing.answers import LINE, OFFER, VIEW, Service, Several,
 
 PAUSED: dict[str, object] = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}
 REPORT = {"id": 7, "name": "two cubes", "code": 0, "message": "", "steps": []}
-WAITS = "Job 7 waits: the queue is paused (ana paused it). `maya queue resume` lets it go on."
+WAITS = "Job 7 waits: the queue is paused (ana paused it). `maya queue resume` continues it."
 
 
 def followed(states: Sequence[str], display: Display, monkeypatch: pytest.MonkeyPatch) -> str:

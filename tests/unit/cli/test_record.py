@@ -78,7 +78,7 @@ def test_it_is_exported_for_other_programs(name: str, tmp_path: Path, capsys: py
         ("maya record export {name} --csv no/such/folder/out.csv", 2, "cannot be written"),
         ("maya record export {name} --mcap no/such/folder/out.mcap", 2, "cannot be written"),
         ("maya record show pyproject.toml", 2, "it is no recording"),
-        ("maya record save", 1, "Nothing is running here"),
+        ("maya record save", 1, "No Maya is running here"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words(

@@ -74,7 +74,7 @@ def said(
         ({"axis": "c", "distance": -4e-5, "limit": "", "reason": ""}, "c by 0.0 mm.\n"),
         (
             {"axis": "r", "distance": 0.3, "limit": "outer", "reason": "it lies outside"},
-            "r by 300.0 mm. Farther on, it lies outside.\n",
+            "r by 300.0 mm. Stopped because it lies outside.\n",
         ),
     ],
 )
@@ -101,19 +101,19 @@ def test_an_axis_that_nobody_knows_is_refused(capsys: pytest.CaptureFixture[str]
         (
             ["pause"],
             {"was_moving": True, "duration": 0.882, "distance": [0, 0, 0]},
-            "Pausing: at rest within 0.88 s. `maya resume` goes on.\n",
+            "Pausing: at rest within 0.88 s. `maya resume` continues.\n",
             ("/v1/pause", None),
         ),
         (
             ["pause"],
             {"was_moving": False, "duration": 0.0, "distance": [0, 0, 0]},
-            "Paused. `maya resume` goes on.\n",
+            "Paused. `maya resume` continues.\n",
             ("/v1/pause", None),
         ),
-        (["resume"], {"resumed": True}, "Going on.\n", ("/v1/resume", None)),
+        (["resume"], {"resumed": True}, "Resumed.\n", ("/v1/resume", None)),
         (["speed", "50%"], {"ratio": 0.5}, "Speed 50 % from now on.\n", ("/v1/speed", {"ratio": 0.5})),
         (["speed", "0.3"], {"ratio": 0.3}, "Speed 30 % from now on.\n", ("/v1/speed", {"ratio": 0.3})),
-        (["resume", "--lang", "es"], {"resumed": True}, "Continúa.\n", ("/v1/resume", None)),
+        (["resume", "--lang", "es"], {"resumed": True}, "Reanudado.\n", ("/v1/resume", None)),
     ],
 )
 def test_pause_resume_and_speed(

@@ -51,7 +51,7 @@ def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str
 
 
 def test_a_zone_is_added_with_units_and_said_to_be_of_this_run(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
-    assert printed(ADDED, capsys).startswith("Keeping out of rack. What is changed here holds for this run only")
+    assert printed(ADDED, capsys).startswith("Keeping out of rack. This change lasts until")
     rack = kept.zones["rack"]
     assert (rack["low"], rack["high"]) == ([0.1, 1.0, 0.0], pytest.approx([0.3, 1.5, 0.6]))
     assert (rack["margin"], rack["lines"]) == (pytest.approx(0.02), False)

@@ -59,7 +59,7 @@ async def test_where_nobody_decides_the_node_is_said_to_be_gone() -> None:
         ended = await bus.node("process_controller").do(TASK.name, TASK.type, HOME)
         assert ended.outcome is GoalStatus.ABORTED
         assert isinstance(error_of(ended.result), NodeGone)
-        assert ended.result["message"].startswith("robot_controller is not there any more.")
+        assert ended.result["message"].startswith("robot_controller is not running any more.")
 
 
 async def test_whoever_looks_sees_which_nodes_of_the_robot_floor_are_not_there() -> None:

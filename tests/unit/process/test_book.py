@@ -116,7 +116,7 @@ def test_what_is_forgotten_is_gone_and_its_name_free(book: PoseStore) -> None:
     book.forget("shelf")
     assert book.taught().names == ("bench",)
     book.teach("shelf", BENCH, DAY)
-    with pytest.raises(NotTaught, match=r"'tray'; there are bench, shelf"):
+    with pytest.raises(NotTaught, match=r"'tray'\. Known: bench, shelf"):
         book.forget("tray")
 
 

@@ -181,8 +181,8 @@ def test_what_is_no_cell_is_refused_at_its_key(step: dict[str, Any], key: str, r
     [
         ({"pick": "shelv"}, r"tray\[row,column\], box\[row,column\], rack\[row,column\], shelf, slack"),
         ({"pick": "crate[1,1]"}, "shelf"),
-        ({"move": "rack"}, "there are shelf, slack"),
-        ({"for_each": "shelf", "do": ["home"]}, "there are tray, box, rack"),
+        ({"move": "rack"}, "Known: shelf, slack"),
+        ({"for_each": "shelf", "do": ["home"]}, "Known: tray, box, rack"),
     ],
 )
 def test_an_unknown_name_lists_the_known_ones(step: dict[str, Any], known: str) -> None:

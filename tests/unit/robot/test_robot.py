@@ -253,7 +253,7 @@ async def test_a_way_that_is_refused_is_named_by_its_target(monkeypatch: pytest.
         raise PathRefused(target="elsewhere", reason="there is a wall")
 
     monkeypatch.setattr("maya_un.robot.plan_builder.TransferPlanner.plan", refused)
-    with pytest.raises(PathRefused, match=r"^The way to \(0\.5000, 1\.1000, 0\.4000\) m .*a wall"):
+    with pytest.raises(PathRefused, match=r"^The path to \(0\.5000, 1\.1000, 0\.4000\) m .*a wall"):
         robot.preview(Pick(HERE), robot.pose)
 
 

@@ -44,7 +44,7 @@ async def test_without_a_floor_that_it_needs_it_is_not() -> None:
     bridge.missing = lambda: [NodeGone(node="robot_controller")]
     found = await readiness(bridge, "en")
     assert (found.ready, [reason.code for reason in found.reasons]) == (False, [1011])
-    assert found.reasons[0].message.startswith("robot_controller is not there")
+    assert found.reasons[0].message.startswith("robot_controller is not running")
 
 
 async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:

@@ -74,7 +74,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "pause": ("Pause", "Pausa"),
     "pause_hint": ("Brake on the path and hold.", "Frenar sobre la trayectoria y esperar."),
     "resume": ("Go on", "Continuar"),
-    "resume_hint": ("Go on where it was held.", "Continuar donde se detuvo."),
+    "resume_hint": ("Continue on the path.", "Continuar donde se detuvo."),
     "speed": ("Speed", "Velocidad"),
     "speed_hint": ("Scales the speed of all motion.", "Escala la velocidad de todo movimiento."),
     "where": ("Gripper", "Pinza"),
@@ -127,7 +127,7 @@ WORDS: dict[str, tuple[str, str]] = {
         "Milímetros; o con unidad: 0,41 m, 41 cm.",
     ),
     "here": ("Take position", "Usar posición"),
-    "here_hint": ("Fill in where the gripper is now.", "Copiar la posición actual de la pinza."),
+    "here_hint": ("Fill in the gripper's position.", "Copiar la posición actual de la pinza."),
     "now": ("Do it now", "Hacer ahora"),
     "now_hint": (
         "Do it at once; refused while anything else is under way.",
@@ -158,8 +158,8 @@ WORDS: dict[str, tuple[str, str]] = {
     "save_hint": ("Keep the list as a job file of `maya run`.", "Guardar la lista como archivo de `maya run`."),
     "start": ("Start list", "Iniciar lista"),
     "start_hint": (
-        "Queue the whole list as one job. It begins when its turn comes.",
-        "Entregar toda la lista a la cola del robot, como un trabajo. Se hace cuando le toque.",
+        "Queue the whole list as one job. It begins after the jobs before it.",
+        "Poner toda la lista en la cola como un trabajo. Empieza después de los trabajos anteriores.",
     ),
     "stop_queue": ("Stop queue", "Detener cola"),
     "stop_queue_hint": (
@@ -195,14 +195,16 @@ WORDS: dict[str, tuple[str, str]] = {
     # Why something cannot be done now.
     "no_master": ("No ROS master answers.", "No responde ningún maestro de ROS."),
     "master_gone": (
-        "The ROS master is gone. What is connected goes on; nothing new can connect before it and the robot restart.",
-        "El maestro de ROS ya no está. Lo conectado sigue; nada nuevo puede conectarse hasta reiniciarlo con el robot.",
+        "The ROS master is gone. Existing connections keep working; new ones need a restart of "
+        "the master and the robot.",
+        "El maestro de ROS ya no está. Las conexiones existentes siguen; las nuevas necesitan "
+        "reiniciar el maestro y el robot.",
     ),
     "no_controller": (
         "No robot: nothing publishes /maya_event. Start controller.launch.",
         "Sin robot: nadie publica /maya_event. Inicie controller.launch.",
     ),
-    "silent": ("The robot's node is there but says nothing.", "El nodo del robot está, pero no dice nada."),
+    "silent": ("The robot's node runs but sends nothing.", "El nodo del robot funciona, pero no envía nada."),
     "no_machine": (
         "The robot's node runs but has no connection to the machine.",
         "El nodo del robot funciona, pero no tiene conexión con la máquina.",
@@ -218,7 +220,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "recover_first": ("There is a fault: press Recover first.", "Hay una falla: pulse primero Recuperar."),
     "resume_first": ("It is paused: press Go on, or Stop.", "Está en pausa: pulse Continuar, o Parar."),
     "home_first": ("Not homed: press Home first.", "Sin origen: pulse primero Buscar origen."),
-    "busy": ("Something is under way: wait, or press Stop.", "Hay algo en curso: espere, o pulse Parar."),
+    "busy": ("Something is running: wait, or press Stop.", "Hay algo en curso: espere, o pulse Parar."),
     "gripper_is_closed": ("The gripper is closed: open it to pick.", "La pinza está cerrada: ábrala para tomar."),
     "gripper_is_open": ("The gripper is open: there is nothing to place.", "La pinza está abierta: no hay qué dejar."),
     "no_fault": ("There is no fault.", "No hay ninguna falla."),
@@ -231,15 +233,15 @@ WORDS: dict[str, tuple[str, str]] = {
         "{name}: write a number, in mm or with its unit (0.41 m).",
         "{name}: escriba un número, en mm o con su unidad (0,41 m).",
     ),
-    "length_too_long": ("{name}: farther than 5 m; mm are meant.", "{name}: más de 5 m; se esperan mm."),
+    "length_too_long": ("{name}: more than 5 m; enter mm.", "{name}: más de 5 m; escriba mm."),
     # Job files.
     "job_unreadable": ("{file} cannot be read: {reason}.", "No se puede leer {file}: {reason}."),
     "job_unwritable": ("{file} cannot be written: {reason}.", "No se puede escribir {file}: {reason}."),
     "job_without_steps": ("{file} has no steps.", "{file} no tiene pasos."),
     "job_too_long": ("That would be more than {most} tasks.", "Serían más de {most} tareas."),
     "job_step_unknown": (
-        "Step {number} of {file}: {step} cannot be said over ROS; use `maya run`.",
-        "Paso {number} de {file}: {step} no se puede pedir por ROS; use `maya run`.",
+        "Step {number} of {file}: ROS has no message for {step}; use `maya run`.",
+        "Paso {number} de {file}: ROS no tiene mensaje para {step}; use `maya run`.",
     ),
     "job_place_unknown": (
         "Step {number} of {file}: the place {place} is not in the file.",
@@ -250,8 +252,8 @@ WORDS: dict[str, tuple[str, str]] = {
         "Paso {number} de {file}: {place} no es un lugar [x, y, z] en metros.",
     ),
     "job_height_unknown": (
-        "Step {number} of {file} has no z, and the robot has not said its grasp height.",
-        "El paso {number} de {file} no tiene z, y el robot no ha dicho su altura de agarre.",
+        "Step {number} of {file} has no z, and the grasp height of the robot is not known.",
+        "El paso {number} de {file} no tiene z, y la altura de agarre del robot no se conoce.",
     ),
     "loaded": ("{count} tasks read from {file}.", "{count} tareas leídas de {file}."),
     "saved": ("{count} tasks written to {file}.", "{count} tareas escritas en {file}."),
@@ -279,7 +281,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "wish_stop_queue": ("Stop queue", "Detener cola"),
     "done": ("{what}: done.", "{what}: listo."),
     "under_way": ("{what}: {phase}", "{what}: {phase}"),
-    "asked": ("{what}: asked for.", "{what}: pedido."),
+    "asked": ("{what}: requested.", "{what}: pedido."),
     "failed": ("{what}: {sentence} ({code})", "{what}: {sentence} ({code})"),
     "failed_plainly": ("{what}: {sentence}", "{what}: {sentence}"),
     "sent": ("{what}: queued.", "{what}: en la cola."),
@@ -293,8 +295,8 @@ WORDS: dict[str, tuple[str, str]] = {
     ),
     "no_answer": ("The robot did not answer.", "El robot no respondió."),
     "floor_gone": (
-        "The node that did it is gone; look where the robot stands.",
-        "El nodo que lo hacía ya no está; mire dónde está el robot.",
+        "The node that carried it out is gone; check the robot's position.",
+        "El nodo que lo ejecutaba ya no está; compruebe la posición del robot.",
     ),
     "stop_unheard": (
         "Nobody confirmed the stop. Use the emergency stop at the machine.",

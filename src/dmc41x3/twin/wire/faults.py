@@ -252,7 +252,7 @@ _AXIS = Parameter("axis", "A", "", "letter of the axis", choices=tuple(LETTERS),
 TABLE: tuple[Fault, ...] = (
     _on_wire(
         "latency",
-        "What the controller sends arrives late.",
+        "Data from the controller arrives late.",
         (
             Parameter("seconds", 0.05, "s", "how late", maximum=60.0),
             Parameter("jitter", 0.0, "s", "up to so much later still, at random; the order stays", maximum=60.0),
@@ -285,8 +285,8 @@ TABLE: tuple[Fault, ...] = (
     ),
     Fault(
         "half_open",
-        "Connections fall silent: neither side hears the other or learns that it ended. Where the controller sends "
-        "on such a TCP handle, it gives it up after the retries of IA (error 123).",
+        "Connections fall silent: neither side hears the other or learns that it ended. If the controller sends on "
+        "such a TCP handle, it gives the handle up after the retries of IA (error 123).",
         (_HANDLES,),
         _silence,
         _unsilence,

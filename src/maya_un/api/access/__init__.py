@@ -1,1 +1,1 @@
-"""Who may do what: roles, the table of operations, callers, users and their tokens, the gate before the service."""
+"""Access control: roles, the table of operations, callers, users and their tokens, the gate before the service."""

@@ -1,4 +1,4 @@
-"""Who asks: the principal behind a request, its role, and what it shows."""
+"""Callers: the principal behind a request, its role, and its credentials."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from maya_un.schema.bodies import RoleName
 
 
 class Role(IntEnum):
-    """What somebody may do, each all that the ones before it may.
+    """Roles; each includes the rights of the ones before it.
 
     A viewer looks, and may stop. A student proposes jobs, and drives while an operator lends him the lease. An operator
     drives, keeps the queue and approves. An administrator keeps users as well.
@@ -44,9 +44,9 @@ class Caller:
     """One who asks.
 
     `name` is the principal's, `source` where the request came from ("127.0.0.1", "ros", "cli"). `lease` is the control
-    lease that it shows, "" where none. One that is `implicit` shows none and takes the lease for the length of a wish
-    while it is free: the local user without ceremony, and the ROS graph. `token` is the public part of the token it
-    signed in with, "" where with none.
+    lease that it shows, "" where none. An `implicit` caller has no lease and takes the free lease for the length of a
+    command: the local user while no users exist, and the ROS graph. `token` is the public part of the token it signed
+    in with, "" where with none.
     """
 
     name: str
@@ -58,13 +58,13 @@ class Caller:
 
 
 LOCAL = Caller("local", Role.ADMIN, "local", implicit=True)
-"""Whoever sits at the machine, while no users are kept: may everything, and needs no lease of his own."""
+"""The local user while no users exist: has full access, and needs no lease."""
 
 ROS = Caller("ros", Role.OPERATOR, "ros", implicit=True)
-"""The ROS graph and rosbridge: one principal, which takes the lease for each wish while it is free."""
+"""The ROS graph and rosbridge: one principal, which takes the free lease for each command."""
 
 BYSTANDER = Caller("local", Role.VIEWER, "local")
-"""Whoever sits at the machine and shows no token though users are kept: may stop and abort, and no more."""
+"""A client on this machine without a token, though users exist: may only stop and abort."""
 
 RESERVED = frozenset({LOCAL.name, ROS.name, "maya", "queue", "unknown"})
 """Names that no user can have."""

@@ -80,7 +80,7 @@ class Callers:
         from nobody behind it. With `stopping` it is for a stop or an abort, which from loopback needs no token.
         `alone` is the principal of this machine while no users exist.
 
-        Ask anew for every request, on an open websocket too: a token may have been revoked meanwhile. Raises
+        Call this for every request, on an open websocket too: a token may have been revoked meanwhile. Raises
         `NotSignedIn`, and `TooManyRequests` for a source that was wrong too often.
         """
         if loopback and not self.kept:
@@ -159,7 +159,7 @@ class Callers:
     async def _looked_up(self, text: str, source: str) -> Token:
         shown = tokens.parse(text)
         meant = None if shown is None else self._register.tokens.get(shown.id)
-        # Who shows a token that there is has attempts of his own: somebody else's do not keep him from saying stop.
+        # An existing token has attempts of its own: those of others do not block a stop.
         counted = source if meant is None else f"{source} {meant.id}"
         self._attempts.begin(counted, self._now())
         found = await self._compared(shown, meant)

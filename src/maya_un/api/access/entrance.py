@@ -29,7 +29,7 @@ class FixedCalendar:
 
 @dataclass(frozen=True, slots=True)
 class AccessControl:
-    """Who asks, and who drives. `audit.asked` is what the gate tells."""
+    """The caller and the driver. The gate calls `audit.asked`."""
 
     lease: ControlLease
     register: UserRegistry

@@ -37,7 +37,7 @@ class Hasher:
     async def matches(self, hashed: str, secret: str, *, ahead: bool = False) -> bool:
         """Tell whether `hashed` is of `secret`; "", which is the hash of nothing, takes as long as any other.
 
-        What is `ahead` does not wait for the others.
+        A check that is `ahead` does not wait for the others.
         """
         async with self._ahead if ahead else self._turn:
             return await asyncio.get_running_loop().run_in_executor(None, self._matches_now, hashed, secret)

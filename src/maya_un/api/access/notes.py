@@ -1,4 +1,4 @@
-"""What people write beside a lease or a token."""
+"""Notes of people on a lease or a token."""
 
 from __future__ import annotations
 

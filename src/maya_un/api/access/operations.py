@@ -1,4 +1,4 @@
-"""What can be asked for, which role it needs, and whether it drives the robot: one table for every edge."""
+"""Operations, the role that each needs, and whether it drives the robot: one table for every edge."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Operation(StrEnum):
 
 
 class AccessRule(NamedTuple):
-    """What an operation needs: at least this role, and, where it `drives`, the control lease."""
+    """The requirements of an operation: at least this role, and the control lease if it `drives`."""
 
     role: Role
     drives: bool = False
@@ -86,7 +86,7 @@ RULES: dict[Operation, AccessRule] = {
     Operation.AUDIT: AccessRule(Role.ADMIN, meaning="read the audit log"),
     Operation.USERS: AccessRule(Role.ADMIN, meaning="keep users and tokens"),
 }
-"""What every operation needs. Stop and abort need neither a lease nor more than a valid token."""
+"""The requirements of every operation. Stop and abort need neither a lease nor more than a valid token."""
 
 
 STOPPING = frozenset({Operation.STOP, Operation.ABORT})
@@ -106,7 +106,7 @@ def require(caller: Caller, operation: Operation) -> None:
 
 
 OWN = frozenset({Operation.CHANGE_JOB, Operation.CANCEL})
-"""What whoever may propose may do to his own jobs as well."""
+"""Operations on one's own jobs that the right to propose includes."""
 
 
 def require_over(caller: Caller, operation: Operation, owner: str) -> None:

@@ -18,7 +18,7 @@ OnChange = Callable[[], None]
 
 
 class Calendar(Protocol):
-    """What date it is: nothing below the edges looks at a clock. Dates are ISO 8601 in UTC, to the second."""
+    """The present date: no module below the edges reads a clock. Dates are ISO 8601 in UTC, to the second."""
 
     def now(self) -> str:
         """Return the date of now."""
@@ -30,10 +30,9 @@ class Calendar(Protocol):
 
 
 class UserRegistry:
-    """Users by name and tokens by id. Whoever looks first and changes then holds `turn` meanwhile.
+    """Users by name and tokens by id. A caller that reads first and changes then holds `turn` meanwhile.
 
-    What takes something away holds at once, also where it cannot be written; what gives something holds once it is on
-    the disk.
+    A removal takes effect at once, even if it cannot be written; a grant takes effect when it is on the disk.
     """
 
     def __init__(self, store: Store) -> None:

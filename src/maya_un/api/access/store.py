@@ -1,4 +1,4 @@
-"""Where users and tokens are kept: tables of their own in the file of the queue, or memory in a stack without a file.
+"""The storage of users and tokens: tables in the file of the queue, or memory in a stack without a file.
 
 Only hashes of secrets are in it. Its tables have a version of their own, for the queue's change at another pace.
 """
@@ -67,7 +67,7 @@ class Token:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What is to be written, all of it or nothing: users and tokens that are new or changed, and those that go.
+    """A change to be written, all of it or nothing: new or changed users and tokens, and removed ones.
 
     Users go by name, and their tokens with them; tokens go by id.
     """

@@ -12,20 +12,20 @@ from maya_un.errors import InvalidCommandLine
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, . _ and -")]
 MaybeName = Annotated[str | None, typer.Argument(metavar="[NAME]", help="default: yourself")]
-Role = Annotated[Literal["viewer", "student", "operator", "admin"], typer.Option(help="what he may")]
+Role = Annotated[Literal["viewer", "student", "operator", "admin"], typer.Option(help="the role of the user")]
 Note = Annotated[str, typer.Option(metavar="TEXT", help="for people")]
 Lasts = Annotated[str | None, typer.Option("--for", metavar="TIME", help="in s, or like 10min, 8h, 30d")]
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
     """Put the commands under `app`; `how` is what all commands have in common."""
-    about = "Who drives the robot. Without a command, tell it."
+    about = "The control lease. Without a command, show who drives."
     lease = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     lease.callback(invoke_without_command=True, **how)(_driver)
     for command in (take, release, offer, ask):
         lease.command(**how)(command)
     app.add_typer(lease, name="lease")
-    about = "Who may what. Without a command, tell as whom the robot sees you."
+    about = "Users and roles. Without a command, show the current user."
     user = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     user.callback(invoke_without_command=True, **how)(_me)
     for command in (add, role, password, remove, token, tokens, revoke, reset):
@@ -45,10 +45,10 @@ def _driver(context: typer.Context) -> int | None:
 def take(
     context: typer.Context,
     note: Note = "",
-    force: Annotated[bool, typer.Option("--force", help="from whoever drives, where you may")] = False,
+    force: Annotated[bool, typer.Option("--force", help="take the lease from the driver, if you may")] = False,
     lasts: Lasts = None,
 ) -> int:
-    """Drive, until Ctrl-C or until this terminal is heard of no more.
+    """Drive until Ctrl-C, or until the connection to this terminal is lost.
 
     With --for this ends at once, and you drive for so long without being heard of. All your commands on this machine
     show the lease.
@@ -74,7 +74,7 @@ def offer(context: typer.Context, name: Name) -> int:
 
 
 def ask(context: typer.Context) -> int:
-    """Let everybody know that you would like to drive."""
+    """Ask for the lease; the driver and all others see it."""
     from maya_un.cli.access import lease
 
     return lease.ask(settings_of(context))
@@ -92,7 +92,7 @@ def add(
     context: typer.Context,
     name: Name,
     role: Role = "student",
-    password: Annotated[bool, typer.Option("--password", help="ask for one, to sign in with")] = False,
+    password: Annotated[bool, typer.Option("--password", help="ask for a password, to sign in with")] = False,
 ) -> int:
     """Add a user and show the first token.
 
@@ -124,7 +124,7 @@ def role(
 def password(
     context: typer.Context,
     name: MaybeName = None,
-    none: Annotated[bool, typer.Option("--none", help="take it away")] = False,
+    none: Annotated[bool, typer.Option("--none", help="remove the password")] = False,
 ) -> int:
     """Change a password; all sessions of that user end."""
     from maya_un.cli.access import users
@@ -157,7 +157,7 @@ def token(
 def tokens(context: typer.Context, name: MaybeName = None) -> int:
     """List tokens, never their secrets.
 
-    What for, since when, until when, when they were last used.
+    Shows their purpose, dates, and last use.
     """
     from maya_un.cli.access import users
 
@@ -165,7 +165,8 @@ def tokens(context: typer.Context, name: MaybeName = None) -> int:
 
 
 def revoke(
-    context: typer.Context, token: Annotated[str, typer.Argument(metavar="TOKEN", help="its id, or all of it")]
+    context: typer.Context,
+    token: Annotated[str, typer.Argument(metavar="TOKEN", help="its id, or the whole token")],
 ) -> int:
     """Make a token invalid at once."""
     from maya_un.cli.access import users
@@ -175,11 +176,11 @@ def revoke(
 
 def reset(
     context: typer.Context,
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="is an admin then, with a new token")] = None,
-    forget: Annotated[bool, typer.Option("--all", help="forget all users and tokens")] = False,
-    journal: Annotated[str | None, typer.Option(metavar="FILE", help="of the queue, where `maya up` named one")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="make this user an admin")] = None,
+    forget: Annotated[bool, typer.Option("--all", help="remove all users and tokens")] = False,
+    journal: Annotated[str | None, typer.Option(metavar="FILE", help="the queue's file, if not the usual one")] = None,
 ) -> int:
-    """Get in again where the admin's token is lost.
+    """Restore access after the admin's token is lost.
 
     At the machine, while `maya up` does not run.
     """

@@ -1,25 +1,25 @@
-"""What `maya lease` and `maya user` say, in every language."""
+"""Texts of `maya lease` and `maya user`, in every language."""
 
 from __future__ import annotations
 
 _WORDS: dict[str, tuple[str, str]] = {
-    "nobody": ("Nobody drives. `maya lease take` takes it.", "Nadie conduce. `maya lease take` lo toma."),
+    "nobody": ("Nobody drives. `maya lease take` takes the lease.", "Nadie conduce. `maya lease take` toma el mando."),
     "drives": (
         "{holder} has been driving for {since} ({source}){note}.",
         "{holder} conduce desde hace {since} ({source}){note}.",
     ),
     "implicit": (
-        "A wish or a job of {holder} is under way ({source}).",
-        "Un deseo o trabajo de {holder} está en curso ({source}).",
+        "A command or job of {holder} is running ({source}).",
+        "Una orden o un trabajo de {holder} está en curso ({source}).",
     ),
     "yours": ("That is you, here.", "Es usted, aquí."),
     "expires": ("It ends in {expires} unless it is renewed.", "Termina en {expires} si no se renueva."),
     "offered": ("It is offered to {offered_to}.", "Se ofrece a {offered_to}."),
     "asked": ("{asked_by} would like to drive.", "{asked_by} quisiera conducir."),
-    "taken": ("You drive now. Ctrl-C gives it back.", "Ahora conduce usted. Ctrl-C lo devuelve."),
+    "taken": ("You drive now. Ctrl-C gives the lease back.", "Ahora conduce usted. Ctrl-C devuelve el mando."),
     "taken_for": (
-        "You drive for {expires}. `maya lease release` gives it back sooner.",
-        "Conduce usted durante {expires}. `maya lease release` lo devuelve antes.",
+        "You drive for {expires}. `maya lease release` gives the lease back sooner.",
+        "Conduce usted durante {expires}. `maya lease release` devuelve el mando antes.",
     ),
     "driving": ("driving for {since}", "conduciendo desde hace {since}"),
     "unheard": ("the service does not answer; it ends in {expires}", "el servicio no responde; termina en {expires}"),
@@ -35,8 +35,10 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Usted es {name} ({role}), por el token {token}, desde {source}.",
     ),
     "me_local": (
-        "You are whoever sits at this machine ({role}). No users are kept; `maya user add NAME --role admin` begins.",
-        "Usted es quien está ante esta máquina ({role}). No hay usuarios; `maya user add NOMBRE --role admin` empieza.",
+        "No users exist: you have full access on this machine ({role}). `maya user add NAME "
+        "--role admin` adds the first user.",
+        "No hay usuarios: usted tiene acceso completo en esta máquina ({role}). `maya user add "
+        "NOMBRE --role admin` añade el primero.",
     ),
     "user": ("user", "usuario"),
     "role": ("role", "rol"),
@@ -50,21 +52,21 @@ _WORDS: dict[str, tuple[str, str]] = {
     "session": ("session", "sesión"),
     "yes": ("yes", "sí"),
     "no_users": (
-        "No users are kept: whoever sits at this machine may everything, and nobody else is let in.",
-        "No hay usuarios: quien está ante esta máquina puede todo, y nadie más entra.",
+        "No users exist: anyone on this machine has full access, and other machines have none.",
+        "No hay usuarios: cualquiera en esta máquina tiene acceso completo, y otras máquinas ninguno.",
     ),
     "added": ("{user} is {role} now.", "{user} es ahora {role}."),
     "secret": (
-        "{token}\nThis token is shown now and never again. Whoever shows it is {user}: as $MAYA_TOKEN, or as the only "
-        "line of {file}.",
-        "{token}\nEste token se muestra ahora y nunca más. Quien lo muestre es {user}: como $MAYA_TOKEN, o como única "
-        "línea de {file}.",
+        "{token}\nThis token is shown only once. It gives the access of {user}: put it into "
+        "$MAYA_TOKEN, or as the only line into {file}.",
+        "{token}\nEste token se muestra solo una vez. Da el acceso de {user}: póngalo en "
+        "$MAYA_TOKEN, o como única línea en {file}.",
     ),
     "kept": (
-        "From now on every command needs a token, stop and abort on this machine excepted. This one is kept in {file}, "
-        "so your commands show it.",
-        "Desde ahora toda orden necesita un token, salvo stop y abort en esta máquina. Este queda en {file}, así que "
-        "sus órdenes lo muestran.",
+        "From now on every command needs a token, except stop and abort on this machine. This "
+        "token is stored in {file}, and your commands use it.",
+        "Desde ahora toda orden necesita un token, salvo stop y abort en esta máquina. Este token "
+        "queda en {file}, y sus órdenes lo usan.",
     ),
     "aside": (
         "The former token is in {file} now.",
@@ -75,7 +77,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         "${name} contiene otro token, que sus órdenes usan primero. Bórrela o ponga en ella el token nuevo.",
     ),
     "void_removed": (
-        "Your token in {file} was one of them and was removed.",
+        "Your token in {file} was one of them, and was removed.",
         "Su token en {file} era uno de ellos y se eliminó.",
     ),
     "changed": ("{name} is {role}.", "{name} es {role}."),
@@ -84,11 +86,11 @@ _WORDS: dict[str, tuple[str, str]] = {
         "La contraseña de {name} cambió; todas las sesiones terminaron.",
     ),
     "removed": ("{removed} is removed, with all tokens.", "{removed} fue eliminado, con todos sus tokens."),
-    "revoked": ("Token {removed} is valid no more.", "El token {removed} ya no vale."),
+    "revoked": ("Token {removed} is no longer valid.", "El token {removed} ya no vale."),
     "no_tokens": ("{name} has no tokens.", "{name} no tiene tokens."),
     "forgotten": (
-        "All users and tokens are forgotten: whoever sits at this machine may everything again.",
-        "Todos los usuarios y tokens se olvidaron: quien está ante esta máquina vuelve a poder todo.",
+        "All users and tokens are removed: anyone on this machine has full access again.",
+        "Se eliminaron todos los usuarios y tokens: cualquiera en esta máquina tiene otra vez acceso completo.",
     ),
     "old_password": ("Password now: ", "Contraseña actual: "),
     "new_password": ("New password (at least 12 characters): ", "Nueva contraseña (al menos 12 caracteres): "),

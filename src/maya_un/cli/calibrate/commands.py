@@ -32,8 +32,9 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
         add_completion=False,
         rich_markup_mode=None,
         epilog=how["epilog"],
-        help="Fit the machine's constants to measured points: maya calibrate FILE [--hold NAME] [--apply]; "
-        "take the last fit back: maya calibrate --revert. `maya calibrate fit --help` tells the options.",
+        help="Fit the machine's constants to measured points: maya calibrate FILE [--hold NAME] "
+        "[--apply]; revert the last fit: maya calibrate --revert. `maya calibrate fit --help` "
+        "lists the options.",
     )
     for command in (fit, collect, history):
         group.command(**how)(command)
@@ -45,8 +46,8 @@ def fit(
     file: MaybeFile = None,
     hold: Annotated[list[str] | None, typer.Option(metavar="NAME", help=_HOLD)] = None,
     apply: Annotated[bool, typer.Option("--apply", help="write the values into the configuration file")] = False,
-    revert: Annotated[bool, typer.Option("--revert", help="put back what stood there before the last --apply")] = False,
-    plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of what is left: svg, png, pdf")] = None,
+    revert: Annotated[bool, typer.Option("--revert", help="restore the values before the last --apply")] = False,
+    plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of the residuals: svg, png, pdf")] = None,
     author: Annotated[str | None, typer.Option(metavar="NAME", help="for the history; default: the user")] = None,
 ) -> int:
     """Fit the constants to the points of FILE and show them.
@@ -66,10 +67,10 @@ def fit(
 
 def collect(
     context: typer.Context,
-    file: Annotated[str, typer.Argument(metavar="FILE", help="is begun, or gone on with")],
-    number: Annotated[int, typer.Option("--points", min=4, max=500, help="how many it shall hold")] = 20,
+    file: Annotated[str, typer.Argument(metavar="FILE", help="the file to begin or continue")],
+    number: Annotated[int, typer.Option("--points", min=4, max=500, help="number of points in the file")] = 20,
 ) -> int:
-    """Drive to the poses that tell most and ask at each where the gripper is.
+    """Drive to the most useful poses and ask for the gripper's position at each.
 
     By the running robot. s skips a pose, q ends; what was said is in FILE already.
     """
@@ -79,7 +80,7 @@ def collect(
 
 
 def history(context: typer.Context) -> int:
-    """List the calibrations that were applied and taken back."""
+    """List the calibrations that were applied and reverted."""
     from maya_un.cli.calibrate import fit as command
 
     return command.show_history(settings_of(context))

@@ -1,4 +1,4 @@
-"""What `maya calibrate` says, in every language."""
+"""Texts of `maya calibrate`, in every language."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _WORDS: dict[str, tuple[str, str]] = {
         "La calibración {number} está en {path}. Reinicie `maya up` y haga el homing: los ceros valen desde él.",
     ),
     "reverted": (
-        "Calibration {reverts} is taken back in {path}. Restart `maya up` and home.",
+        "Calibration {reverts} is reverted in {path}. Restart `maya up` and home.",
         "La calibración {reverts} se deshizo en {path}. Reinicie `maya up` y haga el homing.",
     ),
     "nothing_changes": (
-        "The configuration says the same already; nothing was written.",
-        "La configuración ya dice lo mismo; no se escribió nada.",
+        "The configuration has these values already; nothing was written.",
+        "La configuración ya tiene estos valores; no se escribió nada.",
     ),
     "no_history": ("No calibration was ever applied to {path}.", "Nunca se aplicó una calibración a {path}."),
     "date": ("date", "fecha"),
@@ -41,10 +41,10 @@ _WORDS: dict[str, tuple[str, str]] = {
     "after": ("after [mm]", "después [mm]"),
     "step_applied": ("applied", "aplicada"),
     "step_in_force": ("applied, in force", "aplicada, vigente"),
-    "step_reverted": ("took back {reverts}", "deshizo {reverts}"),
+    "step_reverted": ("reverted {reverts}", "deshizo {reverts}"),
     "plotted": ("Written: {path}", "Escrito: {path}"),
     "going": (
-        "Point {number} of {total}: going to {joints}.",
+        "Point {number} of {total}: moving to {joints}.",
         "Punto {number} de {total}: yendo a {joints}.",
     ),
     "not_there": ("Left out: {reason}", "Omitido: {reason}"),
@@ -52,10 +52,10 @@ _WORDS: dict[str, tuple[str, str]] = {
         "Measured x y z (in m, or like 812.5mm; s skips, q quits):",
         "x y z medidos (en m, o como 812.5mm; s omite, q termina):",
     ),
-    "again": ("{reason} Say it again.", "{reason} Repítalo."),
+    "again": ("{reason} Enter it again.", "{reason} Repítalo."),
     "noted": (
-        "Written down; {off:.1f} mm from where the configuration has it.",
-        "Anotado; a {off:.1f} mm de donde lo pone la configuración.",
+        "Saved; {off:.1f} mm from the configured position.",
+        "Guardado; a {off:.1f} mm de la posición configurada.",
     ),
     "collected": (
         "{count} points in {path}. Next: maya calibrate {path}",

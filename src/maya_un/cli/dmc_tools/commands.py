@@ -37,7 +37,7 @@ def watch(
     host: Host,
     channels: Annotated[list[str] | None, typer.Argument(metavar="[EXPR]...", help="as in MG: _TPA, @IN[1], x")] = None,
     rate: Rate = 4.0,
-    seconds: Annotated[float | None, typer.Option("--for", help="end after so long [s]")] = None,
+    seconds: Annotated[float | None, typer.Option("--for", help="duration [s]")] = None,
 ) -> int:
     """Show live values until Ctrl-C.
 
@@ -84,12 +84,12 @@ def download(
     host: Host,
     file: Annotated[str, typer.Argument(metavar="FILE", help="lines of a DMC program")],
     run: Annotated[str | None, typer.Option(metavar="LABEL", help="then run it from this label; '' is line 0")] = None,
-    guard: Annotated[bool, typer.Option("--guard", help="with Maya's guard behind it, as `maya up` adds it")] = False,
+    guard: Annotated[bool, typer.Option("--guard", help="add Maya's guard behind it, as `maya up` does")] = False,
 ) -> int:
     """Replace the program of a controller by that of a file.
 
     It is read back, to make sure that it arrived. REM lines stay here, tabs become blanks, and a comment that makes
-    a line too long is cut off, as Galil's tools do. Where the controller refuses a line, it keeps its old program.
+    a line too long is cut off, as Galil's tools do. If the controller refuses a line, it keeps its old program.
     """
     from maya_un.cli.dmc_tools import program as command
 
@@ -103,9 +103,9 @@ def capture(
     host: Host,
     listen: Annotated[int, typer.Option(min=0, max=65535, help="port for the client; 0: any")],
     out: Annotated[str, typer.Option(metavar="FILE", help="one JSON line for each piece of the wire")],
-    local: Annotated[str, typer.Option("--host", help="where to listen")] = "127.0.0.1",
+    local: Annotated[str, typer.Option("--host", help="address to listen on")] = "127.0.0.1",
 ) -> int:
-    """Write down what a Galil client and a controller say.
+    """Record the traffic between a Galil client and a controller.
 
     The client connects to this, and this to the controller, until Ctrl-C.
     """
@@ -118,9 +118,9 @@ def replay(
     context: typer.Context,
     file: Annotated[str, typer.Argument(metavar="FILE", help="written by `maya dmc capture`")],
     host: OwnOrHost = SIM,
-    tolerance: Annotated[float, typer.Option(help="how far positions may differ [counts]")] = 50.0,
+    tolerance: Annotated[float, typer.Option(help="tolerance of positions [counts]")] = 50.0,
 ) -> int:
-    """Say a recording again, and show which answers differ.
+    """Replay a recording, and show the answers that differ.
 
     Only the client's side is said.
     """

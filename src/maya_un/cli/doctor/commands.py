@@ -17,10 +17,10 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 def doctor(
     context: typer.Context,
     address: Annotated[
-        str | None, typer.Option(metavar="WHERE", help="the controller to look at: real, HOST or HOST:PORT")
+        str | None, typer.Option(metavar="WHERE", help="the controller to check: real, HOST or HOST:PORT")
     ] = None,
 ) -> int:
-    """Look what is wrong, and say what to do about it; nothing moves, nothing is changed.
+    """Find faults and show remedies; moves nothing, changes nothing.
 
     A service that runs here is asked; a controller gets a handle of its own only where none does.
     """

@@ -15,11 +15,13 @@ Url = Annotated[
     str | None, typer.Option(metavar="URL", help="the broker, like mqtt://localhost or mqtts://lab  [MAYA_COMS_URL]")
 ]
 Deadline = Annotated[
-    str | None, typer.Option(metavar="TIME", help="the step begins within it, or never; like 90s, 5min  [default: 60s]")
+    str | None,
+    typer.Option(metavar="TIME", help="the step begins in time or never; like 90s, 5min  [default: 60s]"),
 ]
 ProcessFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
 StateFile = Annotated[
-    str | None, typer.Option("--state", metavar="FILE", help="what was done  [default: FILE.state beside the process]")
+    str | None,
+    typer.Option("--state", metavar="FILE", help="its state  [default: FILE.state beside the process]"),
 ]
 
 
@@ -78,14 +80,14 @@ def run(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     url: Url = None,
     check: Annotated[bool, typer.Option("--check", help="only check the file")] = False,
     state: StateFile = None,
-    again: Annotated[bool, typer.Option("--again", help="begin anew; forget what was done")] = False,
+    again: Annotated[bool, typer.Option("--again", help="start over; forget the finished steps")] = False,
     retry: Annotated[list[str], typer.Option(metavar="STEP", help="send this failed step again; repeatable")] = [],  # noqa: B006
-    skip: Annotated[list[str], typer.Option(metavar="STEP", help="go on without this failed step; repeatable")] = [],  # noqa: B006
-    abort: Annotated[bool, typer.Option("--abort", help="end the process; steps under way go on")] = False,
+    skip: Annotated[list[str], typer.Option(metavar="STEP", help="continue without this failed step; repeatable")] = [],  # noqa: B006
+    abort: Annotated[bool, typer.Option("--abort", help="end the process; running steps continue")] = False,
 ) -> int:
     """Carry out a process: steps for several robots, each after those that it names.
 
-    The file is checked whole before anything is sent. A run that was interrupted goes on where it was; nothing is done
+    The file is checked whole before anything is sent. An interrupted run continues where it was; nothing is done
     twice. A failed step holds back those after it until a person decides: on a terminal it asks.
 
     Examples: maya fleet run hand-over.yaml; maya fleet run hand-over.yaml --retry fetch.

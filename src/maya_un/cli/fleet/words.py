@@ -1,4 +1,4 @@
-"""What `maya fleet` says, in every language."""
+"""Texts of `maya fleet`, in every language."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ _WORDS: dict[str, tuple[str, str]] = {
         "{robot} está {state}. Sus pasos lo esperan hasta su plazo.",
     ),
     "plan": ("{name}: {steps} steps for {robots}.", "{name}: {steps} pasos para {robots}."),
-    "checked": ("{path} is a good process.", "{path} es un proceso correcto."),
+    "checked": ("{path} is a valid process.", "{path} es un proceso válido."),
     "resumed": (
-        "{over} of {steps} steps are over; the process goes on.",
+        "{over} of {steps} steps have ended; the process continues.",
         "{over} de {steps} pasos han terminado; el proceso continúa.",
     ),
     "finished": (
-        "All {steps} steps are over: {done} done, {skipped} skipped.",
+        "All {steps} steps have ended: {done} done, {skipped} skipped.",
         "Han terminado los {steps} pasos: {done} hechos, {skipped} omitidos.",
     ),
     "finished_before": (
-        "All {steps} steps were over before, so nothing was sent. --again begins anew.",
+        "All {steps} steps had ended before, so nothing was sent. --again starts over.",
         "Los {steps} pasos ya habían terminado y no se envió nada. --again empieza de nuevo.",
     ),
     "kept": (
-        "Interrupted. Steps under way go on; the same command goes on with the rest.",
+        "Interrupted. Running steps continue; the same command continues with the rest.",
         "Interrumpido. Los pasos en curso continúan; la misma orden sigue con el resto.",
     ),
     "ask": (
-        "What becomes of step {step} (retry, skip, abort)? ",
+        "What is to be done with step {step} (retry, skip, abort)? ",
         "¿Qué se hace con el paso {step} (retry, skip, abort)? ",
     ),
     "ask_again": ("One of: retry, skip, abort", "Uno de: retry, skip, abort"),

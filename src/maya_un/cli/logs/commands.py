@@ -18,13 +18,13 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 
 def logs(
     context: typer.Context,
-    follow: Annotated[bool, typer.Option("--follow", help="go on with what comes, until Ctrl-C")] = False,
-    since: Annotated[str | None, typer.Option(metavar="WHEN", help="so long ago, like 10m or 2h, or a date")] = None,
+    follow: Annotated[bool, typer.Option("--follow", help="follow new entries, until Ctrl-C")] = False,
+    since: Annotated[str | None, typer.Option(metavar="WHEN", help="begin 10m or 2h ago, or at a date")] = None,
     kind: Annotated[list[str] | None, typer.Option(metavar="KIND", help="like fault, job, http; repeatable")] = None,
-    level: Annotated[Level, typer.Option(help="nothing less grave")] = "info",
-    lines: Annotated[int, typer.Option(min=1, max=10_000, help="so many of the newest, without --since")] = 50,
+    level: Annotated[Level, typer.Option(help="the least level to show")] = "info",
+    lines: Annotated[int, typer.Option(min=1, max=10_000, help="number of the newest entries, without --since")] = 50,
 ) -> int:
-    """Tell what has happened: events, and what the log says; `maya up` need not run.
+    """Show events and log messages; needs no running `maya up`.
 
     With --json every entry is one line of JSON.
     """

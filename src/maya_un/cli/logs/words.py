@@ -1,10 +1,10 @@
-"""What `maya logs` says of itself, in every language."""
+"""Texts of `maya logs`, in every language."""
 
 from __future__ import annotations
 
 _WORDS: dict[str, tuple[str, str]] = {
     "nothing_kept": (
-        "nothing has been kept there yet; `maya up` keeps a log and a journal",
+        "nothing has been stored there yet; `maya up` stores a log and a journal",
         "allí no se ha guardado nada todavía; `maya up` lleva un registro y un diario",
     ),
 }

@@ -11,13 +11,13 @@ from maya_un.cli.settings import settings_of
 Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="its number")]
 Other = Annotated[int | None, typer.Argument(metavar="[JOB]", min=1, help="the other, for before and after")]
 JobFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
-Priority = Annotated[int | None, typer.Option(min=-100, max=100, help="the greater goes first")]
-After = Annotated[list[int] | None, typer.Option("--after", metavar="JOB", help="begins when it is done; repeatable")]
+Priority = Annotated[int | None, typer.Option(min=-100, max=100, help="the job with the greater number runs first")]
+After = Annotated[list[int] | None, typer.Option("--after", metavar="JOB", help="begin after that job; repeatable")]
 Notes = Annotated[str | None, typer.Option(metavar="TEXT", help="for people")]
-OnFailure = Annotated[Literal["continue", "pause"] | None, typer.Option(help="what the queue does if it fails")]
-Retries = Annotated[int | None, typer.Option(min=0, max=10, help="of a step that is harmless to repeat")]
+OnFailure = Annotated[Literal["continue", "pause"] | None, typer.Option(help="what the queue does if the job fails")]
+Retries = Annotated[int | None, typer.Option(min=0, max=10, help="of a step that can be repeated safely")]
 Stepwise = Annotated[bool | None, typer.Option(help="pause after every step")]
-Holding = Annotated[Literal["yes", "no"] | None, typer.Option(help="does the gripper hold a part")]
+Holding = Annotated[Literal["yes", "no"] | None, typer.Option(help="tell whether the gripper holds a part")]
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
@@ -46,16 +46,16 @@ def _shown(context: typer.Context) -> int | None:
 
 def pause(
     context: typer.Context,
-    now: Annotated[bool, typer.Option("--now", help="brake on the path, and hold the step under way too")] = False,
+    now: Annotated[bool, typer.Option("--now", help="brake on the path, and hold the current step too")] = False,
 ) -> int:
-    """Begin nothing more after the step under way."""
+    """Pause the queue after the current step."""
     from maya_un.cli.queueing import queue
 
     return queue.pause(settings_of(context), now=now)
 
 
 def resume(context: typer.Context) -> int:
-    """Go on with what waits, and with the step that is held."""
+    """Continue the queue, and a held step."""
     from maya_un.cli.queueing import queue
 
     return queue.resume(settings_of(context))
@@ -69,7 +69,7 @@ def step(context: typer.Context) -> int:
 
 
 def clear(context: typer.Context) -> int:
-    """Cancel everything that waits; what is under way goes on."""
+    """Cancel all waiting jobs; the running job continues."""
     from maya_un.cli.queueing import queue
 
     return queue.clear(settings_of(context))
@@ -78,10 +78,10 @@ def clear(context: typer.Context) -> int:
 def move(
     context: typer.Context,
     job: Number,
-    where: Annotated[Literal["first", "last", "before", "after"], typer.Argument(help="of those that wait")],
+    where: Annotated[Literal["first", "last", "before", "after"], typer.Argument(help="the state of the waiting jobs")],
     other: Other = None,
 ) -> int:
-    """Put a job that waits somewhere else.
+    """Move a waiting job within the queue.
 
     First, last, before another, after another.
     """
@@ -94,12 +94,12 @@ def recover(
     context: typer.Context,
     choice: Annotated[
         Literal["resume", "redo", "skip", "abort"] | None,
-        typer.Argument(help="what becomes of the interrupted job; asked for on a terminal"),
+        typer.Argument(help="the decision about the interrupted job; on a terminal it is asked for"),
     ] = None,
     holding: Holding = None,
     pause: Annotated[bool, typer.Option("--pause", help="leave the queue paused")] = False,
 ) -> int:
-    """Say what becomes of an interrupted job.
+    """Decide about an interrupted job.
 
     It was under way when the robot's program ended.
 
@@ -111,7 +111,7 @@ def recover(
     return recovering.recover(choice, holds, settings_of(context), pause=pause)
 
 
-def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="to be written")]) -> int:
+def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="file to write")]) -> int:
     """Copy the queue and its history, also while the robot runs."""
     from maya_un.cli.queueing import keeping
 
@@ -119,7 +119,7 @@ def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="
 
 
 def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="a backup")]) -> int:
-    """Put a backup in the place of the queue and its history.
+    """Replace the queue and its history by a backup.
 
     These are kept aside. End `maya up` before.
     """
@@ -144,13 +144,13 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     file: JobFile,
     priority: Priority = None,
-    held: Annotated[bool, typer.Option("--held", help="waits for somebody to release it")] = False,
+    held: Annotated[bool, typer.Option("--held", help="hold the job until a person releases it")] = False,
     after: After = None,
     notes: Notes = None,
     on_failure: OnFailure = None,
     retries: Retries = None,
     stepwise: Stepwise = None,
-    wait: Annotated[bool, typer.Option("--wait", help="follow it to its end; Ctrl-C cancels it")] = False,
+    wait: Annotated[bool, typer.Option("--wait", help="follow the job to its end; Ctrl-C cancels it")] = False,
 ) -> int:
     """Append a job to the queue of the running robot."""
     from maya_un.cli.queueing import jobs
@@ -161,7 +161,7 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
 
 def show(context: typer.Context, job: Number) -> int:
-    """Tell all that is known of a job, step by step.
+    """Show the details of a job, step by step.
 
     Also of one long ended.
     """
@@ -181,7 +181,7 @@ def cancel(context: typer.Context, job: Number) -> int:
 
 
 def hold(context: typer.Context, job: Number) -> int:
-    """Put a job aside that waits."""
+    """Hold a waiting job."""
     from maya_un.cli.queueing import jobs
 
     return jobs.hold(job, settings_of(context))
@@ -190,9 +190,11 @@ def hold(context: typer.Context, job: Number) -> int:
 def release(
     context: typer.Context,
     job: Number,
-    version: Annotated[str | None, typer.Option(metavar="VERSION", help="as maya job show tells it; no other")] = None,
+    version: Annotated[
+        str | None, typer.Option(metavar="VERSION", help="approve only this version (maya job show)")
+    ] = None,
 ) -> int:
-    """Let a job wait for its turn that was held; approves a proposal, and shows what that is."""
+    """Release a held job; approves a proposal, and shows it."""
     from maya_un.cli.queueing import jobs
 
     return jobs.release(job, version, settings_of(context))
@@ -202,7 +204,7 @@ def again(
     context: typer.Context,
     job: Number,
     from_step: Annotated[
-        int | None, typer.Option("--from", metavar="STEP", min=1, help="default: the first not done")
+        int | None, typer.Option("--from", metavar="STEP", min=1, help="default: the first unfinished step")
     ] = None,
 ) -> int:
     """Queue a job that has ended once more, as a new one."""
@@ -214,7 +216,7 @@ def again(
 def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     job: Number,
-    file: Annotated[str | None, typer.Option("--file", metavar="FILE", help="takes its place")] = None,
+    file: Annotated[str | None, typer.Option("--file", metavar="FILE", help="the file that replaces the job")] = None,
     priority: Priority = None,
     after: After = None,
     notes: Notes = None,
@@ -236,7 +238,7 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 def notes(
     context: typer.Context, job: Number, text: Annotated[str, typer.Argument(metavar="TEXT", help="for people")]
 ) -> int:
-    """Write something to a job that waits."""
+    """Change the notes of a waiting job."""
     from maya_un.cli.queueing import jobs
 
     return jobs.notes(job, text, settings_of(context))
@@ -244,16 +246,16 @@ def notes(
 
 def history(
     context: typer.Context,
-    count: Annotated[int, typer.Argument(metavar="[N]", min=1, max=100_000, help="how many, the newest first")] = 20,
-    owner: Annotated[str | None, typer.Option(metavar="NAME", help="of whom")] = None,
+    count: Annotated[int, typer.Argument(metavar="[N]", min=1, max=100_000, help="so many, the newest first")] = 20,
+    owner: Annotated[str | None, typer.Option(metavar="NAME", help="jobs of this user")] = None,
     state: Annotated[
         list[str] | None,
         typer.Option(metavar="STATE", help="queued, held, running, paused, interrupted, done, failed or cancelled"),
     ] = None,
-    text: Annotated[str | None, typer.Option(metavar="WORDS", help="in their name or notes")] = None,
+    text: Annotated[str | None, typer.Option(metavar="WORDS", help="text in name or notes")] = None,
     as_csv: Annotated[bool, typer.Option("--csv", help="as CSV, dates in UTC, durations in s")] = False,
 ) -> int:
-    """List what was done: by whom, from where, what was predicted and what it took."""
+    """List past jobs: user, origin, predicted and actual times."""
     from maya_un.cli.queueing import history as command
 
     return command.history(command.HistoryFilter(count, owner, state or (), text), settings_of(context), as_csv=as_csv)

@@ -1,15 +1,15 @@
-"""What `maya queue`, `maya job` and `maya history` say, in every language."""
+"""Texts of `maya queue`, `maya job` and `maya history`, in every language."""
 
 from __future__ import annotations
 
 _WORDS: dict[str, tuple[str, str]] = {
     "queue_running": ("The queue is running.", "La cola está en marcha."),
     "queue_pausing": (
-        "The queue pauses after the step under way ({reason}).",
+        "The queue pauses after the current step ({reason}).",
         "La cola se pausa tras el paso en curso ({reason}).",
     ),
     "queue_paused": (
-        "The queue is paused since {since} ({reason}). `maya queue resume` lets it go on.",
+        "The queue is paused since {since} ({reason}). `maya queue resume` continues it.",
         "La cola está en pausa desde las {since} ({reason}). `maya queue resume` la continúa.",
     ),
     "queue_asks": (
@@ -18,16 +18,16 @@ _WORDS: dict[str, tuple[str, str]] = {
     ),
     "driver": ("{holder} drives: jobs of others wait.", "{holder} conduce: los trabajos de otros esperan."),
     "you_drive": ("You drive: jobs of others wait.", "Usted conduce: los trabajos de otros esperan."),
-    "nothing_waits": ("Nothing waits.", "Nada espera."),
+    "nothing_waits": ("No job is waiting.", "Ningún trabajo espera."),
     "under_way": ("under way: {phase}, {percent:.0f} %", "en curso: {phase}, {percent:.0f} %"),
     "counted": ("{count} {state}", "{count} {state}"),
-    "more_wait": ("{count} more wait.", "{count} más esperan."),
-    "finish_at": ("All of it will have ended at {clock}.", "Todo habrá terminado a las {clock}."),
+    "more_wait": ("{count} more are waiting.", "{count} más esperan."),
+    "finish_at": ("All jobs will have ended at {clock}.", "Todos los trabajos habrán terminado a las {clock}."),
     "finish_at_released": (
-        "All but what is held will have ended at {clock}.",
-        "Todo menos lo retenido habrá terminado a las {clock}.",
+        "All jobs but the held ones will have ended at {clock}.",
+        "Todos los trabajos menos los retenidos habrán terminado a las {clock}.",
     ),
-    "estimated": ("about {clock} (a homing is estimated)", "{clock} aproximadamente (con un homing estimado)"),
+    "estimated": ("about {clock} (with an estimated homing)", "{clock} aproximadamente (con un homing estimado)"),
     "number": ("job", "trabajo"),
     "name": ("name", "nombre"),
     "state": ("state", "estado"),
@@ -53,38 +53,38 @@ _WORDS: dict[str, tuple[str, str]] = {
     "state_cancelled": ("cancelled", "cancelado"),
     "state_skipped": ("skipped", "omitido"),
     "interrupted": (
-        "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}). It was found so at {since}.",
-        "El trabajo {job}, {name}, se interrumpió en el paso {index}, {step} ({phase}). Así se encontró a las {since}.",
+        "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}). This was detected at {since}.",
+        "El trabajo {job}, {name}, se interrumpió en el paso {index}, {step} ({phase}). Se detectó a las {since}.",
     ),
     "interrupted_between": (
-        "Job {job}, {name}, was interrupted between two steps. It was found so at {since}.",
-        "El trabajo {job}, {name}, se interrumpió entre dos pasos. Así se encontró a las {since}.",
+        "Job {job}, {name}, was interrupted between two steps. This was detected at {since}.",
+        "El trabajo {job}, {name}, se interrumpió entre dos pasos. Se detectó a las {since}.",
     ),
     "begun": ("begun", "comenzado"),
     "gripper_open": ("The gripper is open.", "La pinza está abierta."),
     "gripper_unknown": (
-        "The gripper is closed; whether it holds a part only a person can see.",
-        "La pinza está cerrada; si sujeta una pieza solo lo ve una persona.",
+        "The gripper is closed. Only a person can see whether it holds a part.",
+        "La pinza está cerrada. Solo una persona puede ver si sujeta una pieza.",
     ),
     "gripper_holds": ("The gripper holds a part.", "La pinza sujeta una pieza."),
     "robot_at": ("The robot is at {place}.", "El robot está en {place}."),
     "robot_unknown": (
-        "The robot is not homed: say `maya home` first.",
-        "El robot no ha hecho el homing: diga primero `maya home`.",
+        "The robot is not homed: run `maya home` first.",
+        "El robot no ha hecho el homing: ejecute primero `maya home`.",
     ),
     "choose": (
-        "Nothing moves before somebody chooses: maya queue recover CHOICE",
-        "Nada se mueve antes de que alguien elija: maya queue recover ELECCIÓN",
+        "Nothing moves until a person chooses: maya queue recover CHOICE",
+        "Nada se mueve hasta que una persona elija: maya queue recover ELECCIÓN",
     ),
     "choice_resume": (
-        "go on in the safe way: what was done is not done again",
-        "continuar del modo seguro: lo hecho no se repite",
+        "continue safely: finished work is not repeated",
+        "continuar de modo seguro: el trabajo hecho no se repite",
     ),
     "choice_redo": ("do the interrupted step again, then the rest", "repetir el paso interrumpido, luego el resto"),
-    "choice_skip": ("leave the interrupted step out, do the rest", "omitir el paso interrumpido, hacer el resto"),
+    "choice_skip": ("skip the interrupted step, do the rest", "omitir el paso interrumpido, hacer el resto"),
     "choice_abort": ("end the job as cancelled", "terminar el trabajo como cancelado"),
     "with_holding": ("{meaning} (with --holding yes|no)", "{meaning} (con --holding yes|no)"),
-    "ask_choice": ("What becomes of it ({choices})? ", "¿Qué se hace con él ({choices})? "),
+    "ask_choice": ("What is to be done with it ({choices})? ", "¿Qué se hace con él ({choices})? "),
     "ask_holding": ("Does the gripper hold a part (yes, no)? ", "¿La pinza sujeta una pieza (sí, no)? "),
     "ask_again": ("One of: {choices}", "Uno de: {choices}"),
     "nothing_interrupted": ("Nothing was interrupted.", "Nada se interrumpió."),
@@ -92,7 +92,7 @@ _WORDS: dict[str, tuple[str, str]] = {
     "accepted": ("Job {id}, {name}: {steps} steps.", "Trabajo {id}, {name}: {steps} pasos."),
     "became": ("Job {id}, {name}: {state}.", "Trabajo {id}, {name}: {state}."),
     "placed": (
-        "Job {id}, {name}: number {position} of those that wait.",
+        "Job {id}, {name}: number {position} of the waiting jobs.",
         "Trabajo {id}, {name}: número {position} en espera.",
     ),
     "again": (
@@ -103,10 +103,10 @@ _WORDS: dict[str, tuple[str, str]] = {
         "asked for by {owner} ({source}) at {submitted}, began {began}, ended {ended}",
         "pedido por {owner} ({source}) a las {submitted}, comenzó {began}, terminó {ended}",
     ),
-    "approved": ("You approved of {owner}:", "Usted aprobó, de {owner}:"),
+    "approved": ("You approved this job of {owner}:", "Usted aprobó este trabajo de {owner}:"),
     "to_approve": (
-        "An operator approves just this with: maya job release {job} --version {version}",
-        "Un operador aprueba justo esto con: maya job release {job} --version {version}",
+        "An operator approves this version with: maya job release {job} --version {version}",
+        "Un operador aprueba esta versión con: maya job release {job} --version {version}",
     ),
     "no_history": ("Nothing has been done yet.", "Todavía no se ha hecho nada."),
     "backed_up": (
@@ -114,8 +114,8 @@ _WORDS: dict[str, tuple[str, str]] = {
         "{path}: {jobs} trabajos, {unfinished} sin terminar, {size} kB.",
     ),
     "restored": (
-        "{path}: {jobs} jobs, {unfinished} of them unfinished. What stood there is kept: {aside}",
-        "{path}: {jobs} trabajos, {unfinished} sin terminar. Lo que había se conserva: {aside}",
+        "{path}: {jobs} jobs, {unfinished} of them unfinished. The former file is kept as {aside}",
+        "{path}: {jobs} trabajos, {unfinished} sin terminar. El archivo anterior se conserva como {aside}",
     ),
     "kept_nothing": ("nothing", "nada"),
     "exported": ("{path}: {jobs} jobs.", "{path}: {jobs} trabajos."),

@@ -122,7 +122,7 @@ def progress(number: int) -> StreamPlan[JobReport]:
 def _news(number: int, since: int, patience: float) -> Plan[tuple[int, bool]]:
     """Return the number of the newest event, and whether any since the last is about a job.
 
-    Without any event at all that is taken for news, since the service may have been started anew meanwhile.
+    No event at all counts as news, since the service may have been restarted meanwhile.
     """
     look = requests.events(since=since, wait=patience).within(patience + TIMEOUT)
     try:

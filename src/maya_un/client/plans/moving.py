@@ -1,4 +1,4 @@
-"""What moves the robot, slows it or stops it. Units are m, rad, s.
+"""Requests that move the robot, slow it or stop it. Units are m, rad, s.
 
 A primitive is waited for: its report is returned when it is done, and why it was not is raised. Ctrl-C, or the end of
 the awaiting task, cancels it, which stops the robot on its path.
@@ -22,7 +22,7 @@ from maya_un.schema.states import TaskState
 from maya_un.values import StopReport
 
 INTERRUPTED = (KeyboardInterrupt, asyncio.CancelledError)
-"""What ends a plan because nobody waits for it any more."""
+"""Errors that end a plan because nobody waits for it any more."""
 
 
 def wish(wish: Mapping[str, object], *, timeout: float | None = None) -> Plan[JobReport]:
@@ -41,13 +41,13 @@ def wish(wish: Mapping[str, object], *, timeout: float | None = None) -> Plan[Jo
 
 
 def _taken_back(request: Request[JobReport]) -> Plan[None]:
-    """Cancel a wish whose answer nobody has heard: said again, its key is answered with the job that it became."""
+    """Cancel a command without an answer: the repeated request's key is answered with the job that it became."""
     number = (yield from request).id
     yield from requests.cancel(number)
 
 
 def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
-    """Wait for the end of a wish of which nothing before the event `since` is news; raises as `wish` does."""
+    """Wait for the end of a command that has no news before the event `since`; raises as `wish` does."""
     try:
         report = yield from ended(number, since, timeout)
     except INTERRUPTED:

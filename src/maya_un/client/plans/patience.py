@@ -12,7 +12,7 @@ from maya_un.errors import ServiceNotAnswering, ServiceNotRunning, TooManyReques
 T = TypeVar("T")
 
 PATIENCE = 20.0
-"""So long it rests, all in all, for a service that does not answer [s]; a `maya up` is started anew in less."""
+"""Total time to wait for a service that does not answer [s]; a `maya up` restarts in less."""
 
 SHORTEST, LONGEST = 0.05, 2.0
 """The first rest, and the longest [s]; each is twice the one before."""
@@ -21,7 +21,7 @@ SHORTEST, LONGEST = 0.05, 2.0
 def persistently(request: Request[T], patience: float = PATIENCE) -> Generator[Request[T] | Sleep, Any, T]:
     """Ask, and ask again where no answer came, until so much time was rested; raises what the last try raised.
 
-    For what only looks, and for wishes with an idempotency key.
+    For requests that only read, and for those with an idempotency key.
     """
     rested, rest = 0.0, SHORTEST
     while True:

@@ -37,9 +37,10 @@ class Event:
 def events(*, since: int | None = None, run: int | None = None, patience: float = PATIENCE) -> StreamPlan[Event]:
     """Yield every event after number `since` of `run`, in order, none twice and none left out.
 
-    Without `since` from now on, without `run` of the run that there is. Where the connection breaks it goes on behind
-    the last; a service that was started anew gives its new run from the beginning. Raises `EventsForgotten` for what is
-    not kept any more, and `ServiceNotRunning` or `ServiceNotAnswering` after `patience` [s, real time] without one.
+    Without `since` from now on, without `run` of the run that there is. If the connection breaks, it continues after
+    the last event; after a restart of the service it yields the new run from the beginning. Raises `EventsForgotten`
+    for what is not kept any more, and `ServiceNotRunning` or `ServiceNotAnswering` after `patience` [s, real time]
+    without one.
     """
     place: dict[str, int] = {key: value for key, value in (("since", since), ("run", run)) if value is not None}
     wait = _Backoff(patience)
@@ -64,7 +65,7 @@ def events(*, since: int | None = None, run: int | None = None, patience: float 
 def states(*, rate: float = 10.0, patience: float = PATIENCE) -> StreamPlan[State]:
     """Yield the state now and then as it changes, at most `rate` times a second (0.1 to 100).
 
-    Whoever reads slowly gets the newest. Raises as `events` does.
+    A slow reader gets the newest one. Raises as `events` does.
     """
     wait = _Backoff(patience)
     while True:

@@ -11,7 +11,7 @@ from maya_un.schema.states import TaskState
 
 
 class StillWaiting(UserWarning):
-    """What was asked for waits, and somebody has to do something before it goes on."""
+    """The request waits until a person acts."""
 
 
 def remark(report: JobReport, said: str) -> Plan[str]:

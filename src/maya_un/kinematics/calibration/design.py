@@ -3,7 +3,7 @@
 A point measured at a pose with Jacobian J adds JᵀJ to the information M about the constants (scaled as in
 `identify`). D-optimal poses make det M largest, that is the volume of what stays uncertain smallest. They are
 taken one after the other from a grid, each the best beside those before, then exchanged while that helps (Fedorov).
-What one pose more brings is det(I + J M⁻¹ Jᵀ), a determinant of 3 × 3.
+One more pose gains det(I + J M⁻¹ Jᵀ), a determinant of 3 × 3.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The fit: robust first, so that gross errors are found; then least squares over what is left.
 
 The robust stage minimises Σ 2 (√(1 + r²) − 1) with r the residuals over their own scale (the median of their sizes
-over 0.6745). A point farther than `GROSS` scales from where the model has it is an outlier. What stays is fitted by
-least squares; its covariance is s² (JᵀJ)⁻¹, with s = 1 where each row has its sigma, else estimated with 3n − p
-degrees of freedom.
+over 0.6745). A point farther than `GROSS` scales from where the model has it is an outlier. The other rows are fitted
+by least squares; the covariance is s² (JᵀJ)⁻¹, with s = 1 if each row has its sigma, else estimated with 3n − p degrees
+of freedom.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a set of points can tell, and what it cannot: the null directions of the weighted Jacobian.
+"""Identifiability of the constants from points: the null directions of the weighted Jacobian.
 
 The Jacobian is scaled so that a step of 1 in every constant is a plausible error of it (`parameters.TYPICAL`), and
 weighted by the noise. A singular value s then says that the constants are known along its direction to 1/s plausible
@@ -27,7 +27,7 @@ SUSPECTS = (
     "look whether the measuring frame is Maya's (z up, angle a clockwise from y to x) and whether the counts belong to "
     "these points"
 )
-"""What is wrong, most likely, with points that no constants explain."""
+"""The most likely error in points that no constants explain."""
 
 _SINGULAR = 1e-9
 """Singular values below this share of the largest are zero but for rounding."""

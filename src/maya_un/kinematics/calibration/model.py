@@ -1,4 +1,4 @@
-"""Where the gripper is for raw counts and given constants, and how that changes with the constants.
+"""The gripper position for raw counts and given constants, and its derivatives by the constants.
 
 With W = D − Δ, u = W/2 + (b² − c²) / 2W, h = √(b² − u²) and the counts turned to joints as in `parameters`:
 
@@ -42,7 +42,7 @@ def joints(parameters: FittedConstants, counts: Floats) -> Floats:
 def points(parameters: FittedConstants, counts: Floats) -> Floats:
     """Return the gripper points, shape (n, 3) [m], for counts of shape (n, 3).
 
-    Where lines of such lengths cannot meet, they are taken to hang a millimetre deep.
+    If lines of such lengths cannot meet, they are assumed to hang a millimetre deep.
     """
     at = _posture(parameters, counts)
     d = parameters.delta + at.u

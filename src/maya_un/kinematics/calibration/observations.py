@@ -1,4 +1,4 @@
-"""What was measured: raw counts, and where the gripper point really was."""
+"""Measurements: raw counts, and the true position of the gripper point."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class FittedConstants(NamedTuple):
 
 
 _FINEST = 1e-7
-"""What changes a key by less than 0.1 µm, or by this share, does not change it."""
+"""A change of a key by less than 0.1 µm, or by this share, is ignored."""
 
 _LENGTHS = ("height", "length", "delta", "gripper_height")
 _SCALES = ("pulses_per_metre", "pulses_per_degree")
@@ -93,7 +93,7 @@ WORDS = {
     "zero_b": "zero of b",
     "zero_c": "zero of c",
 }
-"""What people call the constants."""
+"""Names of the constants for people."""
 
 _SHORT = {"h": "height", "d": "length", "phi": "gripper_height", "sigma": "gripper_height"}
 

@@ -1,4 +1,4 @@
-"""What a calibration found: constants, how well they are known, how far the points are off, and all that in words."""
+"""The result of a calibration: constants, their uncertainty, the residuals, and a text."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class Calibration:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What a person should know before using the result, a sentence each."""
+        """Notes that a person should read before using the result, a sentence each."""
         every = (
             self._about_height(),
             self._about_pairs(),

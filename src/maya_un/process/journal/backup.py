@@ -16,7 +16,7 @@ from maya_un.process.journal.file import beside
 from maya_un.process.journal.tables import ALIVE
 
 _RUNS_BEYOND = 1000
-"""Where the old file cannot be read, the next run is numbered so far beyond the backup's."""
+"""If the old file cannot be read, the next run is numbered so far beyond the backup's."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from maya_un.errors import StorageFailed
 from maya_un.process.journal import faults
 
 FLUSH = 0.25
-"""What nobody waits for is written after so long at the latest [s]."""
+"""Writes that nobody waits for are written after at most this time [s]."""
 
 RETRY = 2.0
 """After a failure it is tried again after so long [s]."""
@@ -22,7 +22,7 @@ MOST_NOTES = 20_000
 """So many notes are held while nothing can be written; then the oldest are dropped."""
 
 Outcome = tuple[Any, BaseException | None]
-"""What a piece of work returned, or what it raised."""
+"""The result of a piece of work, or its error."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

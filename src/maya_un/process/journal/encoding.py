@@ -10,7 +10,7 @@ from maya_un.schema.jobs import OnFailure
 from maya_un.schema.states import TaskState
 
 Values = tuple[Any, ...]
-"""What is bound to a statement, or came of one."""
+"""A value that is bound to a statement, or that one returns."""
 
 JOB = (
     "id, name, owner, source, priority, held, depends_on, notes, on_failure, retries, stepwise, state, position, "

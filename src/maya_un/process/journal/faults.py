@@ -1,4 +1,4 @@
-"""What SQLite's errors mean to people."""
+"""Explanations of SQLite's errors."""
 
 from __future__ import annotations
 

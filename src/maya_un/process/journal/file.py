@@ -19,7 +19,7 @@ CHECKED_WHOLE = 64 * 2**20
 """A file up to this size is checked whole when it is opened [bytes]; of a larger one, what the queue needs."""
 
 WAL_LIMIT = 16 * 2**20
-"""What the write-ahead log is cut back to when its content has gone into the file [bytes]."""
+"""Size of the write-ahead log after its content has gone into the file [bytes]."""
 
 _BUSY = 5.0
 _HEADER = 512
@@ -193,7 +193,7 @@ def check(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _require_whole(path: Path) -> None:
-    """Raise `StorageDamaged` where SQLite would begin anew: a log without its file, or a stump shorter than a page."""
+    """Raise `StorageDamaged` if SQLite would lose data: a log without its file, or a stump below a page."""
     log = beside(path, "-wal")
     if beside(path, ".restoring").exists():
         raise StorageDamaged(path=path, reason="a backup was being put in its place, and that was cut short")

@@ -19,7 +19,7 @@ Work = Callable[[sqlite3.Connection], T]
 
 
 class SqlJournal(ABC):
-    """What the two journals share; see `protocol.Journal` for what each method means."""
+    """The common part of both journals; see `protocol.Journal` for the meaning of each method."""
 
     def __init__(self) -> None:
         self._bodies = Bodies()

@@ -1,4 +1,4 @@
-"""What the queue needs of whatever keeps it."""
+"""The interface of the queue's storage."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class Filter:
 class Journal(Protocol):
     """Keeps jobs, steps, the queue's mode, events and the audit log.
 
-    What a coroutine wrote is on the disk when it returns (a power cut does not take it away); writes that are waited
-    for at the same time share one commit. They happen in the order they were asked for. Every write raises
-    `StorageFailed`, and then nothing of it was kept.
+    When a coroutine returns, its data is on the disk (a power cut does not remove it). Writes that are awaited at the
+    same time share one commit. They happen in the order they were asked for. Every write raises `StorageFailed`, and
+    then nothing of it was kept.
     """
 
     async def unfinished(self) -> Unfinished:

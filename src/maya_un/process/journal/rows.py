@@ -1,4 +1,4 @@
-"""What the journal keeps of a job, of its steps and of the queue: plain values, as they stand in its tables."""
+"""The journal's rows of jobs, steps and the queue: plain values, as in its tables."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class JobOptions:
 
 @dataclass(frozen=True, slots=True)
 class RequestOwner:
-    """Who asked for something: a principal's `name`, and from where ("cli", an address, "ros")."""
+    """The origin of a request: a principal's `name`, and the source ("cli", an address, "ros")."""
 
     name: str = "local"
     source: str = ""
@@ -96,7 +96,7 @@ class QueueRow:
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """What the file knew when it was opened: the queue's mode, and every job that has not ended, in the queue's order.
+    """The content of the file when it was opened: the queue's mode, and every unfinished job in the queue's order.
 
     `steps` has the rows of those jobs that had begun, by number.
     """
@@ -142,7 +142,7 @@ class EventRow:
 
 @dataclass(frozen=True, slots=True)
 class AuditRow:
-    """Who asked for what, from where, and what came of it: `code` is 0, or the error's."""
+    """A request: caller, operation, source and result: `code` is 0, or the error's."""
 
     date: str
     who: str

@@ -12,7 +12,7 @@ from pathlib import Path
 from maya_un.errors import FileNotOurs, StorageTooNew
 
 APPLICATION = 0x4D617961
-"""What a file of ours says in its header: "Maya"."""
+"""The application id in the header of Maya's files: "Maya"."""
 
 _VERSION_1 = """
 CREATE TABLE meta (name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
@@ -55,7 +55,7 @@ CREATE TABLE audit (
 """
 
 MIGRATIONS: tuple[str, ...] = (_VERSION_1,)
-"""What leads from each version to the next; the first one makes an empty file ours."""
+"""The migrations from each version to the next; the first one initialises an empty file."""
 
 VERSION = len(MIGRATIONS)
 """The version that this program writes."""

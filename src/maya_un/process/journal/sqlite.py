@@ -25,7 +25,7 @@ _PRUNE_EVERY = 1000
 
 
 class _Opened(NamedTuple):
-    """What is held of a file while it is open."""
+    """The resources of an open file."""
 
     lock: file.JournalLock
     writer: sqlite3.Connection

@@ -1,4 +1,4 @@
-"""What is written to and read from the journal's tables, on a connection that somebody else opened."""
+"""Writes to and reads from the journal's tables, on a connection that the caller opened."""
 
 from __future__ import annotations
 

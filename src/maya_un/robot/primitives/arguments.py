@@ -80,7 +80,7 @@ class Nothing(Argument):
 
 @dataclass(frozen=True, slots=True)
 class Target(Argument):
-    """A place of the gripper [m]. Where `grasps`, a command line may leave z out: it is the cell's grasp height."""
+    """A place of the gripper [m]. If `grasps`, a command line may omit z: it is the grasp height."""
 
     grasps: bool = False
     key: str = "target"

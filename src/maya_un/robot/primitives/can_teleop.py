@@ -1,4 +1,4 @@
-"""Can teleop: ask whether the robot can take a wish."""
+"""Can teleop: ask whether the robot accepts a command."""
 
 from __future__ import annotations
 

@@ -164,7 +164,7 @@ def test_what_is_not_understood_is_asked_again(
     collect(monkeypatch, file, f"{wrong}\n{THERE}q\n")
     place = MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(door.told[0])))
     assert points.read(file, CONFIG).observations.points == pytest.approx(np.array([place]), abs=1e-6)
-    assert "Say it again" in capsys.readouterr().out
+    assert "Enter it again" in capsys.readouterr().out
     assert len(door.told) == 2
 
 
@@ -188,7 +188,7 @@ def test_a_pose_that_cannot_be_reached_at_all_is_left_out(
         2: (Unreachable(target="it", reason="a zone", nearest="none"), True),
     }
     collect(monkeypatch, file, f"{THERE}q\n")
-    assert "Left out: The way to there leaves the workspace" in capsys.readouterr().out
+    assert "Left out: The path to there leaves the workspace" in capsys.readouterr().out
     assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(door.told[2]))
 
 

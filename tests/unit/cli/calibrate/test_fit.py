@@ -98,7 +98,7 @@ def test_applied_and_taken_back(points: str, capsys: Capture) -> None:
     assert "applied, in force" in said(capsys, "calibrate", "history")
     said(capsys, "calibrate", "--revert", "--author", "ben")
     assert load().geometry.height == 2.35
-    assert "took back 1" in said(capsys, "calibrate", "history")
+    assert "reverted 1" in said(capsys, "calibrate", "history")
     assert "error 5006" in said(capsys, "calibrate", "--revert", code=2)
 
 
@@ -111,7 +111,7 @@ def test_points_that_are_applied_already_say_nothing_new(tmp_path: Path, capsys:
     again = data(capsys, "calibrate", file, "--apply")
     assert (again["keys"], again["applied"]) == ({}, None)
     assert again["rms_before"] == pytest.approx(again["rms_after"], rel=1e-4)
-    assert "says the same already" in said(capsys, "calibrate", file, "--apply")
+    assert "has these values already" in said(capsys, "calibrate", file, "--apply")
 
 
 def test_joints_applied_already_say_nothing_new_either(tmp_path: Path, capsys: Capture) -> None:

@@ -81,8 +81,8 @@ async def test_silence_is_an_answer_that_lacks_and_not_the_end() -> None:
 @pytest.mark.parametrize(
     ("answer", "code", "last"),
     [
-        (" 0, 0, 0", 0, "1 commands, 0 answered otherwise than recorded."),
-        (" 0, 900, 0", 1, "1 commands, 1 answered otherwise than recorded."),
+        (" 0, 0, 0", 0, "1 commands; 0 answers differ from the recording."),
+        (" 0, 900, 0", 1, "1 commands; 1 answers differ from the recording."),
     ],
 )
 def test_the_exit_code_says_whether_anything_differs(

@@ -55,7 +55,7 @@ def test_a_check_that_fails_itself_does_not_keep_the_others_from_helping(
     monkeypatch.setattr(house, "disk", broken)
     assert main(["doctor"]) == 1
     printed = capsys.readouterr().out
-    assert "FAIL  disk: This could not be looked at (ZeroDivisionError: on purpose)." in printed
+    assert "FAIL  disk: This could not be checked (ZeroDivisionError: on purpose)." in printed
     assert "ROS: " in printed
 
 

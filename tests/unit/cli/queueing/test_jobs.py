@@ -176,7 +176,7 @@ def test_a_proposal_is_approved_as_it_was_seen(
     report = {**REPORT, "version": "ab12"}
     service = serve(**{"/v1/jobs/7": report, "/v1/jobs/7/release": released})
     shown = printed(["job", "release", "7", *said], capsys)
-    assert shown.startswith("You approved of ana:\n    1  ")
+    assert shown.startswith("You approved this job of ana:\n    1  ")
     assert shown.endswith("Job 7, two cubes: queued.\n")
     assert service.said == [("POST", f"/v1/jobs/7/release?version={version}", None)]
 
@@ -190,7 +190,7 @@ def test_of_a_proposal_it_is_said_how_just_this_is_approved(serve: Serve, capsys
     line = {**LINE, "state": "held", "proposal": True}
     serve(**{"/v1/jobs/7": {**REPORT, "state": "held", "line": line, "version": "ab12"}})
     said = printed(["job", "show", "7"], capsys)
-    assert said.endswith("An operator approves just this with: maya job release 7 --version ab12\n")
+    assert said.endswith("An operator approves this version with: maya job release 7 --version ab12\n")
 
 
 def edited(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str) -> None:

@@ -41,7 +41,7 @@ def test_a_backup_is_made_and_put_back(tmp_path: Path, capsys: pytest.CaptureFix
     assert f"{copy}: 2 jobs, 1 of them unfinished" in printed(["queue", "backup", str(copy)], capsys)
     kept().unlink()
     said = printed(["queue", "restore", str(copy)], capsys)
-    assert "2 jobs, 1 of them unfinished. What stood there is kept: nothing" in said
+    assert "2 jobs, 1 of them unfinished. The former file is kept as nothing" in said
     assert kept().exists()
     assert json.loads(printed(["queue", "restore", str(copy), "--json"], capsys))["aside"] is not None
 

@@ -30,7 +30,7 @@ def words(text: str) -> list[list[str]]:
 
 def test_an_empty_queue_says_so(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
-    assert printed(["queue"], capsys) == "The queue is running.\n\nNothing waits.\n"
+    assert printed(["queue"], capsys) == "The queue is running.\n\nNo job is waiting.\n"
 
 
 def test_what_is_under_way_comes_first_with_its_end_by_the_clock_of_the_wall(
@@ -45,14 +45,14 @@ def test_what_is_under_way_comes_first_with_its_end_by_the_clock_of_the_wall(
     assert shown[2][:7] == ["6", "one", "running", "2/5", "13.0", "s", shown[2][6]]
     assert shown[3][:7] == ["7", "two", "cubes", "queued", "0/5", "6:40", "min"]
     assert shown[3][-5:] == ["5", "ana", "please", "after", "6"]
-    assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "wait."]]
+    assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "are", "waiting."]]
 
 
 def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     view = {**VIEW, "mode": "paused", "reason": "stop", "by": "berta", "since": "2026-03-01T10:00:00+00:00"}
     serve(**{"/v1/queue": view})
     said = printed(["queue"], capsys)
-    assert "(berta stopped the robot). `maya queue resume` lets it go on." in said
+    assert "(berta stopped the robot). `maya queue resume` continues it." in said
     assert "en pausa" in printed(["queue", "--lang", "es"], capsys)
 
 
@@ -66,8 +66,8 @@ def test_queue_that_nobody_known_paused_names_nobody(serve: Serve, capsys: pytes
 @pytest.mark.parametrize(
     ("counts", "said"),
     [
-        ({"queued": 1}, "All of it will have ended at "),
-        ({"queued": 1, "held": 1}, "All but what is held will have ended at "),
+        ({"queued": 1}, "All jobs will have ended at "),
+        ({"queued": 1, "held": 1}, "All jobs but the held ones will have ended at "),
     ],
 )
 def test_what_is_held_does_not_end_by_itself(
@@ -89,7 +89,7 @@ def test_an_interrupted_job_is_told_with_where_the_machine_is_and_what_may_be_ch
     said = printed(["queue"], capsys)
     assert "Job 7, two cubes, was interrupted in step 3, pick left (close)" in said
     assert "x 0.500  y 1.100  z 0.400 m" in said
-    assert "whether it holds a part only a person can see" in said
+    assert "Only a person can see whether it holds a part" in said
     assert "redo    do the interrupted step again, then the rest (with --holding yes|no)" in said
     assert "wave    wave a hand" in said
     assert "maya queue resume" not in said
@@ -100,7 +100,7 @@ def test_one_interrupted_between_two_steps(serve: Serve, capsys: pytest.CaptureF
     serve(**{"/v1/queue": {**VIEW, "mode": "paused", "reason": "restart", "recovery": offer}})
     said = printed(["queue"], capsys)
     assert "was interrupted between two steps" in said
-    assert "The robot is not homed: say `maya home` first.\nThe gripper is open." in said
+    assert "The robot is not homed: run `maya home` first.\nThe gripper is open." in said
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_a_job_is_put_somewhere_else(
     serve: Serve, capsys: pytest.CaptureFixture[str], line: str, body: dict[str, Any]
 ) -> None:
     service = serve(**{"/v1/jobs/7/move": {**LINE, "position": 2}})
-    assert printed(["queue", "move", *line.split()], capsys) == "Job 7, two cubes: number 2 of those that wait.\n"
+    assert printed(["queue", "move", *line.split()], capsys) == "Job 7, two cubes: number 2 of the waiting jobs.\n"
     assert service.said == [("POST", "/v1/jobs/7/move", body)]
 
 
@@ -232,7 +232,7 @@ def test_a_finish_with_a_homing_in_it_is_said_to_be_an_estimate(
 ) -> None:
     view = {**VIEW, "counts": {"queued": 1}, "finish_at": "2026-03-01T10:00:00+00:00", "estimated": True}
     serve(**{"/v1/queue": view})
-    assert "ended at about 2026-03-01 10:00 (a homing is estimated)." in printed(["queue"], capsys)
+    assert "ended at about 2026-03-01 10:00 (with an estimated homing)." in printed(["queue"], capsys)
 
 
 @pytest.mark.parametrize(

@@ -325,7 +325,7 @@ async def test_a_recording_is_made_beside_the_lines(tmp_path: Path) -> None:
         (":watch", "needs an expression"),
         (":wait long", "0 to 3600"),
         (":wait -1", "0 to 3600"),
-        (":unwatch _TPA", "'_TPA' is not known; there are none"),
+        (":unwatch _TPA", "'_TPA' is not known. Known: none"),
         (":download /nowhere/x.dmc", "cannot be read: No such file"),
         (":upload /nowhere/x.dmc", "cannot be written: No such file"),
         (":scope", "CHANNELS"),

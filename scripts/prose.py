@@ -1,0 +1,199 @@
+"""Checks the English of pages, docstrings, comments and messages: plain sentences, and the field's own words.
+
+`CLEAN` lists the parts of the project that have been rewritten, and it grows until it is everything. Arguments are
+checked instead of it: `scripts/prose.py src/maya_un/cli` shows the sentences that a folder still has to lose.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import sys
+import tokenize
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+CLEAN = (
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/dmc41x3/messages", "src/maya_un/messages",
+    "src/maya_un/errors", "src/maya_un/config", "src/maya_un/schema", "src/maya_un/kinematics", "src/maya_un/motion",
+    "src/maya_un/robot", "src/maya_un/process", "src/maya_un/api", "src/maya_un/recorder", "src/maya_un/server",
+    "src/maya_un/client", "src/maya_un/coms", "src/maya_un/supervisor", "src/maya_un/plots", "src/maya_un/workers",
+    "src/maya_un/testing", "src/maya_un/events.py", "src/maya_un/assembly.py", "src/maya_un/values.py",
+    "src/maya_un/loops.py", "src/maya_un/address.py", "src/maya_un/cli/help.py", "src/maya_un/cli/words.py",
+    "src/maya_un/cli/waiting.py", "src/maya_un/cli/access/words.py", "src/maya_un/cli/calibrate/words.py",
+    "src/maya_un/cli/doctor/words.py", "src/maya_un/cli/fleet/words.py", "src/maya_un/cli/logs/words.py",
+    "src/maya_un/cli/queueing/words.py",
+)  # fmt: skip
+"""The files and folders that are checked. A folder stands for every page and every Python file below it."""
+
+OLD = ("docs/decisions/", "tests/goldens/", "node_modules/")
+"""Parts of a path that is never checked: records keep their words, and goldens are checked where they come from."""
+
+TURNED = re.compile(r"(What|Whatever|Who|Whoever|Whose|Where|Wherever|Quien|Quienes|Lo que|Donde)\b")
+"""The words with which only a question may begin."""
+
+DIALECT = {
+    r"wish(es|ed|ing)?": "command or request",
+    r"floors?": "layer",
+    r"doors?": "service, interface or listener",
+    r"rooms": "packages or layers",
+    r"(the|our|this|every) house": "system, project or host",
+    r"tower": "stack",
+    r"shelf|shelves": "recording store",
+    r"stairs": "segmentation",
+    r"lookouts?": "fault monitor",
+    r"desks?": "exclusive slot",
+    r"crossers?": "transfer planner",
+    r"anew": "again",
+    r"may everything": "has full access",
+}
+"""Words of a dialect of our own, as regular expressions, and the words of the field for them."""
+
+_DIALECT = {re.compile(rf"\b({word})\b", re.IGNORECASE): repair for word, repair in DIALECT.items()}
+_SENTENCE = re.compile(r"(?<=[.!?:])[\"”’)*_]*\s+(?=[\"“‘(*_¿]*[A-ZÁÉÍÓÚ`0-9])")
+_CODE = re.compile(r"(^|\n)\s*(from [\w.]+ import|def \w+\(|return )")
+"""A string with one of these is source code, as generators hold it."""
+
+_MIN_WORDS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A paragraph of prose, and the line where it begins."""
+
+    line: int
+    words: str
+    title: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A sentence that breaks a rule: where it stands, how it begins, and how to repair it."""
+
+    path: Path
+    line: int
+    start: str
+    repair: str
+
+    def __str__(self) -> str:
+        """Return one line as compilers write it."""
+        return f'{self.path}:{self.line}: "{self.start}": {self.repair}'
+
+
+def main(arguments: list[str]) -> int:
+    """Check `CLEAN`, or the paths in `arguments`; return 1 if a sentence breaks a rule or a path is not there."""
+    wanted = arguments or list(CLEAN)
+    lost = [name for name in wanted if not (ROOT / name).exists()]
+    for name in lost:
+        print(f"{name} is not there: correct CLEAN in scripts/prose.py")
+    found = [finding for path in sorted({*_files(wanted)}) for finding in check(path, path.read_text(encoding="utf-8"))]
+    for finding in found:
+        print(finding)
+    if found:
+        print(f"{len(found)} sentences to rewrite")
+    return 1 if found or lost else 0
+
+
+def check(path: Path, text: str) -> Iterator[Finding]:
+    """Yield the sentences of a file that break a rule; the ending of `path` tells pages from Python."""
+    shown = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
+    for part in _python(text) if path.suffix == ".py" else _page(shown, text):
+        for sentence in _SENTENCE.split(part.words):
+            bare = sentence.strip().lstrip("\"“‘'(*_- ")
+            yield from (Finding(shown, part.line, bare[:60], repair) for repair in _broken(bare, title=part.title))
+
+
+def _broken(sentence: str, *, title: bool) -> Iterator[str]:
+    turned = TURNED.match(sentence)
+    if turned and not title and not sentence.rstrip("\"”’'.)*_ ").endswith("?"):
+        yield f"put the subject first instead of `{turned[0]}`: who or what acts, then what it does"
+    for word, repair in _DIALECT.items():
+        if found := word.search(sentence):
+            yield f"`{found[0]}` is a word of our own: write {repair}"
+
+
+def _files(names: list[str]) -> Iterator[Path]:
+    for name in names:
+        path = ROOT / name
+        below = [path] if path.is_file() else [one for one in path.rglob("*") if one.suffix in {".md", ".py"}]
+        yield from (one for one in below if not any(part in one.as_posix() for part in OLD))
+
+
+def _page(path: Path, text: str) -> Iterator[Text]:
+    """Yield the paragraphs, list items, cells and titles of a page in Markdown, without code."""
+    if path.name == "CHANGELOG.md":
+        text = "\n## [".join(text.split("\n## [", 2)[:2])  # released versions keep their words
+    code, begun, lines = False, 0, list[str]()
+    for number, line in enumerate([*text.split("\n"), ""], 1):
+        fence = line.lstrip().startswith("```")
+        cell, title = line.lstrip().startswith("|"), line.startswith("#")
+        item = re.match(r"\s*([-*]|\d+\.) ", line)
+        if lines and (fence or cell or title or item or not line.strip()):
+            yield Text(begun, _spoken(" ".join(lines)))
+            lines = []
+        code ^= fence
+        if code or fence or line.startswith("<!--"):
+            continue
+        if cell or title:
+            cells = re.split(r"(?<!\\)\|", line) if cell else [line.lstrip("# ")]
+            yield from (Text(number, _spoken(one), title) for one in cells if one.strip())
+        elif line.strip():
+            begun = begun if lines else number
+            lines.append(line[item.end() :] if item else line.strip())
+
+
+def _python(text: str) -> Iterator[Text]:
+    """Yield the docstrings, the comments, and the strings of several words of a Python file."""
+    inside = set[ast.AST]()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.JoinedStr):
+            inside.update(node.values)
+            parts = [str(one.value) if isinstance(one, ast.Constant) else "X" for one in node.values]
+            yield from _paragraphs(node.lineno, "".join(parts))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in inside:
+            yield from _paragraphs(node.lineno, node.value)
+    yield from _comments(text)
+
+
+def _paragraphs(line: int, string: str) -> Iterator[Text]:
+    if len(string.split()) < _MIN_WORDS or _CODE.search(string):
+        return
+    for paragraph in re.split(r"(\n\s*\n)", string):
+        if paragraph.strip():
+            yield Text(line, _spoken(" ".join(paragraph.split())))
+        line += paragraph.count("\n")
+
+
+def _comments(text: str) -> Iterator[Text]:
+    begun, last, lines = 0, 0, list[str]()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type != tokenize.COMMENT:
+            continue
+        number, column = token.start
+        alone = not token.line[:column].strip()
+        if lines and not (alone and number == last + 1):
+            yield Text(begun, _capital(" ".join(lines)))
+            lines = []
+        begun, last = begun if lines else number, number if alone else -1
+        lines.append(token.string.lstrip("#! ").strip())
+    if lines:
+        yield Text(begun, _capital(" ".join(lines)))
+
+
+def _capital(comment: str) -> str:
+    """Return a comment with a capital, since a comment may begin small."""
+    return _spoken(comment[:1].upper() + comment[1:])
+
+
+def _spoken(text: str) -> str:
+    """Return a text without its code and the addresses of its links."""
+    text = re.sub(r"``.*?``|`[^`]*`|\{[^{}]*\}|\"\w+\":", "`X`", text)
+    return re.sub(r"!?\[([^]]*)\]\([^)]*\)", r"\1", text).strip()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
