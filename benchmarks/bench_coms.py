@@ -28,9 +28,9 @@ import aiomqtt
 import httpx
 from harness import Case, Goal, Sample, measure, report
 
+from dmc41x3.loops import run
 from maya_un.graph.protocol import Feedback, Message
 from maya_un.graph.step_store import StepStore
-from maya_un.loops import run
 from maya_un.server import dates
 from tests.system.brokers import broker
 from tests.system.processes import Process

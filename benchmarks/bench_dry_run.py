@@ -5,10 +5,10 @@ from __future__ import annotations
 from harness import Case, Goal, measure, report, timed
 from job import parsed
 
+from dmc41x3.loops import run_virtual
 from maya_un.assembly import stack
 from maya_un.config import Config
 from maya_un.interpreter import quiet_collector
-from maya_un.loops import run_virtual
 from maya_un.process.job import Job
 from maya_un.schema.states import TaskState
 

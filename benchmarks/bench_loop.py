@@ -17,10 +17,10 @@ from typing import Any
 from harness import Case, Goal, Sample, measure, report
 from job import parsed
 
+from dmc41x3.loops import JumpingLoop, run
 from maya_un.assembly import stack
 from maya_un.config import Config
 from maya_un.interpreter import quiet_collector
-from maya_un.loops import JumpingLoop, run
 from maya_un.process.job import MOST_TASKS, Job
 from maya_un.schema.states import TaskState
 

@@ -16,12 +16,12 @@ from random import Random
 import numpy as np
 from harness import Case, Figure, Goal, measure, report, timed
 
+from dmc41x3.loops import run_virtual
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.planner import Planner
 from maya_un.controller.seek import SETTLE
 from maya_un.kinematics import Workspace
-from maya_un.loops import run_virtual
 from maya_un.motion.path import Path
 from maya_un.robot.gripper_state import GripperState
 from maya_un.robot.plan import Pose, TravelAction

@@ -18,10 +18,10 @@ import planned_figures
 import queue_figures
 from matplotlib.figure import Figure
 
+from dmc41x3.loops import run_virtual
 from maya_un.cli import plot_job
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
-from maya_un.loops import run_virtual
 from maya_un.plots.style import rendered
 from maya_un.plots.workspace import WorkspaceView, workspace_figure
 from maya_un.process.files import load_job

@@ -40,8 +40,8 @@ ROOT = Path(__file__).resolve().parent.parent
 GOLDENS = ROOT / "tests" / "goldens"
 EXAMPLES = ("01_pick_and_place", "02_sort_grid", "05_pallet")
 WORDS = (
-    "maya_un.cli.words", "maya_un.cli.access.words", "maya_un.cli.calibrate.words", "maya_un.cli.doctor.words",
-    "maya_un.cli.fleet.words", "maya_un.cli.logs.words", "maya_un.cli.queueing.words",
+    "dmc41x3.cli.words", "maya_un.cli.words", "maya_un.cli.access.words", "maya_un.cli.calibrate.words",
+    "maya_un.cli.doctor.words", "maya_un.cli.fleet.words", "maya_un.cli.logs.words", "maya_un.cli.queueing.words",
 )  # fmt: skip
 """Modules with a table `_WORDS` of sentences."""
 

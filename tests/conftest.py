@@ -14,7 +14,7 @@ from typing import Any
 import hypothesis
 import pytest
 
-from maya_un.loops import run_virtual
+from dmc41x3.loops import run_virtual
 from tests.campaign import Campaign, Ledger
 
 pytest_plugins = ["tests.endless", "tests.secrecy"]

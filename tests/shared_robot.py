@@ -14,11 +14,11 @@ from typing import TypeVar
 
 from fastapi import FastAPI
 
+from dmc41x3.loops import ScaledLoop
 from maya_un.api.access.caller import Role
 from maya_un.api.access.store import FileStore
 from maya_un.assembly import Stack, stack
 from maya_un.config import load
-from maya_un.loops import ScaledLoop
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.rosbridge.alone import EndpointOptions, endpoint
 from maya_un.server import dates

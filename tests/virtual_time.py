@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from maya_un.loops import JumpingLoop
+from dmc41x3.loops import JumpingLoop
 
 
 async def elapse(seconds: float) -> None:

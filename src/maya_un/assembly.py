@@ -10,11 +10,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.address import SIM, meant, split
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import TcpTransport, Transport
-from maya_un.address import SIM, meant, split
 from maya_un.api import previews
 from maya_un.api.access.entrance import AccessControl
 from maya_un.api.access.register import Calendar

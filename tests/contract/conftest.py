@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import os
 
+from dmc41x3.cli.conform import TcpChannel
 from dmc41x3.conformance import Demand
-from maya_un.cli.conform import TcpChannel
 
 ADDRESS = os.environ.get("MAYA_CONTRACT_ADDRESS", "")
 MOVES = os.environ.get("MAYA_CONTRACT_MOVES", "") == "1"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.cli.conform import axes_of
 from dmc41x3.conformance import ControllerChannel, Vector, load, run
 from dmc41x3.language.record import DataRecord, decode
-from maya_un.cli.conform import axes_of
 from tests.channels import Bench
 from tests.contract.conftest import ADDRESS, ALLOWED, box, place
 

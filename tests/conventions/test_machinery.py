@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.loops import run, run_virtual
+from dmc41x3.loops import run, run_virtual
 from tests.campaign import Campaign, Ledger
 from tests.conftest import _watched
 from tests.conventions.source import ROOT

@@ -18,8 +18,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
+from dmc41x3.loops import JumpingLoop
 from maya_un.errors import StorageFailed
-from maya_un.loops import JumpingLoop
 from maya_un.process.journal.memory import MemoryJournal
 from maya_un.process.journal.protocol import Filter, Journal
 from maya_un.process.journal.rows import EventRow, JobOptions, JobRow, QueueRow, RequestOwner, StepRow

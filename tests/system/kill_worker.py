@@ -25,6 +25,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from dmc41x3.loops import JumpingLoop, run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
 from maya_un import assembly
@@ -33,7 +34,6 @@ from maya_un.assembly import Stack, Twin
 from maya_un.config.load import parse
 from maya_un.errors import AnswerNeeded
 from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBegun, StepAdvanced
-from maya_un.loops import JumpingLoop, run
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.machine.table import PartDrop, PartTable, Place

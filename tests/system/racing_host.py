@@ -9,8 +9,8 @@ import asyncio
 from multiprocessing.connection import Connection
 from random import Random
 
+from dmc41x3.address import split
 from dmc41x3.wire.transport import TcpTransport, Transport
-from maya_un.address import split
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.errors import ControllerMoves, ControllerOwned, MayaError

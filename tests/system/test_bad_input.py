@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import pytest
 
+from dmc41x3.loops import JumpingLoop, run_virtual
 from maya_un import runtime
 from maya_un.assembly import stack
 from maya_un.cli.main import main
 from maya_un.config import Config
-from maya_un.loops import JumpingLoop, run_virtual
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.thread import bound_socket, served

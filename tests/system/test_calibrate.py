@@ -17,11 +17,11 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
 from maya_un.assembly import Stack, stack
 from maya_un.cli.main import main
 from maya_un.config import Config, load
-from maya_un.loops import ScaledLoop, run
 from maya_un.machine.truth import TrueConstants
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un import AsyncClient, Client, JobBuilder
 from maya_un.client import Event, StillWaiting
 from maya_un.errors import (
@@ -30,7 +31,6 @@ from maya_un.errors import (
     UnknownName,
     Unreachable,
 )
-from maya_un.loops import run
 from maya_un.schema.jobs import QueueMode
 from maya_un.schema.states import TaskState
 from maya_un.values import Joints, Mode, Point

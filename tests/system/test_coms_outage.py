@@ -12,13 +12,13 @@ from typing import cast
 
 import pytest
 
+from dmc41x3.loops import ScaledLoop, run
 from maya_un.coms.agent import Agent
 from maya_un.coms.choosing import transport_of
 from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
 from maya_un.coms.settings import from_environment
 from maya_un.graph.step_store import StepStore
-from maya_un.loops import ScaledLoop, run
 from maya_un.server import dates
 from tests.system import coms_chaos, test_coms_chaos, test_coms_firestore_chaos, test_coms_rtdb_chaos
 from tests.system.brokers import broker

@@ -6,11 +6,11 @@ import asyncio
 from math import cos, sin
 from random import Random
 
+from dmc41x3.loops import run_virtual
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import MachineError
 from maya_un.kinematics import Workspace
-from maya_un.loops import run_virtual
 from maya_un.machine.start import StartPose
 from maya_un.motion.emergency import SLACK
 from maya_un.motion.path import Path

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import pytest
 
+from dmc41x3.loops import run_virtual
 from dmc41x3.twin.wire.faults import TABLE, Value
 from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import MayaError
 from maya_un.events import GripperClosed, HomingBegun, HomingDone, PhaseBegun
-from maya_un.loops import run_virtual
 from maya_un.machine.start import StartPose
 from maya_un.process.job import Job
 from maya_un.process.process import Process

@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import pytest
 
+from dmc41x3.loops import run_virtual
 from maya_un.controller.registers import MEANING, operands
 from maya_un.errors import (
     Faulted,
     MayaError,
     NotHomed,
 )
-from maya_un.loops import run_virtual
 from maya_un.machine.start import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode

@@ -11,6 +11,7 @@ from random import Random
 
 import pytest
 
+from dmc41x3.loops import run_virtual
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import Transport
@@ -19,7 +20,6 @@ from maya_un.config import Config, Units
 from maya_un.controller.controller import GalilController
 from maya_un.controller.guard import BEATS
 from maya_un.errors import HostSilent
-from maya_un.loops import run_virtual
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.values import Joints

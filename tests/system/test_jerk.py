@@ -9,9 +9,9 @@ from random import Random
 import numpy as np
 import pytest
 
+from dmc41x3.loops import run_virtual
 from maya_un.config import Config
 from maya_un.errors import PathRefused, Stopped, Unreachable
-from maya_un.loops import run_virtual
 from maya_un.motion import Path
 from maya_un.testing import rig
 from maya_un.values import Joints, Point

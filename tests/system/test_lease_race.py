@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.api.access.caller import Caller
 from maya_un.api.access.operations import Operation
 from maya_un.api.gate import Gate
@@ -30,7 +31,6 @@ from maya_un.config import Config
 from maya_un.config.load import parse
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed
 from maya_un.events import Event, LeaseChanged
-from maya_un.loops import run
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge
 from maya_un.server.thread import bound_socket, served

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dmc41x3.loops import run_virtual
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.events import Disconnected, FaultEntered, LimitHit
-from maya_un.loops import run_virtual
 from maya_un.process.job import Job
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign

@@ -7,10 +7,10 @@ from random import Random
 
 import pytest
 
+from dmc41x3.loops import run_virtual
 from maya_un.config import Config
 from maya_un.errors import PathRefused, Stopped, Unreachable
 from maya_un.events import MotionStopped
-from maya_un.loops import run_virtual
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
 from tests.campaign import Campaign

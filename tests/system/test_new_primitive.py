@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.loops import run
+from dmc41x3.loops import run
 from tests.rosbridging import web
 from tests.system.processes import CALM, done, running
 

@@ -6,10 +6,10 @@ from random import Random
 
 import pytest
 
+from dmc41x3.loops import run_virtual
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import CannotPause
-from maya_un.loops import run_virtual
 from maya_un.process.job import Job
 from maya_un.schema.states import TaskState
 from maya_un.values import Mode, Point

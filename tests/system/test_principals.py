@@ -18,12 +18,12 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
+from dmc41x3.loops import run
 from maya_un.api.access import callers
 from maya_un.api.access.caller import LOCAL, Role
 from maya_un.api.people import UserService
 from maya_un.assembly import Stack
 from maya_un.errors import MayaError
-from maya_un.loops import run
 from maya_un.server import rights
 from maya_un.server.rights import Rights
 from maya_un.values import Mode, StopReport

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from dmc41x3.loops import run_virtual
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import CannotPause, MayaError, PathRefused, Stopped, TrajectoryRefused, Unreachable
-from maya_un.loops import run_virtual
 from maya_un.motion import Blend, Path
 from maya_un.motion import Space as Straight
 from maya_un.robot.primitives import Primitive

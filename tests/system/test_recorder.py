@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import pytest
 
+from dmc41x3.loops import run_virtual
 from dmc41x3.twin.wire.faults import Value
 from maya_un.errors import MayaError
 from maya_un.events import Trouble
-from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file
 from maya_un.values import Joints
 from tests.campaign import Campaign

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.loops import JumpingLoop, run
 from maya_un import assembly
 from maya_un.assembly import Stack
 from maya_un.config.load import parse
 from maya_un.events import SpeedChanged
-from maya_un.loops import JumpingLoop, run
 from maya_un.process import items
 from maya_un.process.journal import file
 from maya_un.process.journal.protocol import Filter

@@ -15,13 +15,13 @@ from random import Random
 
 import numpy as np
 
+from dmc41x3.loops import run_virtual
 from dmc41x3.wire.transport import Transport
 from maya_un.config import Config, Units
 from maya_un.config.load import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.planner import MOST_SEGMENTS
 from maya_un.errors import HostSilent
-from maya_un.loops import run_virtual
 from maya_un.motion.path import Path
 from maya_un.testing import Rig
 from maya_un.values import Joints, Point

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.loops import run
+from dmc41x3.loops import run
 from tests.campaign import Campaign
 from tests.streaming import Client, Sluggard, Watched, connected, streamed
 from tests.system.processes import Process, done, running

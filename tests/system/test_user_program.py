@@ -9,11 +9,11 @@ from contextlib import asynccontextmanager
 import pytest
 
 from dmc41x3.driver import Driver
+from dmc41x3.loops import run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 from maya_un.errors import CommandRejected
-from maya_un.loops import run
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants

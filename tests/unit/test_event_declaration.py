@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.cli.main import main
 from maya_un.cli.narrate import line
 from maya_un.events import DECLARED, ControllerEvent, Event, UnknownEvent
 from maya_un.graph.events import read
-from maya_un.loops import run
 from maya_un.process.journal.rows import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.recorder import mcap_file

@@ -6,7 +6,7 @@ SENTENCES: dict[int, str] = {
     1002: "No controller answers at {address} ({reason}). Check power, cable and address.",
     1003: "The controller at {address} did not answer {command!r} within {seconds} s. Check the network, or "
     "reset the controller.",
-    1004: "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this is a defect or a foreign program on the controller: read the log.",
+    1004: "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, check which other program uses this controller.",
     1005: "The device at {address} is {found}; a DMC-41x3 with three axes is needed. Check the address.",
     1006: "The controller answered {command!r} with {reply!r}, which is not valid. Check that the address is that of a Galil controller.",
     1008: "The controller's program differs from the one sent to it in line {line}: {sent} was sent, {found} is there. Download it again. If that does not help, find the other program that writes to this controller.",
@@ -25,5 +25,5 @@ SENTENCES: dict[int, str] = {
     5005: "{path} belongs to another user: {remedy}.",
     5013: "This process may open {limit} files and connections at once. It has {used} open already, and needs {least} "
     "more. Raise the limit with `ulimit -n 1024`, or with LimitNOFILE=1024 in a systemd unit.",
-    5999: "An internal error happened ({reason}). This is a defect of this program: please report it with the log.",
+    5999: "An internal error happened ({reason}). This is a defect of this program: please report it with the traceback.",
 }

@@ -6,7 +6,7 @@ SENTENCES: dict[int, str] = {
     1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección.",
     1003: "El controlador en {address} no respondió a {command!r} en {seconds} s. Revise la red o reinicie el "
     "controlador.",
-    1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Si nadie lo tecleó, es un defecto o un programa ajeno en el controlador: lea el registro.",
+    1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Si nadie lo tecleó, compruebe qué otro programa usa este controlador.",
     1005: "El equipo en {address} es {found}; se necesita un DMC-41x3 de tres ejes. Revise la dirección.",
     1006: "El controlador respondió a {command!r} con {reply!r}, que no es válido. Compruebe que la dirección es la de un controlador Galil.",
     1008: "El programa del controlador difiere del enviado en la línea {line}: se envió {sent}, allí está {found}. Descárguelo otra vez. Si no ayuda, busque el otro programa que escribe en este controlador.",
@@ -25,5 +25,5 @@ SENTENCES: dict[int, str] = {
     5005: "{path} es de otro usuario: {remedy}.",
     5013: "Este proceso puede abrir {limit} archivos y conexiones a la vez. Ya tiene {used} abiertos y necesita "
     "{least} más. Suba el límite con `ulimit -n 1024`, o con LimitNOFILE=1024 en una unidad de systemd.",
-    5999: "Ocurrió un error interno ({reason}). Es un defecto de este programa: repórtelo con el registro.",
+    5999: "Ocurrió un error interno ({reason}). Es un defecto de este programa: repórtelo con la traza.",
 }

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Mapping
 
 import maya_un
-from maya_un.address import SIM
+from dmc41x3.address import SIM
 from maya_un.api.access.caller import LOCAL, Caller
 from maya_un.api.access.entrance import AccessControl
 from maya_un.api.access.operations import Operation

@@ -7,13 +7,14 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maya_un.address import SIM
-from maya_un.cli import output, primitives, record_commands, teach_commands, zone_commands
+from dmc41x3.address import SIM
+from dmc41x3.cli import parsing
+from maya_un.cli import dmc, primitives, record_commands, teach_commands, zone_commands
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.completion import commands as completion
 from maya_un.cli.coms import commands as coms
-from maya_un.cli.dmc_tools import commands as dmc_tools
+from maya_un.cli.dmc import Seed, Speed, Table
 from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.fleet import commands as fleet
 from maya_un.cli.help import EVERYWHERE
@@ -21,6 +22,7 @@ from maya_un.cli.logs import commands as logs
 from maya_un.cli.quantities import angle, joints_of, length, point_of, share
 from maya_un.cli.queueing import commands as queueing
 from maya_un.cli.settings import OutputSettings, settings_of
+from maya_un.cli.site import MAYA
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.values import JOG_AXES
 
@@ -30,20 +32,15 @@ _HOW: dict[str, Any] = {"epilog": EVERYWHERE, "context_settings": _CONTEXT}
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True)
 _GROUP: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "epilog": EVERYWHERE}
-dmc = typer.Typer(**_GROUP, help="A virtual DMC-41x3, and tools for any.")
 config = typer.Typer(**_GROUP, help="The machine's constants.")
-app.add_typer(dmc, name="dmc")
+dmc_tools = dmc.group(_HOW, _GROUP)
+app.add_typer(dmc_tools, name="dmc")
 app.add_typer(config, name="config")
 plot = typer.Typer(**_GROUP, help="Pictures: SVG, PNG or PDF.")
 app.add_typer(plot, name="plot")
-gclib = typer.Typer(**_GROUP, help="A module gclib for scripts written for Galil's.")
-dmc.add_typer(gclib, name="gclib")
 
 Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
 Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
-Speed = Annotated[float | None, typer.Option(help="speed of the twin's clock, up to 1000; the twin only")]
-Seed = Annotated[int | None, typer.Option(help="seed of the twin's position at power-up  [default: 0]")]
-Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]
 _ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
 Address = Annotated[str, typer.Option(help=_ADDRESSES)]
 SkipHome = Annotated[bool, typer.Option("--skip-home", help="accept the homing that the controller's mark records")]
@@ -58,19 +55,7 @@ File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --c
 
 def run(arguments: list[str], settings: OutputSettings) -> int:
     """Carry out a command line and return its exit code; raises `InvalidCommandLine` for one not understood."""
-    command = typer.main.get_command(app)
-    try:
-        code = command.main(arguments, prog_name="maya", standalone_mode=False, obj=settings)
-    except typer.TyperException as error:
-        context = getattr(error, "ctx", None)
-        reason = _clause(error.format_message()) or "the command is incomplete"
-        raise InvalidCommandLine(reason=reason, command=context.command_path if context else "maya") from error
-    return code if isinstance(code, int) else output.DONE
-
-
-def _clause(message: str) -> str:
-    """Return the parser's words without the end that the sentence of the error adds."""
-    return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
+    return parsing.run(app, arguments, settings._replace(site=MAYA), "maya")
 
 
 @app.command(**_HOW)
@@ -316,147 +301,7 @@ def plot_job(
     return command.plot(job, output, settings_of(context))
 
 
-@dmc.command(**_HOW)
-def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
-    context: typer.Context,
-    host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any")] = 5023,
-    also_port: Annotated[list[int], typer.Option(min=1, max=65535, help="one more port; may be repeated")] = [],  # noqa: B006
-    udp: Annotated[bool, typer.Option(help="listen on the same UDP ports too")] = True,
-    bench: Annotated[bool, typer.Option("--bench", help="servo motors on a bench, not Maya's mechanics")] = False,
-    axes: Annotated[int | None, typer.Option(min=1, max=8, help="how many, with --bench  [default: 3]")] = None,
-    memory: Annotated[str | None, typer.Option(metavar="FILE", help="file of the burned memory (BN, BP, BV)")] = None,
-    firmware: Annotated[str | None, typer.Option(metavar="LINE", help="the answer to ^R^V")] = None,
-    speed: Speed = None,
-    seed: Seed = None,
-    table: Table = None,
-    record: Annotated[
-        str | None, typer.Option(metavar="FILE", help="append a record of motion, loads, stalls and drops")
-    ] = None,
-) -> int:
-    """Serve a virtual DMC-41x3 on TCP and UDP.
-
-    Prints its address when it listens; Ctrl-C ends it. `maya dmc fault` injects faults.
-    --record writes one line of JSON for each contact and drop, and one for every 50 ms of motion.
-    """
-    from maya_un.cli import serve as command
-
-    options = command.ServeOptions(
-        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table, record
-    )
-    return command.serve(options, settings_of(context))
-
-
-@dmc.command(**_HOW)
-def fault(
-    context: typer.Context,
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="without one, all kinds are listed")] = None,
-    values: Annotated[list[str] | None, typer.Argument(metavar="[PARAMETER=VALUE...]", help="seconds=0.2")] = None,
-    seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", help="default: until cleared")] = None,
-    clear: Annotated[bool, typer.Option("--clear", help="end the fault NAME, without one all faults")] = False,
-    active: Annotated[bool, typer.Option("--active", help="list the active faults")] = False,
-    twin: Annotated[
-        str | None, typer.Option(metavar="HOST:PORT", help="or PORT; default: the only running one")
-    ] = None,
-) -> int:
-    """Inject a fault into a virtual controller, or end one.
-
-    The controller is one that `maya dmc serve` runs.
-    """
-    from maya_un.cli import fault as command
-
-    settings = settings_of(context)
-    command.check(name, values or (), seconds, clear=clear, active=active)
-    if clear:
-        return command.clear(name, twin, settings)
-    if active:
-        return command.active(twin, settings)
-    if name is None:
-        return command.kinds(settings)
-    return command.inject(name, values or (), seconds, twin, settings)
-
-
-@dmc.command(**_HOW)
-def send(
-    context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
-    commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A", "SH;TP"')],
-) -> int:
-    """Send commands to a controller and print its replies.
-
-    Ends at the first refused command.
-    """
-    from maya_un.cli import dmc as command
-
-    return command.send(host, commands, settings_of(context))
-
-
-dmc_tools.register(dmc, _HOW)
 calibrate.register(app, _HOW)
-
-
-@dmc.command(**_HOW)
-def conform(
-    context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
-    moves: Annotated[
-        bool, typer.Option("--moves", help="check motion too: motors turn by a few thousand counts")
-    ] = False,
-    bench: Annotated[
-        bool, typer.Option("--bench", help="check everything, on a controller without a machine: see above")
-    ] = False,
-) -> int:
-    """Check whether a controller answers as a DMC-41x3 does.
-
-    Without --moves and --bench nothing moves, and each changed setting is restored.
-
-    --bench is for a controller without a machine. It restores the factory settings, erases program,
-    variables and arrays, burns that, and resets the controller. Then it checks all commands, outputs included.
-    """
-    from maya_un.cli import conform as command
-
-    return command.conform(host, moves, bench, settings_of(context))
-
-
-@gclib.command("install", **_HOW)
-def gclib_install(
-    context: typer.Context,
-    force: Annotated[bool, typer.Option("--force", help="replace another module of that name")] = False,
-) -> int:
-    """Install Maya's module gclib into this Python environment."""
-    from maya_un.cli import gclib as command
-
-    return command.install(settings_of(context), force=force)
-
-
-@gclib.command("uninstall", **_HOW)
-def gclib_uninstall(context: typer.Context) -> int:
-    """Remove Maya's module gclib again."""
-    from maya_un.cli import gclib as command
-
-    return command.uninstall(settings_of(context))
-
-
-@gclib.command("status", **_HOW)
-def gclib_status(context: typer.Context) -> int:
-    """Show the module that `import gclib` finds here."""
-    from maya_un.cli import gclib as command
-
-    return command.status(settings_of(context))
-
-
-@gclib.command("run", epilog=EVERYWHERE, context_settings=_CONTEXT | {"allow_interspersed_args": False})
-def gclib_run(
-    script: Annotated[str, typer.Argument(metavar="SCRIPT", help="a Python file")],
-    arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...", help="arguments of the script")] = None,
-) -> int:
-    """Run a script that imports gclib, without installing anything.
-
-    Write `run -- SCRIPT` if the script itself has --json, --lang or --config.
-    """
-    from maya_un.cli import gclib as command
-
-    return command.run(script, arguments or ())
 
 
 @config.command(**_HOW)

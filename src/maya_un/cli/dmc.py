@@ -1,85 +1,130 @@
-"""`maya dmc send`: a word with any controller in its own language."""
+"""The group `maya dmc`: the tools of `dmc`, with those that know the robot."""
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from typing import Annotated, Any
 
-from dmc41x3.driver import Driver
-from dmc41x3.language.hardware import LETTERS
-from dmc41x3.language.record import AxisRecord, DataRecord
-from dmc41x3.wire.framing import LineSplitter
-from dmc41x3.wire.transport import TcpTransport
-from maya_un.address import meant
-from maya_un.cli import output
-from maya_un.cli.configure import configuration
-from maya_un.cli.quantities import host_and_port
-from maya_un.cli.settings import OutputSettings
+import typer
 
-TIMEOUT = 5.0
-"""Longest wait for a reply of a controller [s]."""
+from dmc41x3.address import SIM
+from dmc41x3.cli import commands as tools
+from dmc41x3.cli.commands import AlsoPorts, File, Firmware, Host, Label, MemoryFile, OwnOrHost, Port, Tolerance, Udp
+from maya_un.cli.settings import settings_of
+
+Speed = Annotated[float | None, typer.Option(help="speed of the twin's clock, up to 1000; the twin only")]
+Seed = Annotated[int | None, typer.Option(help="seed of the twin's position at power-up  [default: 0]")]
+Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]
 
 
-def send(address: str, commands: Sequence[str], settings: OutputSettings) -> int:
-    """Send commands one after the other and print their replies; ends at the first that is refused.
+def group(how: dict[str, Any], of_groups: dict[str, Any]) -> typer.Typer:
+    """Return the group; `how` and `of_groups` are the options that all commands and groups have."""
+    dmc = typer.Typer(**of_groups, help="A virtual DMC-41x3, and tools for any.")
+    for command in (
+        serve,
+        fault,
+        tools.send,
+        tools.terminal,
+        tools.watch,
+        tools.scope,
+        tools.upload,
+        download,
+        tools.capture,
+        replay,
+        tools.conform,
+    ):
+        dmc.command(**how)(command)
+    dmc.add_typer(tools.gclib_group(how, of_groups), name="gclib")
+    return dmc
 
-    Each may be several with `;` between them.
 
-    Raises `ConnectFailed`, `LinkTimeout`, and `CommandRejected` with the controller's own code.
+def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
+    context: typer.Context,
+    host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
+    port: Port = 5023,
+    also_port: AlsoPorts = [],  # noqa: B006
+    udp: Udp = True,
+    bench: Annotated[bool, typer.Option("--bench", help="servo motors on a bench, not Maya's mechanics")] = False,
+    axes: Annotated[int | None, typer.Option(min=1, max=8, help="how many, with --bench  [default: 3]")] = None,
+    memory: MemoryFile = None,
+    firmware: Firmware = None,
+    speed: Speed = None,
+    seed: Seed = None,
+    table: Table = None,
+    record: Annotated[
+        str | None, typer.Option(metavar="FILE", help="append a record of motion, loads, stalls and drops")
+    ] = None,
+) -> int:
+    """Serve a virtual DMC-41x3 on TCP and UDP.
+
+    Prints its address when it listens; Ctrl-C ends it. `maya dmc fault` injects faults.
+    --record writes one line of JSON for each contact and drop, and one for every 50 ms of motion.
     """
-    host, port = host_and_port(meant(address, configuration(settings).controller.address), "HOST")
-    replies = asyncio.run(_converse(host, port, commands, settings))
-    if settings.json:
-        output.emit({"address": f"{host}:{port}", "replies": replies})
-    return output.DONE
+    from maya_un.cli import serve as command
 
-
-async def _converse(host: str, port: int, commands: Sequence[str], settings: OutputSettings) -> list[dict[str, object]]:
-    driver = await Driver.open(await TcpTransport.connect(host, port, TIMEOUT), timeout=TIMEOUT)
-    replies: list[dict[str, object]] = []
-    try:
-        for command in _single(commands):
-            reply = await _reply(driver, command)
-            record = isinstance(reply, DataRecord)
-            replies.append({"command": command, "reply": asdict(reply) if record else reply})
-            if not settings.json:
-                output.say(_record_text(reply) if record else reply or ":")
-    finally:
-        await driver.close()
-    return replies
-
-
-def _single(commands: Sequence[str]) -> Iterator[str]:
-    """Yield single commands; a `;` ends one as on the wire, also where another follows (`SH;TP`)."""
-    for command in commands:
-        if not command.isascii() or ";" not in command:
-            yield command
-        else:
-            splitter = LineSplitter()
-            splitter.limit = len(command)  # each goes in a line of its own
-            yield from filter(None, splitter.feed(f"{command}\r".encode("ascii")))
-
-
-async def _reply(driver: Driver, command: str) -> str | DataRecord:
-    """Return a reply as text; QR answers with a record."""
-    return await driver.record() if command.strip().upper() == "QR" else await driver.send(command)
-
-
-def _record_text(record: DataRecord) -> str:
-    """Return a record for people: one line an axis, in the controller's units."""
-    return "\n".join(_axis_text(letter, axis) for letter, axis in zip(LETTERS, record.axes, strict=False))
-
-
-def _axis_text(letter: str, axis: AxisRecord) -> str:
-    facts = {
-        "moving": axis.moving,
-        "motor off": axis.motor_off,
-        "forward limit": axis.forward_limit_active,
-        "reverse limit": axis.reverse_limit_active,
-    }
-    numbers = (
-        f"{letter}  position {axis.position}  reference {axis.reference}  error {axis.error}  "
-        f"velocity {axis.velocity:g}  torque {axis.torque:.3f} V  stop code {axis.stop_code}"
+    options = command.ServeOptions(
+        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table, record
     )
-    return "  ".join((numbers, *(name for name, holds in facts.items() if holds)))
+    return command.serve(options, settings_of(context))
+
+
+def fault(
+    context: typer.Context,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="without one, all kinds are listed")] = None,
+    values: Annotated[list[str] | None, typer.Argument(metavar="[PARAMETER=VALUE...]", help="seconds=0.2")] = None,
+    seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", help="default: until cleared")] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="end the fault NAME, without one all faults")] = False,
+    active: Annotated[bool, typer.Option("--active", help="list the active faults")] = False,
+    twin: Annotated[
+        str | None, typer.Option(metavar="HOST:PORT", help="or PORT; default: the only running one")
+    ] = None,
+) -> int:
+    """Inject a fault into a virtual controller, or end one.
+
+    The controller is one that `maya dmc serve` runs.
+    """
+    from maya_un.cli import fault as command
+
+    settings = settings_of(context)
+    command.check(name, values or (), seconds, clear=clear, active=active)
+    if clear:
+        return command.clear(name, twin, settings)
+    if active:
+        return command.active(twin, settings)
+    if name is None:
+        return command.kinds(settings)
+    return command.inject(name, values or (), seconds, twin, settings)
+
+
+def download(
+    context: typer.Context,
+    host: Host,
+    file: File,
+    run: Label = None,
+    guard: Annotated[bool, typer.Option("--guard", help="add Maya's guard behind it, as `maya up` does")] = False,
+) -> int:
+    """Replace the program of a controller by that of a file.
+
+    It is read back, to make sure that it arrived. REM lines stay here, tabs become blanks, and a comment that makes
+    a line too long is cut off, as Galil's tools do. If the controller refuses a line, it keeps its old program.
+    """
+    from dmc41x3.cli import program as command
+    from maya_un.cli.guarded import guarded
+
+    settings = settings_of(context)
+    source = guarded(file, settings) if guard else command.read(file)
+    return command.download(host, file, source, run, settings)
+
+
+def replay(
+    context: typer.Context,
+    file: Annotated[str, typer.Argument(metavar="FILE", help="written by `maya dmc capture`")],
+    host: OwnOrHost = SIM,
+    tolerance: Tolerance = 50.0,
+) -> int:
+    """Replay a recording, and show the answers that differ.
+
+    Only the client's side is said.
+    """
+    from dmc41x3.cli import replay as command
+
+    return command.replay(file, host, tolerance, settings_of(context))

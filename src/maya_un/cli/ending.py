@@ -7,10 +7,10 @@ import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 
+from dmc41x3.cli.signals import on_end
 from maya_un.assembly import Stack
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.signals import on_end
 from maya_un.cli.words import word
 from maya_un.errors import MayaError
 from maya_un.values import Mode

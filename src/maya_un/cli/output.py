@@ -2,89 +2,44 @@
 
 from __future__ import annotations
 
-import json
-import os
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
-from io import TextIOWrapper
-from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-from maya_un.cli.settings import OutputSettings
-from maya_un.errors import FileUnwritable, MayaError, StorageUnavailable
+from dmc41x3.cli import output
+from dmc41x3.cli.output import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    REFUSED,
+    answer,
+    emit,
+    forget_unprinted,
+    say,
+    tolerate_any_terminal,
+)
+from dmc41x3.cli.settings import OutputSettings
+from maya_un.errors import MayaError, StorageUnavailable
 
-DONE = 0
-"""Everything asked for was done."""
-
-FAILED = 1
-"""The wish was understood but not carried out, or not to its end."""
-
-REFUSED = 2
-"""The command line, a value, a file or the configuration is wrong; nothing was tried."""
-
-INTERRUPTED = 130
-"""Ctrl-C ended it; motion was stopped on its path."""
-
-
-def tolerate_any_terminal() -> None:
-    """Show `?` for a letter that the terminal's encoding lacks, rather than fail on it, and read what is none as such.
-
-    Where there is no input, as under a service manager, it is at its end.
-    """
-    if cast("object", sys.stdin) is None:
-        sys.stdin = Path(os.devnull).open(encoding="utf-8")  # noqa: SIM115 - for as long as the process lives
-    for stream in (sys.stdin, sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")
-
-
-def say(text: str) -> None:
-    """Print one line for people, in one piece: who reads along must not see half of it."""
-    _print(f"{text}\n")
-
-
-def emit(value: object) -> None:
-    """Print `value` as JSON; its keys are stable."""
-    _print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False, default=str) + "\n")
-
-
-def _print(text: str) -> None:
-    """Print; raises `FileUnwritable`, and `BrokenPipeError` where nobody reads any more."""
-    try:
-        print(text, end="", flush=True)
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise FileUnwritable(path="stdout", reason=error.strerror or str(error)) from error
-
-
-def forget_unprinted() -> None:
-    """Drop what nobody takes; else the interpreter complains once again on its way out."""
-    try:
-        print(end="", flush=True)
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def answer(value: Mapping[str, object], text: str, settings: OutputSettings) -> int:
-    """Print an answer the way it was asked for, as `value` or as `text`, and return the exit code of success."""
-    if settings.json:
-        emit(value)
-    else:
-        say(text)
-    return DONE
+__all__ = [
+    "DONE",
+    "FAILED",
+    "INTERRUPTED",
+    "REFUSED",
+    "answer",
+    "complain",
+    "concluded",
+    "emit",
+    "exit_code",
+    "forget_unprinted",
+    "say",
+    "tolerate_any_terminal",
+]
 
 
 def complain(error: MayaError, settings: OutputSettings) -> int:
     """Print an error, one sentence with its code (or JSON), and return its exit code."""
-    text = error.text(settings.language)
-    if settings.json:
-        details = {key: _plain(value) for key, value in error.details.items()}
-        emit({"error": {"code": error.code, "message": text, "details": details}})
-    else:
-        with suppress(OSError):  # then nobody is there to be told
-            print(f"maya: error {error.code}: {text}", file=sys.stderr, flush=True)
+    output.complain(error, settings, "maya")
     return exit_code(error.code)
 
 
@@ -105,13 +60,4 @@ def exit_code(code: int) -> int:
 
     A disk that is full or read-only is neither: 1, by which systemd starts `maya up` again.
     """
-    return REFUSED if 4000 <= code < 5999 and code != StorageUnavailable.code else FAILED
-
-
-def _plain(value: object) -> object:
-    """Return a detail as it is where JSON can say it, else as text."""
-    try:
-        json.dumps(value, allow_nan=False)
-    except (TypeError, ValueError):
-        return str(value)
-    return value
+    return FAILED if code == StorageUnavailable.code else output.exit_code(code)

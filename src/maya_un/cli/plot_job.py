@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from maya_un.address import SIM
+from dmc41x3.address import SIM
+from dmc41x3.loops import run_virtual
 from maya_un.assembly import stack
 from maya_un.cli import output
 from maya_un.cli.configure import configuration, taught_places
@@ -14,7 +15,6 @@ from maya_un.cli.words import word
 from maya_un.client import pictures
 from maya_un.config import Config
 from maya_un.kinematics.workspace import Workspace
-from maya_un.loops import run_virtual
 from maya_un.process.files import load_job
 from maya_un.process.job import Job
 from maya_un.schema.encoding import to_data

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from math import isfinite, pi
 
-from maya_un.address import REAL, SIM, meant, split
+from dmc41x3.address import REAL, SIM, meant
+from dmc41x3.cli import values
+from dmc41x3.cli.values import host_and_port
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
 from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
@@ -14,8 +16,6 @@ _LENGTHS = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6}
 _ANGLES = {"": 1.0, "rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0, "°": pi / 180.0}
 _DURATIONS = {"": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0}
 _SHARES = {"": 1.0, "%": 0.01}
-FASTEST = 1000.0
-"""Largest factor of the twin's clock."""
 
 
 def length(text: str, key: str) -> float:
@@ -72,13 +72,9 @@ def clock_factor(speed: float | None, address: str) -> float:
     Raises `SpeedOnRealMachine` where a factor is named for anything but the twin, and `InvalidValue` outside
     0 < speed ≤ 1000.
     """
-    if speed is None:
-        return 1.0
-    if address != SIM:
+    if speed is not None and address != SIM:
         raise SpeedOnRealMachine(address=address)
-    if not 0.0 < speed <= FASTEST:
-        raise InvalidValue(key="--speed", value=speed, reason=f"it is above 0 and at most {FASTEST:g}")
-    return speed
+    return values.clock_factor(speed)
 
 
 def target_address(text: str, configured: str) -> str:
@@ -89,14 +85,3 @@ def target_address(text: str, configured: str) -> str:
     if text != SIM:
         host_and_port(meant(text, configured), words=f"{SIM} or {REAL}")
     return meant(text, configured)
-
-
-def host_and_port(text: str, key: str = "--address", words: str = REAL) -> tuple[str, int]:
-    """Return host and port of HOST or HOST:PORT (Galil's where none is named).
-
-    Raises `InvalidValue`, which names the `words` that would have been understood too.
-    """
-    try:
-        return split(text)
-    except ValueError as error:
-        raise InvalidValue(key=key, value=repr(text), reason=f"where it is not {words}, {error}") from error

@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import degrees
 from typing import Any
 
+from dmc41x3.address import REAL
 from maya_un import runtime
-from maya_un.address import REAL
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.help import QUICK

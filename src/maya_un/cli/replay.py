@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dmc41x3.language.hardware import LETTERS
+from dmc41x3.loops import run_virtual
 from maya_un.cli import output
 from maya_un.cli.record import found
 from maya_un.cli.replay_twin import Replayed
@@ -19,7 +20,6 @@ from maya_un.config import Units
 from maya_un.config.load import parse
 from maya_un.errors import FileUnreadable, InvalidValue
 from maya_un.kinematics import Floats
-from maya_un.loops import run_virtual
 from maya_un.recorder import mcap_file
 from maya_un.recorder.compare import Comparison, ReplayDifference, Tolerances, compare
 from maya_un.recorder.facts import RecordSample, samples

@@ -10,7 +10,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maya_un.address import SIM
+from dmc41x3.address import SIM
+from dmc41x3.cli.signals import on_end
+from dmc41x3.loops import ScaledLoop, run_virtual
+from dmc41x3.loops import run as run_loop
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
@@ -22,14 +25,11 @@ from maya_un.cli.quantities import clock_factor, target_address
 from maya_un.cli.record import shelf
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.signals import on_end
 from maya_un.cli.twin import parts_of, require_twin
 from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.config import Config
 from maya_un.errors import InvalidCommandLine, InvalidJob
-from maya_un.loops import ScaledLoop, run_virtual
-from maya_un.loops import run as run_loop
 from maya_un.process.files import load_job
 from maya_un.process.job import Job
 from maya_un.schema.encoding import to_data

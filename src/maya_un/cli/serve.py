@@ -7,28 +7,26 @@ import os
 import signal
 from collections.abc import Coroutine, Sequence
 from contextlib import nullcontext
-from pathlib import Path
 from typing import NamedTuple
 
-from dmc41x3.files import writable_place
+from dmc41x3.address import SIM
+from dmc41x3.cli.bench import bench as on_a_bench
+from dmc41x3.cli.serve import burned, require_line
+from dmc41x3.cli.signals import on_end
 from dmc41x3.listening import reserve_descriptors
-from dmc41x3.twin.bench import ServoBench
-from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.wire.control import HOST, FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.address import SIM
 from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.quantities import clock_factor
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.signals import on_end
 from maya_un.cli.twin import on_the_table
 from maya_un.cli.twin_record import LineFile, TwinRecord
 from maya_un.cli.twins import ServedTwin, published
-from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue
-from maya_un.loops import ScaledLoop, run
+from maya_un.errors import InvalidCommandLine
 from maya_un.machine.mechanics import SAMPLE
 from maya_un.values import Point
 
@@ -59,11 +57,12 @@ def serve(options: ServeOptions, settings: OutputSettings) -> int:
     Raises `AddressInUse`, `FileUnwritable`, `InvalidCommandLine` and `InvalidValue`.
     """
     _check(options)
+    memory = burned(options.memory)
     reserve_descriptors()
     factor = clock_factor(options.speed, SIM)
     parts = on_the_table(options.table, configuration(settings), settings)
     with nullcontext() if options.record is None else LineFile.opened(options.record) as record:
-        run(_serve(options, parts, record, factor, settings), lambda: ScaledLoop(factor))
+        run(_serve(options, memory, parts, record, factor, settings), lambda: ScaledLoop(factor))
     return output.DONE
 
 
@@ -74,32 +73,24 @@ def _check(options: ServeOptions) -> None:
         raise InvalidCommandLine(reason="there is no table on a bench", command=_COMMAND)
     if options.bench and options.record is not None:
         raise InvalidCommandLine(reason="a bench has no mechanics to record", command=_COMMAND)
-    if options.firmware is not None and not (options.firmware.isascii() and options.firmware.isprintable()):
-        raise InvalidValue(key="--firmware", value=options.firmware, reason="it is a line in ASCII")
-    if options.memory is not None:
-        _check_memory(options.memory)
+    require_line(options.firmware)
 
 
-def _check_memory(text: str) -> None:
-    path = Path(text).absolute()
-    if not os.access(path.parent, os.W_OK):
-        raise FileUnwritable(path=text, reason="its folder is not there or not ours to write to")
-    writable_place(path)
-
-
-def _made(options: ServeOptions, parts: dict[str, Point]) -> VirtualController | Twin:
-    memory = Memory(None if options.memory is None else Path(options.memory).absolute())
+def _made(options: ServeOptions, parts: dict[str, Point], memory: Memory) -> VirtualController | Twin:
     if not options.bench:
         return make_twin(seed=options.seed or 0, parts=parts, memory=memory, firmware=options.firmware)
-    axes = options.axes or _MAYAS_AXES
-    machine = VirtualDmc(ServoBench(axes), axes=axes, memory=memory, firmware=options.firmware)
-    return VirtualController(machine, seed=options.seed or 0)
+    return on_a_bench(options.axes or _MAYAS_AXES, memory, options.firmware, options.seed or 0)
 
 
 async def _serve(
-    options: ServeOptions, parts: dict[str, Point], record: LineFile | None, speed: float, settings: OutputSettings
+    options: ServeOptions,
+    memory: Memory,
+    parts: dict[str, Point],
+    record: LineFile | None,
+    speed: float,
+    settings: OutputSettings,
 ) -> None:
-    made = _made(options, parts)
+    made = _made(options, parts, memory)
     controller = made.controller if isinstance(made, Twin) else made
     kept = TwinRecord(made, record) if record is not None and isinstance(made, Twin) else None
     door: FaultControlServer | None = None

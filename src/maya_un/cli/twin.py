@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from maya_un.address import SIM
+from dmc41x3.address import SIM
 from maya_un.cli.configure import taught_places
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config

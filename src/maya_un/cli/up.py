@@ -11,9 +11,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from dmc41x3.address import SIM
 from dmc41x3.listening import reserve_descriptors
+from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
-from maya_un.address import SIM
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output, supervisor
 from maya_un.cli.coms.beside import coms_beside
@@ -30,7 +31,6 @@ from maya_un.config import Config
 from maya_un.config.state import own_state_folder
 from maya_un.errors import MayaError
 from maya_un.interpreter import prompt_loop
-from maya_un.loops import ScaledLoop, run
 from maya_un.process.journal.file import remove_new, require_place
 from maya_un.server import dates, log
 from maya_un.server.app import create_app

@@ -7,13 +7,13 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from math import degrees
 from typing import Any
 
+from dmc41x3.cli.signals import as_ctrl_c
 from maya_un.cli import output
 from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.display import chosen
 from maya_un.cli.follow import PATIENCE, animate, follow
 from maya_un.cli.report import STEP_KEYS
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.signals import as_ctrl_c
 from maya_un.cli.words import word
 from maya_un.client import requests
 

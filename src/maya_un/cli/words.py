@@ -181,14 +181,6 @@ _WORDS: dict[str, tuple[str, str]] = {
     "no_faults": ("No fault is active.", "Ningún fallo está activo."),
     "fault_ends": ("for {seconds:.1f} s more", "durante {seconds:.1f} s más"),
     "left": ("left", "faltan"),
-    "captures": (
-        "Listening on {address} for {controller}. Ctrl-C ends the recording.",
-        "Escuchando en {address} para {controller}. Ctrl-C termina la grabación.",
-    ),
-    "replayed": (
-        "{commands} commands; {differences} answers differ from the recording.",
-        "{commands} comandos; {differences} respuestas difieren de la grabación.",
-    ),
     "record_reason": ("reason", "motivo"),
     "record_size": ("size", "tamaño"),
     "no_recordings": ("There are no recordings in {folder}.", "No hay grabaciones en {folder}."),
@@ -230,19 +222,6 @@ _WORDS: dict[str, tuple[str, str]] = {
     "cannot_datagrams": (
         "Not compared: unsolicited data records, by UDP.",
         "No se compara: registros de datos no solicitados, por UDP.",
-    ),
-    "sent": ("sent", "enviado"),
-    "expected": ("expected", "esperado"),
-    "received": ("received", "recibido"),
-    "known_from": ("known from", "según"),
-    "two": ("two sources", "dos fuentes"),
-    "one": ("one source", "una fuente"),
-    "inferred": ("inferred", "deducido"),
-    "conforms": (
-        "{right} answers are right, {differ} differ; {left} conversations were left out (--moves "
-        "and --bench allow more).",
-        "{right} respuestas son correctas, {differ} difieren; {left} conversaciones se omitieron "
-        "(--moves y --bench permiten más).",
     ),
 }
 

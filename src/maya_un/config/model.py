@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from dmc41x3.address import split
 from maya_un import manual
-from maya_un.address import split
 from maya_un.config.base import ConfigSection as _Section
 from maya_un.config.base import Contradiction, Metres
 from maya_un.config.coms import ComsConfig

@@ -4,6 +4,7 @@ SENTENCES: dict[int, str] = {
     1001: "The connection to the controller at {address} was lost ({reason}). The axes finish the motion that was already sent. Check cable and power, then run `maya recover`.",
     1002: "No controller answers at {address} ({reason}). Check power, cable and address, or start a twin with "
     "`maya dmc serve`.",
+    1004: "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this is a defect or a foreign program on the controller: read the log.",
     1005: "The device at {address} is {found}; Maya needs a DMC-41x3 with three axes. Check the address.",
     1007: "The controller keeps {register} = {found}, but the configuration says {wanted}. Correct one of them.",
     1011: "{node} is not running any more. Its motion was stopped on the path. Start it again, and check the position of the robot before you continue.",
@@ -117,4 +118,5 @@ SENTENCES: dict[int, str] = {
     "mount it for writing, then start again. systemd tries again by itself.",
     5020: "The worker process failed ({reason}), so there is no result. Nothing has moved. Try again. If that fails "
     "too, read the log and restart `maya up`.",
+    5999: "An internal error happened ({reason}). This is a defect of this program: please report it with the log.",
 }

@@ -4,6 +4,7 @@ SENTENCES: dict[int, str] = {
     1001: "Se perdió la conexión con el controlador en {address} ({reason}). Los ejes terminan el movimiento ya enviado. Revise cable y alimentación y ejecute `maya recover`.",
     1002: "Ningún controlador responde en {address} ({reason}). Revise alimentación, cable y dirección, o inicie un gemelo "
     "con `maya dmc serve`.",
+    1004: "El controlador rechazó {command!r} con el código {tc} ({reason}). Si nadie lo tecleó, es un defecto o un programa ajeno en el controlador: lea el registro.",
     1005: "El equipo en {address} es {found}; Maya necesita un DMC-41x3 de tres ejes. Revise la dirección.",
     1007: "El controlador guarda {register} = {found}, pero la configuración dice {wanted}. Corrija uno de los dos.",
     1011: "{node} ya no está en marcha. Su movimiento se detuvo sobre la trayectoria. Inícielo de nuevo y compruebe la posición del robot antes de seguir.",
@@ -117,6 +118,7 @@ SENTENCES: dict[int, str] = {
     "disco, o móntelo para escritura, e inicie de nuevo. systemd lo intenta otra vez por sí mismo.",
     5020: "El proceso auxiliar falló ({reason}), así que no hay resultado. Nada se ha movido. Inténtelo otra vez. Si "
     "vuelve a fallar, lea el registro y reinicie `maya up`.",
+    5999: "Ocurrió un error interno ({reason}). Es un defecto de este programa: repórtelo con el registro.",
 }
 
 _STATES = {

@@ -7,7 +7,7 @@ from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Any
 
-from maya_un.address import REAL, SIM, split
+from dmc41x3.address import REAL, SIM, split
 from maya_un.config import Config, load
 from maya_un.config.load import parse
 from maya_un.errors import InvalidConfig, InvalidValue, MasterGone

@@ -21,10 +21,10 @@ from typing import Any
 import rospy
 
 from dmc41x3.listening import reserve_descriptors
+from dmc41x3.loops import ScaledLoop
 from maya_un import graph
 from maya_un.errors import InternalError, InvalidValue, MayaError
 from maya_un.interpreter import prompt_loop
-from maya_un.loops import ScaledLoop
 from maya_un.ros import rosout
 from maya_un.ros.beginning import require_master, require_sole
 from maya_un.ros.ending import NodeShutdown

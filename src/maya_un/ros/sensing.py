@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import TypeVar
 
+from dmc41x3.address import split
 from dmc41x3.driver import Driver
 from dmc41x3.wire.transport import TcpTransport, Transport
-from maya_un.address import split
 from maya_un.config import Config, Units
 from maya_un.controller.latest import StateBroadcaster
 from maya_un.controller.link import DriverLink

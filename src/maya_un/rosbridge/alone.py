@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from maya_un.address import SIM
+from dmc41x3.address import SIM
 from maya_un.assembly import Stack
 from maya_un.config import Config
 from maya_un.graph.bus import Bus, BusNode

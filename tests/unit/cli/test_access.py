@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un import credentials, runtime
 from maya_un.api.access.caller import Role
 from maya_un.api.access.store import Change, FileStore, User
@@ -20,7 +21,6 @@ from maya_un.cli.access.words import word
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import LeaseLost
-from maya_un.loops import run
 from maya_un.process.journal import file
 from maya_un.runtime import Running
 from maya_un.schema.encoding import to_data

@@ -1,4 +1,4 @@
-"""`maya dmc send`: what a controller answers, for people and for programs."""
+"""`maya dmc`: what it has beside the tools of `dmc`."""
 
 from __future__ import annotations
 
@@ -7,46 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
+from dmc41x3.language.record import AxisRecord, DataRecord, encode
 from maya_un.cli.main import main
+from maya_un.controller import guard_program
 from tests.unit.cli.servers import controller
 
-RECORD = encode(
-    DataRecord(
-        (
-            AxisRecord(AxisStatus.MOVING, position=-120, reference=-118, error=-2),
-            AxisRecord(AxisStatus.MOTOR_OFF, AxisSwitches.FORWARD_INACTIVE, stop_code=1),
-            AxisRecord(),
-        )
-    )
-)
-
-
-def test_a_record_is_a_line_an_axis(capsys: pytest.CaptureFixture[str]) -> None:
-    with controller(RECORD) as (port, _):
-        assert main(["dmc", "send", f"127.0.0.1:{port}", "QR"]) == 0
-    a, b, c = capsys.readouterr().out.splitlines()
-    assert a.startswith("A  position -120  reference -118  error -2  ")
-    assert a.endswith("moving")
-    assert b.endswith("stop code 1  motor off  reverse limit")
-    assert c.endswith("stop code 0")
-
-
-def test_a_record_is_json_whole(capsys: pytest.CaptureFixture[str]) -> None:
-    with controller(RECORD) as (port, _):
-        assert main(["dmc", "send", f"127.0.0.1:{port}", "qr", "--json"]) == 0
-    (reply,) = json.loads(capsys.readouterr().out)["replies"]
-    assert reply["command"] == "qr"
-    assert reply["reply"]["axes"][0]["position"] == -120
-    assert reply["reply"]["s"]["free"] == 511
-
-
-def test_send_takes_several_commands_between_semicolons(capsys: pytest.CaptureFixture[str]) -> None:
-    with controller(RECORD) as (port, said):
-        assert main(["dmc", "send", f"127.0.0.1:{port}", "SH A;TP;", "MG 1", "--json"]) == 0
-    assert said == [b"SH A", b"TP", b"MG 1"]
-    replies = json.loads(capsys.readouterr().out)["replies"]
-    assert [reply["command"] for reply in replies] == ["SH A", "TP", "MG 1"]
+PROGRAM = "#A\nx=1\nEN\n"
+RECORD = encode(DataRecord((AxisRecord(), AxisRecord(), AxisRecord())))
 
 
 def test_real_is_the_configured_controller(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -56,3 +23,13 @@ def test_real_is_the_configured_controller(tmp_path: Path, capsys: pytest.Captur
         assert main(["dmc", "send", "real", "TP", "--config", str(file)]) == 0
     assert said[0] == b"TP"
     assert capsys.readouterr().out == ":\n"
+
+
+def test_the_guard_goes_behind_a_program_that_lets_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "a.dmc"
+    file.write_text(PROGRAM, encoding="ascii")
+    assert main(["dmc", "download", "sim", str(file), "--guard", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["lines"] == 3 + len(guard_program.text(0.5))
+    file.write_text("#LIMSWI\nRE\n", encoding="ascii")
+    assert main(["dmc", "download", "sim", str(file), "--guard", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["error"]["code"] == 2109

@@ -25,7 +25,7 @@ def names(commands: typer.Typer) -> set[str]:
 def test_every_command_is_in_the_reference() -> None:
     page = (PAGES / "command-line.md").read_text(encoding="utf-8")
     missing = {name for name in names(app.app) | {"status", "stop"} if f"| `maya {name}" not in page}
-    missing |= {name for name in names(app.dmc) if f"| `maya dmc {name}" not in page}
+    missing |= {name for name in names(app.dmc_tools) if f"| `maya dmc {name}" not in page}
     missing |= {name for name in names(app.plot) if f"| `maya plot {name}" not in page}
     missing |= {name for name in names(app.config) if name not in page.partition("`maya config ")[2].partition("`")[0]}
     assert missing == set()

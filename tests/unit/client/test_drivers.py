@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un import AsyncClient, Client
 from maya_un.client.plans import moving
 from maya_un.client.plans.patience import persistently
 from maya_un.client.request import Request, get
 from maya_un.errors import Busy, LeaseHeld, LeaseLost, ServiceNotAnswering, ServiceNotRunning
-from maya_un.loops import run
 from maya_un.schema.bodies import Speed
 from maya_un.schema.jobs import JobAccepted
 from maya_un.schema.people import LeaseTaken

@@ -16,9 +16,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import ServerConnection, serve
 
+from dmc41x3.loops import run
 from maya_un import AsyncClient, Client
 from maya_un.errors import CertificateRefused, NotSignedIn, ServiceNotRunning
-from maya_un.loops import run
 from maya_un.values import State, StopReport
 from tests.ports import free_port
 from tests.unit.client.stand import service

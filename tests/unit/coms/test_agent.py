@@ -12,6 +12,7 @@ from typing import Any, cast
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.coms.agent import LONGEST, Agent
 from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
@@ -32,7 +33,6 @@ from maya_un.graph.step_store import StepStore
 from maya_un.graph.step_text import RobotIdentity, StepEnd
 from maya_un.graph.steps import Steps, bridged
 from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
-from maya_un.loops import run
 from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.guest import Guest
 from maya_un.server import dates

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.choosing import transport_of
 from maya_un.coms.firebase_auth import FirebaseUser, FixedToken
@@ -16,7 +17,6 @@ from maya_un.coms.firestore import Firestore
 from maya_un.coms.settings import AgentSettings
 from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorTransport
 from maya_un.errors import SupervisorsNotReached
-from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.unit.coms.test_rtdb import Answers, home, lost, result, told
 from tests.waiting import until

@@ -13,6 +13,7 @@ from typing import Any
 import httpx
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.choosing import transport_of
 from maya_un.coms.firebase_auth import FirebaseUser, FixedToken, NoToken
@@ -21,7 +22,6 @@ from maya_un.coms.rtdb import Rtdb
 from maya_un.coms.settings import AgentSettings
 from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand, SupervisorTransport
 from maya_un.errors import InvalidValue, SupervisorsNotReached
-from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.waiting import until
 

@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.coms import firestore, rtdb
 from maya_un.coms.firebase_auth import FixedToken
 from maya_un.coms.firestore import Firestore
 from maya_un.coms.rtdb import Rtdb
 from maya_un.coms.transport import SupervisorChannel, SupervisorTransport
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
-from maya_un.loops import run
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.system.rtdb.tree import applied, parts
 from tests.unit.coms.test_rtdb import home, result

@@ -5,19 +5,19 @@ import asyncio
 import pytest
 
 from dmc41x3.driver import Driver
-from dmc41x3.language.record import AxisRecord, DataRecord, encode
-from dmc41x3.wire.transport import loopback_pair
-from maya_un.errors import (
+from dmc41x3.errors import (
+    CodedError,
     CommandRejected,
     ConnectFailed,
     InternalError,
     InvalidValue,
     LinkLost,
     LinkTimeout,
-    MayaError,
     NotConnected,
     UnexpectedReply,
 )
+from dmc41x3.language.record import AxisRecord, DataRecord, encode
+from dmc41x3.wire.transport import loopback_pair
 from tests.unit.dmc41x3.scripted import TIMEOUT, conversation
 from tests.virtual_time import elapse
 
@@ -48,8 +48,8 @@ def silent(_: str) -> None:
     """Answer nothing."""
 
 
-async def outcome(waiting: asyncio.Future[str] | asyncio.Task[str]) -> MayaError:
-    with pytest.raises(MayaError) as caught:
+async def outcome(waiting: asyncio.Future[str] | asyncio.Task[str]) -> CodedError:
+    with pytest.raises(CodedError) as caught:
         await waiting
     return caught.value
 

@@ -9,11 +9,11 @@ from contextlib import asynccontextmanager
 import pytest
 
 from dmc41x3.driver import Driver
+from dmc41x3.errors import CommandRejected, InvalidValue, LinkLost, LinkTimeout, ProgramDiffers
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import LoopbackTransport
-from maya_un.errors import CommandRejected, InvalidValue, LinkLost, LinkTimeout, ProgramDiffers
 from tests.unit.dmc41x3.scripted import conversation
 from tests.virtual_time import elapse
 

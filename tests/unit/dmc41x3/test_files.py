@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from dmc41x3 import files
+from dmc41x3.errors import FileUnwritable
 from maya_un.config.edit import replace
 from maya_un.config.state import own_state_folder
-from maya_un.errors import FileUnwritable
 
 Write = Callable[[Path], object]
 

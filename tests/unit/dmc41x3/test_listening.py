@@ -10,7 +10,7 @@ import pytest
 
 from dmc41x3 import listening
 from dmc41x3.listening import LEAST, DescriptorShare, DescriptorShares, Listener, Refusals
-from maya_un.loops import run
+from dmc41x3.loops import run
 from tests.virtual_time import elapse
 
 

@@ -13,12 +13,12 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
+from dmc41x3.loops import JumpingLoop
 from maya_un.errors import MayaError, NotHomed, Stopped
 from maya_un.graph.bus import Bus, BusNode
 from maya_un.graph.goals import KEPT, MANY, MOST, PERIOD
 from maya_un.graph.outcome import ENDED, failure
 from maya_un.graph.protocol import Feedback, GoalRefused, GoalStatus, GraphHandle, Message
-from maya_un.loops import JumpingLoop
 from tests.virtual_time import elapse
 
 MOVE = "maya_controller/Move"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import ROS, Caller, Role
 from maya_un.api.access.hashing import Hasher
@@ -13,7 +14,6 @@ from maya_un.api.access.operations import RULES, STOPPING, Operation
 from maya_un.api.access.store import Change, FileStore, Token, User
 from maya_un.config.state import state_folder
 from maya_un.errors import FileUnreadable, MayaError
-from maya_un.loops import run
 from maya_un.process.journal.file import NAME
 from maya_un.ros import rights
 from maya_un.ros.rights import TOKEN_FILE, FolderTokenChecker, GraphRights, token_of_graph

@@ -13,9 +13,9 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.frames import Close
 
+from dmc41x3.loops import run
 from maya_un.graph.bus import Bus
 from maya_un.graph.protocol import Graph
-from maya_un.loops import run
 from maya_un.rosbridge import wire
 from maya_un.rosbridge.endpoint import Endpoint
 from maya_un.rosbridge.guest import Guest

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.loops import run_virtual
+from dmc41x3.loops import run_virtual
 from maya_un.server.crash import keep_quiet, log_path, written_down
 
 

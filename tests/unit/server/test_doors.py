@@ -16,9 +16,9 @@ from typing import Any, TypeVar, cast
 import pytest
 
 from dmc41x3.listening import STOPS
+from dmc41x3.loops import run
 from maya_un.api.service import Service
 from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
-from maya_un.loops import run
 from maya_un.server import protocol
 from maya_un.server.app import create_app
 from maya_un.server.bridge import Bridge

@@ -15,9 +15,9 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
+from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
 from maya_un.api.access.caller import LOCAL
-from maya_un.loops import ScaledLoop, run
 from maya_un.server import rights, stream, stream_session, stream_wire
 from maya_un.server.doors import bound_socket
 from maya_un.server.stream_wire import LONGEST_MESSAGE

@@ -8,9 +8,9 @@ from typing import cast
 import httpx
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.api.service import Service
 from maya_un.errors import NodeGone
-from maya_un.loops import run
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.robot import Readiness
 from maya_un.server.app import create_app

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from dmc41x3.loops import run, run_virtual
 from maya_un.errors import InternalError, InvalidJob, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
-from maya_un.loops import run, run_virtual
 from maya_un.workers import ComputeLimits, Workers
 from tests.unit.workers import tasks
 

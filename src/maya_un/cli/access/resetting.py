@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from dmc41x3.loops import run
 from maya_un.api.access import tokens
 from maya_un.api.access.caller import Role
 from maya_un.api.access.hashing import Hasher
@@ -20,7 +21,6 @@ from maya_un.cli.access import files
 from maya_un.cli.access.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state import own_state_folder
-from maya_un.loops import run
 from maya_un.process.journal import file
 from maya_un.server.dates import now
 

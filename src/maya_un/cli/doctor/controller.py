@@ -6,11 +6,11 @@ import asyncio
 import re
 from collections.abc import AsyncIterator
 
+from dmc41x3.address import split
 from dmc41x3.driver import Driver
 from dmc41x3.language.hardware import SAMPLES
 from dmc41x3.language.numbers import parse_number
 from dmc41x3.wire.transport import TcpTransport
-from maya_un.address import split
 from maya_un.cli.doctor.finding import Finding, fail, ok, warn
 from maya_un.cli.doctor.service import limits
 from maya_un.config import Config

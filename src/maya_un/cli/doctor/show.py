@@ -6,7 +6,7 @@ import asyncio
 import sys
 from collections.abc import Callable, Iterator
 
-from maya_un.address import REAL, SIM
+from dmc41x3.address import REAL, SIM
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.doctor import certificate, controller, house, service

@@ -15,6 +15,7 @@ from prompt_toolkit.layout import ConditionalContainer, HSplit, Layout, VSplit, 
 from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
 from prompt_toolkit.styles import Style
 
+from dmc41x3.cli.signals import on_end
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration
@@ -22,7 +23,6 @@ from maya_un.cli.pendant.keys import MOVES, STEPS
 from maya_un.cli.pendant.picture import drawn
 from maya_un.cli.pendant.session import PendantSession
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.signals import on_end
 from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.kinematics.workspace import Workspace

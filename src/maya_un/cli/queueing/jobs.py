@@ -113,7 +113,7 @@ def cancel(job: int, settings: OutputSettings) -> int:
 
 
 def hold(job: int, settings: OutputSettings) -> int:
-    """Put a job aside that waits."""
+    """Hold a waiting job."""
     return _line(ServiceClient.find().ask(requests.hold_job(job)), settings)
 
 
@@ -137,7 +137,7 @@ def again(job: int, from_step: int | None, settings: OutputSettings) -> int:
 
 
 def notes(job: int, said: str, settings: OutputSettings) -> int:
-    """Write something to a job that waits."""
+    """Change the notes of a waiting job."""
     return _line(ServiceClient.find().ask(requests.change_job(job, {"notes": said})), settings)
 
 

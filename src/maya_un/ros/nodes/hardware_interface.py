@@ -7,7 +7,7 @@ If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN
 
 from __future__ import annotations
 
-from maya_un.address import REAL, SIM
+from dmc41x3.address import REAL, SIM
 from maya_un.assembly import controller_floor, staffed
 from maya_un.errors import InvalidValue
 from maya_un.ros.configuration import checked, configured

@@ -9,7 +9,7 @@ If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN
 
 from __future__ import annotations
 
-from maya_un.address import SIM
+from dmc41x3.address import SIM
 from maya_un.assembly import controller_floor, staffed
 from maya_un.errors import SpeedOnRealMachine
 from maya_un.graph.doors.sensors import SensorServer

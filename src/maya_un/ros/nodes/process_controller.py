@@ -13,8 +13,8 @@ import socket
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 
+from dmc41x3.address import REAL, SIM, meant
 from maya_un import runtime
-from maya_un.address import REAL, SIM, meant
 from maya_un.assembly import ProcessAssembly, keep_events, process_floor, staffed, storage
 from maya_un.config import Config, default_path
 from maya_un.config.state import state_folder

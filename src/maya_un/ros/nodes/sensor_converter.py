@@ -6,7 +6,7 @@ private or under /maya: address (real for the configured one, or HOST:PORT).
 
 from __future__ import annotations
 
-from maya_un.address import REAL, SIM, meant
+from dmc41x3.address import REAL, SIM, meant
 from maya_un.errors import InvalidValue
 from maya_un.graph.doors.sensors import SensorServer
 from maya_un.ros.configuration import awaited, checked

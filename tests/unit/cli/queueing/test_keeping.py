@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.loops import run
 from maya_un.cli.main import main
 from maya_un.cli.queueing.keeping import kept
-from maya_un.loops import run
 from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.states import TaskState

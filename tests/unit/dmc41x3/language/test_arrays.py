@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dmc41x3.errors import InvalidValue, UnexpectedReply
 from dmc41x3.language import arrays
 from dmc41x3.language.numbers import RAW_MAX, RAW_MIN, SCALE, parse_fixed
-from maya_un.errors import InvalidValue, UnexpectedReply
 
 raws = st.integers(RAW_MIN, RAW_MAX)
 

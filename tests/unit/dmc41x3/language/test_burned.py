@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.errors import MemoryDamaged
 from dmc41x3.language.burned import Burned
-from maya_un.errors import MemoryDamaged
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from dmc41x3.errors import InvalidValue, ProgramDiffers
 from dmc41x3.language import program
 from dmc41x3.wire.framing import LineSplitter, Reply, ReplyKind, ReplySplitter
-from maya_un.errors import InvalidValue, ProgramDiffers
 
 
 @pytest.mark.parametrize(

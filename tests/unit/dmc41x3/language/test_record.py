@@ -6,6 +6,7 @@ import struct
 
 import pytest
 
+from dmc41x3.errors import UnexpectedReply
 from dmc41x3.language.record import (
     AxisRecord,
     AxisStatus,
@@ -16,7 +17,6 @@ from dmc41x3.language.record import (
     encode,
     record_length,
 )
-from maya_un.errors import UnexpectedReply
 
 EMPTY = encode(DataRecord(axes=(AxisRecord(),) * 3))
 

@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 from dmc41x3.language.record import decode
+from dmc41x3.loops import run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.link import SEGMENT, segments
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.loops import run
 
 PATIENCE = 20.0
 """Longest wait for something that must come [s]."""

@@ -11,10 +11,10 @@ from contextlib import contextmanager
 
 import pytest
 
+from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord, encode
 from dmc41x3.wire import emergency
 from dmc41x3.wire.framing import LineSplitter
-from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 
 MOVING = AxisRecord(status=AxisStatus.MOVING | AxisStatus.POSITION_MODE)
 IN_SEQUENCE = AxisRecord(status=AxisStatus.MOVING | AxisStatus.COORDINATED)

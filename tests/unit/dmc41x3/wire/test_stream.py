@@ -10,6 +10,7 @@ from itertools import pairwise
 import pytest
 
 from dmc41x3.driver import Driver
+from dmc41x3.errors import ConnectFailed, InvalidValue, LinkLost, NotConnected, UnexpectedReply
 from dmc41x3.language.record import AxisRecord, DataRecord, encode
 from dmc41x3.twin.handles import HandleProtocol
 from dmc41x3.twin.machine import VirtualDmc
@@ -17,7 +18,6 @@ from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.stream import Gaps, RawRecord, RecordStream, StreamMode, period_of
 from dmc41x3.wire.transport import Datagrams, LoopbackDatagrams, TcpTransport, UdpTransport
-from maya_un.errors import ConnectFailed, InvalidValue, LinkLost, NotConnected, UnexpectedReply
 from tests.served import ServedTwin, served
 from tests.virtual_time import elapse
 

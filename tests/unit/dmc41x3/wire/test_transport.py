@@ -9,8 +9,8 @@ import struct
 import pytest
 
 from dmc41x3.driver import Driver
+from dmc41x3.errors import ConnectFailed, LinkLost
 from dmc41x3.wire.transport import TcpTransport, UdpTransport, datagram_pair, loopback_pair
-from maya_un.errors import ConnectFailed, LinkLost
 from tests.virtual_time import elapse
 
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.loops import run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.control import FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.loops import run
 
 PATIENCE = 20.0
 

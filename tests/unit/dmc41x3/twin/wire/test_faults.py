@@ -8,13 +8,13 @@ from math import inf
 import pytest
 
 from dmc41x3.driver import Driver
+from dmc41x3.errors import InvalidValue, UnknownName
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.disturbance import Disturbance
 from dmc41x3.twin.wire.faults import TABLE, Value, find
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import LoopbackTransport
-from maya_un.errors import InvalidValue, UnknownName
 from tests.virtual_time import elapse
 
 

@@ -9,12 +9,12 @@ from contextlib import suppress
 import pytest
 
 from dmc41x3.driver import Driver
+from dmc41x3.errors import AddressInUse, CommandRejected, LinkLost
 from dmc41x3.language.record import decode
+from dmc41x3.loops import run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import TICK, VirtualController
-from maya_un.errors import AddressInUse, CommandRejected, LinkLost
-from maya_un.loops import run
 from tests.virtual_time import elapse, turn
 
 

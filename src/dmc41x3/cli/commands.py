@@ -1,0 +1,183 @@
+"""The tools of `dmc`: their arguments, their help, and the module that carries each out."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from dmc41x3.address import SIM
+from dmc41x3.cli.settings import settings_of
+
+_HOST = "sim (a twin of its own), real (the configured controller), or HOST[:PORT]"
+Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
+OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=_HOST)]
+Rate = Annotated[float, typer.Option(help="samples a second")]
+
+
+File = Annotated[str, typer.Argument(metavar="FILE", help="lines of a DMC program")]
+Label = Annotated[str | None, typer.Option(metavar="LABEL", help="then run it from this label; '' is line 0")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="0: any")]
+AlsoPorts = Annotated[list[int], typer.Option(min=1, max=65535, help="one more port; may be repeated")]
+Udp = Annotated[bool, typer.Option(help="listen on the same UDP ports too")]
+MemoryFile = Annotated[str | None, typer.Option(metavar="FILE", help="file of the burned memory (BN, BP, BV)")]
+Firmware = Annotated[str | None, typer.Option(metavar="LINE", help="the answer to ^R^V")]
+Tolerance = Annotated[float, typer.Option(help="tolerance of positions [counts]")]
+
+
+def send(
+    context: typer.Context,
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
+    commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A", "SH;TP"')],
+) -> int:
+    """Send commands to a controller and print its replies.
+
+    Ends at the first refused command.
+    """
+    from dmc41x3.cli import send as command
+
+    return command.send(host, commands, settings_of(context))
+
+
+def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
+    """Talk to a controller by hand, with the axes in view.
+
+    Tab completes, F1 helps, F12 stops motion. Without a screen it reads commands from standard input and prints the
+    answers.
+    """
+    from dmc41x3.cli.terminal import start
+
+    return start.terminal(host, settings_of(context))
+
+
+def watch(
+    context: typer.Context,
+    host: Host,
+    channels: Annotated[list[str] | None, typer.Argument(metavar="[EXPR]...", help="as in MG: _TPA, @IN[1], x")] = None,
+    rate: Rate = 4.0,
+    seconds: Annotated[float | None, typer.Option("--for", help="duration [s]")] = None,
+) -> int:
+    """Show live values until Ctrl-C.
+
+    Without EXPR, those of the axes. With --json, one line a sample.
+    """
+    from dmc41x3.cli import watch as command
+
+    return command.watch(host, channels or [], rate, seconds, settings_of(context))
+
+
+def scope(
+    context: typer.Context,
+    host: Host,
+    channels: Annotated[str, typer.Option(help="separated by commas: _TPA,_TEA,_TTB")],
+    rate: Rate = 50.0,
+    seconds: Annotated[float, typer.Option("--for", help="length of the recording [s]")] = 5.0,
+    trigger: Annotated[str | None, typer.Option(help="begin when this expression is not 0: _TPA>1000")] = None,
+    csv: Annotated[str | None, typer.Option(metavar="FILE", help="a table")] = None,
+    png: Annotated[str | None, typer.Option(metavar="FILE", help="a picture")] = None,
+) -> int:
+    """Record values over time, to a table, a picture, or the screen.
+
+    Ctrl-C ends it early.
+    """
+    from dmc41x3.cli import scope as command
+
+    request = command.ScopeRequest(command.split_channels(channels), rate, seconds, trigger, csv, png)
+    return command.scope(host, request, settings_of(context))
+
+
+def upload(
+    context: typer.Context,
+    host: Host,
+    file: Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: the screen")] = None,
+) -> int:
+    """Keep the program of a controller in a file."""
+    from dmc41x3.cli import program as command
+
+    return command.upload(host, file, settings_of(context))
+
+
+def capture(
+    context: typer.Context,
+    host: Host,
+    listen: Annotated[int, typer.Option(min=0, max=65535, help="port for the client; 0: any")],
+    out: Annotated[str, typer.Option(metavar="FILE", help="one JSON line for each piece of the wire")],
+    local: Annotated[str, typer.Option("--host", help="address to listen on")] = "127.0.0.1",
+) -> int:
+    """Record the traffic between a Galil client and a controller.
+
+    The client connects to this, and this to the controller, until Ctrl-C.
+    """
+    from dmc41x3.cli import capture as command
+
+    return command.capture(host, local, listen, out, settings_of(context))
+
+
+def conform(
+    context: typer.Context,
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
+    moves: Annotated[
+        bool, typer.Option("--moves", help="check motion too: motors turn by a few thousand counts")
+    ] = False,
+    bench: Annotated[
+        bool, typer.Option("--bench", help="check everything, on a controller without a machine: see above")
+    ] = False,
+) -> int:
+    """Check whether a controller answers as a DMC-41x3 does.
+
+    Without --moves and --bench nothing moves, and each changed setting is restored.
+
+    --bench is for a controller without a machine. It restores the factory settings, erases program,
+    variables and arrays, burns that, and resets the controller. Then it checks all commands, outputs included.
+    """
+    from dmc41x3.cli import conform as command
+
+    return command.conform(host, moves, bench, settings_of(context))
+
+
+def gclib_group(how: dict[str, Any], group: dict[str, Any]) -> typer.Typer:
+    """Return the commands for Galil's gclib; `how` and `group` are the options that all commands and groups have."""
+    gclib = typer.Typer(**group, help="A module gclib for scripts written for Galil's.")
+    gclib.command("install", **how)(gclib_install)
+    gclib.command("uninstall", **how)(gclib_uninstall)
+    gclib.command("status", **how)(gclib_status)
+    context = how["context_settings"] | {"allow_interspersed_args": False}
+    gclib.command("run", **how | {"context_settings": context})(gclib_run)
+    return gclib
+
+
+def gclib_install(
+    context: typer.Context,
+    force: Annotated[bool, typer.Option("--force", help="replace another module of that name")] = False,
+) -> int:
+    """Install Maya's module gclib into this Python environment."""
+    from dmc41x3.cli import gclib as command
+
+    return command.install(settings_of(context), force=force)
+
+
+def gclib_uninstall(context: typer.Context) -> int:
+    """Remove Maya's module gclib again."""
+    from dmc41x3.cli import gclib as command
+
+    return command.uninstall(settings_of(context))
+
+
+def gclib_status(context: typer.Context) -> int:
+    """Show the module that `import gclib` finds here."""
+    from dmc41x3.cli import gclib as command
+
+    return command.status(settings_of(context))
+
+
+def gclib_run(
+    script: Annotated[str, typer.Argument(metavar="SCRIPT", help="a Python file")],
+    arguments: Annotated[list[str] | None, typer.Argument(metavar="[ARG]...", help="arguments of the script")] = None,
+) -> int:
+    """Run a script that imports gclib, without installing anything.
+
+    Write `run -- SCRIPT` if the script itself has --json, --lang or --config.
+    """
+    from dmc41x3.cli import gclib as command
+
+    return command.run(script, arguments or ())

@@ -1,0 +1,101 @@
+"""`dmc gclib`: a module named gclib for scripts written for Galil's, in this environment or for one run."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Sequence
+from pathlib import Path
+
+from dmc41x3 import files
+from dmc41x3.cli import output
+from dmc41x3.cli.settings import OutputSettings
+from dmc41x3.errors import FileNotOurs, FileUnreadable, FileUnwritable
+from dmc41x3.gclib import shim
+
+SHIM = Path(shim.__file__).parent
+"""The directory that holds the module."""
+
+_MODULE = "gclib.py"
+_MARK = "The module `gclib` of maya-un"
+
+
+def install(settings: OutputSettings, *, force: bool, site: Path | None = None) -> int:
+    """Put the module into this environment (or `site`); raises `FileNotOurs` where another one is there.
+
+    `force` replaces another module, never a package.
+    """
+    place = _place(site)
+    if _package(place).exists():
+        raise FileNotOurs(
+            path=str(_package(place)), remedy="remove that package first, with the tool that installed it"
+        )
+    if place.exists() and not _ours(place) and not force:
+        raise FileNotOurs(path=str(place), remedy="with --force it is replaced")
+    files.write(place, _text())
+    return output.answer({"path": str(place)}, f"`import gclib` finds {place} now.", settings)
+
+
+def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
+    """Take the module out of this environment again; raises `FileNotOurs` where it is another one."""
+    place = _place(site)
+    if not place.exists():
+        return output.answer({"path": None}, "There is no gclib here.", settings)
+    if not _ours(place):
+        raise FileNotOurs(path=str(place), remedy="it is left alone")
+    try:
+        place.unlink()
+    except OSError as error:
+        raise FileUnwritable(path=str(place), reason=error.strerror or str(error)) from error
+    return output.answer({"path": str(place)}, f"{place} is gone.", settings)
+
+
+def status(settings: OutputSettings, *, site: Path | None = None) -> int:
+    """Tell what `import gclib` finds in this environment."""
+    place = _place(site)
+    found = next((path for path in (_package(place), place) if path.exists()), None)
+    ours = found == place and _ours(place)
+    current = ours and place.read_text(encoding="utf-8", errors="replace") == _text()
+    says = {"path": None if found is None else str(found), "ours": ours, "current": current}
+    if found is None:
+        text = f"There is no gclib here. `{settings.site.command} gclib install` puts one."
+    elif not ours:
+        text = f"{found} is somebody else's."
+    else:
+        text = f"{found} is ours{'' if current else ', of another version: install it again'}."
+    return output.answer(says, text, settings)
+
+
+def run(script: str, arguments: Sequence[str]) -> int:
+    """Run a script, as it stands, in a process that finds our gclib first; returns its exit code.
+
+    It is 128 and the number of the signal, as a shell has it, where one ended the script.
+    """
+    if not Path(script).is_file():
+        raise FileUnreadable(path=script, reason="there is no such file")
+    paths = [str(SHIM), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+    code = subprocess.run([sys.executable, script, *arguments], env=environment, check=False).returncode
+    return code if code >= 0 else 128 - code
+
+
+def _place(site: Path | None) -> Path:
+    return (site or Path(sysconfig.get_paths()["purelib"])) / _MODULE
+
+
+def _package(place: Path) -> Path:
+    """Return where a package would be that is found before the module."""
+    return place.with_suffix("") / "__init__.py"
+
+
+def _ours(place: Path) -> bool:
+    try:
+        return _MARK in place.read_text(encoding="utf-8", errors="replace").partition("\n")[0]
+    except OSError:
+        return False
+
+
+def _text() -> str:
+    return (SHIM / _MODULE).read_text(encoding="utf-8")

@@ -1,0 +1,77 @@
+"""`dmc serve`: a virtual controller for anybody who speaks its language."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from dmc41x3.cli import output
+from dmc41x3.cli.bench import bench
+from dmc41x3.cli.settings import OutputSettings
+from dmc41x3.cli.signals import asked_to_end
+from dmc41x3.cli.values import clock_factor
+from dmc41x3.errors import FileUnwritable, InvalidValue
+from dmc41x3.files import writable_place
+from dmc41x3.listening import reserve_descriptors
+from dmc41x3.loops import ScaledLoop, run
+from dmc41x3.twin.memory import Memory
+
+
+class BenchOptions(NamedTuple):
+    """The options of the command line. `speed` is None if the line has none."""
+
+    host: str
+    port: int
+    also_ports: Sequence[int] = ()
+    udp: bool = True
+    axes: int = 3
+    memory: str | None = None
+    firmware: str | None = None
+    speed: float | None = None
+
+
+def serve(options: BenchOptions, settings: OutputSettings) -> int:
+    """Serve a virtual controller until Ctrl-C or SIGTERM; prints where it listens once it does.
+
+    Raises `AddressInUse`, `FileUnwritable` and `InvalidValue`.
+    """
+    memory = burned(options.memory)
+    require_line(options.firmware)
+    reserve_descriptors()
+    factor = clock_factor(options.speed)
+    run(_serve(options, memory, settings), lambda: ScaledLoop(factor))
+    return output.DONE
+
+
+def burned(file: str | None) -> Memory:
+    """Return the memory that is kept in `file`, or one that is lost; raises `FileUnwritable`."""
+    if file is None:
+        return Memory(None)
+    path = Path(file).absolute()
+    if not os.access(path.parent, os.W_OK):
+        raise FileUnwritable(path=file, reason="its folder is not there or not ours to write to")
+    writable_place(path)
+    return Memory(path)
+
+
+def require_line(firmware: str | None) -> None:
+    """Raise `InvalidValue` if an answer to ^R^V is not a line in ASCII."""
+    if firmware is not None and not (firmware.isascii() and firmware.isprintable()):
+        raise InvalidValue(key="--firmware", value=firmware, reason="it is a line in ASCII")
+
+
+async def _serve(options: BenchOptions, memory: Memory, settings: OutputSettings) -> None:
+    controller = bench(options.axes, memory, options.firmware)
+    try:
+        host, port = await controller.serve(options.host, options.port, udp=options.udp)
+        for also in options.also_ports:
+            await controller.serve(options.host, also, udp=options.udp)
+        address = f"{host}:{port}"
+        also = [f"{host}:{also}" for also in options.also_ports]
+        value = {"address": address, "also": also, "udp": options.udp, "pid": os.getpid()}
+        output.answer(value, address, settings)
+        await asked_to_end()
+    finally:
+        await controller.close()

@@ -1,0 +1,67 @@
+"""The terminal without a screen: lines from standard input, answers to standard output."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from typing import TextIO
+
+from dmc41x3.cli import output
+from dmc41x3.cli.dial import Dial
+from dmc41x3.cli.site import Site
+from dmc41x3.cli.terminal.session import TerminalSession
+from dmc41x3.cli.terminal.stopping import stop_directly
+from dmc41x3.cli.terminal.words import carry_out
+
+QUIT = {":quit", ":q"}
+"""Lines that end a session."""
+
+
+class PipeOutput:
+    """Says answers as they are; what nobody asked for goes to standard error, so that a script can tell."""
+
+    def answer(self, text: str) -> None:
+        """Print what the controller printed."""
+        output.say(text.replace("\r", ""))
+
+    def refused(self, text: str) -> None:
+        """Print a refusal where its answer would stand."""
+        output.say(text)
+
+    def message(self, text: str) -> None:
+        """Print a message of a program to standard error."""
+        _aside(f"message: {text}")
+
+    def note(self, text: str) -> None:
+        """Print a note of the terminal to standard error."""
+        _aside(text)
+
+    def trouble(self, text: str) -> None:
+        """Print what went wrong to standard error."""
+        _aside(text)
+
+
+def _aside(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+async def converse(dial: Dial, place: str, lines: TextIO, site: Site) -> int:
+    """Carry out every line of a text, each after the one before it; return the exit code.
+
+    1 where anything was refused or the link was lost. Raises `ConnectFailed`.
+    """
+    session = TerminalSession(dial, place, PipeOutput(), stop_directly(place), site)
+    work: asyncio.Task[None] | None = None
+    try:
+        await session.connect()
+        work = asyncio.create_task(session.work(carry_out))
+        while (line := await asyncio.to_thread(lines.readline)) and line.strip() not in QUIT:
+            session.enter(line)
+            await session.answered()
+        await session.settled()
+    finally:
+        if work is not None:
+            work.cancel()
+            await asyncio.wait({work})
+        await session.close()
+    return output.FAILED if session.refused or session.trouble else output.DONE

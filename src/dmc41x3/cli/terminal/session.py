@@ -1,0 +1,256 @@
+"""A conversation with a controller: lines in, answers out in order, and what is watched meanwhile.
+
+Nothing here waits for the person or draws on a screen. Lines wait for each other, and nobody waits for them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Awaitable, Callable, Coroutine
+from contextlib import suppress
+
+from dmc41x3.cli.dial import Dial
+from dmc41x3.cli.site import ALONE, Site
+from dmc41x3.cli.terminal import guide, panel, stopping
+from dmc41x3.cli.terminal.link import TerminalLink
+from dmc41x3.cli.terminal.names import CompletionNames, ask, assigned
+from dmc41x3.cli.terminal.voice import SessionOutput
+from dmc41x3.driver import Driver
+from dmc41x3.errors import CodedError, CommandRejected, MachineError, NotConnected
+from dmc41x3.language.commands import CONTROL, FORMS, split_line
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import DataRecord
+from dmc41x3.wire.emergency import StopOutcome
+
+REFRESH = 0.2
+"""How long the panel rests between two looks at the axes [s]."""
+
+RETRY = 10
+"""A watched expression that was refused is asked for again every so many looks; each refusal costs a TC1."""
+
+SLOW = {"BN": 30.0, "BP": 30.0, "BV": 30.0, "BX": 60.0, "BZ": 60.0}
+"""Commands known to take long, and the longest wait for their reply [s]."""
+
+_ELSEWHERE = {
+    "DL": "a program goes in by :download FILE",
+    "ED": "a program goes in by :download FILE",
+    "QD": "its data would be taken for commands",
+}
+_RENAMES = re.compile(r"DM|DA|XQ|DL")
+
+
+class TerminalSession:
+    """A link, the lines sent over it, and what the panel shows.
+
+    `directly`, where there is one, stops the controller without the link.
+    `work` and `watch` carry it, each in a task of its own; `enter` hands it a line. `waiting` is how many lines have
+    no answer yet, `refused` whether anything was, `quiet` whether the panel rests.
+    """
+
+    def __init__(
+        self,
+        dial: Dial,
+        place: str,
+        voice: SessionOutput,
+        directly: Callable[[], StopOutcome] | None = None,
+        site: Site = ALONE,
+    ) -> None:
+        self.place = place
+        self.site = site
+        self._directly = directly
+        self.voice = voice
+        self.link = TerminalLink(dial, voice.message, self._on_loss)
+        self.names = CompletionNames()
+        self.record: DataRecord | None = None
+        self.watched: dict[str, str] = {}
+        self.waiting = 0
+        self.refused = False
+        self.trouble = ""
+        self.quiet = False
+        self._looked = 0.0
+        self._lines: asyncio.Queue[str] = asyncio.Queue()
+        self._beside: set[asyncio.Task[None]] = set()
+
+    @property
+    def silence(self) -> float:
+        """How long ago the panel's values were true [s]."""
+        return asyncio.get_running_loop().time() - self._looked if self.record is not None else 0.0
+
+    async def connect(self) -> None:
+        """Make the link, and say so; raises `ConnectFailed` and what a controller that falls silent raises."""
+        await self.link.connect()
+        self.trouble = ""
+        await self._look()
+        await self.learn()
+        firmware = await self.link.driver.send(CONTROL["^R^V"])
+        self.voice.note(f"{firmware} at {self.place}")
+        if not self.link.messages:
+            self.voice.note("Messages of programs go to another handle; `:messages` has them come here.")
+
+    async def reconnect(self) -> None:
+        """Connect again and say how it went; never raises for a controller that is not there."""
+        self.voice.note(f"Connecting to {self.place} ...")
+        try:
+            await self.connect()
+        except CodedError as error:
+            self.trouble = str(error)
+            self.voice.trouble(str(error))
+
+    def enter(self, line: str) -> None:
+        """Take a line; what comes of it is said later, in order. A stop waits for nobody."""
+        if line.strip() == ":stop":
+            self.beside(self.stop())
+            return
+        self.waiting += 1
+        self._lines.put_nowait(line)
+
+    async def work(self, carry_out: Callable[[TerminalSession, str], Awaitable[None]]) -> None:
+        """Carry out lines as they are entered; runs until it is cancelled."""
+        while True:
+            line = await self._lines.get()
+            try:
+                await carry_out(self, line)
+            finally:
+                self.waiting -= 1
+                self._lines.task_done()
+
+    async def watch(self) -> None:
+        """Keep the panel's values true; runs until it is cancelled."""
+        turn = 0
+        while True:
+            await asyncio.sleep(REFRESH)
+            if not self.link.up or self.quiet:
+                continue
+            with suppress(CodedError):  # a loss is told by the link
+                await self._look()
+                await self._evaluate(turn)
+            turn += 1
+
+    async def _look(self) -> None:
+        self.record = await self.link.driver.record()
+        self._looked = asyncio.get_running_loop().time()
+
+    async def _evaluate(self, turn: int) -> None:
+        for expression, value in list(self.watched.items()):
+            if value.startswith("?") and turn % RETRY:
+                continue
+            shown = await _value(self.link.driver, expression)
+            if expression in self.watched:
+                self.watched[expression] = shown
+
+    async def learn(self) -> None:
+        """Ask which names there are, to complete with."""
+        axes = LETTERS[: len(self.record.axes)] if self.record is not None else "ABC"
+        self.names = await ask(self.link.driver, axes)
+
+    async def send(self, line: str) -> None:
+        """Send the commands of a line one after the other and say each answer; a refused one does not end the line."""
+        for command in split_line(line):
+            if not command:
+                continue
+            try:
+                await self._send(command)
+            except CommandRejected as error:
+                self._refusal(command, error)
+            except NotConnected:
+                self.voice.trouble(f"Not sent: {command}. There is no link; F5 or :reconnect makes it again.")
+                return
+            except MachineError:
+                return  # told by the link
+            except CodedError as error:
+                self.refused = True
+                self.voice.trouble(str(error))
+
+    async def _send(self, command: str) -> None:
+        driver = self.link.driver
+        reason = _elsewhere(command)
+        if reason is not None:
+            self.refused = True
+            self.voice.trouble(f"Not sent: {command}: {reason}.")
+            return
+        if command == "QR":
+            self.voice.answer(panel.plain(panel.axes(await driver.record(), 120)))
+            return
+        patience = SLOW.get(command[:2])
+        answer = await driver.exact(CONTROL.get(command, command), timeout=patience)
+        self.voice.answer(answer or ":")
+        if (name := assigned(command)) is not None and command[:2] not in FORMS:
+            self.names = self.names.with_variable(name)
+        elif _RENAMES.match(command):
+            await self.learn()
+
+    def _refusal(self, command: str, error: CommandRejected) -> None:
+        self.refused = True
+        hint = ""
+        if command[:2].islower() and guide.entry(command[:2].upper()) is not None:
+            hint = f"  (commands are written in capitals: {command[:2].upper()})"
+        self.voice.refused(f"? {error.details['tc']} {error.details['reason']}{hint}")
+
+    async def stop(self) -> None:
+        """Stop what moves, past all lines that wait, and say what it was; never raises.
+
+        Where the link does not serve, by a handle of its own.
+        """
+        try:
+            outcome = await self._stop()
+        except CodedError as error:
+            self.voice.trouble(f"NOT STOPPED by this terminal: {error}")
+            return
+        moved = outcome.decelerating
+        self.voice.note(f"Stopping {', '.join(moved)}." if moved else "Nothing moves.")
+        if self.record is not None and (running := panel.threads(self.record)):
+            self.voice.note(f"Programs still run (thread {running}) and may move again; HX ends them.")
+
+    async def _stop(self) -> StopOutcome:
+        try:
+            return await stopping.stop(self.link.driver)
+        except CodedError:
+            if self._directly is None:
+                raise
+        return await asyncio.to_thread(self._directly)
+
+    def _on_loss(self, error: MachineError) -> None:
+        self.trouble = str(error)
+        self.voice.trouble(f"LINK LOST: {error} F5 or :reconnect makes it again.")
+
+    def beside(self, work: Coroutine[None, None, None]) -> None:
+        """Do `work` beside the lines; `close` ends what is left of it."""
+        task = asyncio.get_running_loop().create_task(work)
+        self._beside.add(task)
+        task.add_done_callback(self._beside.discard)
+
+    async def answered(self) -> None:
+        """Wait until every line has been carried out; what they began beside them may go on."""
+        await self._lines.join()
+
+    async def settled(self) -> None:
+        """Wait until every line has been carried out, and what was begun beside them is done."""
+        await self.answered()
+        while self._beside:
+            await asyncio.wait(set(self._beside))
+
+    async def close(self) -> None:
+        """End what is under way, and the link."""
+        for task in tuple(self._beside):
+            task.cancel()
+        if self._beside:
+            await asyncio.wait(set(self._beside))
+        await self.link.close()
+
+
+async def _value(driver: Driver, expression: str) -> str:
+    try:
+        return (await driver.send(f"MG {expression}")).strip()
+    except CommandRejected as error:
+        return f"?{error.details['tc']}"
+
+
+def _elsewhere(command: str) -> str | None:
+    """Return why a command is not for the keyboard: what follows it, or its answer, could not be told apart."""
+    if command.startswith("MG") and re.search(r"\{N\}\s*$", command):
+        return "an answer without a line end cannot be told from the next"
+    for name, reason in _ELSEWHERE.items():
+        if command.startswith(name) and command[2:].strip() not in {"?", "=?"} and "=" not in command:
+            return reason
+    return None

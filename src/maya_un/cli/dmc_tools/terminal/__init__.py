@@ -1,1 +1,0 @@
-"""`maya dmc terminal`: talk to a controller by hand, and see what its axes do meanwhile."""
