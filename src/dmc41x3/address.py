@@ -1,6 +1,6 @@
 """The address of a controller, as people write it: `sim`, `real`, HOST or HOST:PORT.
 
-Imports nothing heavy, because `maya stop` needs it.
+Imports nothing heavy, because an emergency stop needs it.
 """
 
 from __future__ import annotations

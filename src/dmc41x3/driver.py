@@ -158,7 +158,7 @@ class Driver:
         return future
 
     async def value(self, operand: str) -> float:
-        """Return the value of an operand, variable or expression (`_TPA`, `TIME`, `mayahome`).
+        """Return the value of an operand, variable or expression (`_TPA`, `TIME`, `speed`).
 
         Raises `UnexpectedReply` where the answer is not one number, and as `send`.
         """
