@@ -23,7 +23,7 @@ CLEAN = (
     "src/maya_un/robot", "src/maya_un/process", "src/maya_un/api", "src/maya_un/recorder", "src/maya_un/server",
     "src/maya_un/client", "src/maya_un/coms", "src/maya_un/supervisor", "src/maya_un/plots", "src/maya_un/workers",
     "src/maya_un/testing", "src/maya_un/events.py", "src/maya_un/assembly.py", "src/maya_un/values.py",
-    "src/maya_un/loops.py", "src/maya_un/address.py", "src/maya_un/cli/help.py", "src/maya_un/cli/words.py",
+    "src/dmc41x3/loops.py", "src/dmc41x3/address.py", "src/maya_un/cli/help.py", "src/maya_un/cli/words.py",
     "src/maya_un/cli/waiting.py", "src/maya_un/cli/access/words.py", "src/maya_un/cli/calibrate/words.py",
     "src/maya_un/cli/doctor/words.py", "src/maya_un/cli/fleet/words.py", "src/maya_un/cli/logs/words.py",
     "src/maya_un/cli/queueing/words.py",
