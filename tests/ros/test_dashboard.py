@@ -219,7 +219,7 @@ def test_a_lost_robot_is_shown_and_lets_go_of_what_is_held(screen: Screen) -> No
 def test_a_silent_floor_is_no_robot(screen: Screen) -> None:
     screen.tell("Presence", **HERE, silent=True)
     assert screen.text("mode") == "Disconnected"
-    assert "says nothing" in screen.text("banner_text")
+    assert "sends nothing" in screen.text("banner_text")
 
 
 @pytest.mark.parametrize("loss", ["release", "unfocus", "hide"])
@@ -271,7 +271,7 @@ def test_a_button_held_with_the_pointer_lets_go_when_it_is_hidden(screen: Screen
 def test_what_is_under_way_is_shown_until_it_has_ended(screen: Screen) -> None:
     screen.tell("Under", wish="task", phase="lower", share=0.4)
     assert screen.text("progress") == "Task: lower  %p%"
-    assert "under way" in screen.read("now")["tip"]
+    assert "is running" in screen.read("now")["tip"]
     screen.tell("Ended", wish="task", done=False, code="2201", message="Stopped before the end by a stop command.")
     assert screen.text("note") == "Task: Stopped before the end by a stop command. (2201)"
     assert screen.read("note")["kind"] == ""

@@ -51,4 +51,4 @@ def test_maya_adds_its_own_advice() -> None:
     import maya_un.errors
 
     assert maya_un.errors.LinkLost is errors.LinkLost
-    assert str(errors.LinkLost(address="sim", reason="reset")).endswith("then say `maya recover`.")
+    assert str(errors.LinkLost(address="sim", reason="reset")).endswith("then run `maya recover`.")
