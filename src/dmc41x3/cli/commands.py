@@ -150,14 +150,14 @@ def gclib_install(
     context: typer.Context,
     force: Annotated[bool, typer.Option("--force", help="replace another module of that name")] = False,
 ) -> int:
-    """Install Maya's module gclib into this Python environment."""
+    """Install a module gclib into this Python environment."""
     from dmc41x3.cli import gclib as command
 
     return command.install(settings_of(context), force=force)
 
 
 def gclib_uninstall(context: typer.Context) -> int:
-    """Remove Maya's module gclib again."""
+    """Remove the module gclib again."""
     from dmc41x3.cli import gclib as command
 
     return command.uninstall(settings_of(context))

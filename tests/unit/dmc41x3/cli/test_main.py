@@ -77,7 +77,7 @@ def test_a_defect_is_one_sentence_behind_its_traceback(
     assert main(["watch", "sim"]) == 1
     said = capsys.readouterr().err
     assert said.startswith("Traceback")
-    assert "dmc: error 5999: Something went wrong inside (ZeroDivisionError: a defect)." in said.splitlines()[-1]
+    assert "dmc: error 5999: An internal error happened (ZeroDivisionError: a defect)." in said.splitlines()[-1]
 
 
 def test_a_served_twin_needs_no_maya_and_ends_on_sigterm(tmp_path: Path) -> None:
