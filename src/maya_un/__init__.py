@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
+from dmc41x3 import __version__
 from dmc41x3.messages import add_catalogue
-
-__version__ = "0.2.0"
 
 __all__ = ["__version__"]
 

@@ -33,20 +33,7 @@ def group() -> typer.Typer:
         no_args_is_help=True,
         context_settings={"help_option_names": ["--help", "-h"]},
     )
-    for command in (
-        serve,
-        tools.send,
-        tools.terminal,
-        tools.watch,
-        tools.scope,
-        tools.upload,
-        download,
-        tools.capture,
-        replay,
-        tools.conform,
-    ):
-        dmc.command(**_HOW)(command)
-    dmc.add_typer(tools.gclib_group(_HOW, _GROUP), name="gclib")
+    tools.add_to(dmc, tools.OwnCommands((serve,), download, replay), _HOW, _GROUP)
     return dmc
 
 

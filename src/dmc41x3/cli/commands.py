@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -13,8 +14,6 @@ _HOST = "sim (a twin of its own), real (the configured controller), or HOST[:POR
 Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
 OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=_HOST)]
 Rate = Annotated[float, typer.Option(help="samples a second")]
-
-
 File = Annotated[str, typer.Argument(metavar="FILE", help="lines of a DMC program")]
 Label = Annotated[str | None, typer.Option(metavar="LABEL", help="then run it from this label; '' is line 0")]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="0: any")]
@@ -23,6 +22,16 @@ Udp = Annotated[bool, typer.Option(help="listen on the same UDP ports too")]
 MemoryFile = Annotated[str | None, typer.Option(metavar="FILE", help="file of the burned memory (BN, BP, BV)")]
 Firmware = Annotated[str | None, typer.Option(metavar="LINE", help="the answer to ^R^V")]
 Tolerance = Annotated[float, typer.Option(help="tolerance of positions [counts]")]
+
+Command = Callable[..., int]
+
+
+class OwnCommands(NamedTuple):
+    """The commands that `dmc` and `maya dmc` each have in a form of their own; those about the `twin` come first."""
+
+    twin: tuple[Command, ...]
+    download: Command
+    replay: Command
 
 
 def send(
@@ -135,8 +144,18 @@ def conform(
     return command.conform(host, moves, bench, settings_of(context))
 
 
-def gclib_group(how: dict[str, Any], group: dict[str, Any]) -> typer.Typer:
-    """Return the commands for Galil's gclib; `how` and `group` are the options that all commands and groups have."""
+def add_to(group: typer.Typer, own: OwnCommands, how: dict[str, Any], of_groups: dict[str, Any]) -> None:
+    """Add the tools to a group, in the order of its help, with the commands that are its `own`.
+
+    `how` and `of_groups` are the options that all commands and groups have.
+    """
+    tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform)
+    for command in (*own.twin, *tools):
+        group.command(**how)(command)
+    group.add_typer(_gclib_group(how, of_groups), name="gclib")
+
+
+def _gclib_group(how: dict[str, Any], group: dict[str, Any]) -> typer.Typer:
     gclib = typer.Typer(**group, help="A module gclib for scripts written for Galil's.")
     gclib.command("install", **how)(gclib_install)
     gclib.command("uninstall", **how)(gclib_uninstall)

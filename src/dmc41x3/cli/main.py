@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from dmc41x3 import __version__
 from dmc41x3.cli import app, output
-from dmc41x3.cli.settings import OutputSettings, asks_for_json, from_environment, split
+from dmc41x3.cli.settings import asks_for_json, from_environment, split
 from dmc41x3.errors import CodedError, InternalError
 
 
@@ -31,24 +31,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             return output.answer({"version": __version__}, f"dmc {__version__}", settings)
         return app.run(rest, settings)
     except CodedError as error:
-        return _complained(error, settings)
+        return output.complain(error, settings)
     except (KeyboardInterrupt, CancelledError):
         return output.INTERRUPTED
     except BrokenPipeError:
         return output.FAILED
     except Exception as error:  # noqa: BLE001 - a defect: one sentence behind its traceback
         traceback.print_exc()
-        return _complained(InternalError(reason=f"{type(error).__name__}: {error}"), settings)
-
-
-def _complained(error: CodedError, settings: OutputSettings) -> int:
-    """Print an error, on the error line where answers cannot be printed, and return its exit code."""
-    try:
-        return output.complain(error, settings)
-    except BrokenPipeError:
-        return output.exit_code(error.code)
-    except CodedError:
-        return output.complain(error, settings._replace(json=False))
+        return output.complain(InternalError(reason=f"{type(error).__name__}: {error}"), settings)
 
 
 if __name__ == "__main__":

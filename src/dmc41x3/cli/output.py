@@ -1,4 +1,4 @@
-"""What goes to the screen: sentences, JSON, and errors with their code and the exit code that belongs to it."""
+"""Print sentences, JSON, and errors with their code; map error codes to exit codes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DONE = 0
 """Everything asked for was done."""
 
 FAILED = 1
-"""The wish was understood but not carried out, or not to its end."""
+"""The command was understood but not carried out, or not to its end."""
 
 REFUSED = 2
 """The command line, a value, a file or the configuration is wrong; nothing was tried."""
@@ -30,7 +30,7 @@ INTERRUPTED = 130
 def tolerate_any_terminal() -> None:
     """Show `?` for a letter that the terminal's encoding lacks, rather than fail on it, and read what is none as such.
 
-    Where there is no input, as under a service manager, it is at its end.
+    Without an input, as under a service manager, reading finds the end of a file.
     """
     if cast("object", sys.stdin) is None:
         sys.stdin = Path(os.devnull).open(encoding="utf-8")  # noqa: SIM115 - for as long as the process lives
@@ -40,7 +40,7 @@ def tolerate_any_terminal() -> None:
 
 
 def say(text: str) -> None:
-    """Print one line for people, in one piece: who reads along must not see half of it."""
+    """Print one line for people, in one piece, so that a reader never sees half of it."""
     _print(f"{text}\n")
 
 
@@ -50,7 +50,7 @@ def emit(value: object) -> None:
 
 
 def _print(text: str) -> None:
-    """Print; raises `FileUnwritable`, and `BrokenPipeError` where nobody reads any more."""
+    """Print; raises `FileUnwritable`, and `BrokenPipeError` if the reader is gone."""
     try:
         print(text, end="", flush=True)
     except BrokenPipeError:
@@ -60,7 +60,7 @@ def _print(text: str) -> None:
 
 
 def forget_unprinted() -> None:
-    """Drop what nobody takes; else the interpreter complains once again on its way out."""
+    """Drop unprinted output if the reader is gone; otherwise the interpreter reports it again at its end."""
     try:
         print(end="", flush=True)
     except OSError:
@@ -68,7 +68,7 @@ def forget_unprinted() -> None:
 
 
 def answer(value: Mapping[str, object], text: str, settings: OutputSettings) -> int:
-    """Print an answer the way it was asked for, as `value` or as `text`, and return the exit code of success."""
+    """Print an answer as JSON (`value`) or as `text`, as the settings say, and return the exit code of success."""
     if settings.json:
         emit(value)
     else:
@@ -77,7 +77,20 @@ def answer(value: Mapping[str, object], text: str, settings: OutputSettings) -> 
 
 
 def complain(error: CodedError, settings: OutputSettings, program: str = "dmc") -> int:
-    """Print an error of `program`, one sentence with its code (or JSON), and return its exit code."""
+    """Print an error of `program`, one sentence with its code (or JSON), and return its exit code.
+
+    If JSON cannot be printed, the sentence goes to the error line.
+    """
+    try:
+        _print_error(error, settings, program)
+    except BrokenPipeError:
+        pass  # the reader is gone; the exit code tells the rest
+    except CodedError:
+        _print_error(error, settings._replace(json=False), program)
+    return exit_code(error.code)
+
+
+def _print_error(error: CodedError, settings: OutputSettings, program: str) -> None:
     text = error.text(settings.language)
     if settings.json:
         details = {key: _plain(value) for key, value in error.details.items()}
@@ -85,7 +98,6 @@ def complain(error: CodedError, settings: OutputSettings, program: str = "dmc") 
     else:
         with suppress(OSError):  # then nobody is there to be told
             print(f"{program}: error {error.code}: {text}", file=sys.stderr, flush=True)
-    return exit_code(error.code)
 
 
 def exit_code(code: int) -> int:

@@ -19,21 +19,7 @@ Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of
 def group(how: dict[str, Any], of_groups: dict[str, Any]) -> typer.Typer:
     """Return the group; `how` and `of_groups` are the options that all commands and groups have."""
     dmc = typer.Typer(**of_groups, help="A virtual DMC-41x3, and tools for any.")
-    for command in (
-        serve,
-        fault,
-        tools.send,
-        tools.terminal,
-        tools.watch,
-        tools.scope,
-        tools.upload,
-        download,
-        tools.capture,
-        replay,
-        tools.conform,
-    ):
-        dmc.command(**how)(command)
-    dmc.add_typer(tools.gclib_group(how, of_groups), name="gclib")
+    tools.add_to(dmc, tools.OwnCommands((serve, fault), download, replay), how, of_groups)
     return dmc
 
 

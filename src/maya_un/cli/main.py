@@ -32,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         settings, rest = split(line, settings)
         return _dispatch(rest, settings)
     except MayaError as error:
-        return _complained(error, settings)
+        return output.complain(error, settings)
     except KeyboardInterrupt:
         return output.INTERRUPTED
     except BrokenPipeError:
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001 - the last door: a person gets one sentence, the log the rest
         from maya_un.server.crash import written_down
 
-        return _complained(written_down(error), settings)
+        return output.complain(written_down(error), settings)
     except BaseException as error:
         from asyncio import CancelledError  # it is loaded already wherever one was raised
 
@@ -72,16 +72,6 @@ def _dispatch(rest: list[str], settings: OutputSettings) -> int:
     from maya_un.cli import app
 
     return app.run(rest, settings)
-
-
-def _complained(error: MayaError, settings: OutputSettings) -> int:
-    """Print an error, on the error line where answers cannot be printed, and return its exit code."""
-    try:
-        return output.complain(error, settings)
-    except BrokenPipeError:
-        return output.exit_code(error.code)
-    except MayaError:
-        return output.complain(error, settings._replace(json=False))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What goes to the screen: sentences, JSON, and errors with their code and the exit code that belongs to it."""
+"""Print sentences, JSON, and errors of `maya`; map error codes to exit codes."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ print(json.dumps({
 
 @pytest.fixture(scope="module")
 def alone() -> dict[str, object]:
-    """What a process knows that imports nothing of maya_un."""
+    """Return the errors and sentences of a process that does not import maya_un."""
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 

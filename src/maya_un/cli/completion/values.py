@@ -18,7 +18,7 @@ _VALUES: dict[str, tuple[Request[Any], str]] = {
     "jobs": (requests.jobs(limit=50), "id"),
     "places": (requests.poses(), "name"),
 }
-"""What lists the values of a kind, and the key of a value."""
+"""The request that lists the values of a kind, and the key of a value."""
 
 
 def run(arguments: list[str]) -> int:
