@@ -29,9 +29,9 @@ import httpx
 from harness import Case, Goal, Sample, measure, report
 
 from dmc41x3.loops import run
-from maya_un.graph.protocol import Feedback, Message
-from maya_un.graph.step_store import StepStore
-from maya_un.server import dates
+from maya_ros.graph.protocol import Feedback, Message
+from maya_un.http import dates
+from maya_un.steps.store import StepStore
 from tests.system.brokers import broker
 from tests.system.processes import Process
 from tests.system.rtdb.server import realtime_database

@@ -9,8 +9,8 @@ from dmc41x3.loops import run_virtual
 from maya_un.assembly import stack
 from maya_un.config import Config
 from maya_un.interpreter import quiet_collector
-from maya_un.process.job import Job
-from maya_un.schema.states import TaskState
+from maya_un.process.spec.job import Job
+from maya_un.schema.jobs import TaskState
 
 PAIRS = 100
 HORIZON = 1e9

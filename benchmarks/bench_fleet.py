@@ -23,7 +23,7 @@ from threading import Thread
 import aiomqtt
 from harness import Case, Goal, Sample, measure, report
 
-from maya_un.server import dates
+from maya_un.http import dates
 from tests.system.brokers import broker
 from tests.system.processes import MAYA
 

@@ -23,10 +23,10 @@ from harness import Case, Goal, Sample, measure, report
 
 from maya_un.assembly import Stack, stack, staffed
 from maya_un.config import Config
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.thread import bound_socket, served
 from maya_un.interpreter import prompt_loop
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.thread import bound_socket, served
 from tests.hostile import KINDS, Hostile, prepared, said
 
 T = TypeVar("T")

@@ -21,12 +21,10 @@ from harness import Case, Goal, Sample, measure, report
 
 from maya_un.assembly import stack
 from maya_un.config import Config
-from maya_un.process.job import Job
-from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
-from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.process.journal.protocol import Filter, JobOptions, JobRow, RequestOwner
+from maya_un.process.journal.sqlite import MemoryJournal, SqliteJournal
+from maya_un.process.spec.job import Job
+from maya_un.schema.jobs import TaskState
 
 T = TypeVar("T")
 

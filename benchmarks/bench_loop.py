@@ -21,8 +21,8 @@ from dmc41x3.loops import JumpingLoop, run
 from maya_un.assembly import stack
 from maya_un.config import Config
 from maya_un.interpreter import quiet_collector
-from maya_un.process.job import MOST_TASKS, Job
-from maya_un.schema.states import TaskState
+from maya_un.process.spec.job import MOST_TASKS, Job
+from maya_un.schema.jobs import TaskState
 
 PAIRS = 499
 """As many as the file of a job may hold."""

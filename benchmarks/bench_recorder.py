@@ -19,10 +19,10 @@ from dmc41x3.wire.transport import TcpTransport
 from maya_un.config import Config, RecorderConfig
 from maya_un.events import MotionEnded
 from maya_un.interpreter import quiet_collector
-from maya_un.recorder.header import RecordingOrigin
+from maya_un.recorder.capture import WireDirection
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.ring import WireDirection
-from maya_un.recorder.shelf import RecordingStore
+from maya_un.recorder.recording import RecordingOrigin
+from maya_un.recorder.store import RecordingStore
 from maya_un.values import Joints, Mode, Point, State
 
 REQUESTS, ROUNDS = 100, 200

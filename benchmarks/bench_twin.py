@@ -18,7 +18,7 @@ from harness import Case, Goal, Sample, measure, report
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.controller.guard_program import BEAT, OUT, START, THREAD, merged
+from maya_un.controller.watchdog_program import BEAT, OUT, START, THREAD, merged
 
 ECHO = "bare asyncio echo"
 PIPELINED = 20_000

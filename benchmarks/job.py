@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from math import cos, sin
 
-from maya_un.process.job import Job
+from maya_un.process.spec.job import Job
 
 SEED = 1
 

@@ -60,12 +60,12 @@ def listens() -> None:
 
 
 def sensors() -> None:
+    from maya_ros.graph.servers.sensors import SensorServer
+    from maya_ros.ros1.controlling import ros_time
+    from maya_ros.ros1.node import RosNode, run
     from maya_un.config import Config
-    from maya_un.graph.doors.sensors import SensorServer
     from maya_un.kinematics.mechanism import Mechanism
     from maya_un.kinematics.workspace import Workspace
-    from maya_un.ros.controlling import ros_time
-    from maya_un.ros.node import RosNode, run
     from maya_un.values import Joints, Mode, State
 
     config = Config()

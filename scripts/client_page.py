@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from maya_un.client import Client, JobBuilder, JobHandle, resources
-from maya_un.client.lease import Lease
 from maya_un.client.plans.streaming import Event
-from maya_un.client.verb import Described, Stream
+from maya_un.client.resources import Lease
+from maya_un.client.steps import Described, Stream
 
 INTRODUCTION = """\
 # Python client

@@ -19,12 +19,12 @@ import queue_figures
 from matplotlib.figure import Figure
 
 from dmc41x3.loops import run_virtual
-from maya_un.cli import plot_job
+from maya_un.cli import plot
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.plots.style import rendered
 from maya_un.plots.workspace import WorkspaceView, workspace_figure
-from maya_un.process.files import load_job
+from maya_un.process.spec.job import load_job
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
@@ -78,8 +78,8 @@ def plan() -> Figure:
 
 def job() -> Figure:
     example, config = load_job(ROOT / "examples" / "01_pick_and_place.yaml"), Config()
-    inspection, workspace = run_virtual(plot_job.inspected(example, config), 1e6)
-    return plot_job.figure(example.name, inspection, config, workspace)
+    inspection, workspace = run_virtual(plot.inspected(example, config), 1e6)
+    return plot.figure(example.name, inspection, config, workspace)
 
 
 PICTURES: dict[str, Callable[[], Figure]] = {

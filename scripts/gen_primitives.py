@@ -63,10 +63,9 @@ def calls() -> Iterator[str]:
     """Yield the plans of a client, and the class that has them as methods."""
     yield f'"""The primitives as plans of a client, and as its methods.{NOTE}"""'
     yield "\n\nfrom __future__ import annotations\n\nfrom typing import Literal\n"
-    yield "\nfrom maya_un.client.plans.moving import wish"
-    yield "\nfrom maya_un.client.steps import Plan"
+    yield "\nfrom maya_un.client.plans.robot import wish"
+    yield "\nfrom maya_un.client.steps import Plan, Verb"
     yield "\nfrom maya_un.client.targets import Spot, spot, state_of"
-    yield "\nfrom maya_un.client.verb import Verb"
     yield "\nfrom maya_un.schema.jobs import JobReport\n"
     for primitive in _in_jobs():
         form, argument = call_form(primitive.argument), primitive.argument

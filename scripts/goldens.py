@@ -20,20 +20,20 @@ from typing import Any, cast
 import client_page
 import typer
 
+from maya_ros.graph import types
+from maya_ros.graph.table import TABLE, Kind
 from maya_un import messages
 from maya_un.cli.app import app
+from maya_un.cli.configure import parts_of
 from maya_un.cli.help import OVERVIEW, QUICK
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.twin import parts_of
 from maya_un.config import Config
-from maya_un.graph import types
-from maya_un.graph.table import TABLE, Kind
-from maya_un.process.files import load_job
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.openapi import document
 from maya_un.process.process import Process
+from maya_un.process.spec.job import load_job
 from maya_un.robot.robot import MayaRobot
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.openapi import document
 from maya_un.testing import Rig, rig, run_virtual
 
 ROOT = Path(__file__).resolve().parent.parent

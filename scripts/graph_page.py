@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-import maya_un.graph
-from maya_un.graph import types
-from maya_un.graph.doors.acting import FEEDBACK_RATE
-from maya_un.graph.doors.sensors import DRAWING_RATE
-from maya_un.graph.events import REFUSED, words
-from maya_un.graph.goals import KEPT, PERIOD
-from maya_un.graph.table import TABLE, Kind, Row
+import maya_ros.graph
+from maya_ros.graph import types
+from maya_ros.graph.events import REFUSED, words
+from maya_ros.graph.goals import KEPT, PERIOD
+from maya_ros.graph.servers.actions import FEEDBACK_RATE
+from maya_ros.graph.servers.sensors import DRAWING_RATE
+from maya_ros.graph.table import TABLE, Kind, Row
 
-DEFINITIONS = Path(maya_un.graph.__file__).parent / "definitions"
+DEFINITIONS = Path(maya_ros.graph.__file__).parent / "definitions"
 SUFFIXES = {"msg": "Message", "srv": "Service", "action": "Action"}
 MANUAL = {
     "connected", "disconnected", "not_homed", "homing", "homed", "moving", "idle", "stopped", "gripper_open",

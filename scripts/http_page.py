@@ -10,20 +10,20 @@ from typing import cast
 
 from fastapi.routing import APIRoute
 
-from maya_un.api.access.operations import RULES
-from maya_un.api.service import Service
 from maya_un.assembly import PEOPLE_BOUNDS
-from maya_un.process.decoding import MOST_VALUES
-from maya_un.process.desk import MOST_SAMPLED
-from maya_un.process.job import MOST_NAMES
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.edge import FAR, NEAR
-from maya_un.server.exchange import LONG
-from maya_un.server.guard import BODY_LIMIT, BODY_PATIENCE
-from maya_un.server.openapi import ruled
-from maya_un.server.problems import AGAIN
-from maya_un.server.routes import RouteRule
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.errors import AGAIN
+from maya_un.http.exchange import LONG
+from maya_un.http.middleware.guard import BODY_LIMIT, BODY_PATIENCE
+from maya_un.http.middleware.origin import FAR, NEAR
+from maya_un.http.openapi import ruled
+from maya_un.http.routing import RouteRule
+from maya_un.process.computation import MOST_SAMPLED
+from maya_un.process.spec.documents import MOST_VALUES
+from maya_un.process.spec.job import MOST_NAMES
+from maya_un.service.access.operations import RULES
+from maya_un.service.service import Service
 
 INTRODUCTION = f"""\
 # HTTP

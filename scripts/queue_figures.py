@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, YELLOW, blank, house_style
-from maya_un.schema.states import TRANSITIONS, TaskState
+from maya_un.schema.jobs import TRANSITIONS, TaskState
 
 PLACES = {
     TaskState.SKIPPED: (0.0, 2.9),

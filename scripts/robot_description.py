@@ -8,8 +8,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from maya_ros.graph.description import INCLUDE, dimensions
 from maya_un.config import Config
-from maya_un.graph.description import INCLUDE, dimensions
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / "ros" / "maya_controller" / "urdf" / INCLUDE

@@ -1,6 +1,6 @@
 """Copies the definitions of messages, services and actions into the ROS packages, which must hold them to build.
 
-The source is src/maya_un/graph/definitions. With --check it writes nothing and says which copies are not current.
+The source is src/maya_ros/graph/definitions. With --check it writes nothing and says which copies are not current.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-SOURCE = ROOT / "src" / "maya_un" / "graph" / "definitions"
+SOURCE = ROOT / "src" / "maya_ros" / "graph" / "definitions"
 PACKAGES = ROOT / "ros"
 FORMS = ("msg", "srv", "action")
 

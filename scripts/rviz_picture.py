@@ -17,8 +17,8 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from maya_ros.graph.paths import to_message  # noqa: E402
 from maya_un.config import Config  # noqa: E402 - the path comes first
-from maya_un.graph.paths import to_message  # noqa: E402
 from maya_un.kinematics import Mechanism  # noqa: E402
 from maya_un.motion.path import Path as Way  # noqa: E402
 from maya_un.values import Point  # noqa: E402

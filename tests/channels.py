@@ -12,8 +12,8 @@ import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from dmc41x3.twin.handles import Handle
 from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.network import Handle
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 

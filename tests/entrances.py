@@ -6,15 +6,15 @@ import asyncio
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 
-from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.access.entrance import AccessControl
-from maya_un.api.access.hashing import Hasher
-from maya_un.api.access.store import Store
-from maya_un.api.leasing import LeaseService
-from maya_un.api.people import UserService
 from maya_un.events import EventLog
-from maya_un.process.journal.rows import AuditRow
+from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
+from maya_un.service.access.callers import Hasher
+from maya_un.service.access.control import AccessControl
+from maya_un.service.access.operations import LOCAL, Caller, Role
+from maya_un.service.access.users import Store
+from maya_un.service.leasing import LeaseService
+from maya_un.service.people import UserService
 
 FIRST_DAY = datetime(2026, 11, 21, 9, 0, 0, tzinfo=UTC)
 

@@ -6,15 +6,15 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, field
 
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.clients.controller import GraphController
+from maya_ros.graph.clients.robot import GraphRobot
+from maya_ros.graph.distributed import robot_floor, tasks_handed_on
+from maya_ros.graph.servers.controller import ControllerServer
+from maya_ros.graph.servers.sensors import SensorServer
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.events import Event
-from maya_un.graph.apart import robot_floor, tasks_handed_on
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.clients.controller import GraphController
-from maya_un.graph.clients.robot import GraphRobot
-from maya_un.graph.doors.controller import ControllerServer
-from maya_un.graph.doors.sensors import SensorServer
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.process.process import Process

@@ -8,8 +8,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from maya_un.process.journal.rows import AuditRow, EventRow, JobOptions, JobRow, RequestOwner, StepRow
-from maya_un.schema.states import TaskState
+from maya_un.process.journal.protocol import AuditRow, EventRow, JobOptions, JobRow, RequestOwner, StepRow
+from maya_un.schema.jobs import TaskState
 
 DATE = "2026-03-01T08:00:00Z"
 

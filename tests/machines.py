@@ -13,8 +13,8 @@ import numpy as np
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
 from maya_un.config import Config, Units
-from maya_un.config.load import parse
-from maya_un.config.zones import AnyZone, BoxConfig, CylinderConfig
+from maya_un.config.files import parse
+from maya_un.config.model import AnyZone, BoxConfig, CylinderConfig
 from maya_un.controller.monitor import OFF_SWITCH
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose

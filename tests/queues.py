@@ -10,15 +10,15 @@ from typing import Any
 
 from maya_un.errors import StorageFailed
 from maya_un.events import Event, JobAdvanced, StepAdvanced
-from maya_un.process.job import Job
 from maya_un.process.journal import tables
-from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner, StepRow
+from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner, StepRow
+from maya_un.process.journal.sqlite import MemoryJournal
 from maya_un.process.lease import ControlLease
 from maya_un.process.process import Process
-from maya_un.process.submitting import SubmitRequest
+from maya_un.process.queue.submission import SubmitRequest
+from maya_un.process.spec.job import Job
 from maya_un.robot.robot import MayaRobot
-from maya_un.schema.states import TRANSITIONS, TaskState
+from maya_un.schema.jobs import TRANSITIONS, TaskState
 from tests.fakes import FakeController
 from tests.virtual_time import elapse
 

@@ -16,9 +16,9 @@ from maya_un.controller.controller import GalilController
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants
-from maya_un.recorder.header import RecordingOrigin, TwinSource
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.shelf import RecordingStore
+from maya_un.recorder.recording import RecordingOrigin, TwinSource
+from maya_un.recorder.store import RecordingStore
 from maya_un.values import Joints
 
 HERE = Joints(0.3, 1.5, 1.3)

@@ -10,13 +10,12 @@ from typing import Any
 
 from websockets.asyncio.client import ClientConnection, connect
 
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.rosbridge.client import RosbridgeClient
-from maya_un.rosbridge.outgoing import MessageEncoder
-from maya_un.rosbridge.rosapi import Rosapi
-from maya_un.rosbridge.sending import Sender
-from maya_un.rosbridge.session import RosbridgeSession
-from maya_un.rosbridge.turns import MessageScheduler
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.rosbridge.client import RosbridgeClient
+from maya_ros.rosbridge.outgoing import MessageEncoder
+from maya_ros.rosbridge.rosapi import Rosapi
+from maya_ros.rosbridge.sending import MessageScheduler, Sender
+from maya_ros.rosbridge.session import RosbridgeSession
 from tests.virtual_time import turn
 
 Said = dict[str, Any]

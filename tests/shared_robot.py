@@ -15,18 +15,17 @@ from typing import TypeVar
 from fastapi import FastAPI
 
 from dmc41x3.loops import ScaledLoop
-from maya_un.api.access.caller import Role
-from maya_un.api.access.store import FileStore
+from maya_ros.rosbridge.standalone import EndpointOptions, endpoint
 from maya_un.assembly import Stack, stack
 from maya_un.config import load
+from maya_un.http import dates
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.middleware.origin import OriginPolicy, Rate
+from maya_un.http.thread import bound_socket, served
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.rosbridge.alone import EndpointOptions, endpoint
-from maya_un.server import dates
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.edge import OriginPolicy
-from maya_un.server.limits import Rate
-from maya_un.server.thread import bound_socket, served
+from maya_un.service.access.operations import Role
+from maya_un.service.access.users import FileStore
 from tests.system.processes import CALM_FILE
 
 T = TypeVar("T")

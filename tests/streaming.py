@@ -18,18 +18,18 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import State as Phase
 from websockets.uri import parse_uri
 
-from maya_un.api.access.entrance import AccessControl
-from maya_un.api.gate import Gate
-from maya_un.api.leasing import LeaseService
-from maya_un.api.people import UserService
-from maya_un.api.service import Service
-from maya_un.controller.latest import StateBroadcaster
+from maya_un.controller.monitor import StateBroadcaster
 from maya_un.events import Event, EventLog, PhaseBegun
+from maya_un.http.bridge import Bridge
+from maya_un.http.stream.reader import MOST_EVENTS
+from maya_un.http.stream.server import add_stream
+from maya_un.http.thread import bound_socket, served
 from maya_un.schema.robot import EventMessage
-from maya_un.server.bridge import Bridge
-from maya_un.server.stream import add_stream
-from maya_un.server.stream_ring import MOST_EVENTS
-from maya_un.server.thread import bound_socket, served
+from maya_un.service.access.control import AccessControl
+from maya_un.service.gate import Gate
+from maya_un.service.leasing import LeaseService
+from maya_un.service.people import UserService
+from maya_un.service.service import Service
 from maya_un.values import Mode, State
 
 PHASE = PhaseBegun("down")

@@ -15,12 +15,6 @@ from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import TcpTransport, Transport
-from maya_un.api import previews
-from maya_un.api.access.entrance import AccessControl
-from maya_un.api.access.register import Calendar
-from maya_un.api.access.store import FileStore, Store
-from maya_un.api.gate import Gate
-from maya_un.api.service import Service
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
@@ -30,18 +24,21 @@ from maya_un.events import Event, EventLog
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import legal_start
 from maya_un.machine.truth import TrueConstants
-from maya_un.process.book import PoseStore
-from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import EventRow
+from maya_un.process.journal.protocol import EventRow, Journal
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.process.lease import ControlLease
 from maya_un.process.process import Process
-from maya_un.recorder.header import RecordingOrigin, TwinSource
+from maya_un.process.spec.poses import PoseStore
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.shelf import RecordingStore
-from maya_un.robot.protocol import Robot
-from maya_un.robot.robot import MayaRobot
+from maya_un.recorder.recording import RecordingOrigin, TwinSource
+from maya_un.recorder.store import RecordingStore
+from maya_un.robot.robot import MayaRobot, Robot
 from maya_un.schema.robot import plain
+from maya_un.service import previews
+from maya_un.service.access.control import AccessControl
+from maya_un.service.access.users import Calendar, FileStore, Store
+from maya_un.service.gate import Gate
+from maya_un.service.service import Service
 from maya_un.values import Point
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
 

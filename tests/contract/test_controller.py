@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
+from maya_ros.graph.bus import Bus
 from maya_un.controller.protocol import Controller
 from maya_un.errors import (
     AbortInput,
@@ -36,7 +37,6 @@ from maya_un.events import (
     MotionStopped,
     PhaseBegun,
 )
-from maya_un.graph.bus import Bus
 from maya_un.motion.path import Path
 from maya_un.testing import faults
 from maya_un.testing.rig import Rig

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = [ROOT / "src" / name for name in ("dmc41x3", "maya_un")]
+PACKAGES = [ROOT / "src" / name for name in ("dmc41x3", "maya_ros", "maya_un")]
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 

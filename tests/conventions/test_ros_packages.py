@@ -12,12 +12,12 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 
+from maya_ros.graph import types
+from maya_ros.graph.events import words
+from maya_ros.graph.table import TABLE, Kind, Row
+from maya_ros.ros1.constants import constants
 from maya_un import __version__
-from maya_un.config.load import parse
-from maya_un.graph import types
-from maya_un.graph.events import words
-from maya_un.graph.table import TABLE, Kind, Row
-from maya_un.ros.constants import constants
+from maya_un.config.files import parse
 from tests.conventions.source import ROOT
 
 ROS = ROOT / "ros"
@@ -71,11 +71,11 @@ def test_the_copies_of_the_definitions_are_current() -> None:
 
 
 def test_a_copy_that_is_not_current_is_named_and_renewed(tmp_path: Path) -> None:
-    for name in ("scripts", "src/maya_un/graph/definitions", "ros"):
+    for name in ("scripts", "src/maya_ros/graph/definitions", "ros"):
         (tmp_path / name).mkdir(parents=True)
     script = tmp_path / "scripts" / "copy.py"
     script.write_bytes((ROOT / "scripts" / "ros_definitions.py").read_bytes())
-    new = tmp_path / "src" / "maya_un" / "graph" / "definitions" / "maya_robot" / "msg" / "New.msg"
+    new = tmp_path / "src" / "maya_ros" / "graph" / "definitions" / "maya_robot" / "msg" / "New.msg"
     old = tmp_path / "ros" / "maya_robot" / "msg" / "Old.msg"
     for file in (new, old):
         file.parent.mkdir(parents=True)
@@ -125,7 +125,7 @@ def test_a_node_is_three_lines_that_call_the_project() -> None:
     assert programs.keys() == NODES
     for name, path in programs.items():
         body = ast.parse(path.read_text(encoding="utf-8")).body[1:]
-        called = f"from maya_un.ros.nodes.{name} import main"
+        called = f"from maya_ros.ros1.nodes.{name} import main"
         assert [ast.unparse(part) for part in body] == [
             called, "if __name__ == '__main__':\n    raise SystemExit(main())",
         ]  # fmt: skip

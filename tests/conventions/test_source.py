@@ -20,20 +20,17 @@ IO_MODULES = {
     "dmc41x3.gclib.shim.gclib",
     "dmc41x3.wire.stream",
     "dmc41x3.wire.transport",
-    "dmc41x3.twin.wire.control",
-    "dmc41x3.twin.wire.dialing",
-    "dmc41x3.twin.wire.link",
-    "dmc41x3.twin.wire.listening",
+    "dmc41x3.twin.wire.injection",
+    "dmc41x3.twin.wire.connections",
     "dmc41x3.twin.wire.server",
-    "dmc41x3.twin.wire.udp",
 }
 """The modules of `dmc41x3` that carry bytes; all others but the command line are functions of bytes and time."""
 
 CLOCKS = {"time", "datetime", "sched", "timeit"}
-MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "server", "supervisor", "loops"}
+MAY_LOOK_AT_THE_CLOCK = {"cli", "client", "http", "supervisor", "loops"}
 """Edges live in real time, and `loops` is where time comes from."""
 
-COMPARES_DATES = {"maya_un.graph.step"}
+COMPARES_DATES = {"maya_un.steps.command"}
 """They read dates that a command carries, and are given the present one."""
 
 
@@ -45,7 +42,7 @@ def test_a_module_stays_readable_in_one_sitting() -> None:
 def test_exported_names_exist() -> None:
     missing: list[str] = []
     for module in source.modules():
-        if source.floor(module) == "ros":
+        if source.floor(module) == "ros1":
             continue  # nodes are loaded by a Python that has ROS, and export nothing
         loaded = importlib.import_module(module.name)
         exported: list[str] = getattr(loaded, "__all__", [])
@@ -112,9 +109,9 @@ def test_test_functions_return_nothing() -> None:
 WRITES_BY_ITSELF = {
     "maya_un.cli.queueing.jobs": "a job for the editor, in a temporary folder of its own",
     "maya_un.client.twin": "the twin's table, in a temporary folder of its own",
-    "maya_un.config.edit": "a draft in the place that `files.writable_place` names",
-    "maya_un.graph.description": "the robot's dimensions, in a copy of its own",
-    "maya_un.recorder.shelf": "a draft that nobody else has",
+    "maya_un.config.files": "a draft in the place that `files.writable_place` names",
+    "maya_ros.graph.description": "the robot's dimensions, in a copy of its own",
+    "maya_un.recorder.store": "a draft that nobody else has",
     "maya_un.runtime": "the runtime file, opened by `files.open_own`",
 }
 """The modules that write files other than by `dmc41x3.files`, and why."""

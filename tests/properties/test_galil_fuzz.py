@@ -16,8 +16,8 @@ from typing import NamedTuple
 import pytest
 
 from dmc41x3.language.codes import ERROR_TEXTS
-from dmc41x3.twin.handles import COUNT, Handle
 from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.network import COUNT, Handle
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.unit import MOST_VARIABLES
 from dmc41x3.wire.framing import LineSplitter

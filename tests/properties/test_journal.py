@@ -20,11 +20,18 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from dmc41x3.loops import JumpingLoop
 from maya_un.errors import StorageFailed
-from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.protocol import Filter, Journal
-from maya_un.process.journal.rows import EventRow, JobOptions, JobRow, QueueRow, RequestOwner, StepRow
-from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.process.journal.protocol import (
+    EventRow,
+    Filter,
+    JobOptions,
+    JobRow,
+    Journal,
+    QueueRow,
+    RequestOwner,
+    StepRow,
+)
+from maya_un.process.journal.sqlite import MemoryJournal, SqliteJournal
+from maya_un.schema.jobs import TaskState
 from tests.campaign import Campaign
 from tests.journals import event_row, looked_up
 
@@ -201,9 +208,9 @@ TestKept.settings = settings(max_examples=30 if settings().max_examples <= 100 e
 WRITER = """
 import asyncio, os, sys
 from pathlib import Path
-from maya_un.process.journal.rows import QueueRow
+from maya_un.process.journal.protocol import QueueRow
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.journals import event_row, job_row, step_row
 
 async def write(journal, first, writers, mine):

@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from maya_un.errors import EndNotReached, MayaError, PathRefused, Stopped
 from maya_un.events import Event, JobAdvanced, StepAdvanced
 from maya_un.robot.primitives import Home
-from maya_un.schema.jobs import OnFailure, QueueMode
-from maya_un.schema.states import TRANSITIONS, TaskState
+from maya_un.schema.jobs import TRANSITIONS, OnFailure, QueueMode, TaskState
 from tests.queues import Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -8,9 +8,8 @@ from random import Random
 
 import pytest
 
-from dmc41x3.twin.language.expressions import evaluate
-from dmc41x3.twin.operands import OperandScope
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.context import OperandScope
+from dmc41x3.twin.expressions import Rejection, evaluate
 from tests.campaign import Campaign
 from tests.second_interpreter import ARRAY, AXIS_VARIABLE, OUTPUTS, SERIES, STEP, VARIABLES, VOLTS, second
 from tests.unit.dmc41x3.twin.bench import Bench

@@ -10,9 +10,8 @@ import sys
 from io import BytesIO
 from typing import Any
 
+from maya_ros.ros1.convert import converter_of, message_class, service_class
 from maya_un.errors import MayaError
-from maya_un.ros.classes import message_class, service_class
-from maya_un.ros.convert import converter_of
 
 
 def there_and_back(form: str, kind: str, message: Any) -> dict[str, object]:

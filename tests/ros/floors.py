@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, cast
 from xmlrpc.client import ServerProxy
 
+from maya_ros.graph.protocol import GoalStatus
+from maya_ros.graph.table import STEP_COMMAND, STEP_STATUS
 from maya_un.errors import Stopped
-from maya_un.graph.protocol import GoalStatus
-from maya_un.graph.table import STEP_COMMAND, STEP_STATUS
 from tests.ros.driven import Driver, Feed, Goal, Message
 from tests.ros.harness import Ros
 from tests.ros.programs import Program

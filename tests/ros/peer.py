@@ -10,10 +10,10 @@ import asyncio
 import json
 import threading
 
+from maya_ros.graph.outcome import failure, success
+from maya_ros.graph.protocol import Feedback, GoalRefused, Message
+from maya_ros.ros1.node import RosNode, run
 from maya_un.errors import Busy, LimitReached, MayaError
-from maya_un.graph.outcome import failure, success
-from maya_un.graph.protocol import Feedback, GoalRefused, Message
-from maya_un.ros.node import RosNode, run
 from tests.ros.wishes import MOVE, Wish
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.graph.table import STEP_RESULT
+from maya_ros.graph.table import STEP_RESULT
 from tests.ros.floors import HERE, THERE, Floors, near, primitive
 
 pytestmark = pytest.mark.system

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.config.load import parse
-from maya_un.ros.constants import constants
+from maya_ros.ros1.constants import constants
+from maya_un.config.files import parse
 from tests.ros import workspace as workspaces
 from tests.ros.workspace import PACKAGES, ROOT, Workspace, python, run, sourced
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from maya_un.graph import types
-from maya_un.graph.catalogue import ANY, SCALAR, Field, is_base, spec
-from maya_un.graph.table import TABLE, Kind
+from maya_ros.graph import types
+from maya_ros.graph.catalogue import ANY, SCALAR, Field, is_base, spec
+from maya_ros.graph.table import TABLE, Kind
 from tests.campaign import Campaign
 from tests.ros import workspace
 

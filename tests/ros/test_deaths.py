@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.graph.protocol import GoalStatus
-from maya_un.graph.table import STEP_RESULT
+from maya_ros.graph.protocol import GoalStatus
+from maya_ros.graph.table import STEP_RESULT
 from tests.ros.floors import DONE, HERE, SLOW, THERE, Floors, near, primitive
 
 pytestmark = pytest.mark.system

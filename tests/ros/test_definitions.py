@@ -7,9 +7,9 @@ import re
 
 import pytest
 
-from maya_un.graph import types
-from maya_un.graph.catalogue import halves, kinds, services
-from maya_un.graph.table import TABLE, Kind
+from maya_ros.graph import types
+from maya_ros.graph.catalogue import halves, kinds, services
+from maya_ros.graph.table import TABLE, Kind
 from tests.ros.harness import Ros
 from tests.ros.workspace import Workspace, python, run
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.graph.protocol import GoalStatus
+from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driven import Driver, Feed, Goal, RefusedError
 from tests.ros.harness import HERE, Ros
 from tests.ros.programs import Program

@@ -8,10 +8,9 @@ from math import atan2, dist, pi
 import numpy as np
 import pytest
 
+from maya_ros.graph.description import describe
+from maya_ros.graph.joints import BASE, DRAWN, GRIPPER, NAMES, ROBOT, positions
 from maya_un.config import Config
-from maya_un.graph.description import describe
-from maya_un.graph.drawn import BASE, GRIPPER, NAMES, positions
-from maya_un.graph.sliders import DRAWN, ROBOT
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.values import Joints
 from tests.campaign import Campaign

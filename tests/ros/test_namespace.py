@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from websockets.sync.client import connect
 
-from maya_un.graph.protocol import GoalStatus
-from maya_un.graph.table import EVENT, SENSORS, START_QUEUE, STEP_COMMAND, STEP_RESULT, TABLE, Kind
+from maya_ros.graph.protocol import GoalStatus
+from maya_ros.graph.table import EVENT, SENSORS, START_QUEUE, STEP_COMMAND, STEP_RESULT, TABLE, Kind
 from tests.ros.driven import Driver, Feed, Goal, Message
 from tests.ros.floors import DONE, near, primitive, read_event
 from tests.ros.harness import Ros
@@ -208,7 +208,7 @@ def test_each_has_files_of_its_own(pair: Pair) -> None:
 @pytest.mark.parametrize(("words", "name"), [([], "MAYA"), (["__ns:=maya2"], "MAYA2")])
 def test_ros_coms_has_the_name_of_the_namespace_of_its_arguments(words: list[str], name: str) -> None:
     code = """
-from maya_un.ros.coms import settle_environment
+from maya_ros.ros1.coms import settle_environment
 settle_environment()
 from maya_un.coms.settings import from_environment
 print(from_environment().name)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.graph.protocol import GoalStatus
+from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driven import RefusedError
 from tests.ros.floors import DONE, Floors, floors, primitive
 from tests.ros.harness import Ros, places

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from maya_ros.graph.protocol import GoalStatus
 from maya_un.config import Config, Units
-from maya_un.graph.protocol import GoalStatus
 from maya_un.kinematics.mechanism import Mechanism
 from tests.ros.driven import Driver
 from tests.ros.floors import DONE, near, read_event

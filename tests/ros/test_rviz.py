@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from maya_un.graph.protocol import GoalStatus
+from maya_ros.graph.protocol import GoalStatus
 from maya_un.values import Joints
 from tests.ros.display import Display, Picture
 from tests.ros.floors import DONE, HERE, THERE, Floors, floors

@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
+from maya_ros.graph.steps import QUIET
 from maya_un.errors import (
     InvalidMessage,
     InvalidRequest,
@@ -23,7 +24,6 @@ from maya_un.errors import (
     UnknownName,
     Unreachable,
 )
-from maya_un.graph.steps import QUIET
 from tests.system.test_coms import asked
 from tests.system.test_coms_rtdb import wait
 

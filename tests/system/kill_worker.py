@@ -29,18 +29,17 @@ from dmc41x3.loops import JumpingLoop, run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
 from maya_un import assembly
-from maya_un.api.access.caller import LOCAL
 from maya_un.assembly import Stack, Twin
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import AnswerNeeded
 from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBegun, StepAdvanced
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose
 from maya_un.machine.table import PartDrop, PartTable, Place
-from maya_un.process.job import Job
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.jobs import QueueMode, QueueView, Recovery
-from maya_un.schema.states import TaskState
+from maya_un.process.spec.job import Job
+from maya_un.schema.jobs import QueueMode, QueueView, Recovery, TaskState
+from maya_un.service.access.operations import LOCAL
 from maya_un.values import Joints
 from tests.machines import Machine, _mark
 from tests.virtual_time import elapse

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.recording import Recording
-from maya_un.recorder.shelf import RecordingStore
+from maya_un.recorder.store import RecordingStore
 from tests.unit.recorder.recordings import RECORDING, UTC, state
 
 

@@ -10,13 +10,13 @@ import asyncio
 import sys
 from pathlib import Path
 
-from maya_un.graph.bus import Bus
-from maya_un.graph.outcome import success
-from maya_un.graph.protocol import Feedback, Message
-from maya_un.graph.step_store import StepStore
-from maya_un.graph.steps import bridged
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, TASK
-from maya_un.server import dates
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.outcome import success
+from maya_ros.graph.protocol import Feedback, Message
+from maya_ros.graph.steps import bridged
+from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, TASK
+from maya_un.http import dates
+from maya_un.steps.store import StepStore
 
 
 def say(line: str) -> None:

@@ -22,9 +22,9 @@ from maya_un import runtime
 from maya_un.assembly import stack
 from maya_un.cli.main import main
 from maya_un.config import Config
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.thread import bound_socket, served
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.thread import bound_socket, served
 
 pytestmark = pytest.mark.system
 

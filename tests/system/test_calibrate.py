@@ -22,10 +22,10 @@ from maya_un import runtime
 from maya_un.assembly import Stack, stack
 from maya_un.cli.main import main
 from maya_un.config import Config, load
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.thread import bound_socket, served
 from maya_un.machine.truth import TrueConstants
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.thread import bound_socket, served
 from maya_un.values import Point
 
 pytestmark = pytest.mark.system

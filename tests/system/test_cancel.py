@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
-from maya_un.process.job import Job
+from maya_un.process.spec.job import Job
 from maya_un.robot.primitives import Gripper, Home, Place
 from maya_un.schema.jobs import JobReport
 from maya_un.values import Mode, Point

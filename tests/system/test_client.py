@@ -31,8 +31,7 @@ from maya_un.errors import (
     UnknownName,
     Unreachable,
 )
-from maya_un.schema.jobs import QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.values import Joints, Mode, Point
 from tests.system.processes import CALM, running
 

@@ -16,9 +16,9 @@ import paho.mqtt.client as mqtt
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
-from maya_un.cli.doctor import house
+from maya_un.cli.doctor import host
 from maya_un.cli.doctor.finding import FindingOutcome
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
 from maya_un.supervisor import Supervisor as Supervising
 from tests.system.brokers import Broker, broker
@@ -132,7 +132,7 @@ def test_two_robots_with_one_name_do_not_fight_for_its_session(tmp_path: Path) -
             assert supervisors_of(url)["code"] == SessionTakenOver.code
             log = (tmp_path / "mosquitto.log").read_text()
             assert log.count("as maya-coms-MAYA (") == 2, log
-            (found,) = house.coms(parse({"coms": {"server_address": url}}))
+            (found,) = host.coms(parse({"coms": {"server_address": url}}))
             assert (found.outcome, found.key) == (FindingOutcome.FAIL, "coms_taken")
         finally:
             first.kill()
@@ -155,7 +155,7 @@ def test_a_password_without_encryption_is_warned_of(monkeypatch: pytest.MonkeyPa
         assert "without encryption" in link.until("The password goes to mqtt://192.0.2.1")
         url = url_in(link.until("Listening"))
         assert asked("GET", url, "/status")["password_in_clear"] is True
-        found = [finding.key for finding in house.coms(parse({"coms": {"server_address": url}}))]
+        found = [finding.key for finding in host.coms(parse({"coms": {"server_address": url}}))]
         assert found == ["coms_clear", "coms_waits"]
     finally:
         link.kill()
@@ -192,9 +192,9 @@ def test_the_name_comes_from_the_line_the_environment_or_the_configuration(
     try:
         url = url_in(link.until("Listening"))
         assert asked("GET", url, "/status") == {"status": 200, "state": "idle", "name": name}
-        (finding,) = house.coms(parse({"coms": {"server_address": url, "name": name}}))
+        (finding,) = host.coms(parse({"coms": {"server_address": url, "name": name}}))
         assert (finding.outcome, finding.key) == (FindingOutcome.OK, "coms_idle")
-        (finding,) = house.coms(parse({"coms": {"server_address": url, "name": "MAYA2"}}))
+        (finding,) = host.coms(parse({"coms": {"server_address": url, "name": "MAYA2"}}))
         assert (finding.outcome, finding.key) == (FindingOutcome.WARN, "coms_other")
     finally:
         link.kill()

@@ -14,9 +14,9 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli.doctor import house
+from maya_un.cli.doctor import host
 from maya_un.cli.doctor.finding import FindingOutcome
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
 from maya_un.messages import en
 from tests.system.processes import CALM, Process, running
@@ -142,7 +142,7 @@ def test_no_command_moves_both_robots_and_the_first_gives_way(there: tuple[Cloud
     assert second.state == "connected"
     status = supervisors_of(first.url)
     assert status["waits_for"] == en.SENTENCES[SessionTakenOver.code].format(where=cloud.url, name="MAYA")
-    (found,) = house.coms(parse({"coms": {"server_address": first.url}}))
+    (found,) = host.coms(parse({"coms": {"server_address": first.url}}))
     assert (found.outcome, found.key) == (FindingOutcome.FAIL, "coms_taken")
 
 

@@ -14,12 +14,12 @@ import pytest
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un.coms.agent import Agent
-from maya_un.coms.choosing import transport_of
-from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
+from maya_un.coms.selection import transport_of
 from maya_un.coms.settings import from_environment
-from maya_un.graph.step_store import StepStore
-from maya_un.server import dates
+from maya_un.coms.transport import LONGEST_PAUSE
+from maya_un.http import dates
+from maya_un.steps.store import StepStore
 from tests.system import coms_chaos, test_coms_chaos, test_coms_firestore_chaos, test_coms_rtdb_chaos
 from tests.system.brokers import broker
 from tests.system.rtdb.server import realtime_database

@@ -8,7 +8,7 @@ from random import Random
 
 from dmc41x3.loops import run_virtual
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import MachineError
 from maya_un.kinematics import Workspace
 from maya_un.machine.start import StartPose

@@ -11,8 +11,8 @@ import pytest
 
 from maya_un.assembly import stack
 from maya_un.config import Config
-from maya_un.process.files import load_job
-from maya_un.process.tasks import starting_parts
+from maya_un.process.spec.job import load_job
+from maya_un.process.spec.tasks import starting_parts
 from maya_un.values import Point
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

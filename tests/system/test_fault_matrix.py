@@ -15,15 +15,14 @@ import pytest
 from dmc41x3.loops import run_virtual
 from dmc41x3.twin.wire.faults import TABLE, Value
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import MayaError
 from maya_un.events import GripperClosed, HomingBegun, HomingDone, PhaseBegun
 from maya_un.machine.start import StartPose
-from maya_un.process.job import Job
 from maya_un.process.process import Process
+from maya_un.process.spec.job import Job
 from maya_un.robot.robot import MayaRobot
-from maya_un.schema.jobs import JobReport
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import JobReport, TaskState
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, Point
 from tests.campaign import Campaign

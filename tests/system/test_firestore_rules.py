@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.coms.firebase_auth import FixedToken
+from maya_un.coms.database import FixedToken
 from maya_un.coms.firestore import Firestore
 from maya_un.coms.transport import Report, ReportKind, SupervisorChannel
 from tests.system.firestore_emulator import HTTP, RULES, emulator, needs_emulator

@@ -10,19 +10,18 @@ from random import Random
 
 import pytest
 
+from maya_ros.graph.distributed import robot_floor, tasks_handed_on
+from maya_ros.graph.outcome import error_of
+from maya_ros.graph.primitives import to_message
+from maya_ros.graph.protocol import GoalStatus
+from maya_ros.graph.table import FOLLOW, TASK
 from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
 from maya_un.events import Disconnected, Event, GripperClosed, MotionEnded, PhaseBegun
-from maya_un.graph.apart import robot_floor, tasks_handed_on
-from maya_un.graph.outcome import error_of
-from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import GoalStatus
-from maya_un.graph.table import FOLLOW, TASK
-from maya_un.process.job import Job
+from maya_un.process.spec.job import Job
 from maya_un.robot.primitives.approach import Approach
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
-from maya_un.schema.jobs import QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.testing import faults
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign

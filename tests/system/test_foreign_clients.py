@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 
 from dmc41x3.cli.gclib import SHIM
-from dmc41x3.twin.handles import HandleProtocol
 from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.network import HandleProtocol
 from tests.served import ServedTwin, served
 from tests.system.processes import running
 

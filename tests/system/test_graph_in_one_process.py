@@ -10,22 +10,22 @@ from random import Random
 
 import pytest
 
-from maya_un.api.access.caller import ROS
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.events import ReportedEvent, read
+from maya_ros.graph.primitives import to_message
+from maya_ros.graph.protocol import GoalStatus, Message
+from maya_ros.graph.queue import GraphQueue
+from maya_ros.graph.servers.controller import ControllerServer
+from maya_ros.graph.servers.process import ProcessServer
+from maya_ros.graph.servers.robot import RobotServer
+from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, echoed
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.controller import ControllerServer
-from maya_un.graph.doors.process import ProcessServer
-from maya_un.graph.doors.robot import RobotServer
-from maya_un.graph.events import ReportedEvent, read
-from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import GoalStatus, Message
-from maya_un.graph.queue import GraphQueue
+from maya_un.http.bridge import Bridge
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
-from maya_un.rosbridge.near import ControllerProxy, RobotProxy, echoed
 from maya_un.schema.jobs import QueueMode
-from maya_un.server.bridge import Bridge
+from maya_un.service.access.operations import ROS
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.virtual_time import elapse

@@ -18,7 +18,7 @@ from dmc41x3.wire.transport import Transport
 from maya_un.assembly import Twin, make_twin
 from maya_un.config import Config, Units
 from maya_un.controller.controller import GalilController
-from maya_un.controller.guard import BEATS
+from maya_un.controller.watchdog import BEATS
 from maya_un.errors import HostSilent
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.start import StartPose

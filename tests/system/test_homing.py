@@ -15,7 +15,7 @@ import pytest
 
 from dmc41x3.loops import run_virtual
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, MachineError, NotConnected, Stopped, WiringContradictsCn
 from maya_un.machine.start import PARTS, StartPose, legal_start

@@ -22,18 +22,17 @@ from typing import Any, TypeVar
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.api.access.caller import Caller
-from maya_un.api.access.operations import Operation
-from maya_un.api.gate import Gate
-from maya_un.api.service import Service
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed
 from maya_un.events import Event, LeaseChanged
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.thread import bound_socket, served
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.thread import bound_socket, served
+from maya_un.service.access.operations import Caller, Operation
+from maya_un.service.gate import Gate
+from maya_un.service.service import Service
 from maya_un.values import Mode
 from tests.campaign import Campaign
 from tests.entrances import Days

@@ -7,7 +7,7 @@ from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.events import Disconnected, FaultEntered, LimitHit
-from maya_un.process.job import Job
+from maya_un.process.spec.job import Job
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.virtual_time import elapse

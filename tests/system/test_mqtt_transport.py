@@ -17,12 +17,12 @@ from paho.mqtt.properties import Properties
 
 from dmc41x3.loops import run
 from maya_un.coms.agent import Agent
-from maya_un.coms.broker import Broker as Address
+from maya_un.coms.mqtt import Broker as Address
 from maya_un.coms.mqtt import Mqtt
 from maya_un.coms.robot import Rosbridge
 from maya_un.errors import SessionTakenOver
-from maya_un.graph.step_store import StepStore
-from maya_un.server import dates
+from maya_un.http import dates
+from maya_un.steps.store import StepStore
 from tests.system.brokers import Broker, broker
 from tests.unit.coms.test_agent import Robot, command
 from tests.waiting import until

@@ -10,8 +10,8 @@ from dmc41x3.loops import run_virtual
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import CannotPause
-from maya_un.process.job import Job
-from maya_un.schema.states import TaskState
+from maya_un.process.spec.job import Job
+from maya_un.schema.jobs import TaskState
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.virtual_time import elapse

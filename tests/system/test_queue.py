@@ -11,8 +11,7 @@ from maya_un.config import Config
 from maya_un.errors import AnswerNeeded, NotHomed
 from maya_un.events import StepAdvanced
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.jobs import QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.values import Point
 from tests.virtual_time import elapse
 

@@ -16,11 +16,10 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from maya_un.api.access.caller import Role
-from maya_un.api.access.operations import RULES, Operation
 from maya_un.assembly import Stack
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, NotAllowed, NotSignedIn
-from maya_un.server.openapi import ruled
+from maya_un.http.openapi import ruled
+from maya_un.service.access.operations import RULES, Operation, Role
 from tests.shared_robot import PASSWORD, SharedRobot, shared_robot
 
 pytestmark = pytest.mark.system

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from maya_un.rosbridge import png
-from maya_un.server.doors import bound_socket
+from maya_ros.rosbridge import outgoing
+from maya_un.http.listeners import bound_socket
 from tests.rosbridging import flooded, web
 from tests.system.processes import CALM, Process, done, running
 from tests.system.robots import Running
@@ -188,7 +188,7 @@ def test_the_libraries_of_compressions_are_loaded_by_the_first_client_that_needs
                 assert isinstance(await client.connection.recv(), bytes)
                 assert loaded() == ["_cbor2."]
                 call = {"op": "call_service", "id": "drawn", "service": "/rosapi/topics"}
-                await client.say("png", data=png.encoded(json.dumps(call)))
+                await client.say("png", data=outgoing.encoded(json.dumps(call)))
                 await client.until(lambda said: said.get("id") == "drawn")
                 assert loaded() == ["_cbor2.", "PIL/_imaging."]
 

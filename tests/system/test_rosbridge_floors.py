@@ -11,18 +11,17 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.api.access.caller import Caller, Role
-from maya_un.api.access.operations import Operation
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.protocol import GoalStatus, Message
+from maya_ros.graph.table import POSITION
+from maya_ros.rosbridge import thread_proxy
+from maya_ros.rosbridge.endpoint import NODE
+from maya_ros.rosbridge.outgoing import MessageEncoder
+from maya_ros.rosbridge.standalone import graph_of
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
-from maya_un.graph.bus import Bus
-from maya_un.graph.protocol import GoalStatus, Message
-from maya_un.graph.table import POSITION
-from maya_un.rosbridge import near
-from maya_un.rosbridge.alone import graph_of
-from maya_un.rosbridge.endpoint import NODE
-from maya_un.rosbridge.outgoing import MessageEncoder
-from maya_un.server.bridge import Bridge
+from maya_un.http.bridge import Bridge
+from maya_un.service.access.operations import Caller, Operation, Role
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.rosbridging import DATE, Said, Talker
@@ -103,7 +102,7 @@ def task(command: str, target: Point | None = None, open_: bool = False) -> Mess
 @pytest.fixture(autouse=True)
 def seldom(monkeypatch: pytest.MonkeyPatch) -> None:
     """Look seldom whether there is a new state: in virtual time every look costs some."""
-    monkeypatch.setattr(near, "POSITION", replace(POSITION, rate=5.0))
+    monkeypatch.setattr(thread_proxy, "POSITION", replace(POSITION, rate=5.0))
 
 
 @asynccontextmanager

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.controller.reckoning import SETTLED
+from maya_un.controller.monitor import SETTLED
 from tests.system.processes import done, running
 
 pytestmark = pytest.mark.system

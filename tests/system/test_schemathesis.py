@@ -28,12 +28,11 @@ from schemathesis.specs.openapi.checks import (
     status_code_conformance,
 )
 
-from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.access.operations import RULES, Operation
 from maya_un.controller.planner import LEAST_SPEED
 from maya_un.errors import InvalidRequest
+from maya_un.http.routes.system import LONGEST_WAIT
 from maya_un.schema.bodies import LONGEST
-from maya_un.server.reading import LONGEST_WAIT
+from maya_un.service.access.operations import LOCAL, RULES, Caller, Operation, Role
 from tests.campaign import Campaign
 from tests.shared_robot import SharedRobot, shared_robot
 

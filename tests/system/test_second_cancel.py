@@ -9,17 +9,16 @@ from typing import cast
 
 import pytest
 
-from maya_un.api.access.caller import LOCAL
-from maya_un.api.access.operations import Operation
-from maya_un.api.direct import DirectCommands
-from maya_un.api.gate import Gate
-from maya_un.api.service import Service
-from maya_un.graph.clients.asking import called, done
-from maya_un.graph.protocol import Message
-from maya_un.graph.table import MOVE, Kind, Layer, Row
+from maya_ros.graph.clients.calls import called, done
+from maya_ros.graph.protocol import Message
+from maya_ros.graph.table import MOVE, Kind, Layer, Row
+from maya_un.http.bridge import Bridge
 from maya_un.process.lease import ControlLease
 from maya_un.robot.primitives.move import MoveJoints
-from maya_un.server.bridge import Bridge
+from maya_un.service.access.operations import LOCAL, Operation
+from maya_un.service.direct import DirectCommands
+from maya_un.service.gate import Gate
+from maya_un.service.service import Service
 from tests.campaign import Campaign
 from tests.graphs import Apart, apart
 from tests.unit.controller.bench import FAR

@@ -15,14 +15,13 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.api.access.caller import LOCAL
-from maya_un.api.access.operations import Operation
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.events import KEPT, PhaseBegun
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.thread import bound_socket, served
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.thread import bound_socket, served
+from maya_un.service.access.operations import LOCAL, Operation
 from tests.campaign import Campaign
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]

@@ -19,15 +19,14 @@ import pytest
 from dmc41x3.loops import JumpingLoop, run
 from maya_un import assembly
 from maya_un.assembly import Stack
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.events import SpeedChanged
-from maya_un.process import items
 from maya_un.process.journal import file
-from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import JobOptions
+from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.recorder.shelf import RecordingStore
-from maya_un.schema.states import TaskState
+from maya_un.process.queue import entries
+from maya_un.recorder.store import RecordingStore
+from maya_un.schema.jobs import TaskState
 from tests.campaign import Campaign
 from tests.system.kill_worker import MACHINE, Carry, Ledger, standing
 from tests.virtual_time import elapse
@@ -103,7 +102,7 @@ async def operate(folder: Path, minutes: float) -> list[Health]:
     shelf = RecordingStore.of(CONFIG.recorder, folder / "recordings", time.time_ns)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "make_twin", lambda **_: twin)
-        patch.setattr(items, "REMEMBERED", REMEMBERED)
+        patch.setattr(entries, "REMEMBERED", REMEMBERED)
         async with assembly.stack(CONFIG, journal=journal, skip_home=True, recordings=shelf) as robot:
             await fill(robot)
             found: list[Health] = []

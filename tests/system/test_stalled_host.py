@@ -18,7 +18,7 @@ import numpy as np
 from dmc41x3.loops import run_virtual
 from dmc41x3.wire.transport import Transport
 from maya_un.config import Config, Units
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.planner import MOST_SEGMENTS
 from maya_un.errors import HostSilent

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.graph.step_text import INTERRUPTED
+from maya_un.steps.text import INTERRUPTED
 from tests.campaign import Campaign
 from tests.system.disks import Disk, Quota, TinyDisk, disk, kinds
 

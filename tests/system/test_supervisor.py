@@ -16,7 +16,7 @@ import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
 from maya_un.errors import KeyReused, SupervisorsNotReached, Unreachable
-from maya_un.graph.step_text import StepEnd, StepState, content_of
+from maya_un.steps.text import StepEnd, StepState, content_of
 from maya_un.supervisor import Supervisor
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
@@ -140,7 +140,7 @@ def test_no_broker_is_reported_at_once(house: House, tmp_path: Path) -> None:
 
 
 def test_a_supervisor_needs_neither_numpy_nor_pydantic() -> None:
-    line = "import maya_un.supervisor.running, sys; print({'numpy', 'pydantic'} & set(sys.modules))"
+    line = "import maya_un.supervisor.process, sys; print({'numpy', 'pydantic'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", line], capture_output=True, check=True, text=True).stdout == "set()\n"
 
 

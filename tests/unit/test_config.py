@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
 from maya_un.config import AxisConfig, Config, default_path, load, template, to_toml
-from maya_un.config.load import parse
-from maya_un.config.zones import parse_zone
+from maya_un.config.files import parse
+from maya_un.config.model import parse_zone
 from maya_un.errors import FileUnreadable, InvalidConfig, InvalidRequest
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.config import Config, load, template
-from maya_un.config.edit import edited, replace, text_of, written
+from maya_un.config.files import edited, replace, text_of, written
 from maya_un.errors import FileUnreadable, FileUnwritable
 
 MINE = """\

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.config import Config, Units
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.values import Joints
 
 UNITS = Units.of(Config())

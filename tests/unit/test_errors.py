@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from maya_un import errors, messages
 from maya_un.errors import InvalidConfig, MachineError, MayaError, NotHomed, RequestError, Unreachable
-from maya_un.process.recovery import QUESTION
+from maya_un.process.queue.recovery import QUESTION
 
 PUBLISHED = {
     "link": [1001, 1002, 1003, 1004, 1005, 1006, 1007, 1010, 1020, 1021],

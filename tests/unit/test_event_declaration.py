@@ -15,14 +15,14 @@ from typing import Any
 import pytest
 
 from dmc41x3.loops import run
+from maya_ros.graph.events import read
 from maya_un.cli.main import main
-from maya_un.cli.narrate import line
+from maya_un.cli.progress import line
 from maya_un.events import DECLARED, ControllerEvent, Event, UnknownEvent
-from maya_un.graph.events import read
-from maya_un.process.journal.rows import EventRow
+from maya_un.http.log import level_of
+from maya_un.process.journal.protocol import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.recorder import mcap_file
-from maya_un.server.log import level_of
 from tests.conventions.source import ROOT
 from tests.graphs import apart
 from tests.streaming import Watched, connected, streamed

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dmc41x3.twin.bench import ServoBench
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.plant import ServoBench
 from dmc41x3.twin.wire.server import VirtualController
 
 

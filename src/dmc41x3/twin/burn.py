@@ -12,10 +12,9 @@ from contextlib import suppress
 from dmc41x3.errors import FileUnwritable
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin import registers
+from dmc41x3.twin.expressions import Rejection
 from dmc41x3.twin.memory import Parameters
-from dmc41x3.twin.network import Network, Quad
-from dmc41x3.twin.outlet import SERIAL
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.network import SERIAL, Network, Quad
 from dmc41x3.twin.registers import Register
 from dmc41x3.twin.unit import Format, Unit
 

@@ -9,12 +9,19 @@ from dmc41x3.language.commands import FORMS, TOO_LONG, ArgumentForm
 from dmc41x3.language.hardware import ALIASES
 from dmc41x3.twin.commands import TABLE
 from dmc41x3.twin.context import Answer, CallerContext
-from dmc41x3.twin.language.arguments import QUERY
-from dmc41x3.twin.language.arithmetic import ONE, unpack, whole
-from dmc41x3.twin.language.expressions import AXIS_NAMES, KEYWORDS, axis_letter, evaluate, is_name
-from dmc41x3.twin.peripherals import LOCKED_COMMANDS
-from dmc41x3.twin.refusal import Rejection
-from dmc41x3.twin.unit import MOST_VARIABLES
+from dmc41x3.twin.expressions import (
+    AXIS_NAMES,
+    KEYWORDS,
+    ONE,
+    QUERY,
+    Rejection,
+    axis_letter,
+    evaluate,
+    is_name,
+    unpack,
+    whole,
+)
+from dmc41x3.twin.unit import LOCKED_COMMANDS, MOST_VARIABLES
 
 _PLAIN = re.compile(r"([A-Za-z][A-Za-z0-9_]*|[~^][a-h])\s*=(?!=)\s*(.*)")
 _ELEMENT = re.compile(r"(?:[A-Za-z][A-Za-z0-9_]*|\^[a-h])\[")

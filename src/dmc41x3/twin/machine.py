@@ -11,16 +11,14 @@ from math import inf
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin import burn, status
-from dmc41x3.twin.activity import Activity
-from dmc41x3.twin.context import CallerContext
+from dmc41x3.twin.context import CallerContext, OperandScope
 from dmc41x3.twin.execution import execute
-from dmc41x3.twin.handles import Attempt, Handle, HandleProtocol
+from dmc41x3.twin.expressions import Rejection
 from dmc41x3.twin.memory import Memory
-from dmc41x3.twin.operands import OperandScope
+from dmc41x3.twin.network import Attempt, Handle, HandleProtocol
 from dmc41x3.twin.plant import Plant
 from dmc41x3.twin.programs.runner import ProgramRunner
-from dmc41x3.twin.refusal import Rejection
-from dmc41x3.twin.unit import ControllerIdentity, Unit
+from dmc41x3.twin.unit import Activity, ControllerIdentity, Unit
 
 REVISION = "Rev 1.3k"
 """Firmware it says it has, unless told otherwise."""

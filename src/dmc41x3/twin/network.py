@@ -1,9 +1,239 @@
-"""What the controller keeps about its network: addresses and times."""
+"""The controller on its network: Ethernet handles, addresses, unsolicited output, and data records sent by DR."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from enum import IntEnum
+from math import inf
+from typing import Protocol, TypeAlias
+
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.wire.framing import LineSplitter
+
+COUNT = 8
+
+DEFAULT_PORT = 1000
+"""Where IH names no port: handle A dials this one, B the next."""
+
+ALLOWED_BELOW = frozenset({0, 23, 68, 502})
+"""Ports below 1000 that IK 1 leaves open."""
+
+FIRST_FREE_PORT = 1000
+"""IK 1 blocks ports below this."""
+
+
+class HandleProtocol(IntEnum):
+    """Protocol of a handle; the value is what `_IHx2` says of one that the other side opened."""
+
+    UDP = 1
+    TCP = 2
+
+
+class Attempt(IntEnum):
+    """What `_IHx4` says of a handle that this controller opened: what the other side last answered."""
+
+    WAITING = 1
+    ACCEPTED = 2
+    REFUSED = 3
+    FAILED = 4
+
+
+TCP_SLAVE = int(HandleProtocol.TCP)
+"""What `_IHx2` and the data record say of a TCP connection that the other side opened; 0 is a free handle."""
+
+_CONNECTING = {HandleProtocol.UDP: -5, HandleProtocol.TCP: -6}
+
+
+class Download(Protocol):
+    """Takes what a handle sends after DL or QD, line by line, until the backslash.
+
+    Both methods raise `Rejection`; the line then answers `?` and the download goes on.
+    """
+
+    def line(self, text: str) -> None:
+        """Take one line, without its end."""
+        ...
+
+    def end(self) -> None:
+        """Take the end."""
+        ...
+
+
+@dataclass(slots=True, eq=False)
+class Handle:
+    """One connection: its place (0 for A), who is at the other end, and the bytes of a command not yet complete.
+
+    `port` is the controller's own. A `master` handle was opened by this controller (IH) and is `connected` once the
+    other side answers. While `download` is set, what comes is its data and no command.
+    """
+
+    index: int
+    peer: tuple[str, int]
+    kind: HandleProtocol = HandleProtocol.TCP
+    port: int = 23
+    master: bool = False
+    connected: bool = True
+    attempt: Attempt = Attempt.WAITING
+    splitter: LineSplitter = field(default_factory=LineSplitter)
+    open: bool = True
+    download: Download | None = None
+
+    @property
+    def letter(self) -> str:
+        """Its name."""
+        return LETTERS[self.index]
+
+    @property
+    def state(self) -> int:
+        """What `_IHx2` and the data record say of it (IH: 1, 2 opened by the other side, negative by this one)."""
+        if not self.master:
+            return int(self.kind)
+        return -int(self.kind) if self.connected else _CONNECTING[self.kind]
+
+
+class Handles:
+    """Who is connected. `blocking` is IK: whether connections to ports below 1000 are refused."""
+
+    def __init__(self) -> None:
+        self._places: list[Handle | None] = [None] * COUNT
+        self._dialing: list[Handle] = []
+        self.last_lost = -1
+        self.blocking = True
+        self.on_close: Callable[[Handle], None] | None = None
+
+    def __iter__(self) -> Iterator[Handle | None]:
+        return iter(self._places)
+
+    @property
+    def free(self) -> int:
+        """How many handles are free (`_IA2`)."""
+        return self._places.count(None)
+
+    def connect(
+        self, peer: tuple[str, int], kind: HandleProtocol = HandleProtocol.TCP, port: int = 23
+    ) -> Handle | None:
+        """Give the first free handle to a new connection to `port`; None where there is none or IK blocks the port."""
+        if self.blocking and port < FIRST_FREE_PORT and port not in ALLOWED_BELOW:
+            return None
+        for index, place in enumerate(self._places):
+            if place is None:
+                handle = Handle(index, peer, kind, port)
+                self._places[index] = handle
+                return handle
+        return None
+
+    def dial(self, letter: str, peer: tuple[str, int], kind: HandleProtocol) -> Handle:
+        """Take a free handle for a connection that this controller opens; whoever owns the wire makes it."""
+        index = LETTERS.index(letter)
+        assert self._places[index] is None
+        handle = Handle(index, peer, kind, DEFAULT_PORT + index, master=True, connected=False)
+        self._places[index] = handle
+        self._dialing.append(handle)
+        return handle
+
+    def take_dialing(self) -> list[Handle]:
+        """Return the connections to be opened, and forget them."""
+        dialing, self._dialing = self._dialing, []
+        return dialing
+
+    def at(self, letter: str) -> Handle | None:
+        """Return the connection on a handle."""
+        return self._places[LETTERS.index(letter)]
+
+    def swap(self, first: int, second: int) -> None:
+        """Let two handles, by place, change their connections (HS)."""
+        places = self._places
+        places[first], places[second] = places[second], places[first]
+        for index in (first, second):
+            handle = places[index]
+            if handle is not None:
+                handle.index = index
+
+    def close(self, handle: Handle) -> None:
+        """Give a handle back; again is harmless."""
+        if handle.open:
+            handle.open = False
+            self._places[handle.index] = None
+            self.last_lost = handle.index
+            if self.on_close is not None:
+                self.on_close(handle)
+
+    def reset(self) -> None:
+        """Close all handles and forget the last one lost, as power-up does."""
+        for handle in list(self._places):
+            if handle is not None:
+                self.close(handle)
+        self._dialing = []
+        self.last_lost = -1
+
+    def states(self) -> tuple[int, ...]:
+        """Return the state of every handle as the data record has it."""
+        return tuple(0 if place is None else place.state for place in self._places)
+
+
+SERIAL = "ST"
+"""Ports of CF that are no handle: the main serial port and the auxiliary one. Nothing is plugged in there."""
+
+_REMEMBERED = 8
+
+
+class OutputBuffer:
+    """Collects what is to be sent; whoever owns the wire takes it with `take`.
+
+    `mark` is CW: 1 sets bit 7 of each byte. `discarding` is its second number, which concerns a serial port only.
+    """
+
+    def __init__(self, handles: Handles) -> None:
+        self._handles = handles
+        self._waiting: list[tuple[Handle, bytes]] = []
+        self._ports = ["S"]
+        self.mark = 2
+        self.discarding = 1
+
+    @property
+    def port(self) -> str:
+        """Where CF sends messages: a handle's letter, or a serial port."""
+        return self._ports[-1]
+
+    @port.setter
+    def port(self, name: str) -> None:
+        if name != self._ports[-1]:
+            self._ports = [*self._ports[-_REMEMBERED:], name]
+
+    def closed(self, letter: str) -> None:
+        """Take notice that a handle was closed: messages to it go where CF sent them before.
+
+        The manual leaves open where; a port before that is a closed handle is passed over, the last resort is S.
+        """
+        if self.port != letter:
+            return
+        self._ports = [port for port in self._ports if port in SERIAL or self._handles.at(port) is not None] or ["S"]
+
+    def reset(self) -> None:
+        """Set what power-up sets; what was not taken yet is still sent."""
+        self._ports, self.mark, self.discarding = ["S"], 2, 1
+
+    def put(self, handle: Handle, data: bytes) -> None:
+        """Send bytes to a handle as they are."""
+        self._waiting.append((handle, data))
+
+    def say(self, data: bytes, port: str = "") -> bool:
+        """Send a message to a port, that of CF unless another is named; tell whether there is such a port open."""
+        port = port or self.port
+        if port in SERIAL:
+            return True
+        handle = self._handles.at(port) if port in LETTERS else None
+        if handle is None:
+            return False
+        self.put(handle, bytes(byte | 0x80 for byte in data) if self.mark == 1 else data)
+        return True
+
+    def take(self) -> list[tuple[Handle, bytes]]:
+        """Return what is to be sent, in order, and forget it."""
+        waiting, self._waiting = self._waiting, []
+        return waiting
+
 
 Quad: TypeAlias = tuple[int, int, int, int]
 
@@ -25,3 +255,80 @@ class Network:
 def number(quad: Quad) -> int:
     """Return four bytes as the signed number that operands show."""
     return int.from_bytes(bytes(quad), "big", signed=True)
+
+
+class RecordEmitter:
+    """The stream of records, an activity of the machine; `source` encodes the record of this instant.
+
+    `period` [samples] is 0 while there is none. Records due while a program or an array is downloaded, or while
+    memory is burned, are left out, as on the controller; the others keep their places in time.
+    """
+
+    def __init__(self, handles: Handles, outlet: OutputBuffer) -> None:
+        self._handles = handles
+        self._outlet = outlet
+        self.source: Callable[[], bytes] = bytes
+        self.period = 0
+        self._sample = 0.0
+        self._handle: Handle | None = None
+        self._due = inf
+        self._silent_until = -inf
+
+    @property
+    def place(self) -> int:
+        """The handle's number that the records go to (`_DR1`), 0 where they go to a serial port."""
+        target = self._target()
+        return 0 if target is None else target.index
+
+    @property
+    def active(self) -> bool:
+        """Whether there is a stream."""
+        return self.period != 0
+
+    @property
+    def watching(self) -> bool:
+        """A stream does not care what befalls axes."""
+        return False
+
+    def start(self, period: int, sample: float, handle: Handle | None, now: float) -> None:
+        """Send a record every `period` samples of length `sample` [s] to a UDP handle, or where CF says (None)."""
+        self.period, self._sample, self._handle = period, sample, handle
+        self._due = now + period * sample
+
+    def stop(self) -> None:
+        """End the stream."""
+        self.period, self._handle, self._due = 0, None, inf
+
+    def pause(self, until: float) -> None:
+        """Leave out the records due before `until` [s]."""
+        self._silent_until = max(self._silent_until, until)
+
+    def next_event(self) -> float:
+        """Return when the next record is due [s], infinity without a stream."""
+        return self._due
+
+    def look(self, now: float) -> None:
+        """Send the record that is due."""
+        if self._handle is not None and not self._handle.open:
+            self.stop()
+        if now < self._due:
+            return
+        # Counted on from the record before, not from now: the stream does not drift.
+        self._due += self.period * self._sample
+        target = self._target()
+        if target is not None and now >= self._silent_until and not self._downloading():
+            self._outlet.put(target, self.source())
+
+    def reset(self) -> None:
+        """End the stream, as power-up does."""
+        self.stop()
+        self._silent_until = -inf
+
+    def _target(self) -> Handle | None:
+        if self._handle is not None or not self.period or self._outlet.port in SERIAL:
+            return self._handle
+        handle = self._handles.at(self._outlet.port) if self._outlet.port in LETTERS else None
+        return handle if handle is not None and handle.kind is HandleProtocol.UDP else None
+
+    def _downloading(self) -> bool:
+        return any(handle is not None and handle.download is not None for handle in self._handles)

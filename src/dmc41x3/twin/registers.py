@@ -10,7 +10,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import Rejection
 
 _LARGEST = 2147483647.0
 _SMALLEST = -2147483648.0

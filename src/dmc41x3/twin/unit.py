@@ -1,33 +1,80 @@
-"""Everything a DMC-41x3 remembers besides its motion: variables, outputs, formats, handles, error code."""
+"""The state of a DMC-41x3 besides its motion: variables, outputs, formats, handles, peripherals."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.numbers import format_raw, format_value, join_positions
 from dmc41x3.twin import registers
-from dmc41x3.twin.activity import Activity
-from dmc41x3.twin.handles import Handle, Handles
-from dmc41x3.twin.language.arrays import Arrays
+from dmc41x3.twin.arrays import ArrayRecorder, Arrays
 from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.motion.axis import Axis
-from dmc41x3.twin.motion.cam import Cam
 from dmc41x3.twin.motion.core import MotionCore
 from dmc41x3.twin.motion.failures import Failures
-from dmc41x3.twin.motion.gearing import Gearing
+from dmc41x3.twin.motion.gearing import Cam, Gearing
 from dmc41x3.twin.motion.latch import Latches
 from dmc41x3.twin.motion.plane import Plane
-from dmc41x3.twin.network import Network
-from dmc41x3.twin.outlet import OutputBuffer
-from dmc41x3.twin.peripherals import Peripherals
+from dmc41x3.twin.network import Handle, Handles, Network, OutputBuffer, RecordEmitter
 from dmc41x3.twin.plant import Plant
-from dmc41x3.twin.program import Program
-from dmc41x3.twin.recorder import ArrayRecorder
-from dmc41x3.twin.records import RecordEmitter
-from dmc41x3.twin.thread import Threads
+from dmc41x3.twin.program import Program, Threads
+
+ANALOG_INPUTS = 8
+PLUS_MINUS_TEN = 2
+"""AQ: an analog input reads -10 to 10 V."""
+
+LOCKED_COMMANDS = frozenset({"DL", "ED", "LS", "TR", "UL"})
+"""Commands that a locked program refuses."""
+
+
+@dataclass(slots=True)
+class Peripherals:
+    """Settings: AQ, MW, ME, US, CI and CC, the masks and handle of EI, and the lock of the program."""
+
+    analog_ranges: list[int] = field(default_factory=lambda: [PLUS_MINUS_TEN] * ANALOG_INPUTS)
+    modbus_waits: int = 1
+    modbus_writes: int = 0
+    ports_swapped: int = 0
+    communication_interrupt: int = 0
+    event_settings: list[int] = field(default_factory=lambda: [0, 0, -1])
+    password: str = ""
+    locked: bool = False
+
+
+class Activity(Protocol):
+    """Something with a time of its own; the machine never runs past its next event.
+
+    Times are seconds of the machine's clock.
+    """
+
+    @property
+    def active(self) -> bool:
+        """Whether it has anything to do, now or later; while not, nobody looks at it. Only a command changes that."""
+        ...
+
+    @property
+    def watching(self) -> bool:
+        """Whether it wants to see what happens to axes at once, though it has nothing to do until then."""
+        ...
+
+    def next_event(self) -> float:
+        """Return when it wants to be looked at next [s], infinity for never."""
+        ...
+
+    def look(self, now: float) -> None:
+        """Do what is due at `now` [s]. Called after every event, its own or another's, and after every command.
+
+        What befell axes stands in the motion core's `happened` during this call and is forgotten behind it.
+        """
+        ...
+
+    def reset(self) -> None:
+        """Do what a power-up does to it."""
+        ...
+
 
 MOST_VARIABLES = 510
 

@@ -9,20 +9,23 @@ import typer
 
 from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
-from maya_un.cli import dmc, primitives, record_commands, teach_commands, zone_commands
+from maya_un.cli import primitives
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.completion import commands as completion
 from maya_un.cli.coms import commands as coms
-from maya_un.cli.dmc import Seed, Speed, Table
+from maya_un.cli.dmc_tools import commands as dmc
+from maya_un.cli.dmc_tools.commands import Seed, Speed, Table
+from maya_un.cli.dmc_tools.site import MAYA
 from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.fleet import commands as fleet
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
+from maya_un.cli.places import teach_commands, zone_commands
 from maya_un.cli.quantities import angle, joints_of, length, point_of, share
 from maya_un.cli.queueing import commands as queueing
+from maya_un.cli.recordings import commands as recordings
 from maya_un.cli.settings import OutputSettings, settings_of
-from maya_un.cli.site import MAYA
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.values import JOG_AXES
 
@@ -88,8 +91,8 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     The queue survives its end and power cuts; nothing moves by itself when it starts again. Ctrl-C or
     `maya down` end it.
     """
-    from maya_un.cli import up as command
-    from maya_un.cli.remote import RemoteAccess
+    from maya_un.cli.service import up as command
+    from maya_un.cli.service.listeners import RemoteAccess
 
     remote = RemoteAccess(listen, tls_cert, tls_key, plain, origin)
     finish = on_exit == "finish"
@@ -109,7 +112,7 @@ def down(
 
     The robot stops on its path; the running job is interrupted and waits for the next start.
     """
-    from maya_un.cli import down as command
+    from maya_un.cli.service import down as command
 
     return command.down(settings_of(context), finish=finish)
 
@@ -156,7 +159,7 @@ def jog(
 
     Without AXIS and DISTANCE, on a terminal: by keys, with the position and the nearest limits in view.
     """
-    from maya_un.cli import wishes
+    from maya_un.cli import robot_commands
 
     if axis is None and sys.stdin.isatty() and sys.stdout.isatty():
         from maya_un.cli.pendant import screen
@@ -168,31 +171,31 @@ def jog(
     if axis not in JOG_AXES:
         raise UnknownName(name=axis, known=", ".join(JOG_AXES))
     way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")
-    return wishes.jog(axis, way, settings_of(context))
+    return robot_commands.jog(axis, way, settings_of(context))
 
 
 @app.command(**_HOW)
 def abort(context: typer.Context) -> int:
     """Stop without deceleration; the motors may go off, then run `maya recover`."""
-    from maya_un.cli import wishes
+    from maya_un.cli import robot_commands
 
-    return wishes.abort(settings_of(context))
+    return robot_commands.abort(settings_of(context))
 
 
 @app.command(**_HOW)
 def pause(context: typer.Context) -> int:
     """Stop on the path and hold all motion until `maya resume`."""
-    from maya_un.cli import wishes
+    from maya_un.cli import robot_commands
 
-    return wishes.pause(settings_of(context))
+    return robot_commands.pause(settings_of(context))
 
 
 @app.command(**_HOW)
 def resume(context: typer.Context) -> int:
     """Continue after `maya pause`."""
-    from maya_un.cli import wishes
+    from maya_un.cli import robot_commands
 
-    return wishes.resume(settings_of(context))
+    return robot_commands.resume(settings_of(context))
 
 
 @app.command(**_HOW)
@@ -201,17 +204,17 @@ def speed(
     ratio: Annotated[str, typer.Argument(metavar="RATIO", help="of the full speed, like 50% or 0.5; at least 1%")],
 ) -> int:
     """Scale the speed of all motion, the current one included."""
-    from maya_un.cli import wishes
+    from maya_un.cli import robot_commands
 
-    return wishes.speed(share(ratio, "RATIO"), settings_of(context))
+    return robot_commands.speed(share(ratio, "RATIO"), settings_of(context))
 
 
 @app.command(**_HOW)
 def recover(context: typer.Context, take_over: TakeOver = False) -> int:
     """Clear a fault after its cause is removed; moves nothing."""
-    from maya_un.cli import wishes
+    from maya_un.cli import robot_commands
 
-    return wishes.recover(settings_of(context), take_over=take_over)
+    return robot_commands.recover(settings_of(context), take_over=take_over)
 
 
 @app.command(**_HOW)
@@ -276,7 +279,7 @@ def plot_workspace(
 
 teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
-record_commands.register(app, _HOW)
+recordings.register(app, _HOW)
 queueing.register(app, _HOW)
 logs.register(app, _HOW)
 coms.register(app, _HOW)
@@ -296,7 +299,7 @@ def plot_job(
 
     Axes over time against their limits, tensions, the gripper's path; from the homed pose on, and nothing moves.
     """
-    from maya_un.cli import plot_job as command
+    from maya_un.cli import plot as command
 
     return command.plot(job, output, settings_of(context))
 

@@ -6,8 +6,7 @@ from typing import Any
 
 from maya_un.cli import waiting
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.display import Display
-from maya_un.cli.narrate import tell
+from maya_un.cli.progress import Display, tell
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
 from maya_un.client import requests

@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return output.FAILED
     except Exception as error:  # noqa: BLE001 - the last door: a person gets one sentence, the log the rest
-        from maya_un.server.crash import written_down
+        from maya_un.http.log import written_down
 
         return output.complain(written_down(error), settings)
     except BaseException as error:

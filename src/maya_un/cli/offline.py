@@ -86,8 +86,8 @@ def reach(point: Point, settings: OutputSettings) -> int:
     The zones are those of the running robot, else of the configuration. Exit code 0 where it can, 1 where not: both are
     answers.
     """
-    from maya_un.api.reach import reach_of
     from maya_un.schema.encoding import to_data
+    from maya_un.service.previews import reach_of
 
     found = reach_of(_workspace(_in_force(settings)), point)
     joints = None if found.joints is None else found.joints._asdict()

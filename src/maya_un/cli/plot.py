@@ -1,17 +1,28 @@
-"""`maya plot`: pictures of what the machine can reach, and of what a job will do."""
+"""`maya plot`: pictures of the workspace and of a job before anything moves."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from dmc41x3.address import SIM
+from dmc41x3.loops import run_virtual
+from maya_un.assembly import stack
 from maya_un.cli import output
-from maya_un.cli.configure import configuration
+from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.words import word
+from maya_un.client import pictures
+from maya_un.config import Config
 from maya_un.errors import InvalidValue
 from maya_un.kinematics.workspace import Workspace
+from maya_un.process.spec.job import Job, load_job
+from maya_un.schema.encoding import to_data
+from maya_un.schema.previews import JobInspection
 from maya_un.values import Point
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DEFAULT = "maya-workspace.svg"
 """Where the picture of the workspace goes when nothing is said, in the current folder."""
@@ -52,3 +63,64 @@ def workspace(request: PlotRequest, settings: OutputSettings) -> int:
         "nearest": None if nearest is None else nearest._asdict(),
     }
     return output.answer(answer, word("picture", settings.language, path=path), settings)
+
+
+DEFAULT_PICTURE = "maya-job.svg"
+"""Where the picture goes when nothing is said, in the current folder."""
+
+SAMPLES = 300
+"""Samples drawn of every motion."""
+
+_HORIZON = 1e6
+
+
+def plot(file: str, target: str | None, settings: OutputSettings) -> int:
+    """Draw the job of `file` as it would be from the homed pose, and return the exit code.
+
+    A job that is refused at some step is drawn up to there, and not done. Raises what reading it raises, `InvalidJob`
+    where nothing moves, `InvalidValue` and `FileUnwritable`.
+    """
+    path = Path(target or DEFAULT_PICTURE)
+    inspection = draw(load_job(Path(file)), configuration(settings), path, settings)
+    preview = inspection.preview
+    answer = {
+        "path": str(path),
+        "duration": preview.duration,
+        "lowest": preview.lowest,
+        "highest": preview.highest,
+        "closest": [to_data(near) for near in inspection.closest],
+        "stop_time": inspection.stop_time,
+        "stop_distance": inspection.stop_distance,
+        "refusal": None if preview.refusal is None else to_data(preview.refusal),
+    }
+    output.answer(answer, word("picture", settings.language, path=path), settings)
+    if preview.refusal is None:
+        return output.DONE
+    notice = preview.refusal.notice
+    return output.concluded({"state": "refused", "code": notice.code, "message": notice.message}, settings)
+
+
+def draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> JobInspection:
+    """Write the picture of a job from the homed pose on, and return what it shows; raises as `plot` does."""
+    from maya_un.plots import style
+
+    style.kind_of(path)
+    inspection, workspace = run_virtual(inspected(job, config, taught_places(settings)), _HORIZON)
+    style.save(figure(job.name, inspection, config, workspace), path)
+    return inspection
+
+
+async def inspected(job: Job, config: Config, places: Path | None = None) -> tuple[JobInspection, Workspace]:
+    """Return a job in detail, from the homed pose of a twin on, with the workspace it is checked in.
+
+    `places` is the file of taught places.
+    """
+    async with stack(config, SIM, live=False, places=places) as robot:
+        inspection = await robot.service.inspect(job, from_homed=True, samples=SAMPLES)
+        return inspection, robot.controller.workspace
+
+
+def figure(name: str, inspection: JobInspection, config: Config, workspace: Workspace) -> Figure:
+    """Return the figure of a job that begins at the homed pose; raises `InvalidJob` where nothing moves."""
+    title = f"{name}, {inspection.preview.duration:.1f} s from the homed pose on"
+    return pictures.figure(title, inspection, config, workspace)

@@ -49,10 +49,10 @@ def _command(primitive: type[Primitive]) -> Run:
 
 
 def _run(primitive: type[Primitive], context: typer.Context, value: object = None) -> int:
-    from maya_un.cli import wishes
+    from maya_un.cli import robot_commands
 
     argument = {primitive.argument.key: value} if primitive.argument.key else {}
-    return wishes.wish({"command": primitive.command, **argument}, settings_of(context))
+    return robot_commands.wish({"command": primitive.command, **argument}, settings_of(context))
 
 
 def _to_nothing(run: Run) -> Run:

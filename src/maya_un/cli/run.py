@@ -17,24 +17,21 @@ from dmc41x3.loops import run as run_loop
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.configure import configuration, taught_places
-from maya_un.cli.display import Display, chosen
+from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places
 from maya_un.cli.follow import follow
-from maya_un.cli.narrate import tell
+from maya_un.cli.progress import Display, chosen, tell
 from maya_un.cli.quantities import clock_factor, target_address
-from maya_un.cli.record import shelf
+from maya_un.cli.recordings.recordings import shelf
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.twin import parts_of, require_twin
 from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.config import Config
 from maya_un.errors import InvalidCommandLine, InvalidJob
-from maya_un.process.files import load_job
-from maya_un.process.job import Job
+from maya_un.http.log import keep_quiet
+from maya_un.process.spec.job import Job, load_job
 from maya_un.schema.encoding import to_data
 from maya_un.schema.jobs import JobReport
-from maya_un.server.crash import keep_quiet
 
 FRAME = 0.1
 """Time between two looks at the motion under way [s, real time]."""
@@ -121,10 +118,10 @@ def _require_format(path: Path) -> None:
 
 def _draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> None:
     """Write the picture of a job, as far as there is anything to draw; raises `InvalidValue` and `FileUnwritable`."""
-    from maya_un.cli import plot_job
+    from maya_un.cli.plot import draw
 
     with suppress(InvalidJob):
-        plot_job.draw(job, config, path, settings)
+        draw(job, config, path, settings)
         if not settings.json:
             output.say(word("picture", settings.language, path=path))
 

@@ -10,13 +10,13 @@ from importlib import import_module
 
 _MODULES = {
     "AsyncClient": "async_client",
-    "AsyncJobHandle": "handle",
+    "AsyncJobHandle": "resources",
     "Client": "client",
     "Event": "plans.streaming",
     "JobBuilder": "jobs",
-    "JobHandle": "handle",
+    "JobHandle": "resources",
     "Picture": "pictures",
-    "StillWaiting": "plans.waiting",
+    "StillWaiting": "plans.jobs",
 }
 
 __all__ = [*_MODULES]  # noqa: PLE0604  # pyright: ignore[reportUnsupportedDunderAll]

@@ -9,13 +9,12 @@ from typing import Self, Unpack
 
 from maya_un.client import notebook
 from maya_un.client.awaiting import AwaitingDriver
-from maya_un.client.doors import finder, trusted
-from maya_un.client.handle import AsyncJobHandle
 from maya_un.client.jobs import JobLike
-from maya_un.client.lease import AsyncLease
 from maya_un.client.plans import jobs
 from maya_un.client.resources import (
     AsyncHistory,
+    AsyncJobHandle,
+    AsyncLease,
     AsyncPallets,
     AsyncPoses,
     AsyncQueue,
@@ -24,6 +23,7 @@ from maya_un.client.resources import (
     AsyncZones,
     RobotVerbs,
 )
+from maya_un.client.transport import finder, trusted
 from maya_un.client.twin import FAST, TwinProcess
 
 

@@ -13,13 +13,23 @@ from typing import Any, TypeVar, cast
 import httpx
 from websockets.asyncio.client import ClientConnection, connect
 
-from maya_un.client import codec, trouble
-from maya_un.client.course import PlanRunner
-from maya_un.client.doors import Finder, ServiceAddress
-from maya_un.client.driving import HeldLease
+from maya_un.client import transport
 from maya_un.client.request import TIMEOUT, Request
-from maya_un.client.steps import Connect, Emit, Line, Plan, ReadClock, Receive, Send, Sleep, Step, StreamPlan
-from maya_un.client.verb import Awaiting
+from maya_un.client.steps import (
+    Awaiting,
+    Connect,
+    Emit,
+    Line,
+    Plan,
+    PlanRunner,
+    ReadClock,
+    Receive,
+    Send,
+    Sleep,
+    Step,
+    StreamPlan,
+)
+from maya_un.client.transport import Finder, HeldLease, ServiceAddress
 from maya_un.errors import ServiceNotRunning
 
 T = TypeVar("T")
@@ -94,24 +104,24 @@ class AwaitingDriver(Awaiting):
     async def _ask(self, request: Request[T]) -> T:
         if not request.urgent:
             self.held.require()
-        url, headers, content = codec.written(request, self._find(), self.held.id)
+        url, headers, content = transport.encoded(request, self._find(), self.held.id)
         http = self._urgent if request.urgent else self._http
-        with trouble.translated():
+        with transport.translated():
             answer = await http.request(request.method, url, headers=headers, content=content, timeout=request.timeout)
-        return codec.read(request, answer.status_code, answer.headers, answer.content)
+        return transport.decoded(request, answer.status_code, answer.headers, answer.content)
 
     async def _dial(self, path: str, lines: AsyncExitStack) -> Line:
         await lines.aclose()
-        with trouble.translated():
+        with transport.translated():
             return Line(await lines.enter_async_context(self._connected(self._find(), path)))
 
     @asynccontextmanager
     async def _connected(self, door: ServiceAddress, path: str) -> AsyncIterator[ClientConnection]:
         """Open a websocket for a block; in a loop that ends there is no time left to take leave, then it is cut."""
         socket = await connect(
-            codec.stream_url(door, path),
+            transport.stream_url(door, path),
             ssl=self._trust if door.url.startswith("https") else None,
-            additional_headers=codec.identity(door.token),
+            additional_headers=transport.identity(door.token),
             compression=None,
             proxy=None,
             open_timeout=TIMEOUT,
@@ -128,7 +138,7 @@ class AwaitingDriver(Awaiting):
 
 async def _conversed(step: Send | Receive) -> str | bytes | None:
     socket = cast("ClientConnection", step.line)
-    with trouble.translated(), suppress(TimeoutError):
+    with transport.translated(), suppress(TimeoutError):
         if isinstance(step, Receive):
             async with asyncio.timeout(0.0 if step.now else None):
                 return await socket.recv()

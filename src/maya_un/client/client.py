@@ -8,12 +8,21 @@ from typing import Self, Unpack
 
 from maya_un.client import notebook
 from maya_un.client.blocking import BlockingDriver
-from maya_un.client.doors import finder, trusted
-from maya_un.client.handle import JobHandle
 from maya_un.client.jobs import JobLike
-from maya_un.client.lease import Lease
 from maya_un.client.plans import jobs
-from maya_un.client.resources import History, Pallets, Poses, Queue, Recordings, RobotVerbs, Users, Zones
+from maya_un.client.resources import (
+    History,
+    JobHandle,
+    Lease,
+    Pallets,
+    Poses,
+    Queue,
+    Recordings,
+    RobotVerbs,
+    Users,
+    Zones,
+)
+from maya_un.client.transport import finder, trusted
 from maya_un.client.twin import FAST, TwinProcess
 
 

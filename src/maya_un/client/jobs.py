@@ -12,7 +12,7 @@ from maya_un.client.building import PrimitiveSteps
 from maya_un.client.targets import Spot, plain
 
 if TYPE_CHECKING:
-    from maya_un.process.job import Job
+    from maya_un.process.spec.job import Job
 
 Steps = tuple[Any, ...]
 
@@ -75,7 +75,7 @@ def body_of(job: JobLike) -> dict[str, Any]:
     if isinstance(job, Mapping):
         return dict(job)
     if isinstance(job, str | os.PathLike):
-        from maya_un.process.files import load_job  # noqa: PLC0415 - few clients read files
+        from maya_un.process.spec.job import load_job  # noqa: PLC0415 - few clients read files
 
         job = load_job(Path(job))
     return job.model_dump(mode="json", exclude_none=True, warnings=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
-from maya_un.client.plans import previews
+from maya_un.client.plans import robot
 from maya_un.client.steps import Plan
 from maya_un.errors import InvalidJob
 from maya_un.schema.previews import JobInspection
@@ -56,7 +56,7 @@ def plot(job: JobLike, *, samples: int = SAMPLES) -> Plan[Picture]:
     """
     from maya_un.kinematics.workspace import Workspace  # noqa: PLC0415 - few clients draw
 
-    inspection = yield from previews.inspect(job, samples=samples)
+    inspection = yield from robot.inspect(job, samples=samples)
     config = yield from requests.config()
     title = f"{body_of(job).get('name', 'job')}, {inspection.preview.duration:.1f} s"
     return Picture(figure(title, inspection, config, Workspace.of(config)))

@@ -1,15 +1,24 @@
-"""The resources of a client: each has the generated methods of its operations, and those that take several requests."""
+"""The resources of a client: queue, places, users, submitted jobs, and the control lease."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Iterator
-from typing import TypeVar
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
+from functools import partial
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
 
-from maya_un.client import methods, pictures
-from maya_un.client.plans import jobs, moving, places, previews, queue, streaming
+from maya_un.client import methods, notebook, pictures, requests
+from maya_un.client.awaiting import AwaitingDriver
+from maya_un.client.blocking import BlockingDriver
+from maya_un.client.methods import LeaseMethods
+from maya_un.client.plans import jobs, resources, robot, streaming
 from maya_un.client.plans.primitives import PrimitiveVerbs
-from maya_un.client.steps import Plan, StreamPlan
-from maya_un.client.verb import Awaiting, Blocking, Stream, Verb
+from maya_un.client.steps import Awaiting, Blocking, Described, Plan, Stream, StreamPlan, Verb
+from maya_un.errors import MayaError
+from maya_un.schema.jobs import JobAccepted, JobReport
+from maya_un.schema.people import LeaseTaken
 
 T = TypeVar("T")
 
@@ -17,25 +26,25 @@ T = TypeVar("T")
 class RobotVerbs(methods.RobotMethods, PrimitiveVerbs):
     """The robot itself."""
 
-    state = Verb(previews.state)
+    state = Verb(robot.state)
     states = Stream(streaming.states)
     events = Stream(streaming.events)
-    wish = Verb(moving.wish)
-    jog = Verb(moving.jog)
-    stop = Verb(moving.stop)
-    abort = Verb(moving.abort)
-    preview = Verb(previews.preview)
-    inspect = Verb(previews.inspect)
+    wish = Verb(robot.wish)
+    jog = Verb(robot.jog)
+    stop = Verb(robot.stop)
+    abort = Verb(robot.abort)
+    preview = Verb(robot.preview)
+    inspect = Verb(robot.inspect)
     plot = Verb(pictures.plot)
-    twin_parts = Verb(previews.twin_parts)
+    twin_parts = Verb(robot.twin_parts)
     wait = Verb(jobs.wait)
 
 
 class QueueVerbs(methods.QueueMethods):
     """The queue."""
 
-    recovery = Verb(queue.recovery)
-    change = Verb(queue.change)
+    recovery = Verb(resources.recovery)
+    change = Verb(resources.change)
 
 
 class HistoryVerbs(methods.HistoryMethods):
@@ -47,13 +56,13 @@ class HistoryVerbs(methods.HistoryMethods):
 class PalletVerbs(methods.PalletsMethods):
     """Taught pallets."""
 
-    teach = Verb(places.teach_pallet)
+    teach = Verb(resources.teach_pallet)
 
 
 class ZoneVerbs(methods.ZonesMethods):
     """Zones to keep out of, for this run."""
 
-    keep_out = Verb(places.keep_out)
+    keep_out = Verb(resources.keep_out)
 
 
 class Resource(Blocking):
@@ -140,3 +149,151 @@ class Recordings(methods.RecordingsMethods, Resource):
 
 class AsyncRecordings(methods.RecordingsMethods, AsyncResource):
     """The recordings of the flight recorder."""
+
+
+JobParameters = ParamSpec("JobParameters")
+JobResult = TypeVar("JobResult")
+
+
+class JobVerb(Described, Generic[JobParameters, JobResult]):
+    """A verb about a job, as a method of its handle, which knows the number."""
+
+    def __init__(self, describe: Callable[Concatenate[int, JobParameters], Plan[JobResult]]) -> None:
+        super().__init__(describe, given=1)
+        self.describe = describe
+
+    @overload
+    def __get__(self, handle: None, owner: type[object]) -> JobVerb[JobParameters, JobResult]: ...
+    @overload
+    def __get__(self, handle: JobHandle, owner: type[object]) -> Callable[JobParameters, JobResult]: ...
+    @overload
+    def __get__(
+        self, handle: AsyncJobHandle, owner: type[object]
+    ) -> Callable[JobParameters, Coroutine[Any, Any, JobResult]]: ...
+    def __get__(self, handle: JobHandle | AsyncJobHandle | None, owner: type[object]) -> Any:
+        """Return the method of a handle, or of the class the verb itself."""
+        return self if handle is None else self.bound(partial(self.describe, handle.id), handle.client.perform)
+
+
+class _Job:
+    """Methods of one job."""
+
+    report = JobVerb(requests.report)
+    wait = JobVerb(jobs.wait)
+    cancel = JobVerb(requests.cancel)
+    hold = JobVerb(requests.hold_job)
+    release = JobVerb(requests.release_job)
+    move = JobVerb(requests.move_job)
+    change = JobVerb(resources.change)
+
+    def __init__(self, job: JobAccepted) -> None:
+        self.id = job.id
+        self.name = job.name
+        self.steps = job.steps
+
+    def __repr__(self) -> str:
+        return f"<job {self.id}, {self.name}: {self.steps} steps>"
+
+
+class JobHandle(_Job):
+    """A job of a `Client`. Iterating over it yields its `JobReport` now, and whenever something of it goes on."""
+
+    def __init__(self, client: Blocking, job: JobAccepted) -> None:
+        super().__init__(job)
+        self.client = client
+
+    def __iter__(self) -> Iterator[JobReport]:
+        return self.client.iterate(jobs.progress(self.id))
+
+    def again(self, *, from_step: int | None = None) -> JobHandle:
+        """Queue the job once more, as a new one, from a step (from 1) on: the first that was not done."""
+        line = self.client.perform(requests.repeat_job(self.id, from_step=from_step))
+        return JobHandle(self.client, JobAccepted(line.id, line.name, line.steps))
+
+    def _repr_html_(self) -> str:
+        return notebook.report(self.report())
+
+
+class AsyncJobHandle(_Job):
+    """A job of an `AsyncClient`. Iterating over it yields its `JobReport` now, and whenever something of it goes on."""
+
+    def __init__(self, client: Awaiting, job: JobAccepted) -> None:
+        super().__init__(job)
+        self.client = client
+
+    def __aiter__(self) -> AsyncIterator[JobReport]:
+        return self.client.iterate(jobs.progress(self.id))
+
+    async def again(self, *, from_step: int | None = None) -> AsyncJobHandle:
+        """Queue the job once more, as a new one, from a step (from 1) on: the first that was not done."""
+        line = await self.client.perform(requests.repeat_job(self.id, from_step=from_step))
+        return AsyncJobHandle(self.client, JobAccepted(line.id, line.name, line.steps))
+
+
+class Lease(LeaseMethods, Resource):
+    """The control lease: `with client.lease(note="calibration"): ...` drives while the block runs."""
+
+    def __init__(self, client: BlockingDriver) -> None:
+        super().__init__(client)
+        self._driver = client
+
+    @contextmanager
+    def __call__(self, note: str = "", *, force: bool = False) -> Iterator[LeaseTaken]:
+        """Drive while the block runs; with `force` also where somebody else does.
+
+        A thread renews the lease. Once it is lost, the next thing that is asked for inside raises `LeaseLost`, or the
+        end of the block does. Raises `LeaseHeld`, `NotAllowed`.
+        """
+        held = self._driver.held
+        taken = self.perform(requests.take_lease(note=note, force=force))
+        held.begin(taken.id)
+        keeper = self._driver.beside()
+        thread = threading.Thread(target=_keep, args=(keeper, taken), name="maya lease", daemon=True)
+        thread.start()
+        try:
+            yield taken
+            held.require()
+        finally:
+            keeper.close()
+            thread.join()
+            try:
+                with suppress(MayaError):  # it is lost, or ends by itself
+                    self.perform(resources.give_back())
+            finally:
+                held.end()
+
+
+def _keep(keeper: BlockingDriver, taken: LeaseTaken) -> None:
+    with suppress(MayaError):  # the block has ended
+        keeper.perform(resources.kept(keeper.held, taken))
+
+
+class AsyncLease(LeaseMethods, AsyncResource):
+    """The control lease: `async with client.lease(note="calibration"): ...` drives while the block runs."""
+
+    def __init__(self, client: AwaitingDriver) -> None:
+        super().__init__(client)
+        self._driver = client
+
+    @asynccontextmanager
+    async def __call__(self, note: str = "", *, force: bool = False) -> AsyncIterator[LeaseTaken]:
+        """Drive while the block runs; with `force` also where somebody else does.
+
+        A task renews the lease. Once it is lost, the next thing that is asked for inside raises `LeaseLost`, or the end
+        of the block does. Raises `LeaseHeld`, `NotAllowed`.
+        """
+        held = self._driver.held
+        taken = await self.perform(requests.take_lease(note=note, force=force))
+        held.begin(taken.id)
+        keeper = asyncio.create_task(self.perform(resources.kept(held, taken)), name="maya lease")
+        try:
+            yield taken
+            held.require()
+        finally:
+            keeper.cancel()
+            await asyncio.wait({keeper})
+            try:
+                with suppress(MayaError):  # it is lost, or ends by itself
+                    await self.perform(resources.give_back())
+            finally:
+                held.end()

@@ -14,8 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
-from maya_un.client.doors import ServiceAddress
 from maya_un.client.jobs import JobBuilder, JobLike, body_of
+from maya_un.client.transport import ServiceAddress
 from maya_un.errors import InternalError, from_notice
 
 FAST = 50.0
@@ -74,7 +74,7 @@ class TwinProcess:
         places = {"MAYA_RUNTIME_DIR": "run", "MAYA_STATE_DIR": "state", "XDG_STATE_HOME": "state"}
         own = {name: str(self._folder / place) for name, place in places.items()}
         return subprocess.Popen(
-            [sys.executable, "-m", "maya_un.cli.attended", *arguments],
+            [sys.executable, "-m", "maya_un.cli.parent_watch", *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

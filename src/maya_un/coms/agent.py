@@ -14,11 +14,18 @@ from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Any
 
-from maya_un.coms.retrying import first_to_end, keep
 from maya_un.coms.robot import Rosbridge, RosbridgeLink
-from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand, SupervisorTransport
+from maya_un.coms.transport import (
+    Report,
+    ReportKind,
+    SupervisorChannel,
+    SupervisorCommand,
+    SupervisorTransport,
+    first_to_end,
+    keep,
+)
 from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError, SessionTakenOver, WrongRobot
-from maya_un.graph.step_text import RobotIdentity, StepEnd, content_of, id_of, read
+from maya_un.steps.text import RobotIdentity, StepEnd, content_of, id_of, read
 
 LONGEST = 65_536
 """Bytes of a command; a longer one is refused unread."""

@@ -11,11 +11,11 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
+from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind
 from maya_un.errors import RobotNotReached
-from maya_un.graph.step_text import RobotIdentity
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS
+from maya_un.steps.text import RobotIdentity
 
 LONGEST = 1 << 20
 """Bytes of a message from rosbridge."""

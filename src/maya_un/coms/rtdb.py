@@ -26,14 +26,12 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from maya_un.coms.agent import LONGEST
-from maya_un.coms.database import Database, data_of
-from maya_un.coms.event_stream import ServerSentEvent, events
-from maya_un.coms.firebase_auth import FixedToken, TokenSource
+from maya_un.coms.database import Database, FixedToken, ServerSentEvent, TokenSource, data_of, events
 from maya_un.coms.session import SessionClaims, SupervisorSession
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SessionTakenOver, SupervisorsNotReached
-from maya_un.graph.step_text import id_of
+from maya_un.steps.text import id_of
 
 HEARTBEAT = 10.0
 """Presence is written so often [s]."""

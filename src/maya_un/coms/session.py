@@ -19,8 +19,8 @@ from uuid import uuid4
 
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
-from maya_un.graph.step_text import StepEnd
-from maya_un.server import dates
+from maya_un.http import dates
+from maya_un.steps.text import StepEnd
 
 _LONGEST_KEY = 64
 """Characters of a key that stands in the entry as it is; Firestore allows 1500 bytes, and 1 MiB for all claims."""

@@ -4,7 +4,7 @@ The defaults are the manual's; a TOML file changes single keys. Units are SI, ex
 controller, whose names end in `_counts`.
 """
 
-from maya_un.config.load import load, template, to_toml
+from maya_un.config.files import load, template, to_toml
 from maya_un.config.model import (
     AxisConfig,
     CellConfig,
@@ -13,12 +13,12 @@ from maya_un.config.model import (
     Geometry,
     GripperConfig,
     HomingConfig,
+    RecorderConfig,
     SafetyConfig,
     Scale,
+    StorageConfig,
     WiringConfig,
 )
-from maya_un.config.recorder import RecorderConfig
-from maya_un.config.storage import StorageConfig
 from maya_un.config.units import Units
 from maya_un.manual import default_path
 

@@ -1,20 +1,189 @@
-"""The model: sections, units, ranges, and what must hold between the keys."""
+"""The model: sections, units, ranges, and the constraints between keys."""
 
 from __future__ import annotations
 
-from math import pi
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from math import hypot, pi
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from dmc41x3.address import split
 from maya_un import manual
-from maya_un.config.base import ConfigSection as _Section
-from maya_un.config.base import Contradiction, Metres
-from maya_un.config.coms import ComsConfig
-from maya_un.config.recorder import RecorderConfig
-from maya_un.config.storage import StorageConfig
-from maya_un.config.zones import MOST_ZONES, ZoneConfig
+from maya_un.errors import InvalidRequest
+from maya_un.namespace import robot_name
+
+Metres = Annotated[float, Field(gt=0.0, le=10.0)]
+"""A length [m]; the upper bound catches millimetres."""
+
+
+class Contradiction(ValueError):
+    """A value that another one rules out: the `key` within its section, its `value`, and why."""
+
+    def __init__(self, key: str, value: object, reason: str) -> None:
+        super().__init__(reason)
+        self.key = key
+        self.value = value
+
+
+class ConfigSection(BaseModel):
+    """A part of the configuration: immutable, no unknown keys, no conversions, finite numbers."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
+
+
+class Flaw(NamedTuple):
+    """Errors of keys: the dotted `key`, its `value`, and why."""
+
+    key: str
+    value: Any
+    reason: str
+
+
+def flaw(error: ValidationError, tags: tuple[str, ...] = ()) -> Flaw:
+    """Return the first flaw that a validation found; `tags`, which name kinds of a section, are no keys."""
+    first = error.errors(include_url=False)[0]
+    place, value, reason = [part for part in first["loc"] if part not in tags], first["input"], first["msg"]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, Contradiction):
+        place, value, reason = [*place, cause.key], cause.value, str(cause)
+    elif first["type"] == "extra_forbidden":
+        reason = "there is no such key"
+    elif first["type"] == "missing":
+        reason = "it is missing"
+    elif first["type"] in _UNKNOWN_KIND:
+        place, value, reason = [*place, "kind"], first.get("ctx", {}).get("tag"), f"it is one of {', '.join(tags)}"
+    return Flaw(".".join(str(part) for part in place), value, reason.removeprefix("Value error, "))
+
+
+_UNKNOWN_KIND = {"union_tag_invalid", "union_tag_not_found"}
+
+
+MOST_ZONES = 100
+"""Most zones; each one makes the planning of every step longer."""
+
+Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
+"""A coordinate in the base frame [m]; the bounds catch millimetres."""
+
+Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
+"""x, y, z [m]."""
+
+Name = Annotated[
+    str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$", description="its own: letters, digits, - and _")
+]
+Margin = Annotated[float, Field(ge=0.0, le=1.0, description="kept clear around it, for gripper and part [m]")]
+Lines = Annotated[bool, Field(description="the two lines keep out too, not only the gripper")]
+
+
+class BoxConfig(ConfigSection):
+    """A box with edges along x, y and z."""
+
+    name: Name
+    kind: Annotated[Literal["box"], Field(description="box, cylinder or half_space")]
+    low: Annotated[Place, Field(description="x, y, z of the corner where all three are smallest [m]")]
+    high: Annotated[Place, Field(description="x, y, z of the corner where all three are greatest [m]")]
+    margin: Margin = 0.05
+    lines: Lines = True
+
+    @model_validator(mode="after")
+    def _has_volume(self) -> Self:
+        if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
+            raise Contradiction("low", self.low, "each of its coordinates must be smaller than that of high")
+        return self
+
+
+class CylinderConfig(ConfigSection):
+    """A cylinder that stands upright."""
+
+    name: Name
+    kind: Annotated[Literal["cylinder"], Field(description="box, cylinder or half_space")]
+    x: Annotated[Coordinate, Field(description="x of its axis [m]")]
+    y: Annotated[Coordinate, Field(description="y of its axis [m]")]
+    radius: Annotated[Metres, Field(description="its radius [m]")]
+    low: Annotated[Coordinate, Field(description="z of its bottom [m]")]
+    high: Annotated[Coordinate, Field(description="z of its top [m]")]
+    margin: Margin = 0.05
+    lines: Lines = True
+
+    @model_validator(mode="after")
+    def _has_volume(self) -> Self:
+        if self.low >= self.high:
+            raise Contradiction("low", self.low, "it must be smaller than high")
+        return self
+
+
+class HalfSpaceConfig(ConfigSection):
+    """All of one side of a plane."""
+
+    name: Name
+    kind: Annotated[Literal["half_space"], Field(description="box, cylinder or half_space")]
+    point: Annotated[Place, Field(description="x, y, z of any place on the plane [m]")]
+    normal: Annotated[Place, Field(description="direction out of the forbidden side, of any length")]
+    margin: Margin = 0.05
+    lines: Lines = False
+
+    @model_validator(mode="after")
+    def _has_direction(self) -> Self:
+        if not hypot(*self.normal) > 1e-6:
+            raise Contradiction("normal", self.normal, "it must point somewhere")
+        return self
+
+
+AnyZone = BoxConfig | CylinderConfig | HalfSpaceConfig
+"""A zone as it is written."""
+
+ZoneConfig = Annotated[AnyZone, Field(discriminator="kind")]
+"""The same for a model: `kind` says which of the three it is."""
+
+KINDS: dict[str, type[AnyZone]] = {"box": BoxConfig, "cylinder": CylinderConfig, "half_space": HalfSpaceConfig}
+"""All kinds of zones by name."""
+
+_ADAPTER: TypeAdapter[AnyZone] = TypeAdapter(ZoneConfig)
+
+
+def parse_zone(keys: Mapping[str, object]) -> AnyZone:
+    """Return the zone that somebody hands in; raises `InvalidRequest` with the key and why."""
+    try:
+        return _ADAPTER.validate_python(dict(keys))
+    except ValidationError as error:
+        found = flaw(error, tuple(KINDS))
+        raise InvalidRequest(key=found.key or "zone", reason=found.reason) from error
+
+
+RobotName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,64}$")]
+"""A name that every transport can carry."""
+
+
+class ComsConfig(ConfigSection):
+    """The link to supervisors. A step that names another robot is refused."""
+
+    name: RobotName = Field(
+        default_factory=robot_name,
+        description="the robot's name for its supervisors; by default MAYA, or the ROS namespace in capitals",
+    )
+    server_address: Annotated[
+        str, Field(pattern=r"^https?://[^\s/]+$", description="where `maya coms` is (the manual's COMS_SERVER_ADDRESS)")
+    ] = "http://localhost:3000"
+
+
+class RecorderConfig(ConfigSection):
+    """The flight recorder: how much of the past it holds in memory, and how many recordings stay on the disk."""
+
+    enabled: Annotated[bool, Field(description="keep the last minutes in memory, and save them after a fault")] = True
+    seconds: Annotated[float, Field(ge=20.0, le=86_400.0, description="how much of the past is held [s]")] = 600.0
+    megabytes: Annotated[int, Field(ge=1, le=1024, description="memory it may take; the oldest goes first [MB]")] = 40
+    after: Annotated[float, Field(ge=0.0, le=60.0, description="after a fault it is saved so much later [s]")] = 5.0
+    files: Annotated[int, Field(ge=1, le=10_000, description="recordings kept; the oldest is removed")] = 50
+    disk_megabytes: Annotated[int, Field(ge=1, le=1_000_000, description="disk that they may take [MB]")] = 500
+
+
+class StorageConfig(ConfigSection):
+    """The file of the queue: events and audit entries beyond this are dropped, the oldest first; jobs never are."""
+
+    events: Annotated[int, Field(ge=1000, le=10_000_000, description="events kept")] = 200_000
+    audit: Annotated[int, Field(ge=1000, le=10_000_000, description="entries of the audit log kept")] = 100_000
+    days: Annotated[int, Field(ge=1, le=36_500, description="and none older than so many days before the newest")] = 365
+
 
 Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
 """A controller register in counts, counts/s or counts/s²."""
@@ -31,7 +200,7 @@ Address = Annotated[str, AfterValidator(_host_and_port)]
 """HOST or HOST:PORT."""
 
 
-class ControllerConfig(_Section):
+class ControllerConfig(ConfigSection):
     """Address of the motion controller, and time limits for it."""
 
     address: Annotated[Address, Field(description="HOST or HOST:PORT that `--address real` means")] = "192.168.1.156"
@@ -39,7 +208,7 @@ class ControllerConfig(_Section):
     stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records a second [Hz]")] = 20.0
 
 
-class Geometry(_Section):
+class Geometry(ConfigSection):
     """Lengths of the mechanism [m] (manual, figures 7 to 9)."""
 
     height: Annotated[Metres, Field(description="H, height of the anchors above the table [m]")] = manual.HEIGHT
@@ -64,14 +233,14 @@ class Geometry(_Section):
         return self
 
 
-class Scale(_Section):
+class Scale(ConfigSection):
     """Encoder counts per unit of motion (manual, constants PULSES_PER_M and PULSES_PER_DEG)."""
 
     pulses_per_metre: Annotated[float, Field(gt=1e3, le=1e9, description="counts per metre of line b, c")] = 1e6
     pulses_per_degree: Annotated[float, Field(gt=1.0, le=1e6, description="counts per degree of axis a")] = 371.06
 
 
-class AxisConfig(_Section):
+class AxisConfig(ConfigSection):
     """One axis: its letter on the controller, its stroke, its registers."""
 
     letter: Annotated[Letter, Field(description="its letter on the controller")]
@@ -125,7 +294,7 @@ def _boom() -> AxisConfig:
     )
 
 
-class Axes(_Section):
+class Axes(ConfigSection):
     """The three axes."""
 
     a: AxisConfig = Field(default_factory=_boom)
@@ -152,7 +321,7 @@ class Axes(_Section):
         return self
 
 
-class GripperConfig(_Section):
+class GripperConfig(ConfigSection):
     """The gripper's output on the controller (manual: CB1 closes, SB1 opens)."""
 
     output: Annotated[int, Field(ge=1, le=8, description="number of the digital output")] = 1
@@ -160,13 +329,13 @@ class GripperConfig(_Section):
     settle_time: Annotated[float, Field(ge=0.0, le=10.0, description="wait after switching [s]")] = 0.5
 
 
-class WiringConfig(_Section):
+class WiringConfig(ConfigSection):
     """How the switches are wired: register CN."""
 
     limit_active_level: Annotated[Literal[-1, 1], Field(description="CN n0: -1 low, 1 high when active")] = -1
 
 
-class SafetyConfig(_Section):
+class SafetyConfig(ConfigSection):
     """Limits that the manual lacks and physics has (errata 1, 5, 6)."""
 
     tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = (
@@ -195,7 +364,7 @@ class SafetyConfig(_Section):
         return self
 
 
-class HomingConfig(_Section):
+class HomingConfig(ConfigSection):
     """How homing goes about it (errata, "Homing, in numbers")."""
 
     speed: Annotated[float, Field(gt=0.0, le=0.2, description="travel of the lines [m/s]")] = 0.03
@@ -204,7 +373,7 @@ class HomingConfig(_Section):
     stroke_tolerance: Annotated[float, Field(ge=0.0, le=0.2, description="long end against configuration")] = 0.03
 
 
-class CellConfig(_Section):
+class CellConfig(ConfigSection):
     """The table under the robot: heights above its top [m] (errata, "The cell")."""
 
     grasp_height: Annotated[Metres, Field(description="gripper point when it grasps a standard part [m]")] = 0.40
@@ -212,7 +381,7 @@ class CellConfig(_Section):
     smooth: Annotated[bool, Field(description="pass the points above pick and place without a stop")] = True
 
 
-class Config(_Section):
+class Config(ConfigSection):
     """All constants of one machine. Immutable; the defaults are the manual's."""
 
     controller: ControllerConfig = ControllerConfig()

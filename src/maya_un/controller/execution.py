@@ -8,13 +8,13 @@ from math import inf
 from dmc41x3.driver import Driver
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.record import DataRecord
-from maya_un.controller import faults, marker
-from maya_un.controller.lookout import FaultMonitor
+from maya_un.controller import homing_mark, state_builder
+from maya_un.controller.command_slot import RunningCommand
+from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.planner import MotionPlan
 from maya_un.controller.run import MotionRun, OnVia
 from maya_un.controller.seek import SETTLE
-from maya_un.controller.wish import RunningCommand
 from maya_un.errors import CommandRejected, EndNotReached, Faulted, Stopped, SwitchBlocks, TrajectoryRefused
 from maya_un.motion.move import CoordinatedMove, commands
 from maya_un.values import AXES
@@ -53,7 +53,7 @@ class Execution:
         ratio = monitor.pace.ratio
         await self._lookout.wake_guard(driver)
         limits = monitor.torque.travel(self._members(move), plan.knots)
-        note = [marker.MOVING] if monitor.live else []
+        note = [homing_mark.MOVING] if monitor.live else []
         await self._lookout.load(driver, [*note, *monitor.registers.torque(limits), *commands(move, ratio)])
         # Between this look at wish and pace and the bytes of BGS nothing can come in: no await stands there.
         wish.check()
@@ -135,7 +135,7 @@ class Execution:
         return now + 0.01
 
     def _arrived(self, record: DataRecord, run: MotionRun) -> None:
-        found = faults.cause(record, self._monitor.order, run.members)
+        found = state_builder.cause(record, self._monitor.order, run.members)
         if found is not None:
             raise found
         astray = self._monitor.reckoning.astray(run.places, self._monitor.standing())

@@ -9,8 +9,7 @@ import numpy as np
 from maya_un.kinematics.mechanism import Floats
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.clearance import ClosestApproach, closest
-from maya_un.motion.move import CoordinatedMove
-from maya_un.motion.trajectory import LongestStop, Trajectory, sample, stopping
+from maya_un.motion.move import CoordinatedMove, LongestStop, Trajectory, sample, stopping
 
 
 @dataclass(frozen=True, slots=True)

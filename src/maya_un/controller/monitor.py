@@ -1,22 +1,22 @@
-"""What is known of the machine: link, latest record, state, events, and the fault that waits for a person."""
+"""The known state of the machine: link, latest record, expected positions, events, and a latched fault."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+
+import numpy as np
 
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
-from maya_un.controller import faults, marker
-from maya_un.controller.latest import StateBroadcaster
+from maya_un.controller import homing_mark, state_builder
+from maya_un.controller.command_slot import ExclusiveSlot
 from maya_un.controller.link import Dial, DriverLink
-from maya_un.controller.reckoning import SETTLED, PositionReckoner
 from maya_un.controller.registers import Registers
 from maya_un.controller.run import MotionPace, MotionRun
-from maya_un.controller.snapshot import ControllerStatus, StateBuilder
+from maya_un.controller.state_builder import ControllerStatus, StateBuilder
 from maya_un.controller.torque import Torque
-from maya_un.controller.wish import ExclusiveSlot
 from maya_un.errors import (
     CommandRejected,
     ControllerReset,
@@ -28,11 +28,133 @@ from maya_un.errors import (
     NotConnected,
     NotHomed,
     OwnershipLost,
+    PositionChanged,
 )
 from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, PhaseBegun
-from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.values import AXES, Joints, Mode, Progress, State
+
+
+class StateBroadcaster:
+    """Holds the newest `state` and hands it to whoever watches; nobody waits for a slow watcher."""
+
+    def __init__(self, state: State) -> None:
+        self.state = state
+        self._newer = asyncio.Event()
+
+    def show(self, state: State) -> None:
+        """Put a newer state in the place of the last, and wake whoever watches."""
+        self.state = state
+        self._newer.set()
+        self._newer.clear()
+
+    async def watch(self, shown: State | None = None) -> AsyncIterator[State]:
+        """Yield the state now, unless it is the one `shown` before, and every newer one.
+
+        A slow reader skips to the newest.
+        """
+        while True:
+            if self.state is not shown:
+                shown = self.state
+                yield shown
+            else:
+                await self._newer.wait()
+
+    async def until(self, holds: Callable[[], bool]) -> None:
+        """Return when something holds; it is looked at now and whenever a newer state is shown."""
+        while not holds():
+            await self._newer.wait()
+
+
+SETTLED = 20
+"""Greatest distance of an axis at rest from its reference [counts]; SH changes the reference by no more."""
+
+_ON_PATH = 16
+"""In motion, the reference is within this share of the error limit (ER) of its path."""
+
+_PUSHED = 4
+"""An axis that is farther than this share of the error limit (ER) from its reference at rest was pushed."""
+
+Counts = Sequence[float]
+
+
+class PositionReckoner:
+    """Known positions of Maya's axes at rest."""
+
+    def __init__(self, config: Config, order: state_builder.Order) -> None:
+        self._config = config
+        self._units = Units.of(config)
+        self._order = order
+        self._last: DataRecord | None = None
+
+    def forget(self) -> None:
+        """Forget the positions, as during a motion of ours."""
+        self._last = None
+
+    def compare(self, record: DataRecord) -> MachineError | None:
+        """Store a record of axes at rest; return the error for a foreign change, None without one.
+
+        If an axis moves, another program began the motion, unless no record was stored before.
+        """
+        last = self._last
+        if last is None:
+            self._last = None if any(record.axes[place].moving for place in self._order) else record
+            return None
+        found = self._foreign(record) or self._changed(last, record) or self._pushed(record)
+        self._last = record if found is None else None
+        return found
+
+    def _foreign(self, record: DataRecord) -> ForeignMotion | None:
+        return next(
+            (ForeignMotion(axis=AXES[i]) for i, place in enumerate(self._order) if record.axes[place].moving), None
+        )
+
+    def _changed(self, last: DataRecord, record: DataRecord) -> PositionChanged | None:
+        for i, place in enumerate(self._order):
+            before, now = last.axes[place], record.axes[place]
+            if now.reference == before.reference:
+                continue
+            taken = abs(now.reference - before.position) <= SETTLED and abs(now.position - before.position) <= SETTLED
+            if not taken:
+                return self.changed(i, now.reference - before.reference)
+        return None
+
+    def _pushed(self, record: DataRecord) -> PositionChanged | None:
+        for i, place in enumerate(self._order):
+            axis = record.axes[place]
+            away = axis.position - axis.reference
+            if not axis.motor_off and abs(away) > self._config.axes[i].error_limit_counts // _PUSHED:
+                return self.changed(i, away)
+        return None
+
+    def changed(self, axis: int, counts: float) -> PositionChanged:
+        """Return the error for an axis (0 to 2) that is `counts` away from where it should be."""
+        return PositionChanged(axis=AXES[axis], distance=self.shown(axis, counts))
+
+    def shown(self, axis: int, counts: float) -> str:
+        """Return a distance in counts of an axis (0 to 2) as text."""
+        way = abs(counts) / self._units.per_unit[axis]
+        return f"{way * 57.29577951308232:.2f} deg" if axis == 0 else f"{way * 1000.0:.2f} mm"
+
+    def astray(self, places: Floats, here: Counts) -> PositionChanged | None:
+        """Return the error for a reference `here` that is not on the path through `places` (n, 3) [counts]."""
+        away = _off(places, np.asarray(here, dtype=np.float64))
+        for i, counts in enumerate(away.tolist()):
+            if abs(counts) > max(SETTLED, self._config.axes[i].error_limit_counts // _ON_PATH):
+                return self.changed(i, counts)
+        return None
+
+
+def _off(places: Floats, here: Floats) -> Floats:
+    """Return how far `here` lies from the nearest point of the chords through `places`, by axis."""
+    starts, ways = places[:-1], np.diff(places, axis=0)
+    lengths = np.einsum("ij,ij->i", ways, ways)
+    shares = np.einsum("ij,ij->i", here - starts, ways) / np.where(lengths > 0.0, lengths, 1.0)
+    away = here - (starts + np.clip(shares, 0.0, 1.0)[:, np.newaxis] * ways)
+    nearest = int(np.einsum("ij,ij->i", away, away).argmin())
+    return away[nearest]
+
 
 OFF_SWITCH = (0.002, 0.001, 0.001)
 """Travel ends this far short of a long end's switch (rad, m, m), so that arriving there does not trip it."""
@@ -51,7 +173,7 @@ class Monitor:
         self.mechanism = Mechanism.of(config)
         self.workspace = Workspace.of(config)
         self.events = EventLog(self._loop.time)
-        self.order = faults.indices(config)
+        self.order = state_builder.indices(config)
         self.registers = Registers(config)
         self.torque = Torque(config)
         self.reckoning = PositionReckoner(config, self.order)
@@ -148,7 +270,7 @@ class Monitor:
         """Set the torque of rest for the lines; a live program also writes the rest position of the axes."""
         commands = self.registers.torque(self.torque.rest)
         if self.live and self.homed:
-            commands += marker.resting(self.standing())
+            commands += homing_mark.resting(self.standing())
         if commands and not driver.lost.done():
             self.registers.sent(commands)
             sent = driver.begin_batch(commands)
@@ -181,7 +303,7 @@ class Monitor:
         off = [i for i, place in enumerate(self.order) if self.record.axes[place].motor_off]
         if not off:
             return None
-        return faults.grave(self.record, self.order, off) or MotorOff(axis=AXES[off[0]])
+        return state_builder.grave(self.record, self.order, off) or MotorOff(axis=AXES[off[0]])
 
     def places(self) -> Iterator[tuple[AxisConfig, int]]:
         """Yield every axis with its place in the record."""
@@ -200,7 +322,7 @@ class Monitor:
 
     async def adopt(self, driver: Driver) -> bool:
         """Take over a standing mark of homing; the robot must also be inside its workspace, zones aside."""
-        ends = await marker.read(driver, self.config, self.units, self.here())
+        ends = await homing_mark.read(driver, self.config, self.units, self.here())
         if ends is None:
             return False
         self.set_homed(ends)
@@ -242,7 +364,7 @@ class Monitor:
         """Enter the fault state with an error, whatever is under way."""
         self.fault = error
         self.release()
-        self.events.emit(faults.kind(error)(str(error), code=error.code))
+        self.events.emit(state_builder.kind(error)(str(error), code=error.code))
         self.publish()
 
     def publish(self) -> None:
@@ -269,7 +391,7 @@ class Monitor:
         homed = self.homed
         try:
             await self.look()
-            lost = homed and await marker.read(driver, self.config, self.units, self.here()) is None
+            lost = homed and await homing_mark.read(driver, self.config, self.units, self.here()) is None
         except (NotConnected, MachineError) as error:
             if not isinstance(error, MachineError) or driver.lost.done():
                 return  # lost again: the link's keeper dials again

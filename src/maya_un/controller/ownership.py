@@ -26,8 +26,8 @@ from typing import NamedTuple
 from dmc41x3.driver import Driver
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.numbers import parse_number
-from maya_un.controller.guard_program import BEAT, OUT, SAMPLES
 from maya_un.controller.seek import brake
+from maya_un.controller.watchdog_program import BEAT, OUT, SAMPLES
 from maya_un.errors import CommandRejected, ControllerMoves, ControllerOwned, UnexpectedReply
 
 Moving = Callable[[], Awaitable[bool]]

@@ -7,10 +7,9 @@ from collections.abc import Coroutine
 from math import inf
 from typing import Any, TypeVar
 
-from maya_un.controller import paper
-from maya_un.controller.jogging import Jogging
-from maya_un.controller.planner import MotionPlan, Planner
-from maya_un.controller.wish import RunningCommand
+from maya_un.controller import offline_planner
+from maya_un.controller.command_slot import RunningCommand
+from maya_un.controller.planner import Jogging, MotionPlan, Planner
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged
@@ -35,13 +34,15 @@ class Planning:
         """Return the plan of a route for `wish`; raises as `Planner.plan`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._planner.plan(workspace, route, speed)
-        return await _unless_ended(wish, self._workers.run(paper.plan, workspace, route, speed, whose=OWN))
+        return await _unless_ended(wish, self._workers.run(offline_planner.plan, workspace, route, speed, whose=OWN))
 
     async def jogged(self, wish: RunningCommand, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
         """Return how far a jog goes; raises as `Jogging.within`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._jogging.within(workspace, axis, here, way)
-        return await _unless_ended(wish, self._workers.run(paper.jogged, workspace, axis, here, way, whose=OWN))
+        return await _unless_ended(
+            wish, self._workers.run(offline_planner.jogged, workspace, axis, here, way, whose=OWN)
+        )
 
 
 async def _unless_ended(wish: RunningCommand, work: Coroutine[Any, Any, WorkResult[T]]) -> T:

@@ -16,8 +16,8 @@ import numpy as np
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
-from maya_un.controller import faults, marker, torque
-from maya_un.controller.reckoning import PositionReckoner
+from maya_un.controller import homing_mark, state_builder, torque
+from maya_un.controller.monitor import PositionReckoner
 from maya_un.controller.torque import Torque
 from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
 from maya_un.values import AXES
@@ -43,7 +43,7 @@ async def brake(driver: Driver) -> None:
         await driver.urgent("ST S")
 
 
-def strays(record: DataRecord, config: Config, order: faults.Order) -> str:
+def strays(record: DataRecord, config: Config, order: state_builder.Order) -> str:
     """Return the letters of the axes that move outside a sequence, which ST S does not reach."""
     axes = ((config.axes[i].letter, record.axes[place]) for i, place in enumerate(order))
     return "".join(sorted(letter for letter, axis in axes if axis.moving and not axis.coordinated))
@@ -113,7 +113,7 @@ class Seeker:
         self._pause = pause
         self._clock = clock
         self._load = load
-        self._order = faults.indices(config)
+        self._order = state_builder.indices(config)
         self._claimed: dict[tuple[int, str], int] = {}
         self._torque = Torque(config)
         self._reckoning = PositionReckoner(config, self._order)
@@ -201,7 +201,7 @@ class Seeker:
     async def define(self, axis: int, counts: int) -> None:
         """Define the position of an axis at rest as `counts` (DP), and note it in the controller."""
         command = f"DP{self._config.axes[axis].letter}={counts}"
-        await self._driver.batch([command, marker.datum(self._config, self._units, axis)])
+        await self._driver.batch([command, homing_mark.datum(self._config, self._units, axis)])
         if self._known is not None:
             a, b, c = (counts if i == axis else known for i, known in enumerate(self._known))
             self._known = a, b, c
@@ -218,7 +218,7 @@ class Seeker:
 
     async def _require_ours(self, look: AxesReading) -> None:
         """Raise `ForeignMotion` if an axis moves independently."""
-        foreign = faults.foreign(look.record, self._order)
+        foreign = state_builder.foreign(look.record, self._order)
         if foreign is not None:
             await self.settle()
             raise foreign
@@ -296,7 +296,7 @@ class Seeker:
 
         What somebody else stopped, the guard included, is not to move on.
         """
-        error = faults.cause(look.record, self._order, tuple(counts))
+        error = state_builder.cause(look.record, self._order, tuple(counts))
         if error is None or _limit(error) or (halted and isinstance(error, Stopped)):
             return
         if isinstance(error, Stopped):
@@ -312,7 +312,7 @@ class Seeker:
 
 
 def _limit(error: MayaError) -> bool:
-    return isinstance(error, faults.LimitReached)
+    return isinstance(error, state_builder.LimitReached)
 
 
 def _step1024(value: float) -> int:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
 from maya_un.cancellation import wait_for_end
-from maya_un.controller import faults
+from maya_un.controller import state_builder
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.seek import SETTLE, brake, strays
 from maya_un.errors import CommandRejected, MachineError, NotConnected, Stopped
@@ -68,7 +68,7 @@ class MotionStopper:
     def _require_on_path(self, record: DataRecord) -> None:
         """Make the homing invalid if a stopped motion does not rest on its path."""
         monitor = self._monitor
-        if monitor.run is None or faults.grave(record, monitor.order) is not None:
+        if monitor.run is None or state_builder.grave(record, monitor.order) is not None:
             return
         astray = monitor.reckoning.astray(monitor.run.places, monitor.standing())
         if astray is not None:

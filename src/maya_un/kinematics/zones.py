@@ -18,7 +18,7 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from maya_un.config.zones import AnyZone, BoxConfig, CylinderConfig, HalfSpaceConfig
+from maya_un.config.model import AnyZone, BoxConfig, CylinderConfig, HalfSpaceConfig
 from maya_un.kinematics.convex import Tangents, least
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.values import Joints, Point

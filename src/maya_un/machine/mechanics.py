@@ -15,11 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmc41x3.twin.plant import CONTACT_STEP, TORQUE_LIMIT
-from dmc41x3.twin.sensing import Sensing
+from dmc41x3.twin.plant import CONTACT_STEP, TORQUE_LIMIT, Sensing
 from dmc41x3.twin.timeline import FLAT, Timeline, TimelinePiece
 from maya_un.machine.drive import GIVE, AxisDrive
-from maya_un.machine.ledger import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
+from maya_un.machine.log import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
 from maya_un.machine.start import StartPose
 from maya_un.machine.statics import Floats, LoadStatics, Statics
 from maya_un.machine.table import PartTable, Place

@@ -16,8 +16,7 @@ import numpy as np
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
-from maya_un.motion.keepout import ChordPlace
-from maya_un.motion.proof import between
+from maya_un.motion.proof import ChordPlace, between
 from maya_un.values import Joints, Point
 
 _LOOKS = 64

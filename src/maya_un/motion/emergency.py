@@ -34,7 +34,7 @@ from maya_un.config import Config, Units
 from maya_un.kinematics.mechanism import Floats
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import clearances, travel_bounds
-from maya_un.motion.conditions import coefficients, dips, places
+from maya_un.motion.proof import coefficients, dips, places
 
 SLACK = 0.05
 """Surplus length of a line that the drum bears for once [m]."""
@@ -234,7 +234,7 @@ def _safe(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> NDAr
 def _kept(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> Floats:
     """Return the bounds at seven places of every chord, kept where not negative, shape (6, 7, m).
 
-    They are, in the notation of `maya_un.motion.conditions` and as shares of W: slack of c and of b, z, T_b and T_c,
+    They are, in the notation of `maya_un.motion.proof` and as shares of W: slack of c and of b, z, T_b and T_c,
     and h² at the corner of shortest lines, which T implies.
     """
     W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down

@@ -1,9 +1,9 @@
 """Time-optimal speeds made gentle: no axis' acceleration changes faster than its jerk limit.
 
-The fastest way along the path is slowed a little and replaced by its mean over a window (`maya_un.motion.average`),
+The fastest way along the path is slowed a little and replaced by its mean over a window (`maya_un.motion.span`),
 along the same path. Sharp corners are rests, and what lies between two rests is a stretch with a window of its own, no
 longer than its jerk asks for. The axes' speeds, accelerations and jerks are looked at along all of it
-(`maya_un.motion.stretch`). If a limit is exceeded, the window is widened or the allowed speed lowered, and the fastest
+(`maya_un.motion.span`). If a limit is exceeded, the window is widened or the allowed speed lowered, and the fastest
 motion is computed again, a few times. The robot drives the best of these, slowed evenly until it keeps all limits. On
 one straight line in the joints nothing is left to slow, and with accelerations as great as decelerations it is the
 fastest way there is.
@@ -24,12 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
-from maya_un.motion.average import Smooth
 from maya_un.motion.knots import STEP, Knots
 from maya_un.motion.limits import Limits
+from maya_un.motion.segmentation import Ramps
+from maya_un.motion.span import ChordLimits, ChordSpan, Smooth
 from maya_un.motion.speeds import Chords
-from maya_un.motion.stairs import Ramps
-from maya_un.motion.stretch import ChordLimits, ChordSpan
 
 Fastest = Callable[[Floats, Floats, Floats], Ramps]
 """The fastest way by the greatest speeds within chords (n,), at knots (n + 1,), and shares of accelerations (n,)."""

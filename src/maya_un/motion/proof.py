@@ -1,29 +1,217 @@
-"""The proof that every point of a path is in the workspace.
-
-A path is not safe because its ends are: between them the lines can become too straight, hang slack, or let the
-gripper down to the table. Between two knots the controller drives straight in (a, b, c); what holds along such a
-chord is proved, not sampled: the limits of the machine in `maya_un.motion.conditions`, zones in
-`maya_un.motion.keepout`.
-
-Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. A stop at
-any instant therefore stays on the same chords: the proof for the path holds for every stop on it. `emergency` bounds
-the effects of a fault beside the path.
-"""
+"""The proof that every point of a path is in the workspace and outside all zones."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from math import comb
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from maya_un.errors import PathRefused
-from maya_un.kinematics.mechanism import Floats
+from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import TOLERANCE, Workspace
-from maya_un.kinematics.zones import Zone
-from maya_un.motion.conditions import along, falling, values
-from maya_un.motion.keepout import ChordPlace, ZoneEntry, first_entry
+from maya_un.kinematics.zones import Zone, clearances, travel_bounds
 from maya_un.values import Joints
+
+ROUNDING = 1e-11
+"""Rounding of the coefficients, relative to the size of the terms they are made of."""
+
+_DEGREE = 6
+_DEEPEST = 30
+
+
+def _basis(shares: Floats) -> Floats:
+    """Return the Bernstein polynomials of degree 6 at `shares` (n,), shape (n, 7)."""
+    columns = [comb(_DEGREE, i) * shares**i * (1.0 - shares) ** (_DEGREE - i) for i in range(_DEGREE + 1)]
+    return np.stack(columns, axis=1)
+
+
+_SHARES = np.arange(_DEGREE + 1.0) / _DEGREE
+_TO_COEFFICIENTS = np.linalg.inv(_basis(_SHARES))
+_FIRST_HALF = _TO_COEFFICIENTS @ _basis(0.5 * _SHARES)
+_SECOND_HALF = _TO_COEFFICIENTS @ _basis(0.5 + 0.5 * _SHARES)
+
+
+def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
+    """Return the five conditions that the ends of a chord do not settle, at lengths of shape s: shape (5, *s).
+
+    They are u, W − u, z, T_b and T_c, as the module's head has them, each divided by the size of its terms: kept
+    where it is at least 0.
+    """
+    W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
+    out = np.empty((len(b), 5, *b.shape[1:])).swapaxes(0, 1)  # places first is how coefficients want it
+    bb, cc = b * b, c * c
+    u = (bb - cc) * (0.5 / (W * W)) + 0.5  # all lengths as shares of W from here
+    rest = 1.0 - u
+    bb *= 1.0 / (W * W)
+    cc *= 1.0 / (W * W)
+    uu = u * u
+    hh = bb - uu
+    out[0], out[1] = u, rest
+    np.subtract(1.0, hh * (W * W / (deepest * deepest)), out=out[2])
+    strength = workspace.tension_limit**-2
+    rest *= rest
+    rest *= strength
+    rest *= bb
+    np.subtract(hh, rest, out=out[3])
+    uu *= strength
+    uu *= cc
+    np.subtract(hh, uu, out=out[4])
+    return out
+
+
+def along(workspace: Workspace, joints: Floats) -> Floats:
+    """Return the Bernstein coefficients of the conditions along the chords between knots (n, 3): (7, 5, n − 1)."""
+    lines = np.array(joints[:, 1:].T, order="C")
+    return coefficients(values(workspace, *places(lines[:, :-1], lines[:, 1:])))
+
+
+def places(starts: Floats, ends: Floats) -> Floats:
+    """Return the seven places at which polynomials along chords are known, for rows of (k, n): (k, 7, n)."""
+    return starts[:, np.newaxis] + _SHARES[:, np.newaxis] * (ends - starts)[:, np.newaxis]
+
+
+def coefficients(sampled: Floats) -> Floats:
+    """Return the Bernstein coefficients (7, k, n) of polynomials whose values at seven places are known (k, 7, n)."""
+    known = sampled.swapaxes(0, 1)
+    found = (_TO_COEFFICIENTS @ known.reshape(_DEGREE + 1, -1)).reshape(known.shape)
+    # The matrix leaves the ends as they are but for rounding, which must not matter to what is at rest at a limit.
+    found[0], found[-1] = known[0], known[-1]
+    return found
+
+
+def falling(coefficients: Floats) -> list[int]:
+    """Return the numbers of the chords on which a condition is broken further than at both ends, in order.
+
+    `coefficients` has shape (7, k, n). If thirty halvings prove neither, the chord counts as broken.
+    """
+    allowed = np.minimum(0.0, np.minimum(coefficients[0], coefficients[-1])) - ROUNDING
+    return np.flatnonzero(dips(coefficients - allowed, _DEEPEST)).tolist()
+
+
+def dips(coefficients: Floats, halvings: int) -> NDArray[np.bool_]:
+    """Return on which chords (n,) not all conditions (7, k, n) are proved to be at least 0 by so many halvings."""
+    chords = coefficients.shape[-1]
+    found = np.zeros(chords, dtype=np.bool_)
+    columns = np.flatnonzero(coefficients.min(axis=0) < 0.0)
+    if not len(columns):
+        return found
+    pieces, owners = coefficients.reshape(_DEGREE + 1, -1)[:, columns], columns % chords
+    for _ in range(halvings):
+        found[owners[(pieces[0] < 0.0) | (pieces[-1] < 0.0)]] = True
+        doubtful = (pieces.min(axis=0) < 0.0) & ~found[owners]
+        if not doubtful.any():
+            return found
+        pieces, owners = pieces[:, doubtful], owners[doubtful]
+        pieces = np.concatenate((_FIRST_HALF @ pieces, _SECOND_HALF @ pieces), axis=1)
+        owners = np.concatenate((owners, owners))
+    found[owners[pieces.min(axis=0) < 0.0]] = True
+    return found
+
+
+_SMALLEST = 1e-5
+"""A piece of a chord on which nothing travels further than this [m] and that is in doubt counts as too near."""
+
+_LARGEST = 0.05
+_MOST = 64
+"""Chords on which things travel further [m] are looked at in so long parts from the start, at most so many."""
+
+
+class ChordPlace(NamedTuple):
+    """A place on a path: `share` (0 to 1) of the chord with this number."""
+
+    chord: int
+    share: float
+
+
+class ZoneEntry(NamedTuple):
+    """A place at which a path comes too near to a zone."""
+
+    zone: Zone
+    place: ChordPlace
+
+
+def first_entry(workspace: Workspace, joints: Floats) -> ZoneEntry | None:
+    """Return a place where the chords between knots (n, 3) come too near to a zone, None where that is excluded.
+
+    It is kept to the size of an encoder count (`Workspace.zone_grain`). On the chords the lines must not be straight.
+    """
+    travelled = travel_bounds(workspace.mechanism, joints[:-1], joints[1:])
+    if travelled.max() <= _LARGEST:
+        return _first_entry(workspace, joints, travelled)
+    parts = np.clip(np.ceil(travelled / _LARGEST), 1, _MOST).astype(np.intp)
+    chords = np.repeat(np.arange(len(parts)), parts)
+    shares = (np.arange(len(chords)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[chords]
+    finer = joints[chords] + shares[:, np.newaxis] * (joints[chords + 1] - joints[chords])
+    finer = np.concatenate((finer, joints[-1:]))
+    entry = _first_entry(workspace, finer, travel_bounds(workspace.mechanism, finer[:-1], finer[1:]))
+    if entry is None:
+        return None
+    part, share = entry.place
+    return ZoneEntry(entry.zone, ChordPlace(int(chords[part]), float(shares[part] + share / parts[chords[part]])))
+
+
+def _first_entry(workspace: Workspace, joints: Floats, travelled: Floats) -> ZoneEntry | None:
+    bound = -workspace.zone_grain
+    clear = clearances(workspace.zones, workspace.mechanism, joints)
+    doubtful = clear[:-1] + clear[1:] - travelled[:, np.newaxis] < 2.0 * bound
+    for number in np.flatnonzero(doubtful.any(axis=0)).tolist():
+        zone, chords = workspace.zones[number], np.flatnonzero(doubtful[:, number])
+        place = _search(_Chords(workspace.mechanism, zone, joints), clear[:, number], chords, bound)
+        if place is not None:
+            return ZoneEntry(zone, place)
+    return None
+
+
+class _Chords(NamedTuple):
+    """The chords between knots (n, 3), for one zone."""
+
+    mechanism: Mechanism
+    zone: Zone
+    joints: Floats
+
+    def at(self, chords: NDArray[np.intp], shares: Floats) -> Floats:
+        """Return the joints (m, 3) at shares (m,) of chords (m,)."""
+        starts = self.joints[chords]
+        return starts + shares[:, np.newaxis] * (self.joints[chords + 1] - starts)
+
+    def clear(self, chords: NDArray[np.intp], shares: Floats) -> Floats:
+        """Return the clearances (m,) there [m]."""
+        return self.zone.clearances(self.mechanism, self.at(chords, shares))
+
+    def travelled(self, chords: NDArray[np.intp], begins: Floats, width: float) -> Floats:
+        """Return bounds (m,) of what anything travels on pieces that begin at `begins` and are `width` wide [m]."""
+        return travel_bounds(self.mechanism, self.at(chords, begins), self.at(chords, begins + width))
+
+
+def _search(every: _Chords, clear: Floats, chords: NDArray[np.intp], bound: float) -> ChordPlace | None:
+    """Return a place on `chords` where the clearance is below `bound`; `clear` (n,) is that of the knots.
+
+    All pieces are as wide in a round, and halved for the next one.
+    """
+    begins, width = np.zeros(len(chords)), 1.0
+    first, last = clear[chords], clear[chords + 1]
+    while True:
+        below = np.flatnonzero((first < bound) | (last < bound))
+        if len(below):
+            piece = int(below[0])
+            return ChordPlace(int(chords[piece]), float(begins[piece] + (width if last[piece] < first[piece] else 0.0)))
+        travelled = every.travelled(chords, begins, width)
+        doubtful = first + last - travelled < 2.0 * bound
+        chords, begins, travelled = chords[doubtful], begins[doubtful], travelled[doubtful]
+        if not len(chords):
+            return None
+        width *= 0.5
+        small = np.flatnonzero(travelled < _SMALLEST)
+        if len(small):
+            return ChordPlace(int(chords[small[0]]), float(begins[small[0]] + width))
+        middle = every.clear(chords, begins + width)
+        first, last = np.concatenate((first[doubtful], middle)), np.concatenate((middle, last[doubtful]))
+        chords, begins = np.concatenate((chords, chords)), np.concatenate((begins, begins + width))
+
 
 _SAMPLES = 64
 _SURE = 1e-12

@@ -2,8 +2,8 @@
 
 In the controller's linear mode the speed is the norm over the listed axes in counts/s. It accelerates at VA and
 brakes at VD; VD is the deceleration of a stop. The fastest way along the path under the limits of every axis
-(`maya_un.motion.speeds`) is cut into segments that follow it (`maya_un.motion.stairs`); what the controller makes of
-them, and so the duration, is `maya_un.motion.profile`.
+(`maya_un.motion.speeds`) is cut into segments that follow it (`maya_un.motion.segmentation`). The controller drives
+them as `maya_un.motion.profile` computes, and that gives the duration.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from maya_un.motion.jerk import Allowed, Fastest, smoothed
 from maya_un.motion.knots import Knots
 from maya_un.motion.limits import Limits
 from maya_un.motion.move import CoordinatedMove, Segments
+from maya_un.motion.segmentation import Ramps, segments
 from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
-from maya_un.motion.stairs import Ramps, segments
 
 _QUANTUM = 1024
 

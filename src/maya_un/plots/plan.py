@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Arc, FancyArrowPatch, Wedge
 
 from maya_un.kinematics import Workspace
-from maya_un.plots import zones
-from maya_un.plots.marks import MarkedTarget, make_room
+from maya_un.plots import overlays
+from maya_un.plots.overlays import MarkedTarget, make_room
 from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, REACHABLE, quiet_grid
 
 _COLUMNS = 801
@@ -69,7 +69,7 @@ def zones_at(axes: Axes, workspace: Workspace, height: float) -> None:
     left, right, low, high = _extent(workspace)
     x, y = np.arange(left, right + _GRID, _GRID), np.arange(low, high + _GRID, _GRID)
     across, up = np.meshgrid(x, y)
-    zones.draw(axes, workspace, x, y, np.stack((across, up, np.full_like(across, height))))
+    overlays.draw_zones(axes, workspace, x, y, np.stack((across, up, np.full_like(across, height))))
 
 
 @dataclass(frozen=True, slots=True)

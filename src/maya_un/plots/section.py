@@ -16,8 +16,8 @@ from matplotlib.patches import Arc, Polygon, Rectangle
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats, Workspace
-from maya_un.plots import zones
-from maya_un.plots.marks import MarkedTarget, make_room
+from maya_un.plots import overlays
+from maya_un.plots.overlays import MarkedTarget, make_room
 from maya_un.plots.style import FORBIDDEN, GREY, INK, LINE_B, LINE_C, PALE, REACHABLE, quiet_grid
 from maya_un.values import Joints
 
@@ -204,7 +204,7 @@ class _SectionDrawing:
         z = np.arange(0.0, mechanism.height + 0.2, 0.5 * _GRID)
         across, up = np.meshgrid(d, z)
         places = np.stack((across * sin(self.bearing), across * cos(self.bearing), up))
-        zones.draw(self.axes, self.workspace, d, z, places)
+        overlays.draw_zones(self.axes, self.workspace, d, z, places)
 
     def _marked(self, marked: MarkedTarget) -> None:
         """Draw the lines that hold the nearest place, and the target."""

@@ -1,8 +1,6 @@
 """The process layer: jobs in order.
 
-Import from the modules: `process.job` (the file), `process.tasks` (what it comes to), `process.preview`,
-`process.process` (the queue and its parts), `process.report` (what happened),
-`process.journal` (what keeps it), `process.lease` (who drives). Names in jobs are `process.names`' affair: parts and
-places, cells of pallets (`process.pallet`, `process.cells`), and what has been taught (`process.taught`, kept by
-`process.book`).
+`process.process` is the queue as the layers above see it. `process.spec` reads jobs and expands them to tasks.
+`process.computation` previews jobs, in a worker if there is one. `process.queue` holds and runs them in the order of
+`process.queue_order`. `process.journal` stores them. `process.lease` decides who controls the robot.
 """

@@ -19,38 +19,33 @@ from collections.abc import Callable, Mapping
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, StorageFailed, WrongState
-from maya_un.process.changes import Changes
-from maya_un.process.editing import JobEditor
-from maya_un.process.foresight import JobComputer
-from maya_un.process.items import QueueEntries, QueueEntry
-from maya_un.process.job import Job
-from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.protocol import Journal
-from maya_un.process.journal.rows import JobRow, RequestOwner, StepRow
+from maya_un.process.computation import JobComputer
+from maya_un.process.journal.protocol import JobRow, Journal, RequestOwner, StepRow
+from maya_un.process.journal.sqlite import MemoryJournal
 from maya_un.process.lease import ControlLease
-from maya_un.process.ledger import TransactionLog
-from maya_un.process.names import Recall
-from maya_un.process.options import ORDINARY
-from maya_un.process.pausing import Dates, QueuePauser
-from maya_un.process.recovering import JobRecoverer
-from maya_un.process.recovery import RecoveryChoice
-from maya_un.process.runner import RunnerContext
-from maya_un.process.showing import QueueViews
-from maya_un.process.submitting import JobSubmitter, SubmitRequest
-from maya_un.process.taught import TaughtPlaces
-from maya_un.process.turns import Scheduler
-from maya_un.process.whole import ShieldedTasks
-from maya_un.process.written import StoredJob, write_wish
+from maya_un.process.queue.changes import Changes, Dates, QueuePauser
+from maya_un.process.queue.editing import JobEditor
+from maya_un.process.queue.entries import QueueEntries, QueueEntry
+from maya_un.process.queue.interrupted import JobRecoverer
+from maya_un.process.queue.recovery import RecoveryChoice
+from maya_un.process.queue.runner import RunnerContext
+from maya_un.process.queue.scheduler import Scheduler, ShieldedTasks
+from maya_un.process.queue.submission import DEFAULT_OPTIONS, JobSubmitter, SubmitRequest
+from maya_un.process.queue.transaction_log import TransactionLog
+from maya_un.process.queue.views import QueueViews
+from maya_un.process.spec.job import Job
+from maya_un.process.spec.poses import TaughtPlaces
+from maya_un.process.spec.stored_job import StoredJob, write_command
+from maya_un.process.spec.tasks import Recall
 from maya_un.robot.plan import Pose
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.protocol import Robot
-from maya_un.schema.jobs import JobReport
+from maya_un.robot.robot import Robot
+from maya_un.schema.jobs import JobReport, TaskState
 from maya_un.schema.previews import JobInspection, JobPreview
-from maya_un.schema.states import TaskState
 from maya_un.values import Mode
 from maya_un.workers import WorkerSet
 
-LOCAL = SubmitRequest(RequestOwner(), ORDINARY)
+LOCAL = SubmitRequest(RequestOwner(), DEFAULT_OPTIONS)
 """A user of this machine, with default options."""
 
 
@@ -129,8 +124,13 @@ class Process:
         While the queue is paused and nothing runs, a command without options for the queue is done at once: a person
         who sends "home" to a waiting robot means now.
         """
-        written = write_wish(wish, self._grasp_height, self._recall)
-        if asked.options == ORDINARY and not asked.proposal and self._pausing.paused and self.turns.running is None:
+        written = write_command(wish, self._grasp_height, self._recall)
+        if (
+            asked.options == DEFAULT_OPTIONS
+            and not asked.proposal
+            and self._pausing.paused
+            and self.turns.running is None
+        ):
             asked = SubmitRequest(asked.owner, asked.options, asked.key, direct=True)
         return await self._submit(written, asked)
 

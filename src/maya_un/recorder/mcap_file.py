@@ -1,7 +1,4 @@
-"""Recordings as MCAP files: indexed, compressed where the library can, every message JSON with its schema.
-
-To be imported late: a robot that never fails needs no library for it.
-"""
+"""Recordings as MCAP files: indexed, compressed, with JSON schemas that viewers read."""
 
 from __future__ import annotations
 
@@ -21,12 +18,146 @@ from dmc41x3.wire.framing import RecordReply
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.errors import FileUnreadable
 from maya_un.events import Event, event_of
-from maya_un.recorder import exchanges, schemas
+from maya_un.recorder import exchanges
 from maya_un.recorder.exchanges import RecordedExchange
-from maya_un.recorder.header import Header, plain
-from maya_un.recorder.recording import Recording
-from maya_un.recorder.schemas import RecordedTopic
-from maya_un.values import AXES, State
+from maya_un.recorder.recording import Header, Recording, plain
+from maya_un.values import AXES, Mode, State
+
+_NUMBER: dict[str, Any] = {"type": "number"}
+_TEXT: dict[str, Any] = {"type": "string"}
+_WHOLE: dict[str, Any] = {"type": "integer"}
+_TRUTH: dict[str, Any] = {"type": "boolean"}
+
+
+class RecordedTopic(NamedTuple):
+    """A topic: its name, the name of its schema, and the schema."""
+
+    name: str
+    schema_name: str
+    schema: dict[str, Any]
+
+
+def _described(kind: dict[str, Any], description: str) -> dict[str, Any]:
+    return {**kind, "description": description}
+
+
+def _three(kind: dict[str, Any], description: str, *, optional: bool = False) -> dict[str, Any]:
+    types = ["array", "null"] if optional else "array"
+    return {"type": types, "items": kind, "minItems": 3, "maxItems": 3, "description": description}
+
+
+def _maybe(properties: dict[str, Any], description: str) -> dict[str, Any]:
+    return {"type": ["object", "null"], "properties": properties, "description": description}
+
+
+def _object(title: str, properties: dict[str, Any]) -> dict[str, Any]:
+    required = list(properties)
+    return {"title": title, "type": "object", "properties": properties, "required": required}
+
+
+_TIME = _described(_NUMBER, "clock of the program's event loop [s]")
+
+STATE = RecordedTopic(
+    "/state",
+    "maya.State",
+    _object(
+        "Latest known state of the machine, at every sample",
+        {
+            "time": _TIME,
+            "mode": {"type": "string", "enum": [mode.value for mode in Mode]},
+            "homed": _TRUTH,
+            "counts": _three(_WHOLE, "encoder positions of axes a, b, c [counts]"),
+            "joints": _three(_NUMBER, "a [rad], b, c [m]; null before homing", optional=True),
+            "point": _three(_NUMBER, "x, y, z of the gripper [m]; null where not known", optional=True),
+            "velocity": _three(_NUMBER, "of a [rad/s], b, c [m/s]"),
+            "moving": _TRUTH,
+            "motors_on": _three(_TRUTH, "of a, b, c"),
+            "forward_limit": _three(_TRUTH, "switches of a, b, c, true where active"),
+            "reverse_limit": _three(_TRUTH, "switches of a, b, c, true where active"),
+            "stop_code": _three(_WHOLE, "why a, b, c stopped last (Galil SC)"),
+            "gripper_closed": _TRUTH,
+            "progress": _maybe(
+                {"phase": _TEXT, "elapsed": _NUMBER, "duration": _NUMBER}, "of the motion under way [s]"
+            ),
+            "fault": _maybe({"code": _WHOLE, "message": _TEXT}, "what waits for a person to recover"),
+            "override": _described(_NUMBER, "factor on the speed of all motion"),
+        },
+    ),
+)
+
+EVENTS = RecordedTopic(
+    "/events",
+    "maya.Event",
+    _object(
+        "A fact, in order",
+        {
+            "seq": _described(_WHOLE, "number, from 1 without gaps"),
+            "time": _TIME,
+            "kind": _TEXT,
+            "code": _described(_WHOLE, "0, or an error's"),
+            "detail": {"type": "object"},
+        },
+    ),
+)
+
+WIRE = RecordedTopic(
+    "/wire",
+    "maya.Wire",
+    {
+        **_object(
+            "Bytes between this program and the controller, as sent and received",
+            {
+                "t": _TIME,
+                "link": _described(_WHOLE, "number of the connection; negative: datagrams"),
+                "from": {"type": "string", "enum": ["client", "controller"], "description": "the client is Maya"},
+                "data": _described(_TEXT, "each byte as the character of its number (Latin-1)"),
+                "event": {"type": "string", "enum": ["open", "end"], "description": "instead of data"},
+            },
+        ),
+        "required": ["t", "link", "from"],
+    },
+)
+
+EXCHANGES = RecordedTopic(
+    "/exchanges",
+    "maya.Exchange",
+    _object(
+        "A command with what answered it, where that is known; at the time of the command",
+        {
+            "t": _TIME,
+            "link": _WHOLE,
+            "command": _TEXT,
+            "took": _described({"type": ["number", "null"]}, "time to the answer [s], null without one"),
+            "ok": {"type": ["boolean", "null"], "description": "whether it was accepted, null without an answer"},
+            "reply": _described(_TEXT, "what it printed; of a data record its bytes (Latin-1)"),
+        },
+    ),
+)
+
+_JOINT = {
+    "type": "object",
+    "properties": {
+        "name": {"type": "string", "enum": list(AXES)},
+        "position": _described(_NUMBER, "[rad], [m]"),
+        "velocity": _described(_NUMBER, "[rad/s], [m/s]"),
+    },
+}
+
+JOINTS = RecordedTopic(
+    "/joint_states",
+    "foxglove.JointStates",
+    _object(
+        "Joints of the robot, once homed",
+        {
+            "timestamp": {"type": "object", "properties": {"sec": _WHOLE, "nsec": _WHOLE}},
+            "joints": {"type": "array", "items": _JOINT},
+        },
+    ),
+)
+
+TOPICS = (STATE, EVENTS, WIRE, EXCHANGES, JOINTS)
+"""All of them. `/exchanges` and `/joint_states` follow from the others and are for viewers alone."""
+
 
 T = TypeVar("T")
 
@@ -48,7 +179,7 @@ def write(recording: Recording, file: IO[bytes]) -> None:
     writer = Writer(file, compression=_compression())
     writer.start(profile=PROFILE, library=f"maya-un {recording.header.software.maya_un}")
     writer.add_metadata(METADATA, {"header": recording.header.to_json()})
-    channels = {topic.name: _channel(writer, topic) for topic in schemas.TOPICS}
+    channels = {topic.name: _channel(writer, topic) for topic in TOPICS}
     for number, message in enumerate(merge(*_messages(recording), key=lambda message: message.time)):
         stamp = max(0, recording.header.utc_at(message.time))
         writer.add_message(channels[message.topic.name], stamp, message.data, stamp, number)
@@ -85,11 +216,11 @@ def _messages(recording: Recording) -> Iterator[Iterator[_McapMessage]]:
     header, states = recording.header, _states()
     homed = (state for state in recording.states if state.joints is not None)
     talk = exchanges.talk(recording.wire)
-    yield (_McapMessage(state.time, schemas.STATE, states.dump_json(state)) for state in recording.states)
-    yield (_McapMessage(state.time, schemas.JOINTS, _joints(header, state)) for state in homed)
-    yield (_McapMessage(event.time, schemas.EVENTS, _event(event)) for event in recording.events)
-    yield (_McapMessage(piece.time, schemas.WIRE, _wire(piece)) for piece in recording.wire)
-    yield (_McapMessage(exchange.time, schemas.EXCHANGES, _exchange(exchange)) for exchange in talk.exchanges)
+    yield (_McapMessage(state.time, STATE, states.dump_json(state)) for state in recording.states)
+    yield (_McapMessage(state.time, JOINTS, _joints(header, state)) for state in homed)
+    yield (_McapMessage(event.time, EVENTS, _event(event)) for event in recording.events)
+    yield (_McapMessage(piece.time, WIRE, _wire(piece)) for piece in recording.wire)
+    yield (_McapMessage(exchange.time, EXCHANGES, _exchange(exchange)) for exchange in talk.exchanges)
 
 
 def _joints(header: Header, state: State) -> bytes:
@@ -148,12 +279,12 @@ def read_from(file: IO[bytes]) -> Recording:
     states: list[State] = []
     events: list[Event] = []
     wire: list[WirePiece] = []
-    topics = [schemas.STATE.name, schemas.EVENTS.name, schemas.WIRE.name]
+    topics = [STATE.name, EVENTS.name, WIRE.name]
     reader = make_reader(file, validate_crcs=True)
     for _, channel, message in reader.iter_messages(topics, log_time_order=False):
-        if channel.topic == schemas.STATE.name:
+        if channel.topic == STATE.name:
             states.append(_states().validate_json(message.data))
-        elif channel.topic == schemas.EVENTS.name:
+        elif channel.topic == EVENTS.name:
             events.append(_read_event(json.loads(message.data)))
         else:
             wire.append(_read_piece(json.loads(message.data)))

@@ -14,11 +14,9 @@ from dmc41x3.wire.transport import Datagrams, Transport
 from maya_un.config import RecorderConfig
 from maya_un.errors import InternalError, MayaError
 from maya_un.events import Connected, Event, EventLog, RecordingSaved, Trouble
-from maya_un.recorder.header import Header, RecordingOrigin, SavingCause, Software
-from maya_un.recorder.recording import Recording
-from maya_un.recorder.ring import Entry, RecorderRing, RingContents
-from maya_un.recorder.shelf import RecordingStore
-from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
+from maya_un.recorder.capture import Entry, RecordedDatagrams, RecordedTransport, RecorderRing, RingContents
+from maya_un.recorder.recording import Header, Recording, RecordingOrigin, SavingCause, Software
+from maya_un.recorder.store import RecordingStore
 from maya_un.schema.robot import Kept
 from maya_un.values import State
 

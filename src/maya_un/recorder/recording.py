@@ -1,13 +1,153 @@
-"""A recording in memory: its header, and everything in it in order."""
+"""A recording: its header, and everything in it in order."""
 
 from __future__ import annotations
 
+import os
+import platform
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+import maya_un
 from dmc41x3.wire.transcript import WirePiece
+from maya_un.config import Config
 from maya_un.events import Event
-from maya_un.recorder.header import Header
 from maya_un.values import State
+
+FORMAT = "maya-recording"
+VERSION = 1
+
+SECTIONS = ("controller", "geometry", "scale", "axes", "gripper", "wiring", "safety", "homing", "cell", "zones")
+"""Sections of the configuration that a recording holds: the machine's. No other goes into a file that is passed on."""
+
+
+@dataclass(frozen=True, slots=True)
+class TwinSource:
+    """The parameters of the twin: `seed` of its start and wires, its own `truth`, its position, `parts` on its table.
+
+    `born` is the loop's time when its clock was 0 [s], `start` its true angle [rad] and line lengths [m].
+    """
+
+    seed: int
+    truth: dict[str, Any]
+    start: tuple[float, float, float]
+    parts: dict[str, tuple[float, float, float]]
+    born: float
+
+
+@dataclass(frozen=True, slots=True)
+class SavingCause:
+    """The event that had it saved: number, kind, code and sentence; all empty where a person asked."""
+
+    seq: int = 0
+    kind: str = ""
+    code: int = 0
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingOrigin:
+    """Data of the robot before anything is recorded; `speed` is the speed of the loop's clock."""
+
+    config: dict[str, Any]
+    address: str
+    speed: float = 1.0
+    twin: TwinSource | None = None
+
+    @classmethod
+    def of(cls, config: Config, address: str, *, speed: float = 1.0, twin: TwinSource | None = None) -> RecordingOrigin:
+        """Return the origin of a robot with this configuration, of which only the machine's `SECTIONS` are kept."""
+        return cls(config.model_dump(mode="json", include=set(SECTIONS)), address, speed, twin)
+
+
+@dataclass(frozen=True, slots=True)
+class Software:
+    """Software and kind of host; nothing that names the host or its user."""
+
+    maya_un: str
+    python: str
+    system: str
+    machine: str
+    processors: int
+
+    @classmethod
+    def running(cls) -> Software:
+        """Return what runs here."""
+        return cls(
+            maya_un.__version__,
+            platform.python_version(),
+            f"{platform.system()} {platform.release()}",
+            platform.machine(),
+            os.cpu_count() or 1,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """The head of a recording. Times are of the loop's clock [s]; `utc` is the date of the instant `saved` [ns].
+
+    From `whole` on nothing is missing. The wire may hold earlier pieces: those up to `opening`, in which the controller
+    was configured. `complete` tells that nothing is missing at all. `firmware` is the controller's line.
+    """
+
+    reason: str
+    saved: float
+    utc: int
+    whole: float
+    complete: bool
+    firmware: str
+    origin: RecordingOrigin
+    software: Software
+    cause: SavingCause = SavingCause()
+    opening: float = 0.0
+    format: str = FORMAT
+    version: int = VERSION
+
+    @property
+    def date(self) -> str:
+        """When it was saved (ISO 8601, UTC, milliseconds)."""
+        return date(self.utc)
+
+    def utc_at(self, time: float) -> int:
+        """Return the date of a loop time [ns since 1970, UTC], counted back from the instant of saving."""
+        return self.utc + round((time - self.saved) / self.origin.speed * 1e9)
+
+    def to_json(self) -> str:
+        """Return the header as JSON."""
+        return _adapter().dump_json(self).decode()
+
+    @classmethod
+    def from_json(cls, text: str) -> Header:
+        """Read a header back; raises `ValueError` for what is none, or one of another version."""
+        try:
+            found = _adapter().validate_json(text)
+        except ValidationError as error:
+            raise ValueError(f"its header is none: {error.errors(include_url=False)[0]['msg']}") from error
+        if (found.format, found.version) != (FORMAT, VERSION):
+            raise ValueError(f"it is no {FORMAT} of version {VERSION}")
+        return found
+
+
+def date(utc: int) -> str:
+    """Return nanoseconds since 1970 as a date (ISO 8601, UTC, milliseconds)."""
+    return f"{np.datetime64(utc // 1_000_000, 'ms')}Z"
+
+
+@cache
+def _adapter() -> TypeAdapter[Header]:
+    return TypeAdapter(Header)
+
+
+def plain(detail: Mapping[str, object]) -> dict[str, str | int | float | bool | None]:
+    """Return the details of an event as JSON can hold them; what is not plain becomes text."""
+    return {
+        key: value if value is None or isinstance(value, str | int | float | bool) else str(value)
+        for key, value in detail.items()
+    }
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from typing import TextIO
 
 from dmc41x3.wire.transcript import WirePiece
-from maya_un.recorder.header import date
-from maya_un.recorder.recording import Recording
+from maya_un.recorder.recording import Recording, date
 from maya_un.values import AXES, State
 
 _SWITCHES = ("motor on", "forward limit", "reverse limit", "stop code")

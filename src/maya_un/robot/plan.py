@@ -8,7 +8,7 @@ from typing import NamedTuple
 from maya_un.controller.inspection import Inspection
 from maya_un.controller.protocol import Preview
 from maya_un.motion.path import Path
-from maya_un.robot.gripper_state import GripperState
+from maya_un.robot.gripper import GripperState
 from maya_un.schema.previews import PhasePreview
 from maya_un.values import Joints
 

@@ -1,19 +1,124 @@
-"""Builds the plan of a primitive: adds its actions one after the other, and checks each path at once."""
+"""Build the plan of a primitive: add its actions one after the other, and check each path at once.
+
+`PlanningMachine` is the machine for which it plans: a controller, or `controller.paper`.
+"""
 
 from __future__ import annotations
 
-from maya_un.config import Units
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice, product
+from math import dist, floor, hypot
+from typing import Protocol
+
+from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
+from maya_un.controller.inspection import Inspection
 from maya_un.controller.protocol import Preview
 from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
-from maya_un.kinematics.workspace import Reason
-from maya_un.motion.path import Path
-from maya_un.robot.gripper_state import GripperState
-from maya_un.robot.ground import PlanningMachine
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Limit, Reason, Workspace
+from maya_un.motion.path import Path, Route
+from maya_un.robot.gripper import GripperState
 from maya_un.robot.plan import Action, GripAction, HomingAction, Pose, PrimitivePlan, TravelAction
-from maya_un.robot.target import ApproachTarget, text
 from maya_un.robot.transfer import TransferPlanner
 from maya_un.values import Joints, Point
+
+
+class PlanningMachine(Protocol):
+    """The machine for planning: a controller, or `controller.paper`."""
+
+    @property
+    def config(self) -> Config:
+        """The machine's constants."""
+        ...
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Its geometry."""
+        ...
+
+    @property
+    def workspace(self) -> Workspace:
+        """Its workspace."""
+        ...
+
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
+        """Check and time `path` as a motion would."""
+        ...
+
+    def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
+        """Return the details of the motion along `path`."""
+        ...
+
+
+_ROUNDS = 200
+_SHARES = tuple(0.001 * 2.0**step for step in range(10))
+
+
+def point_text(point: Point) -> str:
+    """Return a point [m] for people."""
+    return f"({point.x:.4f}, {point.y:.4f}, {point.z:.4f}) m"
+
+
+@dataclass(frozen=True, slots=True)
+class ApproachTarget:
+    """The requirement of a target on the workspace: that the point `clearance` [m] above it is within.
+
+    With `touched`, the target itself as well.
+    """
+
+    workspace: Workspace
+    clearance: float
+    touched: bool
+
+    def above(self, target: Point) -> Point:
+        """Return the approach point of `target`."""
+        return target._replace(z=target.z + self.clearance)
+
+    def why_not(self, target: Point) -> Reason | None:
+        """Return why `target` is not reachable, None where it is."""
+        own = self.workspace.why_not(target) if self.touched else None
+        reason = own or self.workspace.why_not(self.above(target))
+        if reason is None or reason is own or reason.limit is Limit.NUMBER:
+            return reason
+        return replace(reason, text=f"its approach point is {self.clearance * 1e3:.4g} mm higher, and there {reason}")
+
+    def candidates(self, target: Point, inside: Point | None) -> Iterator[Point]:
+        """Yield reachable targets, the one nearest to `target` first, then deeper and deeper towards `inside`.
+
+        They keep to the direction of the boom: only radius and height go towards those of `inside`.
+        """
+        nearest = self._nearest(target)
+        yield from self._in_tenths(nearest)
+        if inside is not None:
+            ratio = hypot(inside.x, inside.y) / hypot(nearest.x, nearest.y)
+            for share in _SHARES:
+                stretch, height = 1.0 + (ratio - 1.0) * share, nearest.z + (inside.z - nearest.z) * share
+                yield from self._in_tenths(Point(nearest.x * stretch, nearest.y * stretch, height))
+        yield nearest
+
+    def _nearest(self, target: Point) -> Point:
+        """Return the nearest reachable target: by one of the two points, else by going back and forth."""
+        place = self._by_above(target)
+        if self.why_not(place) is None:
+            return place
+        place = self.workspace.nearest(target)
+        for _ in range(_ROUNDS):
+            if self.why_not(place) is None:
+                break
+            place = self.workspace.nearest(self._by_above(place))
+        return place
+
+    def _by_above(self, target: Point) -> Point:
+        nearest = self.workspace.nearest(self.above(target))
+        return nearest._replace(z=nearest.z - self.clearance)
+
+    def _in_tenths(self, point: Point) -> Iterator[Point]:
+        """Yield the nearest reachable target in whole tenths of a millimetre beside `point`, as its text has it."""
+        steps = [[(floor(value * 1e4) + step) / 1e4 for step in (-1, 0, 1, 2)] for value in point]
+        beside = sorted((Point(*place) for place in product(*steps)), key=lambda place: dist(place, point))
+        yield from islice((place for place in beside if self.why_not(place) is None), 1)
 
 
 class PlanBuilder:
@@ -52,7 +157,7 @@ class PlanBuilder:
         try:
             self._go_above(phase, approach_target, target, down)
         except (PathRefused, Unreachable) as refusal:
-            raise PathRefused(target=text(target), reason=refusal.details["reason"]) from refusal
+            raise PathRefused(target=point_text(target), reason=refusal.details["reason"]) from refusal
         return approach_target.above(target)
 
     def _go_above(self, phase: str, approach_target: ApproachTarget, target: Point, down: str | None) -> None:
@@ -74,9 +179,9 @@ class PlanBuilder:
         places = list(approach_target.candidates(target, inside))
         nearest = next((place for place in places if self._leads_to(approach_target, place)), places[0])
         return Unreachable(
-            target=text(target),
+            target=point_text(target),
             reason=str(reason),
-            nearest=text(nearest),
+            nearest=point_text(nearest),
             limit=str(reason.limit),
             excess=reason.excess,
             nearest_point=tuple(nearest),

@@ -1,12 +1,69 @@
-"""Jobs, their steps and the queue, as messages. Durations are in s, lengths in m."""
+"""Jobs, their steps, the queue, and the taught places that jobs name, as messages.
+
+Units are s, m and rad. The table of states is drawn in docs/explanation/the-queue.md.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
 
-from maya_un.schema.states import TaskState
-from maya_un.values import Point, State
+from maya_un.values import Joints, Point, State
+
+
+class TaskState(StrEnum):
+    """The state of a job or a step.
+
+    `held` waits for a person: it was put aside, is a proposal, or depends on what failed. `paused` was begun and goes
+    on when somebody says so. `interrupted` was under way when this program ended; a person says what becomes of it.
+    `skipped` is for steps only.
+    """
+
+    QUEUED = "queued"
+    HELD = "held"
+    RUNNING = "running"
+    PAUSED = "paused"
+    INTERRUPTED = "interrupted"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    SKIPPED = "skipped"
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing follows."""
+        return not TRANSITIONS[self]
+
+
+TRANSITIONS: dict[TaskState, frozenset[TaskState]] = {
+    TaskState.QUEUED: frozenset(
+        {TaskState.HELD, TaskState.RUNNING, TaskState.FAILED, TaskState.CANCELLED, TaskState.SKIPPED}
+    ),
+    TaskState.HELD: frozenset({TaskState.QUEUED, TaskState.CANCELLED}),
+    TaskState.RUNNING: frozenset(
+        {TaskState.PAUSED, TaskState.INTERRUPTED, TaskState.DONE, TaskState.FAILED, TaskState.CANCELLED}
+    ),
+    TaskState.PAUSED: frozenset({TaskState.RUNNING, TaskState.INTERRUPTED, TaskState.FAILED, TaskState.CANCELLED}),
+    TaskState.INTERRUPTED: frozenset(
+        {TaskState.QUEUED, TaskState.RUNNING, TaskState.DONE, TaskState.SKIPPED, TaskState.FAILED, TaskState.CANCELLED}
+    ),
+    TaskState.DONE: frozenset(),
+    TaskState.FAILED: frozenset(),
+    TaskState.CANCELLED: frozenset(),
+    TaskState.SKIPPED: frozenset(),
+}
+"""States that may follow a state, for jobs and steps.
+
+A queued step fails when the check of the whole job refuses it. An interrupted step is queued again to be redone, or
+done if a person says that it was.
+"""
+
+
+def advance(old: TaskState, new: TaskState) -> TaskState:
+    """Return `new`; raises `ValueError` where it may not follow `old`, which is a defect of ours."""
+    if new not in TRANSITIONS[old]:
+        raise ValueError(f"{new} cannot follow {old}")
+    return new
 
 
 class OnFailure(StrEnum):
@@ -169,3 +226,36 @@ class JobAccepted:
     id: int
     name: str
     steps: int
+
+
+@dataclass(frozen=True, slots=True)
+class TaughtPose:
+    """Position of the gripper on the day `taught` (as the one who taught it wrote it; ISO 8601 by ours).
+
+    `joints` (rad, m, m) are what was taught. `point` [m] is what they come to with the constants in force: where
+    those have been corrected since, the same lengths of line still lead to the same place of the real table, and the
+    point as it was computed then does not. None where lines of these lengths cannot meet.
+    """
+
+    name: str
+    joints: Joints
+    point: Point | None
+    taught: str
+
+
+@dataclass(frozen=True, slots=True)
+class PalletInfo:
+    """A taught pallet: cells (1, 1), (1, columns), (rows, 1) and (rows, columns) [m], None where they span none now.
+
+    `flatness` is how far its corners lie from a plane [m], `squareness` how far its angles are from right ones
+    [rad]; `remarks` say in words what of that, or of its corners, is not as it should be.
+    """
+
+    name: str
+    rows: int
+    columns: int
+    corners: tuple[Point, ...] | None
+    flatness: float | None
+    squareness: float | None
+    remarks: tuple[str, ...]
+    taught: str

@@ -19,12 +19,12 @@ from uuid import uuid4
 import aiomqtt
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from maya_un.coms.broker import SESSION, VERSION, Broker, BrokerClient, PublishRefused, topic
-from maya_un.coms.choosing import broker_of
-from maya_un.coms.retrying import first_to_end, keep
+from maya_un.coms.mqtt import SESSION, VERSION, Broker, BrokerClient, PublishRefused, topic
+from maya_un.coms.selection import broker_of
 from maya_un.coms.settings import from_environment, password_warning
+from maya_un.coms.transport import first_to_end, keep
 from maya_un.errors import BrokerRefused, MayaError
-from maya_un.graph.step_text import StepEnd
+from maya_un.steps.text import StepEnd
 from maya_un.supervisor.primitives import PrimitiveCommands
 from maya_un.supervisor.step import Step, check, command_text, progress_of, result_of
 

@@ -1,28 +1,60 @@
-"""A process: a file of steps for several robots, each after the steps that it names.
+"""A process over several robots: its file of steps, the record of its progress, and its runner.
 
-name: hand over
-deadline: 60            # a step begins within so many seconds after it was sent; optional
-steps:
-- {id: fetch, robot: MAYA, command: pick, args: {x: 0.5, y: 1.1, z: 0.4}}
-- {id: give, robot: MAYA, command: place, args: {x: 0.3, y: 1.2, z: 0.4}, after: [fetch]}
-- {id: take, robot: MAYA2, command: pick, args: {x: 0.4, y: 1.0, z: 0.4}, after: [give]}
+The file:
+
+    name: hand over
+    deadline: 60            # a step begins within so many seconds after it was sent; optional
+    steps:
+    - {id: fetch, robot: MAYA, command: pick, args: {x: 0.5, y: 1.1, z: 0.4}}
+    - {id: give, robot: MAYA, command: place, args: {x: 0.3, y: 1.2, z: 0.4}, after: [fetch]}
+    - {id: take, robot: MAYA2, command: pick, args: {x: 0.4, y: 1.0, z: 0.4}, after: [give]}
+
+The record on disk has one line of JSON for each event, appended before the event counts:
+
+    {"process": "hand over", "digest": "9f…"}
+    {"step": "fetch", "sent": "5b0c…", "text": "{…}"}       written before the command is sent
+    {"step": "fetch", "result": {"id": "5b0c…", "success": true, …}}
+    {"step": "give", "decision": "retry"}                   or skip; {"decision": "abort"}
+
+A line that a crash left unfinished is dropped.
+
+The runner sends a step when the steps before it are done and its robot has no other step of the process. A failed step
+blocks only the steps after it. When no other step can run, `run` ends and a person decides; then another run continues.
+Every event is recorded first, so an interrupted process continues. A command is sent again under its id, and the robot
+carries it out once.
 """
 
 from __future__ import annotations
 
+import asyncio
+import fcntl
 import json
-from collections.abc import Iterable, Mapping
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from enum import StrEnum
 from graphlib import CycleError, TopologicalSorter
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
-from maya_un.coms.broker import topic
-from maya_un.errors import InvalidProcess, MayaError
-from maya_un.process.documents import read_document
-from maya_un.supervisor.lab import DEADLINE
-from maya_un.supervisor.step import check
+from dmc41x3.files import open_own, sync_folder, unwritable
+from maya_un.coms.mqtt import topic
+from maya_un.errors import (
+    DecisionNeeded,
+    FileUnreadable,
+    InvalidProcess,
+    MayaError,
+    ProcessAborted,
+    ProcessChanged,
+    StorageInUse,
+)
+from maya_un.process.spec.documents import read_document
+from maya_un.steps.text import StepEnd, StepProgress
+from maya_un.supervisor.lab import DEADLINE, Supervisor
+from maya_un.supervisor.step import Step, check, command_text, result_of
 
 _LONGEST_DEADLINE = 7 * 24 * 3600.0
 
@@ -135,3 +167,252 @@ def _deadline(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= _LONGEST_DEADLINE:
         raise InvalidProcess(key="deadline", reason=f"it must be seconds, more than 0, at most {_LONGEST_DEADLINE:g}")
     return float(value)
+
+
+class FailureDecision(StrEnum):
+    """The decision of a person about a failed step."""
+
+    RETRY = "retry"
+    SKIP = "skip"
+    ABORT = "abort"
+
+
+class ProcessStepState(StrEnum):
+    """How far a step of a process has come."""
+
+    WAITING = "waiting"
+    SENT = "sent"
+    DONE = "done"
+    FAILED = "failed"
+    SKIPPED = "skipped"
+
+
+@dataclass(slots=True)
+class StepEntry:
+    """The present data of a step: the id and text of its latest command, and its result."""
+
+    state: ProcessStepState = ProcessStepState.WAITING
+    id: str | None = None
+    text: str | None = None
+    result: StepEnd | None = None
+
+
+class ProcessRecord:
+    """The record of a process in an open file; every change is on the disk when its method returns."""
+
+    def __init__(self, descriptor: int, path: Path, process: FleetProcess) -> None:
+        self._descriptor = descriptor
+        self._path = path
+        self.process = process
+        self.entries = {id_: StepEntry() for id_ in process.steps}
+        self.aborted = False
+
+    def sent(self, step: str, id_: str, text: str) -> None:
+        """Note a command that is sent next."""
+        self._append({"step": step, "sent": id_, "text": text})
+
+    def ended(self, step: str, result: StepEnd) -> None:
+        """Note a result."""
+        self._append({"step": step, "result": json.loads(result.text)})
+
+    def decided(self, step: str, decision: FailureDecision) -> None:
+        """Note what a person decided about a failed step."""
+        self._append({"step": step, "decision": decision.value})
+
+    def abort(self) -> None:
+        """Note that a person ends the process."""
+        self._append({"decision": FailureDecision.ABORT.value})
+
+    def require_not_aborted(self) -> None:
+        """Raise `ProcessAborted` if a person ended the process."""
+        if self.aborted:
+            done = sum(entry.state is ProcessStepState.DONE for entry in self.entries.values())
+            raise ProcessAborted(done=done, steps=len(self.entries))
+
+    def failed(self) -> list[str]:
+        """Return the failed steps, in the order of the file."""
+        return [id_ for id_, entry in self.entries.items() if entry.state is ProcessStepState.FAILED]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all steps are done or skipped."""
+        return all(entry.state in {ProcessStepState.DONE, ProcessStepState.SKIPPED} for entry in self.entries.values())
+
+    def _append(self, line: dict[str, Any]) -> None:
+        try:
+            os.write(self._descriptor, json.dumps(line).encode() + b"\n")
+            os.fsync(self._descriptor)
+        except OSError as error:
+            raise unwritable(self._path, error) from error
+        self.apply(line)
+
+    def apply(self, line: dict[str, Any]) -> None:
+        """Take in what a line says."""
+        if line.get("decision") == FailureDecision.ABORT:
+            self.aborted = True
+            return
+        entry = self.entries[line["step"]]
+        if "sent" in line:
+            entry.state, entry.id, entry.text, entry.result = ProcessStepState.SENT, line["sent"], line["text"], None
+        elif "result" in line:
+            entry.result = result_of(line["result"])
+            success = entry.result is not None and entry.result.error is None
+            entry.state = ProcessStepState.DONE if success else ProcessStepState.FAILED
+        else:
+            entry.state = (
+                ProcessStepState.WAITING if line["decision"] == FailureDecision.RETRY else ProcessStepState.SKIPPED
+            )
+
+
+@contextmanager
+def recorded(path: Path, process: FleetProcess, *, again: bool = False) -> Iterator[ProcessRecord]:
+    """Open the record of a process, or begin one; with `again` the old one is dropped.
+
+    Raises `ProcessChanged` for the record of another process, `StorageInUse` while another program uses it,
+    `FileUnreadable` for a file that is no record, `FileUnwritable`.
+    """
+    descriptor = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
+    try:
+        _lock(descriptor, path)
+        if again:
+            os.ftruncate(descriptor, 0)
+        record = ProcessRecord(descriptor, path, process)
+        lines = _lines(descriptor, path)
+        head = {"process": process.name, "digest": process.digest}
+        if not lines:
+            os.write(descriptor, json.dumps(head).encode() + b"\n")
+            os.fsync(descriptor)
+            sync_folder(path.parent)
+        elif lines[0].get("digest") != process.digest:
+            raise ProcessChanged(path=path)
+        _replay(record, lines[1:], path)
+        yield record
+    except OSError as error:
+        raise unwritable(path, error) from error
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int, path: Path) -> None:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise StorageInUse(path=path, pid="?") from error
+
+
+def _lines(descriptor: int, path: Path) -> list[dict[str, Any]]:
+    """Return what the lines say; cut off one that is not whole."""
+    with os.fdopen(os.dup(descriptor), "rb") as file:
+        file.seek(0)
+        data = file.read()
+    whole = data[: data.rfind(b"\n") + 1]
+    if len(whole) != len(data):
+        os.ftruncate(descriptor, len(whole))
+    try:
+        lines = [json.loads(line) for line in whole.splitlines()]
+    except ValueError as error:
+        raise FileUnreadable(path=path, reason="it is not the state of a process") from error
+    if not all(isinstance(line, dict) for line in lines):
+        raise FileUnreadable(path=path, reason="it is not the state of a process")
+    return lines
+
+
+def _replay(record: ProcessRecord, lines: list[dict[str, Any]], path: Path) -> None:
+    try:
+        for line in lines:
+            record.apply(line)
+    except (KeyError, TypeError) as error:
+        raise FileUnreadable(path=path, reason="it is not the state of a process") from error
+
+
+Tell = Callable[[ProcessStep, StepProgress | StepEnd], None]
+"""Is told of every report and every result."""
+
+_OVER = frozenset({ProcessStepState.DONE, ProcessStepState.SKIPPED})
+
+
+class FleetProcessRunner:
+    """Carries out the process of a record over `lab`."""
+
+    def __init__(self, record: ProcessRecord, lab: Supervisor, tell: Tell | None = None) -> None:
+        self._record = record
+        self._lab = lab
+        self._tell = tell or (lambda _step, _report: None)
+        self._sorter = record.process.sorter()
+        self._ready: list[str] = []
+        self._busy: dict[str, asyncio.Task[None]] = {}
+
+    async def run(self) -> None:
+        """Carry out all that is left.
+
+        Raises `DecisionNeeded` if a failed step holds the rest back, `ProcessAborted` if a person ended the process.
+        """
+        self._record.require_not_aborted()
+        self._sorter.prepare()
+        try:
+            while self._sorter.is_active():
+                self._begin()
+                if self._busy:
+                    await self._next()
+                else:
+                    raise self._decision_needed()
+        finally:
+            for task in self._busy.values():
+                task.cancel()
+            await asyncio.gather(*self._busy.values(), return_exceptions=True)
+
+    def _begin(self) -> None:
+        """Begin every step that can begin."""
+        while found := self._sorter.get_ready():
+            self._ready.extend(found)
+            for id_ in found:
+                self._pass(id_)
+        for id_ in sorted(self._ready, key=self._rank):
+            step = self._record.process.steps[id_]
+            if step.robot not in self._busy and self._record.entries[id_].state is not ProcessStepState.FAILED:
+                self._ready.remove(id_)
+                self._busy[step.robot] = asyncio.create_task(self._carry_out(step), name=f"step {id_}")
+
+    def _rank(self, id_: str) -> tuple[bool, int]:
+        """Return the place of a step among those of its robot: sent ones first, then by the order of the file."""
+        return self._record.entries[id_].state is not ProcessStepState.SENT, list(self._record.entries).index(id_)
+
+    def _pass(self, id_: str) -> None:
+        """Let the steps after a step begin if it is over."""
+        if id_ in self._ready and self._record.entries[id_].state in _OVER:
+            self._ready.remove(id_)
+            self._sorter.done(id_)
+
+    async def _next(self) -> None:
+        """Wait until a step ends."""
+        done, _ = await asyncio.wait(self._busy.values(), return_when=asyncio.FIRST_COMPLETED)
+        for robot, task in tuple(self._busy.items()):
+            if task in done:
+                del self._busy[robot]
+                task.result()
+
+    async def _carry_out(self, step: ProcessStep) -> None:
+        sent = self._send(step)
+        async for report in sent:
+            self._tell(step, report)
+        result = await sent.outcome()
+        self._record.ended(step.id, result)
+        self._tell(step, result)
+        self._ready.append(step.id)
+        self._pass(step.id)
+
+    def _send(self, step: ProcessStep) -> Step:
+        entry = self._record.entries[step.id]
+        if entry.state is not ProcessStepState.SENT or entry.id is None or entry.text is None:
+            id_ = str(uuid4())
+            text = command_text(id_, step.robot, step.command, step.args, self._record.process.deadline)
+            self._record.sent(step.id, id_, text)
+            return self._lab.send(id_, step.robot, text)
+        return self._lab.send(entry.id, step.robot, entry.text)
+
+    def _decision_needed(self) -> DecisionNeeded:
+        id_ = self._record.failed()[0]
+        result = self._record.entries[id_].result
+        assert result is not None
+        robot = self._record.process.steps[id_].robot
+        return DecisionNeeded(step=id_, robot=robot, code=result.code, error=result.error)

@@ -18,9 +18,9 @@ from maya_un.errors import (
     as_said,
     by_code,
 )
-from maya_un.graph.step_text import ARGUMENTS, INTERRUPTED, StepEnd, StepProgress, StepState, content_of
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.arguments import Argument, Switch
+from maya_un.steps.text import ARGUMENTS, INTERRUPTED, StepEnd, StepProgress, StepState, content_of
 from maya_un.values import FARTHEST, WITHIN
 
 

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from maya_un.graph.protocol import GoalStatus
-from maya_un.graph.table import (
+from maya_ros.graph.protocol import GoalStatus
+from maya_ros.graph.table import (
     ABORT,
     COMMAND,
     DIAGNOSTICS,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from maya_un.graph.protocol import GoalStatus
+from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driven import Message
 from tests.ros.floors import DONE, HERE, SLOW, Floors, near, primitive
 

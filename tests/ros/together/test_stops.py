@@ -8,7 +8,7 @@ from threading import Event
 
 import pytest
 
-from maya_un.graph.protocol import GoalStatus
+from maya_ros.graph.protocol import GoalStatus
 from tests.campaign import Campaign
 from tests.ros.driven import Goal, Message
 from tests.ros.floors import HERE, SLOW, THERE, Floors, primitive

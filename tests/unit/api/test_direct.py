@@ -8,9 +8,6 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from maya_un.api.access.caller import ROS
-from maya_un.api.access.operations import Operation
-from maya_un.api.service import Service
 from maya_un.assembly import Stack, stack
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
@@ -18,7 +15,9 @@ from maya_un.errors import Busy, Cancelled, LeaseHeld, LeaseLost, Stopped
 from maya_un.events import FaultEntered
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
+from maya_un.service.access.operations import ROS, Operation
+from maya_un.service.service import Service
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.virtual_time import elapse

@@ -13,16 +13,15 @@ from typing import cast
 
 import pytest
 
-from maya_un.api.access.audit import COUNTED, SINGLY, TOGETHER, Audit
-from maya_un.api.access.caller import LOCAL, ROS, Caller, Role
-from maya_un.api.access.operations import OWN, RULES, Operation, require_over
-from maya_un.api.gate import Gate
-from maya_un.api.service import Service
 from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, Unreachable
 from maya_un.events import EventLog
-from maya_un.process.journal.rows import AuditRow
+from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
 from maya_un.schema.bodies import PATIENCE
+from maya_un.service.access.audit import COUNTED, SINGLY, TOGETHER, Audit
+from maya_un.service.access.operations import LOCAL, OWN, ROS, RULES, Caller, Operation, Role, require_over
+from maya_un.service.gate import Gate
+from maya_un.service.service import Service
 from tests.virtual_time import elapse, turn
 
 NEEDS = {

@@ -8,10 +8,10 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from maya_un.api.held import PATIENCE, HeldJogs
-from maya_un.controller.jogging import MARGIN, TOLERANCE
+from maya_un.controller.planner import MARGIN, TOLERANCE
 from maya_un.errors import Busy, InvalidValue, MayaError, NotHomed, Stopped, UnknownName
 from maya_un.schema.robot import HeldJog
+from maya_un.service.direct import PATIENCE, HeldJogs
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
 from tests.unit.controller.bench import HERE, commands_in, homed, now, still_moving

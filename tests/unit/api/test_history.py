@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.api.history import HistoryService
 from maya_un.errors import EventsForgotten, NotFound
 from maya_un.events import EventLog, MotionBegun
-from maya_un.process import items
-from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import AuditRow, EventRow
-from maya_un.schema.states import TaskState
+from maya_un.process.journal.protocol import AuditRow, EventRow, Filter
+from maya_un.process.queue import entries
+from maya_un.schema.jobs import TaskState
+from maya_un.service.history import HistoryService
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 
@@ -32,7 +31,7 @@ async def test_a_page_shows_what_is_under_way_as_it_is_now() -> None:
 
 
 async def test_a_job_that_memory_has_forgotten_is_told_from_the_journal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(items, "REMEMBERED", 1)
+    monkeypatch.setattr(entries, "REMEMBERED", 1)
     async with Machine().running() as floor:
         history = HistoryService(floor.process, floor.controller.events)
         first = await floor.process.submit(job({"pick": "cube"}, {"place": "tray"}, {"approach": [5.0, 5.0]}))

@@ -7,11 +7,11 @@ from typing import cast
 
 import pytest
 
-from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.queueing import QueueService
 from maya_un.errors import InvalidValue, LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed, UnknownName
 from maya_un.process.process import Process
 from maya_un.schema.bodies import LONGEST
+from maya_un.service.access.operations import LOCAL, Caller, Role
+from maya_un.service.queueing import QueueService
 from tests.entrances import House, house, somebody
 from tests.virtual_time import elapse
 

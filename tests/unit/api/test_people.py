@@ -8,10 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.api.access.attempts import LIMIT
-from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.access.store import Change, FileStore, MemoryStore
-from maya_un.api.people import MOST_SESSIONS, MOST_TOKENS, SESSION
 from maya_un.errors import (
     InvalidValue,
     LeaseLost,
@@ -23,6 +19,10 @@ from maya_un.errors import (
     TooManyRequests,
     UnknownName,
 )
+from maya_un.service.access.attempts import LIMIT
+from maya_un.service.access.operations import LOCAL, Caller, Role
+from maya_un.service.access.users import Change, FileStore, MemoryStore
+from maya_un.service.people import MOST_SESSIONS, MOST_TOKENS, SESSION
 from tests.entrances import House, house
 
 PASSWORD = "correct horse battery"

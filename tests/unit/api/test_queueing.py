@@ -8,14 +8,12 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from maya_un.api.access.caller import LOCAL, Caller, Role
-from maya_un.api.service import Service
 from maya_un.errors import AnswerNeeded, InvalidRequest, InvalidValue, JobChanged, NotAllowed, NotFound, WrongState
-from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import JobOptions
+from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.schema.encoding import to_data
-from maya_un.schema.jobs import QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
+from maya_un.service.access.operations import LOCAL, Caller, Role
+from maya_un.service.service import Service
 from tests.queues import PICK_AND_PLACE, Floor, Machine, job
 from tests.virtual_time import elapse
 

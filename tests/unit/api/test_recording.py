@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.loops import run_virtual
-from maya_un.api.access.caller import LOCAL
-from maya_un.api.recording import RecordingService
 from maya_un.assembly import stack
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import InvalidRequest, NotFound
 from maya_un.events import Connected
 from maya_un.recorder import mcap_file
+from maya_un.service.access.operations import LOCAL
+from maya_un.service.history import RecordingService
 from tests.recorded import recorded, shelf
 from tests.virtual_time import elapse
 

@@ -8,7 +8,6 @@ from math import pi
 
 import pytest
 
-from maya_un.api.service import Service
 from maya_un.errors import Busy, InvalidJob, InvalidRequest, NotFound, Unreachable
 from maya_un.events import Event, FaultEntered
 from maya_un.process.process import Process
@@ -16,6 +15,7 @@ from maya_un.robot.primitives import Home
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.encoding import to_data, to_json
 from maya_un.schema.robot import EventMessage, Jogged
+from maya_un.service.service import Service
 from maya_un.values import Joints, Point
 from tests.fakes import FakeController
 from tests.virtual_time import elapse

@@ -9,8 +9,6 @@ from math import pi
 
 import pytest
 
-from maya_un.api.service import Service
-from maya_un.api.teaching import at_rest
 from maya_un.errors import (
     Busy,
     InvalidJob,
@@ -22,9 +20,11 @@ from maya_un.errors import (
     NotTaught,
     UnknownName,
 )
-from maya_un.process.book import PoseStore
 from maya_un.process.process import Process
+from maya_un.process.spec.poses import PoseStore
 from maya_un.robot.robot import MayaRobot
+from maya_un.service.places import at_rest
+from maya_un.service.service import Service
 from maya_un.values import Mode, Point
 from tests.fakes import FakeController, state_of
 

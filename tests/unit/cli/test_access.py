@@ -14,9 +14,7 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un import credentials, runtime
-from maya_un.api.access.caller import Role
-from maya_un.api.access.store import Change, FileStore, User
-from maya_un.cli.access import files, lease, resetting
+from maya_un.cli.access import files, lease, user_reset
 from maya_un.cli.access.words import word
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
@@ -25,6 +23,8 @@ from maya_un.process.journal import file
 from maya_un.runtime import Running
 from maya_un.schema.encoding import to_data
 from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
+from maya_un.service.access.operations import Role
+from maya_un.service.access.users import Change, FileStore, User
 from tests.unit.cli.servers import http_service
 
 NOBODY = LeaseView("", "", 0.0, "", False, None, None, None, False)
@@ -69,7 +69,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[Kept]:
 @pytest.fixture
 def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "own"))
-    return tmp_path / "own" / file.NAME
+    return tmp_path / "own" / file.FILE_NAME
 
 
 def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str:
@@ -290,7 +290,7 @@ def test_a_reset_keeps_the_password_and_raises_the_role(state: Path) -> None:
         await store.close()
 
     run(fill())
-    assert resetting.reset("sam", None, OutputSettings(json=True)) == 0
+    assert user_reset.reset("sam", None, OutputSettings(json=True)) == 0
     assert users_in(state)[0] == [User("sam", Role.ADMIN, DAY, "hash")]
 
 

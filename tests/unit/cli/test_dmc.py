@@ -9,7 +9,7 @@ import pytest
 
 from dmc41x3.language.record import AxisRecord, DataRecord, encode
 from maya_un.cli.main import main
-from maya_un.controller import guard_program
+from maya_un.controller import watchdog_program
 from tests.unit.cli.servers import controller
 
 PROGRAM = "#A\nx=1\nEN\n"
@@ -29,7 +29,7 @@ def test_the_guard_goes_behind_a_program_that_lets_it(tmp_path: Path, capsys: py
     file = tmp_path / "a.dmc"
     file.write_text(PROGRAM, encoding="ascii")
     assert main(["dmc", "download", "sim", str(file), "--guard", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["lines"] == 3 + len(guard_program.text(0.5))
+    assert json.loads(capsys.readouterr().out)["lines"] == 3 + len(watchdog_program.text(0.5))
     file.write_text("#LIMSWI\nRE\n", encoding="ascii")
     assert main(["dmc", "download", "sim", str(file), "--guard", "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["error"]["code"] == 2109

@@ -15,11 +15,11 @@ import pytest
 
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
-from dmc41x3.twin.wire.control import FaultControlServer
 from dmc41x3.twin.wire.faults import TABLE
+from dmc41x3.twin.wire.injection import FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
+from maya_un.cli.dmc_tools.fault import ServedTwin, published
 from maya_un.cli.main import main
-from maya_un.cli.twins import ServedTwin, published
 
 
 class _Host:

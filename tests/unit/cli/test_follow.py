@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import pytest
 
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.display import Display, FactLines
 from maya_un.cli.follow import follow
+from maya_un.cli.progress import Display, FactLines
 from maya_un.cli.settings import OutputSettings
 from tests.unit.cli.queueing.answers import LINE, OFFER, VIEW, Service, Several, running
 

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from maya_un import runtime
-from maya_un.cli import record
 from maya_un.cli.main import main
+from maya_un.cli.recordings import recordings
 from maya_un.config import RecorderConfig
 from maya_un.recorder import mcap_file
 from maya_un.runtime import Running
@@ -21,7 +21,7 @@ from tests.unit.recorder.recordings import RECORDING
 
 @pytest.fixture
 def name() -> str:
-    return record.shelf(RecorderConfig()).save(RECORDING).name
+    return recordings.shelf(RecorderConfig()).save(RECORDING).name
 
 
 def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str:
@@ -31,9 +31,9 @@ def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str
 
 
 def test_recordings_are_in_the_folder_of_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert record.folder() == tmp_path / "state" / "maya" / "recordings"
+    assert recordings.folder() == tmp_path / "state" / "maya" / "recordings"
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "elsewhere"))
-    assert record.folder() == tmp_path / "elsewhere" / "recordings"
+    assert recordings.folder() == tmp_path / "elsewhere" / "recordings"
 
 
 def test_what_is_kept_is_listed(name: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,10 +9,10 @@ from typing import cast
 import typer
 from fastapi.routing import APIRoute
 
-from maya_un.api.service import Service
 from maya_un.cli import app
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.service.service import Service
 
 PAGES = Path(__file__).resolve().parents[3] / "docs" / "reference"
 

@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from maya_un.cli.remote import PORT, RemoteAccess, host_and_port, require_users
+from maya_un.cli.service.listeners import PORT, RemoteAccess, host_and_port, require_users
 from maya_un.errors import InvalidCommandLine, InvalidValue
 
 

@@ -14,13 +14,12 @@ import pytest
 from dmc41x3.loops import run_virtual
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.cli.main import main
-from maya_un.cli.replay import OF_A_LATER_TWIN, OF_A_MACHINE, OF_A_TWIN, ReplayOptions, tolerated
+from maya_un.cli.recordings.replay import OF_A_LATER_TWIN, OF_A_MACHINE, OF_A_TWIN, ReplayOptions, tolerated
 from maya_un.config import RecorderConfig
 from maya_un.errors import LimitReached
 from maya_un.machine.truth import TrueConstants
 from maya_un.recorder import mcap_file
-from maya_un.recorder.header import RecordingOrigin
-from maya_un.recorder.recording import Recording
+from maya_un.recorder.recording import Recording, RecordingOrigin
 from maya_un.testing import faults
 from maya_un.values import Joints
 from tests.recorded import recorded

@@ -5,10 +5,9 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli import display, words
-from maya_un.cli.display import FactLines, ProgressBars
-from maya_un.cli.narrate import line, tell
+from maya_un.cli import progress, words
 from maya_un.cli.output import concluded, exit_code
+from maya_un.cli.progress import FactLines, ProgressBars, line, tell
 from maya_un.cli.report import as_data, as_text, table
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import by_code
@@ -130,10 +129,10 @@ def test_both_languages_say_the_same_details() -> None:
 
 
 def test_the_display_suits_the_screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    assert type(display.chosen(OutputSettings(json=True))) is display.Display
-    assert type(display.chosen(OutputSettings())) is FactLines
+    assert type(progress.chosen(OutputSettings(json=True))) is progress.Display
+    assert type(progress.chosen(OutputSettings())) is FactLines
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert type(display.chosen(OutputSettings())) is ProgressBars
+    assert type(progress.chosen(OutputSettings())) is ProgressBars
 
 
 def test_bars_print_facts_and_leave_the_screen_clean(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from maya_un.cli.main import main
 from maya_un.config import Config
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import PoseStore
+from maya_un.process.spec.poses import PoseStore
 from maya_un.values import Joints, Point
 
 SHELF, BENCH, DESK = Point(0.3, 1.0, 0.4), Point(0.6, 1.0, 0.4), Point(0.3, 1.2, 0.4)

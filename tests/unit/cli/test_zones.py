@@ -10,7 +10,7 @@ import pytest
 
 from maya_un import runtime
 from maya_un.cli.main import main
-from maya_un.config.zones import parse_zone
+from maya_un.config.model import parse_zone
 from maya_un.runtime import Running
 from tests.unit.cli.servers import http_service
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from maya_un.client.course import PlanRunner
 from maya_un.client.request import Request
-from maya_un.client.steps import Connect, Emit, Line, Plan, ReadClock, Receive, Send, Sleep, StreamPlan
+from maya_un.client.steps import Connect, Emit, Line, Plan, PlanRunner, ReadClock, Receive, Send, Sleep, StreamPlan
 
 T = TypeVar("T")
 

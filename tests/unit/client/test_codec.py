@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from maya_un.client import codec
-from maya_un.client.doors import ServiceAddress
+from maya_un.client import transport
 from maya_un.client.request import Request, get
+from maya_un.client.transport import ServiceAddress
 from maya_un.errors import (
     Busy,
     InternalError,
@@ -26,7 +26,7 @@ DOOR = ServiceAddress("http://127.0.0.1:4133")
 
 def test_a_request_goes_to_its_path_with_what_is_shown() -> None:
     request = Request("POST", "/v1/jobs", JobAccepted, {"held": True, "notes": "a b"}, {"steps": ["home"]}, key="k1")
-    url, headers, content = codec.written(request, ServiceAddress(DOOR.url, "maya_t"), "lease 1")
+    url, headers, content = transport.encoded(request, ServiceAddress(DOOR.url, "maya_t"), "lease 1")
     assert url == "http://127.0.0.1:4133/v1/jobs?held=true&notes=a+b"
     assert headers["Authorization"] == "Bearer maya_t"
     assert headers["Maya-Lease"] == "lease 1"
@@ -36,28 +36,30 @@ def test_a_request_goes_to_its_path_with_what_is_shown() -> None:
 
 def test_a_lease_of_ones_own_goes_before_that_of_the_shell() -> None:
     door = ServiceAddress("http://robot:1", "", "shell")
-    assert codec.written(get("/", int), door, "own").headers["Maya-Lease"] == "own"
-    assert codec.written(get("/", int), door, "").headers["Maya-Lease"] == "shell"
+    assert transport.encoded(get("/", int), door, "own").headers["Maya-Lease"] == "own"
+    assert transport.encoded(get("/", int), door, "").headers["Maya-Lease"] == "shell"
 
 
 def test_what_is_not_said_is_left_out_and_several_values_repeat_the_key() -> None:
-    url, headers, content = codec.written(get("/v1/jobs", int, owner=None, state=("done", "failed"), below=7), DOOR, "")
+    url, headers, content = transport.encoded(
+        get("/v1/jobs", int, owner=None, state=("done", "failed"), below=7), DOOR, ""
+    )
     assert url.endswith("/v1/jobs?state=done&state=failed&below=7")
     assert not {"Authorization", "Maya-Lease", "Idempotency-Key", "Content-Type"} & headers.keys()
     assert content == b""
 
 
 def test_an_answer_is_read_as_the_message_that_it_is() -> None:
-    found = codec.read(get("/", JobAccepted), 202, OURS, b'{"id": 7, "name": "x", "steps": 2, "newer": true}')
+    found = transport.decoded(get("/", JobAccepted), 202, OURS, b'{"id": 7, "name": "x", "steps": 2, "newer": true}')
     assert found == JobAccepted(7, "x", 2)
-    assert codec.read(get("/", Point), 200, OURS, b"[1.0, 2, 3.5]") == Point(1.0, 2.0, 3.5)
-    assert codec.read(get("/", type(None)), 200, OURS, b'{"aborted": true}') is None
+    assert transport.decoded(get("/", Point), 200, OURS, b"[1.0, 2, 3.5]") == Point(1.0, 2.0, 3.5)
+    assert transport.decoded(get("/", type(None)), 200, OURS, b'{"aborted": true}') is None
 
 
 def test_a_refusal_comes_back_as_the_error_it_is_with_its_details() -> None:
     problem = {"code": 4003, "details": {"name": "cub", "known": "cube"}, "detail": "…"}
     with pytest.raises(UnknownName, match=r"'cub' is not known\. Known: cube") as caught:
-        codec.read(get("/", int), 422, OURS, json.dumps(problem).encode())
+        transport.decoded(get("/", int), 422, OURS, json.dumps(problem).encode())
     assert caught.value.details == {"name": "cub", "known": "cube"}
     assert "'cub'" in caught.value.text("es")
 
@@ -65,32 +67,32 @@ def test_a_refusal_comes_back_as_the_error_it_is_with_its_details() -> None:
 @pytest.mark.parametrize("content", [b"<html>", b"[]", b'{"code": 1}', b'{"code": 999999, "details": {}}', b"\xff"])
 def test_a_refusal_that_nobody_understands_is_no_answer(content: bytes) -> None:
     with pytest.raises(ServiceNotAnswering, match="not understood"):
-        codec.read(get("/", int), 500, OURS, content)
+        transport.decoded(get("/", int), 500, OURS, content)
 
 
 def test_somebody_else_at_an_old_port_is_found_out() -> None:
     with pytest.raises(ServiceNotAnswering, match="somebody else"):
-        codec.read(get("/", int), 200, {"server": "nginx"}, b"1")
+        transport.decoded(get("/", int), 200, {"server": "nginx"}, b"1")
 
 
 def test_an_answer_of_another_kind_is_no_answer() -> None:
     with pytest.raises(ServiceNotAnswering, match="not understood"):
-        codec.read(get("/", JobAccepted), 200, OURS, b'{"id": "seven"}')
+        transport.decoded(get("/", JobAccepted), 200, OURS, b'{"id": "seven"}')
 
 
 def test_the_error_of_a_report_has_its_sentence() -> None:
-    error = codec.as_error(2104, "The robot is busy (job 3). Wait until it is done.")
+    error = transport.as_error(2104, "The robot is busy (job 3). Wait until it is done.")
     assert isinstance(error, Busy)
     assert str(error) == "The robot is busy (job 3). Wait until it is done."
-    assert isinstance(codec.as_error(5999, "It broke."), InternalError)
-    assert "new words" in str(codec.as_error(4999, "new words"))
+    assert isinstance(transport.as_error(5999, "It broke."), InternalError)
+    assert "new words" in str(transport.as_error(4999, "new words"))
 
 
 def test_messages_of_the_websocket() -> None:
-    assert codec.message('{"type": "pong"}') == {"type": "pong"}
+    assert transport.decoded_message('{"type": "pong"}') == {"type": "pong"}
     lagging: dict[str, Any] = {"type": "error", "code": 4016, "message": "…", "details": {"behind": 9, "since": 3}}
     with pytest.raises(StreamLagging):
-        codec.message(json.dumps(lagging))
+        transport.decoded_message(json.dumps(lagging))
     with pytest.raises(ServiceNotAnswering):
-        codec.message("[]")
-    assert codec.stream_url(ServiceAddress("https://robot:4133"), "/v1/stream") == "wss://robot:4133/v1/stream"
+        transport.decoded_message("[]")
+    assert transport.stream_url(ServiceAddress("https://robot:4133"), "/v1/stream") == "wss://robot:4133/v1/stream"

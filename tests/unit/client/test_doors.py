@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from maya_un import runtime
-from maya_un.client.doors import ServiceAddress, finder, trusted
+from maya_un.client.transport import ServiceAddress, finder, trusted
 from maya_un.errors import InvalidValue, ServiceNotRunning
 
 

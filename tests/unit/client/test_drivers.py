@@ -11,9 +11,9 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un import AsyncClient, Client
-from maya_un.client.plans import moving
-from maya_un.client.plans.patience import persistently
+from maya_un.client.plans import robot
 from maya_un.client.request import Request, get
+from maya_un.client.steps import persistently
 from maya_un.errors import Busy, LeaseHeld, LeaseLost, ServiceNotAnswering, ServiceNotRunning
 from maya_un.schema.bodies import Speed
 from maya_un.schema.jobs import JobAccepted
@@ -241,7 +241,7 @@ def test_a_task_that_is_cancelled_while_it_waits_has_its_wish_cancelled() -> Non
 
     async def later(url: str) -> None:
         async with AsyncClient(url) as client:
-            wish = asyncio.create_task(client.perform(moving.followed(7, since=0)))
+            wish = asyncio.create_task(client.perform(robot.followed(7, since=0)))
             await asyncio.to_thread(waiting.wait, 10.0)
             wish.cancel()
             with pytest.raises(asyncio.CancelledError):

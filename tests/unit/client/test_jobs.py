@@ -9,8 +9,8 @@ import pytest
 from maya_un import JobBuilder
 from maya_un.client.jobs import body_of
 from maya_un.errors import FileUnreadable
-from maya_un.process.job import Job
-from maya_un.process.tasks import expand
+from maya_un.process.spec.job import Job
+from maya_un.process.spec.tasks import expand
 
 BUILT = JobBuilder("two cubes").part("left", 0.5, 1.1).spot("tray", 1.1, 0.5, 0.4).home().pick("left").place("tray")
 

@@ -11,12 +11,11 @@ from typing import Any
 import pytest
 
 from maya_un.client import requests, targets
-from maya_un.client.driving import HeldLease
-from maya_un.client.plans import jobs, leasing, moving, primitives, queue
-from maya_un.client.plans.patience import PATIENCE, persistently
-from maya_un.client.plans.waiting import StillWaiting
+from maya_un.client.plans import jobs, primitives, resources, robot
+from maya_un.client.plans.jobs import StillWaiting
 from maya_un.client.request import Request, get
-from maya_un.client.steps import Plan
+from maya_un.client.steps import RETRY_TIMEOUT, Plan, persistently
+from maya_un.client.transport import HeldLease
 from maya_un.errors import (
     Busy,
     EventsForgotten,
@@ -28,10 +27,9 @@ from maya_un.errors import (
     ServiceNotRunning,
     TooManyRequests,
 )
-from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, QueueMode, QueueView
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, QueueMode, QueueView, TaskState
 from maya_un.schema.people import LeaseTaken, LeaseView
 from maya_un.schema.robot import EventMessage
-from maya_un.schema.states import TaskState
 from tests.unit.client.player import Player
 
 LINE = JobLine(
@@ -98,7 +96,7 @@ def test_patience_ends_with_the_last_error() -> None:
     player = Player(lambda _: ServiceNotRunning())
     with pytest.raises(ServiceNotRunning):
         player.perform(persistently(get("/x", int)))
-    assert PATIENCE <= player.now < PATIENCE + 2.0
+    assert RETRY_TIMEOUT <= player.now < RETRY_TIMEOUT + 2.0
 
 
 def test_who_is_asked_to_wait_waits_as_long_as_he_is_asked() -> None:
@@ -185,7 +183,7 @@ def test_a_wish_that_is_interrupted_before_its_answer_is_found_by_its_key_and_ca
 def test_whoever_interrupts_his_jog_has_the_robot_stopped() -> None:
     player = Player(lambda request: KeyboardInterrupt() if request.path == "/v1/jog" else None)
     with pytest.raises(KeyboardInterrupt):
-        player.perform(moving.jog("z", 0.02))
+        player.perform(robot.jog("z", 0.02))
     assert player.paths == ["POST /v1/jog", "POST /v1/stop"]
 
 
@@ -300,7 +298,7 @@ def test_the_gripper_is_opened_or_closed_and_nothing_else() -> None:
 def test_a_stop_is_said_behind_nothing_and_once_more_where_its_connection_was_broken() -> None:
     answers: list[Any] = [ServiceNotAnswering(reason="stale"), "stopping"]
     player = Player(lambda _: answers.pop(0))
-    assert player.perform(moving.stop()) == "stopping"
+    assert player.perform(robot.stop()) == "stopping"
     assert player.paths == ["POST /v1/stop"] * 2
     assert all(request.urgent for request in player.asked)
     assert player.now == 0.0
@@ -309,7 +307,7 @@ def test_a_stop_is_said_behind_nothing_and_once_more_where_its_connection_was_br
 def test_where_nothing_runs_a_stop_says_so_at_once() -> None:
     player = Player(lambda _: ServiceNotRunning())
     with pytest.raises(ServiceNotRunning):
-        player.perform(moving.stop())
+        player.perform(robot.stop())
     assert len(player.asked) == 1
 
 
@@ -319,7 +317,7 @@ def test_a_lease_is_renewed_well_before_it_ends_until_it_is_lost() -> None:
     held = HeldLease()
     held.begin("id 1")
     player = Player(lambda _: (times.append(player.now), answers.pop(0))[1])
-    player.perform(leasing.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
+    player.perform(resources.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
     assert times == pytest.approx([3.0, 6.0, 9.0])
     with pytest.raises(LeaseLost, match="broken"):
         held.require()
@@ -330,7 +328,7 @@ def test_a_service_that_does_not_answer_has_ended_the_lease_when_its_time_is_ove
     held = HeldLease()
     held.begin("id 1")
     player = Player(lambda _: ServiceNotAnswering(reason="cut"))
-    player.perform(leasing.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
+    player.perform(resources.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
     assert player.now == pytest.approx(9.0, abs=0.1)
     with pytest.raises(LeaseLost, match="could not be renewed"):
         held.require()
@@ -340,7 +338,7 @@ def test_a_lease_that_somebody_else_has_now_is_lost() -> None:
     held = HeldLease()
     held.begin("id 1")
     player = Player(lambda _: LeaseHeld(holder="berta", since="3 s"))
-    player.perform(leasing.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
+    player.perform(resources.kept(held, LeaseTaken("id 1", "ana", "", 9.0)))
     with pytest.raises(LeaseLost, match="berta"):
         held.require()
 
@@ -360,7 +358,7 @@ def test_what_is_said_about_the_queue() -> None:
     player.perform(requests.choose_recovery("redo", holding=False, resume_queue=False))
     player.perform(requests.choose_recovery("abort"))
     player.perform(requests.move_job(3, before=5))
-    player.perform(queue.change(3, priority=7, job={"steps": ["home"]}))
+    player.perform(resources.change(3, priority=7, job={"steps": ["home"]}))
     player.perform(requests.repeat_job(3, from_step=2))
     assert [(request.path, request.body) for request in player.asked] == [
         ("/v1/queue/pause", {"when": "now"}),
@@ -370,4 +368,4 @@ def test_what_is_said_about_the_queue() -> None:
         ("/v1/jobs/3", {"priority": 7, "job": {"steps": ["home"]}}),
         ("/v1/jobs/3/again", {"from_step": 2}),
     ]
-    assert player.perform(queue.recovery()) is None
+    assert player.perform(resources.recovery()) is None

@@ -9,12 +9,9 @@ from typing import Any, TypeVar
 import pytest
 
 from maya_un.client import AsyncClient, Client
-from maya_un.client.course import PlanRunner
-from maya_un.client.handle import AsyncJobHandle, JobHandle
 from maya_un.client.request import Request, get
-from maya_un.client.resources import AsyncQueue, Queue
-from maya_un.client.steps import Emit, Plan, Sleep, StreamPlan
-from maya_un.client.verb import Awaiting, Blocking, Stream, Verb
+from maya_un.client.resources import AsyncJobHandle, AsyncQueue, JobHandle, Queue
+from maya_un.client.steps import Awaiting, Blocking, Emit, Plan, PlanRunner, Sleep, Stream, StreamPlan, Verb
 
 T = TypeVar("T")
 

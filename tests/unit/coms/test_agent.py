@@ -13,10 +13,16 @@ from typing import Any, cast
 import pytest
 
 from dmc41x3.loops import run
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.outcome import success
+from maya_ros.graph.protocol import Feedback, Graph, Message
+from maya_ros.graph.steps import Steps, bridged
+from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
+from maya_ros.rosbridge.endpoint import Endpoint
+from maya_ros.rosbridge.guest import Guest
 from maya_un.coms.agent import LONGEST, Agent
-from maya_un.coms.retrying import LONGEST_PAUSE
 from maya_un.coms.robot import Rosbridge
-from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
+from maya_un.coms.transport import LONGEST_PAUSE, Report, ReportKind, SupervisorCommand
 from maya_un.errors import (
     InvalidMessage,
     InvalidRequest,
@@ -26,17 +32,10 @@ from maya_un.errors import (
     StepOfOtherRobot,
     WrongRobot,
 )
-from maya_un.graph.bus import Bus
-from maya_un.graph.outcome import success
-from maya_un.graph.protocol import Feedback, Graph, Message
-from maya_un.graph.step_store import StepStore
-from maya_un.graph.step_text import RobotIdentity, StepEnd
-from maya_un.graph.steps import Steps, bridged
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
-from maya_un.rosbridge.endpoint import Endpoint
-from maya_un.rosbridge.guest import Guest
-from maya_un.server import dates
-from maya_un.server.doors import bound_socket
+from maya_un.http import dates
+from maya_un.http.listeners import bound_socket
+from maya_un.steps.store import StepStore
+from maya_un.steps.text import RobotIdentity, StepEnd
 from tests.rosbridging import DATE
 from tests.unit.coms.memory import Memory
 from tests.virtual_time import elapse

@@ -11,9 +11,9 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un.coms.agent import LONGEST
-from maya_un.coms.choosing import transport_of
-from maya_un.coms.firebase_auth import FirebaseUser, FixedToken
+from maya_un.coms.database import FirebaseUser, FixedToken
 from maya_un.coms.firestore import Firestore
+from maya_un.coms.selection import transport_of
 from maya_un.coms.settings import AgentSettings
 from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorTransport
 from maya_un.errors import SupervisorsNotReached

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from contextlib import suppress
 
-from maya_un.coms.retrying import first_to_end
+from maya_un.coms.transport import first_to_end
 
 
 async def test_work_that_loses_its_first_cancellation_ends_too() -> None:

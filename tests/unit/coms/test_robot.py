@@ -8,13 +8,13 @@ import json
 import pytest
 from websockets.asyncio.server import ServerConnection, serve
 
+from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS
 from maya_un.coms.agent import Agent
 from maya_un.coms.robot import Rosbridge
 from maya_un.coms.transport import Report, ReportKind
 from maya_un.errors import RobotNotReached
-from maya_un.graph.table import STEP_COMMAND, STEP_RESULT, STEP_STATUS
-from maya_un.server import dates
-from maya_un.server.doors import bound_socket
+from maya_un.http import dates
+from maya_un.http.listeners import bound_socket
 from tests.unit.coms.memory import Memory
 
 

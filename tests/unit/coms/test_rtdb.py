@@ -15,12 +15,11 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un.coms.agent import LONGEST
-from maya_un.coms.choosing import transport_of
-from maya_un.coms.firebase_auth import FirebaseUser, FixedToken, NoToken
-from maya_un.coms.retrying import keep
+from maya_un.coms.database import FirebaseUser, FixedToken, NoToken
 from maya_un.coms.rtdb import Rtdb
+from maya_un.coms.selection import transport_of
 from maya_un.coms.settings import AgentSettings
-from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand, SupervisorTransport
+from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand, SupervisorTransport, keep
 from maya_un.errors import InvalidValue, SupervisorsNotReached
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
 from tests.waiting import until

@@ -14,7 +14,7 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un.coms import firestore, rtdb
-from maya_un.coms.firebase_auth import FixedToken
+from maya_un.coms.database import FixedToken
 from maya_un.coms.firestore import Firestore
 from maya_un.coms.rtdb import Rtdb
 from maya_un.coms.transport import SupervisorChannel, SupervisorTransport

@@ -13,8 +13,8 @@ from dmc41x3.twin.timeline import Timeline
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
-from maya_un.config.load import parse
-from maya_un.controller import marker
+from maya_un.config.files import parse
+from maya_un.controller import homing_mark
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import operands, wanted
 from maya_un.events import Event
@@ -93,7 +93,7 @@ async def _plugged(
 
 async def _take_over(bench: Rig) -> None:
     a, b, c = bench.controller.units.to_counts(HERE)
-    datum = [marker.datum(bench.controller.config, bench.controller.units, axis) for axis in range(3)]
+    datum = [homing_mark.datum(bench.controller.config, bench.controller.units, axis) for axis in range(3)]
     await foreign(bench, f"DP {a},{b},{c}", *datum, "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
     await bench.controller.skip_home()
 

@@ -9,7 +9,7 @@ import pytest
 
 from dmc41x3.driver import Driver
 from dmc41x3.wire.transport import Transport
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import (

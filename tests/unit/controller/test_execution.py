@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.run import OnVia
 from maya_un.errors import Busy, LinkLost, Stopped
 from maya_un.events import MotionEnded

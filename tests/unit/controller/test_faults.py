@@ -7,8 +7,8 @@ import pytest
 from dmc41x3.language.codes import STOP_TEXTS
 from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord
 from maya_un.config import Config
-from maya_un.config.load import parse
-from maya_un.controller import faults
+from maya_un.config.files import parse
+from maya_un.controller import state_builder
 from maya_un.errors import (
     AbortInput,
     AmplifierFault,
@@ -50,7 +50,7 @@ NAMED: dict[int, type[MayaError] | None] = {
 def test_every_stop_code_has_its_error(code: int, error: type[MayaError] | None, axis: int) -> None:
     codes = [101, 101, 101]
     codes[axis] = code
-    found = faults.cause(ended(*codes), ORDER, (0, 1, 2))
+    found = state_builder.cause(ended(*codes), ORDER, (0, 1, 2))
     assert (None if found is None else type(found)) == error
     if error is not None:
         assert found is not None
@@ -58,7 +58,7 @@ def test_every_stop_code_has_its_error(code: int, error: type[MayaError] | None,
 
 
 def test_an_unexpected_code_is_told_with_its_meaning() -> None:
-    found = faults.cause(ended(101, 12, 101), ORDER, (0, 1, 2))
+    found = state_builder.cause(ended(101, 12, 101), ORDER, (0, 1, 2))
     assert found is not None
     assert found.details == {"axis": "b", "stop_code": 12, "reason": STOP_TEXTS[12]}
 
@@ -73,48 +73,48 @@ def test_the_gravest_cause_wins_wherever_it_stands(first: int, places: tuple[int
     lesser = [*(code for code, _ in BY_GRAVITY[first + 1 :]), 4, 101]
     codes = [code, *lesser[:2]]
     record = ended(*(codes[place] for place in places))
-    assert type(faults.grave(record, ORDER)) is error
-    assert type(faults.cause(record, ORDER, (0, 1, 2))) is error
+    assert type(state_builder.grave(record, ORDER)) is error
+    assert type(state_builder.cause(record, ORDER, (0, 1, 2))) is error
 
 
 @pytest.mark.parametrize("code", [7, 11, 12, 16, 99])
 def test_partners_that_were_stopped_do_not_hide_what_stopped_them(code: int) -> None:
     for codes in ((4, 4, code), (4, code, 4), (code, 4, 4)):
-        assert type(faults.cause(ended(*codes), ORDER, (0, 1, 2))) is UnexpectedStop
+        assert type(state_builder.cause(ended(*codes), ORDER, (0, 1, 2))) is UnexpectedStop
 
 
 def test_a_motor_that_is_off_is_not_hidden_by_partners_that_were_stopped() -> None:
-    found = faults.cause(record_of(AxisRecord(stop_code=4), OFF, WELL), ORDER, (0, 1, 2))
+    found = state_builder.cause(record_of(AxisRecord(stop_code=4), OFF, WELL), ORDER, (0, 1, 2))
     assert type(found) is MotorOff
     assert found.details == {"axis": "b"}
 
 
 def test_limits_tell_axis_and_side() -> None:
     for code, side in ((2, "forward"), (3, "reverse")):
-        found = faults.grave(ended(4, 4, code), ORDER)
+        found = state_builder.grave(ended(4, 4, code), ORDER)
         assert found is not None
         assert found.details == {"axis": "c", "side": side}
 
 
 def test_amplifiers_are_heard_without_a_stop_code() -> None:
-    found = faults.grave(ended(101, 101, 101, amplifier_status=1 << 24), ORDER)
+    found = state_builder.grave(ended(101, 101, 101, amplifier_status=1 << 24), ORDER)
     assert type(found) is AmplifierFault
     assert found.details == {"status": "0x01000000"}
 
 
 def test_who_takes_no_part_is_not_asked() -> None:
     record = ended(8, 101, 101)
-    assert faults.grave(record, ORDER, (1, 2)) is None
-    assert faults.cause(record, ORDER, (1, 2)) is None
-    assert faults.cause(record_of(OFF, WELL, WELL), ORDER, (1, 2)) is None
+    assert state_builder.grave(record, ORDER, (1, 2)) is None
+    assert state_builder.cause(record, ORDER, (1, 2)) is None
+    assert state_builder.cause(record_of(OFF, WELL, WELL), ORDER, (1, 2)) is None
 
 
 def test_axes_are_named_as_maya_does_wherever_they_are_wired() -> None:
     config = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
-    assert faults.indices(Config()) == (0, 1, 2)
-    order = faults.indices(config)
+    assert state_builder.indices(Config()) == (0, 1, 2)
+    order = state_builder.indices(config)
     assert order == (1, 2, 0)
-    found = faults.grave(ended(2, 101, 101), order)
+    found = state_builder.grave(ended(2, 101, 101), order)
     assert found is not None
     assert found.details["axis"] == "c"
 
@@ -131,4 +131,4 @@ def test_axes_are_named_as_maya_does_wherever_they_are_wired() -> None:
     ],
 )
 def test_how_an_error_is_announced(error: MayaError, kind: type[Event]) -> None:
-    assert faults.kind(error) is kind
+    assert state_builder.kind(error) is kind

@@ -8,10 +8,10 @@ import pytest
 
 from dmc41x3.driver import Driver
 from dmc41x3.wire.transport import Transport
-from maya_un.config.load import parse
-from maya_un.controller import guard_program
+from maya_un.config.files import parse
+from maya_un.controller import watchdog_program
 from maya_un.controller.controller import GalilController
-from maya_un.controller.guard import BEATS
+from maya_un.controller.watchdog import BEATS
 from maya_un.errors import (
     AbortInput,
     Faulted,
@@ -54,7 +54,7 @@ async def upload(bench: Rig) -> str:
 async def test_the_guard_runs_from_the_first_moment_and_ends_with_us() -> None:
     async with rig(live=True) as bench:
         assert await guard_line(bench) > 0
-        assert guard_program.text(0.5) == (await upload(bench)).splitlines()
+        assert watchdog_program.text(0.5) == (await upload(bench)).splitlines()
         await bench.controller.close()
         assert await guard_line(bench) == -1
 
@@ -209,7 +209,11 @@ async def test_a_users_program_stays_and_the_guard_goes_behind_it() -> None:
     [
         (USERS, ["XQ#BLINK,0"], "HX"),
         ("#LIMSWI\r\nRE\r\n", [], "JS#MAYALIM"),
-        ("#X\r\nWT1000\r\nJP#X\r\n" + "".join(f"{line}\r\n" for line in guard_program.text(0.5)), ["XQ#X,7"], "HX 7"),
+        (
+            "#X\r\nWT1000\r\nJP#X\r\n" + "".join(f"{line}\r\n" for line in watchdog_program.text(0.5)),
+            ["XQ#X,7"],
+            "HX 7",
+        ),
     ],
 )
 async def test_a_program_in_the_way_keeps_us_from_connecting(program: str, commands: Sequence[str], words: str) -> None:
@@ -225,18 +229,20 @@ async def test_a_program_in_the_way_keeps_us_from_connecting(program: str, comma
 
 async def test_a_guard_with_another_time_is_replaced() -> None:
     async with rig() as bench:
-        await download(bench, "".join(f"{line}\r\n" for line in guard_program.text(2.0)), "mayabeat=TIME", "mayaout=0")
+        await download(
+            bench, "".join(f"{line}\r\n" for line in watchdog_program.text(2.0)), "mayabeat=TIME", "mayaout=0"
+        )
         await foreign(bench, "XQ#MAYAGRD,7")
         live = _live(bench)
         await live.open()
-        assert (await upload(bench)).splitlines() == guard_program.text(0.5)
+        assert (await upload(bench)).splitlines() == watchdog_program.text(0.5)
         assert await guard_line(bench) > 0
         await live.close()
 
 
 async def test_a_users_lines_behind_the_guard_stay_in_the_controller() -> None:
     async with rig() as bench:
-        guard = "".join(f"{line}\r\n" for line in guard_program.text(0.5))
+        guard = "".join(f"{line}\r\n" for line in watchdog_program.text(0.5))
         await download(bench, guard + USERS)
         live = _live(bench)
         await live.open()
@@ -246,7 +252,7 @@ async def test_a_users_lines_behind_the_guard_stay_in_the_controller() -> None:
 
 async def test_who_could_not_install_the_guard_leaves_thread_7_alone() -> None:
     async with rig() as bench:
-        guard = "".join(f"{line}\r\n" for line in guard_program.text(0.5))
+        guard = "".join(f"{line}\r\n" for line in watchdog_program.text(0.5))
         await download(bench, f"#X\r\nWT1000\r\nJP#X\r\n{guard}", "XQ#X,7")
         with pytest.raises(GuardBlocked):
             await _live(bench).open()

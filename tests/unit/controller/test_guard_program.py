@@ -5,7 +5,7 @@ import pytest
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
-from maya_un.controller import guard_program
+from maya_un.controller import watchdog_program
 from maya_un.errors import GuardBlocked
 
 USERS = "#A\r\nPRA=1000;BGA\r\nAMA\r\nEN\r\n"
@@ -16,49 +16,49 @@ def lines(program: str) -> list[str]:
 
 
 def test_an_empty_memory_holds_the_guard_alone() -> None:
-    program = guard_program.merged("", 0.5)
-    assert lines(program) == guard_program.text(0.5)
+    program = watchdog_program.merged("", 0.5)
+    assert lines(program) == watchdog_program.text(0.5)
     assert program.endswith("\r\n")
 
 
 def test_every_line_fits_the_controller() -> None:
     for seconds in (0.1, 0.5, 10.0, 500.0):
-        for line in guard_program.text(seconds):
+        for line in watchdog_program.text(seconds):
             assert len(line) <= LINE_LIMIT, line
             assert not line.startswith("#") or len(line) <= 8, line
 
 
 def test_times_are_samples_of_a_1024th_of_a_second() -> None:
-    program = guard_program.text(0.5)
+    program = watchdog_program.text(0.5)
     assert "mayaleft=mayabeat-TIME+512" in program
     assert "JP#MAYAOUT,(mayaleft<2)|(mayaleft>512)" in program
 
 
 def test_the_guard_stands_behind_the_users_program() -> None:
-    program = guard_program.merged(USERS, 0.5)
+    program = watchdog_program.merged(USERS, 0.5)
     assert program.startswith(USERS)
-    assert lines(program)[4:] == guard_program.text(0.5)
-    span = guard_program.span(program)
+    assert lines(program)[4:] == watchdog_program.text(0.5)
+    span = watchdog_program.span(program)
     assert span is not None
     assert lines(program)[span.start] == "#MAYAGRD"
     assert span.stop == len(lines(program))
 
 
 def test_only_what_the_axes_are_called_is_stopped() -> None:
-    assert "STABC" in guard_program.text(0.5)
-    assert "STBD" in guard_program.text(0.5, "BD")
-    assert not any(line == "ST" for line in guard_program.text(0.5))
+    assert "STABC" in watchdog_program.text(0.5)
+    assert "STBD" in watchdog_program.text(0.5, "BD")
+    assert not any(line == "ST" for line in watchdog_program.text(0.5))
 
 
 @pytest.mark.parametrize("before", [0.25, 0.5, 2.0])
 def test_an_older_guard_is_replaced(before: float) -> None:
-    program = guard_program.merged(guard_program.merged(USERS, before), 0.5)
-    assert program == guard_program.merged(USERS, 0.5)
-    assert guard_program.without(program) == USERS
+    program = watchdog_program.merged(watchdog_program.merged(USERS, before), 0.5)
+    assert program == watchdog_program.merged(USERS, 0.5)
+    assert watchdog_program.without(program) == USERS
 
 
 def test_line_ends_do_not_matter() -> None:
-    assert guard_program.merged(USERS.replace("\r\n", "\r"), 0.5) == guard_program.merged(USERS, 0.5)
+    assert watchdog_program.merged(USERS.replace("\r\n", "\r"), 0.5) == watchdog_program.merged(USERS, 0.5)
 
 
 @pytest.mark.parametrize(
@@ -77,47 +77,47 @@ def test_line_ends_do_not_matter() -> None:
 )
 def test_a_program_in_the_way_is_refused_with_what_to_change(program: str, what: str) -> None:
     with pytest.raises(GuardBlocked, match=what):
-        guard_program.merged(program, 0.5)
+        watchdog_program.merged(program, 0.5)
 
 
 def test_a_program_that_calls_ours_keeps_its_own_subroutine() -> None:
-    program = guard_program.merged("#LIMSWI\nJS#MAYALIM\nMG_SCA\nRE\n", 0.5)
+    program = watchdog_program.merged("#LIMSWI\nJS#MAYALIM\nMG_SCA\nRE\n", 0.5)
     assert [line for line in lines(program) if line.startswith("#LIMSWI")] == ["#LIMSWI"]
     assert [line for line in lines(program) if line.startswith("#POSERR")] == ["#POSERR"]
 
 
 def test_a_memory_without_a_guard_has_no_lines_of_it() -> None:
-    assert guard_program.span(USERS) is None
-    assert guard_program.without(USERS) == USERS
+    assert watchdog_program.span(USERS) is None
+    assert watchdog_program.without(USERS) == USERS
 
 
 def test_a_users_lines_behind_the_guard_stay() -> None:
     more = "'mine\r\n#B\r\nSB2\r\nEN\r\n"
-    program = guard_program.merged(guard_program.merged(USERS, 0.25) + more, 0.5)
-    assert program == guard_program.merged(USERS + more, 0.5)
+    program = watchdog_program.merged(watchdog_program.merged(USERS, 0.25) + more, 0.5)
+    assert program == watchdog_program.merged(USERS + more, 0.5)
 
 
 def test_lines_behind_the_guard_are_none_of_it() -> None:
-    span = guard_program.span(guard_program.merged(USERS, 0.5) + "#B\r\nEN\r\n")
-    assert span == guard_program.span(guard_program.merged(USERS, 0.5))
+    span = watchdog_program.span(watchdog_program.merged(USERS, 0.5) + "#B\r\nEN\r\n")
+    assert span == watchdog_program.span(watchdog_program.merged(USERS, 0.5))
 
 
 def test_a_guard_cut_off_anywhere_is_replaced() -> None:
-    whole = guard_program.merged(USERS, 0.5)
+    whole = watchdog_program.merged(USERS, 0.5)
     for end in range(len(USERS) + len("'Maya guard"), len(whole)):
-        assert guard_program.merged(whole[:end], 0.5) == whole
+        assert watchdog_program.merged(whole[:end], 0.5) == whole
 
 
 def test_a_guard_that_somebody_changed_is_left_to_them() -> None:
-    changed = guard_program.merged(USERS, 0.5).replace("WT20,1", "WT2000,1")
+    changed = watchdog_program.merged(USERS, 0.5).replace("WT20,1", "WT2000,1")
     with pytest.raises(GuardBlocked, match="'Maya guard 512 samples"):
-        guard_program.merged(changed, 0.5)
+        watchdog_program.merged(changed, 0.5)
 
 
 @pytest.mark.parametrize("own", ["", "#LIMSWI\nJS#MAYALIM\nRE\n", "#POSERR\nJS#MAYAERR\nRE\n"])
 def test_a_guard_is_known_whatever_it_brings(own: str) -> None:
-    program = guard_program.merged(own, 0.5, "ABD")
-    assert guard_program.without(program).splitlines() == own.splitlines()
+    program = watchdog_program.merged(own, 0.5, "ABD")
+    assert watchdog_program.without(program).splitlines() == own.splitlines()
 
 
 def test_the_guard_lives_through_the_wrap_of_time() -> None:
@@ -126,7 +126,7 @@ def test_the_guard_lives_through_the_wrap_of_time() -> None:
     handle = machine.connect()
     assert handle is not None
     now = 2.0**31 / 1024.0 - 5.0
-    program = "".join(f"{line}\r" for line in guard_program.text(0.5))
+    program = "".join(f"{line}\r" for line in watchdog_program.text(0.5))
     machine.receive(handle, f"DL\r{program}\\mayabeat=TIME;mayaout=0;XQ#MAYAGRD,7\r".encode(), now)
     times: list[float] = []
     for _ in range(400):

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller import homing
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import (

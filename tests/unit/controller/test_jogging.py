@@ -9,8 +9,7 @@ from math import cos, inf, nan, radians, sin
 import pytest
 
 from maya_un.config import Config
-from maya_un.controller.jogging import MARGIN, TOLERANCE, Jogging, JogLine
-from maya_un.controller.planner import Planner
+from maya_un.controller.planner import MARGIN, TOLERANCE, Jogging, JogLine, Planner
 from maya_un.errors import InvalidValue, MayaError, PathRefused, Stopped, UnknownName, Unreachable
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.kinematics.zones import Box

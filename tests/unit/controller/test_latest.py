@@ -3,7 +3,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import replace
 
-from maya_un.controller.latest import StateBroadcaster
+from maya_un.controller.monitor import StateBroadcaster
 from maya_un.values import Joints
 from tests.fakes import state_of
 from tests.virtual_time import turn

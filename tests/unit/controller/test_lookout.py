@@ -5,7 +5,7 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import (
     AbortInput,
     AmplifierFault,

@@ -10,10 +10,10 @@ import pytest
 from dmc41x3.driver import Driver
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.wire.transport import Transport
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.controller import GalilController
-from maya_un.controller.guard import Watchdog
 from maya_un.controller.ownership import SILENT, Ownership
+from maya_un.controller.watchdog import Watchdog
 from maya_un.errors import (
     ControllerMoves,
     ControllerOwned,

@@ -9,7 +9,7 @@ from random import Random
 
 import pytest
 
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import (
     AbortInput,

@@ -6,7 +6,7 @@ from math import cos, pi, sin
 
 import pytest
 
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.planner import Planner
 from maya_un.errors import PathRefused
 from maya_un.kinematics import Mechanism, Workspace

@@ -7,7 +7,7 @@ import pytest
 
 from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord
 from maya_un.config import Config
-from maya_un.controller.reckoning import SETTLED, PositionReckoner
+from maya_un.controller.monitor import SETTLED, PositionReckoner
 from maya_un.errors import Faulted, ForeignMotion, MachineError, NotHomed, PositionChanged, PositionNotKept
 from maya_un.events import FaultEntered
 from maya_un.testing import faults

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.registers import GROUPS, Registers, identify, wanted
 from maya_un.errors import CommandRejected, LinkTimeout, ParameterMismatch, WrongController
 from maya_un.testing import rig

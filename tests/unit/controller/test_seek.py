@@ -10,9 +10,9 @@ import pytest
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.config import Config, Units
-from maya_un.config.load import parse
+from maya_un.config.files import parse
+from maya_un.controller.command_slot import RunningCommand
 from maya_un.controller.seek import FORWARD, REVERSE, SETTLE, Seeker, Stall, look_at
-from maya_un.controller.wish import RunningCommand
 from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, WiringContradictsCn
 from maya_un.machine.start import StartPose
 from maya_un.machine.truth import TrueConstants

@@ -6,9 +6,9 @@ import pytest
 
 from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches
 from maya_un.config import Config, Units
-from maya_un.config.load import parse
-from maya_un.controller import faults
-from maya_un.controller.snapshot import ControllerStatus, StateBuilder
+from maya_un.config.files import parse
+from maya_un.controller import state_builder
+from maya_un.controller.state_builder import ControllerStatus, StateBuilder
 from maya_un.errors import FollowingError, MayaError
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints, Mode, Progress
@@ -19,7 +19,7 @@ PERMUTED = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"le
 
 
 def lens(config: Config) -> StateBuilder:
-    return StateBuilder(config, Units.of(config), Mechanism.of(config), faults.indices(config))
+    return StateBuilder(config, Units.of(config), Mechanism.of(config), state_builder.indices(config))
 
 
 def standing(*, homed: bool = True, fault: MayaError | None = None) -> ControllerStatus:

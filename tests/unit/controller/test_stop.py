@@ -10,7 +10,7 @@ import pytest
 from dmc41x3.language.record import AxisRecord, AxisStatus
 from dmc41x3.wire.transport import Transport, loopback_pair
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import AbortInput, NotHomed, Stopped

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.controller.torque import FRICTION, HOLD, HOMING, SPARE, Torque, commands
 from maya_un.machine.statics import Statics
 from tests.unit.controller.bench import FAR, HERE, foreign, homed

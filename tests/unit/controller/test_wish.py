@@ -5,7 +5,7 @@ from math import inf
 
 import pytest
 
-from maya_un.controller.wish import ExclusiveSlot, RunningCommand
+from maya_un.controller.command_slot import ExclusiveSlot, RunningCommand
 from maya_un.errors import AbortInput, Busy, LinkLost, NotHomed, Stopped
 from tests.unit.controller.bench import now
 from tests.virtual_time import elapse

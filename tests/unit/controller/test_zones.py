@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import Busy, MayaError, PathRefused, Unreachable
 from maya_un.events import ZonesChanged
 from maya_un.kinematics import Box, HalfSpace

@@ -11,8 +11,8 @@ import pytest
 
 from dmc41x3 import files
 from dmc41x3.errors import FileUnwritable
-from maya_un.config.edit import replace
-from maya_un.config.state import own_state_folder
+from maya_un.config.files import replace
+from maya_un.config.state_folder import own_state_folder
 
 Write = Callable[[Path], object]
 

@@ -6,13 +6,13 @@ import asyncio
 
 import pytest
 
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.distributed import INNER, robot_floor, robot_floor_seen, tasks_handed_on
+from maya_ros.graph.outcome import error_of, failure, success
+from maya_ros.graph.primitives import to_message
+from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
+from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
-from maya_un.graph.apart import INNER, robot_floor, robot_floor_seen, tasks_handed_on
-from maya_un.graph.bus import Bus
-from maya_un.graph.outcome import error_of, failure, success
-from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
-from maya_un.graph.table import MAYA_COMMAND, TASK
 from maya_un.robot.primitives.home import Home
 from tests.graphs import CALM, below
 from tests.virtual_time import elapse

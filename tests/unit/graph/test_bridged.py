@@ -11,14 +11,14 @@ from typing import Any
 
 import pytest
 
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.outcome import success
+from maya_ros.graph.protocol import Feedback, GraphHandle, Message
+from maya_ros.graph.steps import bridged
+from maya_ros.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, TASK
 from maya_un.errors import NodeGone, StepNotBegun
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.outcome import success
-from maya_un.graph.protocol import Feedback, GraphHandle, Message
-from maya_un.graph.step_store import StepStore
-from maya_un.graph.step_text import INTERRUPTED
-from maya_un.graph.steps import bridged
-from maya_un.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, TASK
+from maya_un.steps.store import StepStore
+from maya_un.steps.text import INTERRUPTED
 from tests.virtual_time import elapse
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, Graph, Message, NodeInfo
 from maya_un.errors import Busy, InvalidMessage, NodeGone, ServiceFailed, UnknownInterface
-from maya_un.graph.bus import Bus
-from maya_un.graph.protocol import Feedback, GoalResult, GoalStatus, Graph, Message, NodeInfo
 from tests.virtual_time import elapse
 
 POINT = "geometry_msgs/Point"

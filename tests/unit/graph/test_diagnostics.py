@@ -6,8 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from maya_un.graph import types
-from maya_un.graph.diagnostics import DiagnosticLevel, DiagnosticStatus, array, axes, bridge, controller, process, robot
+from maya_ros.graph import types
+from maya_ros.graph.diagnostics import (
+    DiagnosticLevel,
+    DiagnosticStatus,
+    array,
+    axes,
+    bridge,
+    controller,
+    process,
+    robot,
+)
 from maya_un.values import Joints, Mode, Notice, Progress, State
 from tests.fakes import state_of
 

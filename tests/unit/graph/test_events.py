@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from maya_ros.graph.events import REFUSED, ControllerCondition, ReportedEvent, read, words
 from maya_un.config import Config
 from maya_un.errors import InvalidMessage
 from maya_un.events import Event, GripperOpened, HomingBegun, MotionBegun
-from maya_un.graph.events import REFUSED, ControllerCondition, ReportedEvent, read, words
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints, Mode, Notice
 from tests.fakes import state_of

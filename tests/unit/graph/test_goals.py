@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from dmc41x3.loops import JumpingLoop
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.goals import KEPT, MANY, MOST, PERIOD
+from maya_ros.graph.outcome import ENDED, failure
+from maya_ros.graph.protocol import Feedback, GoalRefused, GoalStatus, GraphHandle, Message
 from maya_un.errors import MayaError, NotHomed, Stopped
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.goals import KEPT, MANY, MOST, PERIOD
-from maya_un.graph.outcome import ENDED, failure
-from maya_un.graph.protocol import Feedback, GoalRefused, GoalStatus, GraphHandle, Message
 from tests.virtual_time import elapse
 
 MOVE = "maya_controller/Move"

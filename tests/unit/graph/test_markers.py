@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from maya_ros.graph import types
+from maya_ros.graph.description import describe
+from maya_ros.graph.joints import NAMES, LineDivision, positions
+from maya_ros.graph.markers import HEAVY, LIGHT, MarkerCache, MarkerScene, line_markers, state_markers
+from maya_ros.graph.protocol import Message
 from maya_un.config import Config
-from maya_un.graph import types
-from maya_un.graph.description import describe
-from maya_un.graph.drawn import NAMES, LineDivision, positions
-from maya_un.graph.markers import HEAVY, LIGHT, MarkerCache, MarkerScene, line_markers, state_markers
-from maya_un.graph.protocol import Message
 from maya_un.kinematics.zones import Box
 from maya_un.values import Joints, Mode, Notice, Point, State
 from tests.description import MACROS, Tree

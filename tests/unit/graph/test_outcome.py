@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pytest
 
+from maya_ros.graph.outcome import error_of, failure, success, trigger_failure
+from maya_ros.graph.protocol import Message
 from maya_un.errors import MayaError, NotHomed, ServiceFailed, by_code
-from maya_un.graph.outcome import error_of, failure, success, trigger_failure
-from maya_un.graph.protocol import Message
 
 
 def test_success_is_no_error() -> None:

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from maya_ros.graph import types
+from maya_ros.graph.paths import SLOWEST, from_message, speed_for, to_message
+from maya_ros.graph.protocol import Message
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Preview
 from maya_un.errors import InvalidMessage, InvalidValue, MayaError, TrajectoryRefused
-from maya_un.graph import types
-from maya_un.graph.paths import SLOWEST, from_message, speed_for, to_message
-from maya_un.graph.protocol import Message
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Blend, Path, Route, Space

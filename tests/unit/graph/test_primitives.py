@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from maya_ros.graph.primitives import from_message, to_message
 from maya_un.errors import InvalidValue, UnknownName
-from maya_un.graph.primitives import from_message, to_message
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.approach import Approach
 from maya_un.robot.primitives.can_teleop import CanTeleop

@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 from pathlib import Path
 
-from maya_un.api.access.caller import ROS, Caller, Role
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.bridge import TaskServer
-from maya_un.graph.principals import caller
-from maya_un.graph.protocol import Feedback, Message
-from maya_un.graph.step_store import StepStore
-from maya_un.graph.table import TASK
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.permissions import caller
+from maya_ros.graph.protocol import Feedback, Message
+from maya_ros.graph.servers.steps import TaskServer
+from maya_ros.graph.table import TASK
+from maya_un.service.access.operations import ROS, Caller, Role
+from maya_un.steps.store import StepStore
 from tests.virtual_time import turn
 
 ANN, BOB = Caller("ann", Role.OPERATOR), Caller("bob", Role.VIEWER)

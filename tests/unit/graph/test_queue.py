@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from maya_ros.graph.diagnostics import DiagnosticLevel
+from maya_ros.graph.queue import GraphQueue, job_of
 from maya_un.assembly import ProcessAssembly, process_floor
 from maya_un.config import Config
 from maya_un.errors import InvalidJob
-from maya_un.graph.diagnostics import DiagnosticLevel
-from maya_un.graph.queue import GraphQueue, job_of
-from maya_un.process.tasks import expand
+from maya_un.process.spec.tasks import expand
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.approach import Approach
 from maya_un.robot.primitives.can_teleop import CanTeleop
@@ -25,7 +25,7 @@ from maya_un.robot.primitives.move import MoveJoints
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from maya_un.values import FARTHEST, Joints, Point
 from tests.fakes import FakeController
 from tests.virtual_time import elapse

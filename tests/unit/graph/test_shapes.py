@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.graph import types
-from maya_un.graph.shapes import Colour, MarkerShape, Quaternion, blended, facing, marker, removed
+from maya_ros.graph import types
+from maya_ros.graph.markers import Colour, MarkerShape, Quaternion, blended, facing, marker, removed
 from maya_un.values import Point
 
 GREEN, RED = Colour(0.0, 1.0, 0.0), Colour(1.0, 0.0, 0.0, 0.5)

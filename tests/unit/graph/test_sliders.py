@@ -6,11 +6,21 @@ import asyncio
 
 import pytest
 
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.joints import (
+    DRAWN,
+    JAW_OPEN,
+    NAMES,
+    ROBOT,
+    SILENCE,
+    SLIDERS,
+    Relay,
+    Sliders,
+    joint_state,
+    positions,
+)
+from maya_ros.graph.protocol import Message
 from maya_un.config import Config
-from maya_un.graph.bus import Bus
-from maya_un.graph.drawn import JAW_OPEN, NAMES, joint_state, positions
-from maya_un.graph.protocol import Message
-from maya_un.graph.sliders import DRAWN, ROBOT, SILENCE, SLIDERS, Relay, Sliders
 from maya_un.kinematics import Mechanism
 from maya_un.values import Joints
 from tests.fakes import state_of

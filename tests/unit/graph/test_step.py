@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.errors import InvalidMessage, InvalidRequest, InvalidValue, MayaError, UnknownName
-from maya_un.graph.step import step_of
-from maya_un.graph.step_text import StepEnd, content_of, id_of, read
 from maya_un.robot.primitives.gripper import Gripper
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.move import MoveJoints
 from maya_un.robot.primitives.pick import Pick
+from maya_un.steps.command import step_of
+from maya_un.steps.text import StepEnd, content_of, id_of, read
 from maya_un.values import Joints, Point
 
 PLACE = {"x": 0.5, "y": 1.1, "z": 0.4}

@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 
-from maya_un.api.access.operations import Operation
+from maya_ros.graph.protocol import GoalResult, GoalStatus, Message
+from maya_ros.graph.steps import QUIET, Steps
 from maya_un.errors import (
     Busy,
     FileNotOurs,
@@ -28,11 +29,10 @@ from maya_un.errors import (
     StorageInUse,
     StorageTooNew,
 )
-from maya_un.graph.protocol import GoalResult, GoalStatus, Message
-from maya_un.graph.step_store import StepStore
-from maya_un.graph.step_text import INTERRUPTED, StepEnd, StepProgress
-from maya_un.graph.steps import QUIET, Steps
 from maya_un.process.journal.file import JournalLock
+from maya_un.service.access.operations import Operation
+from maya_un.steps.store import StepStore
+from maya_un.steps.text import INTERRUPTED, StepEnd, StepProgress
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 

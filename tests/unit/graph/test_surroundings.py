@@ -9,12 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.config import Config
-from maya_un.graph import types
-from maya_un.graph.protocol import Message
-from maya_un.graph.shapes import MarkerShape
-from maya_un.graph.surroundings import (
+from maya_ros.graph import types
+from maya_ros.graph.markers import (
     PART_HEIGHT,
+    MarkerShape,
     outline,
     part_markers,
     way_markers,
@@ -22,6 +20,8 @@ from maya_un.graph.surroundings import (
     workspace_markers,
     zone_markers,
 )
+from maya_ros.graph.protocol import Message
+from maya_un.config import Config
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace
 from maya_un.motion import Path

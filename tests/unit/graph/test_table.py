@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.api.access.operations import Operation
-from maya_un.graph import types
-from maya_un.graph.catalogue import ANY, spec
-from maya_un.graph.events import ControllerCondition, ReportedEvent
-from maya_un.graph.table import TABLE, Kind, Layer, asked_by_call, asked_by_topic, rows, type_of_topic
+from maya_ros.graph import types
+from maya_ros.graph.catalogue import ANY, spec
+from maya_ros.graph.events import ControllerCondition, ReportedEvent
+from maya_ros.graph.table import TABLE, Kind, Layer, asked_by_call, asked_by_topic, rows, type_of_topic
 from maya_un.robot.primitives import from_dict
+from maya_un.service.access.operations import Operation
 from maya_un.values import Mode
 
 MANUAL = {

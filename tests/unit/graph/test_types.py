@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from maya_ros.graph import types
+from maya_ros.graph.catalogue import Field, is_base, spec
+from maya_ros.graph.table import TABLE, Kind
+from maya_ros.graph.validation import INTEGERS
 from maya_un.errors import InvalidMessage, UnknownInterface
-from maya_un.graph import types
-from maya_un.graph.catalogue import Field, is_base, spec
-from maya_un.graph.conforming import INTEGERS
-from maya_un.graph.table import TABLE, Kind
 from tests.unit.graph import golden_sums as golden
 
 JOINT_STATE = {

@@ -6,10 +6,10 @@ import asyncio
 
 import pytest
 
-from maya_un.graph.bus import Bus
-from maya_un.graph.paths import to_message
-from maya_un.graph.protocol import Feedback, GoalRefused, Message
-from maya_un.graph.ways import PathMarkers
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.path_markers import PathMarkers
+from maya_ros.graph.paths import to_message
+from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_un.motion import Path
 from maya_un.values import Point
 from tests.graphs import below

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.config import Config
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import InvalidConfig, Unreachable
 from maya_un.kinematics import Box, Cylinder, HalfSpace, Limit, Workspace
 from maya_un.values import Joints, Point

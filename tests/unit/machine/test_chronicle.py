@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.machine.chronicle import MechanicsRecordWriter
+from maya_un.machine.log_writer import MechanicsRecordWriter
 from maya_un.machine.mechanics import MayaMechanics
 from tests.unit.machine.test_mechanics import A, B, go, powered, run, settle
 

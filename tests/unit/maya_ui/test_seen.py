@@ -7,8 +7,8 @@ from maya_ui.seen import Seen, event
 from maya_ui.tasks import Task
 from maya_ui.words import WORDS
 
-from maya_un.graph.events import ControllerCondition as Stands
-from maya_un.graph.events import ReportedEvent
+from maya_ros.graph.events import ControllerCondition as Stands
+from maya_ros.graph.events import ReportedEvent
 from maya_un.values import Mode, Notice
 
 ALL = Presence(master=True, controller=True, robot=True, process=True)

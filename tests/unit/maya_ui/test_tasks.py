@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from maya_ui.tasks import MOST_TASKS, BadJob, Task, TaskList, job_tasks, job_text
 
-from maya_un.process.files import load_job
+from maya_un.process.spec.job import load_job
 
 HOME = Task("home")
 PICK = Task("pick", (0.41, 1.13, 0.4))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from maya_un.kinematics import Floats
-from maya_un.motion.conditions import along, falling, values
+from maya_un.motion.proof import along, falling, values
 from tests.strategies import WORKSPACE
 
 

@@ -10,8 +10,7 @@ import pytest
 from maya_un.errors import PathRefused, Unreachable
 from maya_un.kinematics import Floats
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
-from maya_un.motion.keepout import first_entry
-from maya_un.motion.proof import between, prove
+from maya_un.motion.proof import between, first_entry, prove
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE
 

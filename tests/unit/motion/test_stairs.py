@@ -12,8 +12,8 @@ from maya_un.kinematics import Mechanism
 from maya_un.motion import Limits, Path, Segment, SpeedProfile, lay, plan
 from maya_un.motion.knots import Knots, divided
 from maya_un.motion.move import Segments
+from maya_un.motion.segmentation import LONGEST, Ramps, segments
 from maya_un.motion.speeds import Chords
-from maya_un.motion.stairs import LONGEST, Ramps, segments
 from maya_un.values import Point
 
 CONFIG = Config()

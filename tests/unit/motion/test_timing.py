@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from maya_un.config import Config, Units
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import InvalidValue
 from maya_un.motion import CoordinatedMove, Limits, commands, plan
 from maya_un.motion.knots import straight

@@ -6,7 +6,7 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
 from maya_un.motion import CoordinatedMove, Limits, Path, lay, plan
-from maya_un.motion.trajectory import sample, stopping
+from maya_un.motion.move import sample, stopping
 from maya_un.values import Joints, Point
 
 CONFIG = Config()

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
-from maya_un.plots.marks import MarkedTarget
+from maya_un.plots.overlays import MarkedTarget
 from maya_un.plots.section import draw_section, manual_margin, outline
 from maya_un.plots.style import blank, house_style
 from maya_un.values import Point

@@ -11,7 +11,7 @@ from matplotlib.contour import ContourSet
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
-from maya_un.plots import zones
+from maya_un.plots import overlays
 from maya_un.plots.style import blank, house_style
 from maya_un.values import Point
 
@@ -20,7 +20,7 @@ PRESS = Box("press", Point(0.6, 0.9, 0.0), Point(0.9, 1.3, 0.7))
 
 
 def faces(zone: Zone) -> list[np.ndarray]:
-    return zones._faces(zone, SHOWN)
+    return overlays._faces(zone, SHOWN)
 
 
 def distances(zone: Zone, places: np.ndarray) -> np.ndarray:
@@ -46,7 +46,7 @@ def test_a_plane_is_drawn_as_far_as_the_picture_goes() -> None:
     assert {tuple(corner) for corner in wall} == {(0, 1.9, 0), (2, 1.9, 0), (2, 1.9, 2), (0, 1.9, 2)}
     # Through the middle of the picture and across all three axes a plane cuts a hexagon out of a cube.
     cube = (Point(0.0, 0.0, 0.0), Point(1.0, 1.0, 1.0))
-    (hexagon,) = zones._plane(Point(0.5, 0.5, 0.5), Point(1.0, 1.0, 1.0), cube)
+    (hexagon,) = overlays._plane(Point(0.5, 0.5, 0.5), Point(1.0, 1.0, 1.0), cube)
     sides = np.linalg.norm(hexagon - np.roll(hexagon, 1, axis=0), axis=1)
     assert sides == pytest.approx(np.full(6, np.sqrt(0.5)))
 
@@ -62,7 +62,7 @@ def plan_of(*of: Zone) -> Any:
     across, up = np.meshgrid(x, y)
     with house_style():
         axes = blank().add_subplot()
-    zones.draw(axes, workspace, x, y, np.stack((across, up, np.full_like(across, 0.4))))
+    overlays.draw_zones(axes, workspace, x, y, np.stack((across, up, np.full_like(across, 0.4))))
     return axes
 
 

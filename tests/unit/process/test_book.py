@@ -16,10 +16,9 @@ from hypothesis import strategies as st
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.book import MOST_BYTES, PoseStore
-from maya_un.process.pallet import Cell
-from maya_un.process.spots import Grid
-from maya_un.process.taught import checked_name
+from maya_un.process.spec.job import Grid
+from maya_un.process.spec.pallet import Cell
+from maya_un.process.spec.poses import MOST_BYTES, PoseStore, checked_name
 from maya_un.values import Joints, Point
 
 MECHANISM = Mechanism.of(Config())

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from maya_un.errors import InvalidJob, InvalidValue
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.queues import Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

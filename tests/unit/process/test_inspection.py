@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from maya_un.process.inspection import inspected as worked_out
-from maya_un.process.job import Job
-from maya_un.process.tasks import expand
+from maya_un.process.computation import inspect_tasks as worked_out
+from maya_un.process.spec.job import Job
+from maya_un.process.spec.tasks import expand
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.previews import JobInspection
 from tests.endings import finished

@@ -6,10 +6,9 @@ import pytest
 
 from maya_un.errors import Stopped, StorageFailed
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced, StorageChanged
-from maya_un.process.ledger import RETRY
+from maya_un.process.queue.transaction_log import RETRY
 from maya_un.robot.primitives import Home
-from maya_un.schema.jobs import QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
 from tests.queues import Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -9,9 +9,9 @@ import tracemalloc
 import pytest
 
 from maya_un.events import JobAdvanced
-from maya_un.process.items import AT_HAND, QueueEntry
-from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
-from maya_un.schema.states import TaskState
+from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner
+from maya_un.process.queue.entries import AT_HAND, QueueEntry
+from maya_un.schema.jobs import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -7,12 +7,11 @@ from typing import Any
 import pytest
 
 from maya_un.errors import InvalidJob, MayaError, UnknownName
-from maya_un.process.job import MOST_TASKS, Job
-from maya_un.process.spots import Grid
-from maya_un.process.tasks import Task, expand, starting_parts
-from maya_un.process.taught import TaughtPallet, TaughtPlaces
+from maya_un.process.spec.job import MOST_TASKS, Grid, Job
+from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
+from maya_un.process.spec.tasks import Task, expand, starting_parts
 from maya_un.robot.primitives import Approach, MoveJoints, Pick, Place
-from maya_un.schema.places import TaughtPose
+from maya_un.schema.jobs import TaughtPose
 from maya_un.values import Joints, Point
 
 TRAY = {"corners": [[0.3, 1.0], [0.6, 1.0], [0.3, 1.2]], "rows": 3, "columns": 4}

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from maya_un.errors import InvalidRequest, InvalidValue
-from maya_un.process.journal.rows import JobOptions
-from maya_un.process.options import ORDINARY, checked, read_options
+from maya_un.process.journal.protocol import JobOptions
+from maya_un.process.queue.submission import DEFAULT_OPTIONS, checked_options, read_options
 from maya_un.schema.jobs import OnFailure
 
 
@@ -13,7 +13,7 @@ def test_what_is_not_said_stays() -> None:
     assert read_options({"priority": 5, "depends_on": [4, 2, 4]}, old) == JobOptions(
         priority=5, notes="night", retries=1, depends_on=(4, 2)
     )
-    assert read_options({}) == ORDINARY
+    assert read_options({}) == DEFAULT_OPTIONS
     assert read_options({"on_failure": "pause", "stepwise": True, "held": True}) == JobOptions(
         on_failure=OnFailure.PAUSE, stepwise=True, held=True
     )
@@ -51,6 +51,6 @@ def test_another_key_is_refused() -> None:
 
 
 def test_options_made_by_hand_are_checked_too() -> None:
-    assert checked(ORDINARY) == ORDINARY
+    assert checked_options(DEFAULT_OPTIONS) == DEFAULT_OPTIONS
     with pytest.raises(InvalidValue, match="priority"):
-        checked(JobOptions(priority=1000))
+        checked_options(JobOptions(priority=1000))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, consumes, invariant, multiple, rule
 
-from maya_un.process.order import QueueOrder, QueuePosition
+from maya_un.process.queue_order import QueueOrder, QueuePosition
 
 OWNERS = ("ana", "ben", "eva")
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from maya_un.process.pallet import FLAT, Cell, Pallet
+from maya_un.process.spec.pallet import FLAT, Cell, Pallet
 from maya_un.values import Point
 
 FIRST, RIGHT, LOW, LAST = Point(0.3, 1.0, 0.4), Point(0.6, 1.0, 0.4), Point(0.3, 1.2, 0.4), Point(0.6, 1.2, 0.4)

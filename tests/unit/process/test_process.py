@@ -9,13 +9,12 @@ import pytest
 
 from maya_un.errors import EndNotReached, Faulted, LinkLost, NotConnected, NotFound, Stopped, UnknownName
 from maya_un.events import JobAdvanced, StepAdvanced
-from maya_un.process import items as module
-from maya_un.process.job import Job
 from maya_un.process.process import Process
+from maya_un.process.queue import entries as module
+from maya_un.process.spec.job import Job
 from maya_un.robot.primitives import Home, Pick
 from maya_un.robot.robot import MayaRobot
-from maya_un.schema.jobs import JobReport, QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import JobReport, QueueMode, TaskState
 from maya_un.values import Mode, Point
 from tests.fakes import FakeController, state_of
 from tests.virtual_time import elapse

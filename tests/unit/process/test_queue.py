@@ -18,10 +18,9 @@ from maya_un.errors import (
     WrongState,
 )
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
-from maya_un.process import runner
+from maya_un.process.queue import runner
 from maya_un.robot.primitives import Gripper, Home
-from maya_un.schema.jobs import OnFailure, QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import OnFailure, QueueMode, TaskState
 from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

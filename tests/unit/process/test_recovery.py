@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.errors import AnswerNeeded, InvalidValue
-from maya_un.process.recovery import RecoveryDecision, RecoverySituation, choices, decide
-from maya_un.schema.states import TRANSITIONS, TaskState
+from maya_un.process.queue.recovery import RecoveryDecision, RecoverySituation, choices, decide
+from maya_un.schema.jobs import TRANSITIONS, TaskState
 
 COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
 

@@ -14,10 +14,9 @@ from maya_un.errors import (
     WorkerFailed,
     WrongState,
 )
-from maya_un.process.foresight import JobComputer
+from maya_un.process.computation import JobComputer
 from maya_un.robot.primitives import Home
-from maya_un.schema.jobs import QueueMode
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
 from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
 from tests.virtual_time import elapse
 

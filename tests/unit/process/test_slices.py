@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 
 from maya_un.process.journal.protocol import Filter
-from maya_un.process.slices import SLICE, Slices
-from maya_un.schema.states import TaskState
+from maya_un.process.queue.report import SLICE, Slices
+from maya_un.schema.jobs import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -5,12 +5,12 @@ from math import dist
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.process.standing import SAME, PartMap
+from maya_un.process.spec.tasks import SAME_PLACE, PartMap
 from maya_un.values import Point
 
 CUBE, TRAY = Point(0.5, 1.1, 0.4), Point(1.1, 0.5, 0.4)
 
-hair = st.floats(-0.5 * SAME, 0.5 * SAME)
+hair = st.floats(-0.5 * SAME_PLACE, 0.5 * SAME_PLACE)
 grid = st.integers(0, 30).map(lambda number: number * 5e-5)
 places = st.builds(Point, grid, grid, grid)
 
@@ -41,7 +41,7 @@ def test_it_finds_what_looking_at_every_part_finds(
 ) -> None:
     named: dict[str, Point | None] = {f"part{number}": part for number, part in enumerate(parts)}
     wanted = Point(place.x + x, place.y + y, place.z + z)
-    found = [name for name, part in named.items() if part is not None and dist(part, wanted) < SAME]
+    found = [name for name, part in named.items() if part is not None and dist(part, wanted) < SAME_PLACE]
     assert PartMap(named).at(wanted) == (found[0] if found else None)
 
 

@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from maya_un.schema.states import TRANSITIONS, TaskState, advance
+from maya_un.schema.jobs import TRANSITIONS, TaskState, advance
 
 
 def test_every_state_is_in_the_table_and_can_be_reached() -> None:

@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from maya_un.errors import InvalidJob, UnknownName
-from maya_un.process.job import Job
-from maya_un.process.tasks import Expansion, expand, single
+from maya_un.process.spec.job import Job
+from maya_un.process.spec.tasks import Expansion, expand, single
 from maya_un.robot.primitives import Approach, Gripper, Home, MoveJoints, Pick, Place
 from maya_un.values import Joints, Point
 

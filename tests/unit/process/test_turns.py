@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.errors import RequestError, Stopped
 from maya_un.events import JobAdvanced
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 

@@ -7,12 +7,11 @@ import json
 import pytest
 
 from maya_un.errors import InvalidRequest, UnknownName
-from maya_un.process.job import Job
-from maya_un.process.spots import Grid
-from maya_un.process.taught import TaughtPallet, TaughtPlaces
-from maya_un.process.written import as_written, expanded, write_job, write_wish
+from maya_un.process.spec.job import Grid, Job
+from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
+from maya_un.process.spec.stored_job import as_written, expanded, write_command, write_job
 from maya_un.robot.primitives import Home, Pick, Primitive
-from maya_un.schema.places import TaughtPose
+from maya_un.schema.jobs import TaughtPose
 from maya_un.values import Joints, Point
 
 HEIGHT = 0.4
@@ -70,19 +69,19 @@ def test_what_is_told_is_what_somebody_wrote() -> None:
     "wish", [{"command": "home"}, {"command": "pick", "target": [0.5, 1.1]}, {"command": "gripper", "open": True}]
 )
 def test_a_wish_is_kept_with_its_numbers(wish: dict[str, object]) -> None:
-    written = write_wish(wish, HEIGHT, TaughtPlaces)
+    written = write_command(wish, HEIGHT, TaughtPlaces)
     assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
     assert written.name == wish["command"]
 
 
 def test_a_wish_for_a_taught_place_is_kept_with_the_place() -> None:
-    written = write_wish({"command": "pick", "target": "shelf"}, HEIGHT, lambda: BOOK)
+    written = write_command({"command": "pick", "target": "shelf"}, HEIGHT, lambda: BOOK)
     assert as_written(written.body) == {"wish": {"command": "pick", "target": "shelf"}}
     assert primitives(written.body) == [Pick(Point(0.5, 1.1, 0.4))]
 
 
 def test_what_is_no_wish_is_refused() -> None:
     with pytest.raises(InvalidRequest):
-        write_wish({"command": "pick"}, HEIGHT, TaughtPlaces)
+        write_command({"command": "pick"}, HEIGHT, TaughtPlaces)
     with pytest.raises(UnknownName):
-        write_wish({"command": "pick", "target": "moon"}, HEIGHT, TaughtPlaces)
+        write_command({"command": "pick", "target": "moon"}, HEIGHT, TaughtPlaces)

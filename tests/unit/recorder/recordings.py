@@ -5,8 +5,7 @@ from __future__ import annotations
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.config import Config
 from maya_un.events import LimitHit, PhaseBegun
-from maya_un.recorder.header import Header, RecordingOrigin, SavingCause, Software, TwinSource
-from maya_un.recorder.recording import Recording
+from maya_un.recorder.recording import Header, Recording, RecordingOrigin, SavingCause, Software, TwinSource
 from maya_un.values import Joints, Mode, Notice, Point, Progress, State
 
 UTC = 1_795_289_120_339_000_000

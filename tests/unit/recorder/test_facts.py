@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord, encode
 from dmc41x3.wire.framing import RecordReply, Reply
+from maya_un.recorder.compare import Fact, RecordedMotion, RecordSample, facts, motions, samples
 from maya_un.recorder.exchanges import RecordedExchange
-from maya_un.recorder.facts import Fact, RecordedMotion, RecordSample, facts, motions, samples
 
 REST = DataRecord(axes=(AxisRecord(),) * 3)
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from maya_un.config import Config
-from maya_un.config.load import parse
-from maya_un.recorder.header import Header, RecordingOrigin, Software, date, plain
+from maya_un.config.files import parse
+from maya_un.recorder.recording import Header, RecordingOrigin, Software, date, plain
 from tests.unit.recorder.recordings import UTC, header
 
 

@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.errors import FileUnreadable
-from maya_un.recorder import mcap_file, schemas
+from maya_un.recorder import mcap_file
 from maya_un.recorder.recording import Recording
 from tests.unit.recorder.recordings import RECORDING, UTC, header
 
@@ -67,12 +67,12 @@ def test_every_message_is_as_its_schema_says(file: Path) -> None:
         assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
         jsonschema.validate(json.loads(message.data), json.loads(schema.data))
         seen.add(channel.topic)
-    assert seen == {topic.name for topic in schemas.TOPICS}
+    assert seen == {topic.name for topic in mcap_file.TOPICS}
 
 
 def test_the_schema_of_a_state_names_every_field_of_it(file: Path) -> None:
     fields = messages(file.read_bytes(), "/state")[0][1]
-    assert set(fields) == set(schemas.STATE.schema["properties"])
+    assert set(fields) == set(mcap_file.STATE.schema["properties"])
 
 
 def test_times_are_dates_and_the_file_is_indexed(file: Path) -> None:
@@ -83,7 +83,7 @@ def test_times_are_dates_and_the_file_is_indexed(file: Path) -> None:
     assert summary.statistics.message_start_time == UTC - 10_000_000_000
     assert summary.statistics.message_end_time == UTC
     assert summary.chunk_indexes
-    assert {channel.topic for channel in summary.channels.values()} == {topic.name for topic in schemas.TOPICS}
+    assert {channel.topic for channel in summary.channels.values()} == {topic.name for topic in mcap_file.TOPICS}
     late = list(reader.iter_messages(["/wire"], starting_at=UTC - 1_500_000_000))
     assert [json.loads(message.data)["t"] for _, _, message in late] == [99.0, 99.9, 100.0]
 

@@ -10,7 +10,7 @@ from hypothesis import given
 
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.events import Event, MotionEnded
-from maya_un.recorder.ring import EVENT_COST, STATE_COST, WIRE_COST, RecorderRing, WireDirection
+from maya_un.recorder.capture import EVENT_COST, STATE_COST, WIRE_COST, RecorderRing, WireDirection
 from maya_un.values import Joints, Mode, Point, State
 from tests.virtual_time import elapse
 

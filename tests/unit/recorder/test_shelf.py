@@ -11,7 +11,7 @@ import pytest
 from maya_un.errors import FileUnwritable, NotFound
 from maya_un.recorder import mcap_file
 from maya_un.recorder.recording import Recording
-from maya_un.recorder.shelf import RecordingStore
+from maya_un.recorder.store import RecordingStore
 from tests.unit.recorder.recordings import RECORDING, UTC, header
 
 SECOND = 1_000_000_000

@@ -7,8 +7,7 @@ import pytest
 from dmc41x3.wire.transcript import Side
 from dmc41x3.wire.transport import datagram_pair, loopback_pair
 from maya_un.errors import LinkLost
-from maya_un.recorder.ring import WireDirection
-from maya_un.recorder.wire import RecordedDatagrams, RecordedTransport
+from maya_un.recorder.capture import RecordedDatagrams, RecordedTransport, WireDirection
 
 
 class Book:

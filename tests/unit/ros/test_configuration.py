@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from maya_ros.graph.bus import Bus
+from maya_ros.ros1.configuration import CONFIG, awaited, checked, configured, settled
 from maya_un.config import Config
 from maya_un.errors import InvalidConfig, InvalidValue
-from maya_un.graph.bus import Bus
-from maya_un.ros.configuration import CONFIG, awaited, checked, configured, settled
 from tests.virtual_time import elapse
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.config.load import parse
-from maya_un.ros.constants import constants, main
+from maya_ros.ros1.constants import constants, main
+from maya_un.config.files import parse
 
 MANUAL = {
     "MAYA_ADDRESS": "192.168.1.156", "COMS_SERVER_ADDRESS": "http://localhost:3000",
@@ -38,7 +38,7 @@ def test_they_are_printed_for_other_pythons(tmp_path: Path) -> None:
     file = tmp_path / "maya.toml"
     file.write_text("[geometry]\nheight = 2.5\n")
     told = subprocess.run(
-        [sys.executable, "-m", "maya_un.ros.constants"],
+        [sys.executable, "-m", "maya_ros.ros1.constants"],
         env={**os.environ, "MAYA_CONFIG": str(file)}, stdout=subprocess.PIPE, check=True,
     )  # fmt: skip
     assert json.loads(told.stdout) == {**MANUAL, "MAYA_HEIGHT": 2.5}

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.graph.drawn import GRIPPER, NAMES, positions
+from maya_ros.graph.joints import GRIPPER, NAMES, positions
+from maya_ros.ros1.description import main
 from maya_un.kinematics import Mechanism
-from maya_un.ros.description import main
 from maya_un.values import Joints
 from tests.description import MACROS, Tree
 from tests.strategies import configuration

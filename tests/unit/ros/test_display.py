@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from maya_un.ros import display
-from maya_un.ros.display import no_display
+from maya_ros.ros1 import display
+from maya_ros.ros1.display import no_display
 
 
 @pytest.mark.parametrize("environment", [{}, {"DISPLAY": ""}, {"QT_QPA_PLATFORM": "xcb"}])

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from maya_ros.ros1.parts import on_the_table
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, InvalidValue
-from maya_un.ros.parts import on_the_table
 from maya_un.values import Point
 
 

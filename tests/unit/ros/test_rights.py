@@ -7,16 +7,15 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.api.access import tokens
-from maya_un.api.access.caller import ROS, Caller, Role
-from maya_un.api.access.hashing import Hasher
-from maya_un.api.access.operations import RULES, STOPPING, Operation
-from maya_un.api.access.store import Change, FileStore, Token, User
-from maya_un.config.state import state_folder
+from maya_ros.ros1 import rights
+from maya_ros.ros1.rights import TOKEN_FILE, FolderTokenChecker, GraphRights, token_of_graph
+from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, MayaError
-from maya_un.process.journal.file import NAME
-from maya_un.ros import rights
-from maya_un.ros.rights import TOKEN_FILE, FolderTokenChecker, GraphRights, token_of_graph
+from maya_un.process.journal.file import FILE_NAME
+from maya_un.service.access import tokens
+from maya_un.service.access.callers import Hasher
+from maya_un.service.access.operations import ROS, RULES, STOPPING, Caller, Operation, Role
+from maya_un.service.access.users import Change, FileStore, Token, User
 from tests.virtual_time import turn
 
 SHOWN = tokens.PresentedToken("0123abcd", "f" * 48)
@@ -32,7 +31,7 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 async def keep(change: Change) -> None:
     """Write a change as the process does that keeps the users."""
-    store = FileStore(state_folder() / NAME)
+    store = FileStore(state_folder() / FILE_NAME)
     await store.load()
     await store.apply(change)
     await store.close()

@@ -6,14 +6,14 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import Any
 
+from maya_ros.graph import types
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.events import ControllerCondition, ReportedEvent
+from maya_ros.graph.table import EVENT, SENSORS
+from maya_ros.ros1.sensing import SensedController
 from maya_un.config import Config, Units
-from maya_un.graph import types
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.events import ControllerCondition, ReportedEvent
-from maya_un.graph.table import EVENT, SENSORS
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.ros.sensing import SensedController
 from maya_un.values import Joints, Mode, State
 from tests.virtual_time import elapse
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from maya_ros.graph.outcome import failure
+from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
+from maya_ros.rosbridge.limits import UNDER_WAY
 from maya_un.errors import Busy, NotHomed
-from maya_un.graph.outcome import failure
-from maya_un.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
-from maya_un.rosbridge.limits import UNDER_WAY
 from tests.rosbridging import Room, Said, Talker, room, settled
 
 TASK = "maya_robot/Task"

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from cbor2 import dumps
 
-from maya_un.rosbridge.outgoing import MessageFormat, Outgoing
+from maya_ros.rosbridge.outgoing import MessageFormat, Outgoing
 from tests.rosbridging import DATE, unframed
 
 EXAMPLES: list[tuple[Any, str]] = [

@@ -14,14 +14,14 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.frames import Close
 
 from dmc41x3.loops import run
-from maya_un.graph.bus import Bus
-from maya_un.graph.protocol import Graph
-from maya_un.rosbridge import wire
-from maya_un.rosbridge.endpoint import Endpoint
-from maya_un.rosbridge.guest import Guest
-from maya_un.rosbridge.limits import LONGEST_MESSAGE, WAITING
-from maya_un.server.doors import bound_socket
-from maya_un.server.edge import OriginPolicy
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.protocol import Graph
+from maya_ros.rosbridge import wire
+from maya_ros.rosbridge.endpoint import Endpoint
+from maya_ros.rosbridge.guest import Guest
+from maya_ros.rosbridge.limits import LONGEST_MESSAGE, WAITING
+from maya_un.http.listeners import bound_socket
+from maya_un.http.middleware.origin import OriginPolicy
 from tests.rosbridging import DATE, HANDSHAKE, Web, framed, web
 from tests.virtual_time import turn
 

@@ -10,14 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from maya_ros.rosbridge import incoming
+from maya_ros.rosbridge.incoming import Fields, FragmentCollector, Objects, decoded, resolved, type_of
+from maya_ros.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, LONGEST_SPLIT, MOST_FRAGMENTS
 from maya_un.errors import InvalidRequest
-from maya_un.rosbridge import fragments
-from maya_un.rosbridge.decoding import decoded
-from maya_un.rosbridge.fields import Fields
-from maya_un.rosbridge.fragments import FragmentCollector
-from maya_un.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, LONGEST_SPLIT, MOST_FRAGMENTS
-from maya_un.rosbridge.names import resolved, type_of
-from maya_un.rosbridge.objects import Objects
 from tests.rosbridging import Said
 
 
@@ -127,12 +123,12 @@ def test_a_whole_character_in_two_halves_is_understood() -> None:
 
 
 def test_what_is_short_enough_is_not_cut() -> None:
-    assert fragments.cut("0123456789", 10) == ["0123456789"]
+    assert incoming.cut("0123456789", 10) == ["0123456789"]
 
 
 def test_fragments_are_put_together_in_whatever_order_they_come() -> None:
     text = json.dumps({"op": "publish", "msg": {"data": "ä🤖" * 50}}, ensure_ascii=False)
-    pieces = [json.loads(piece) for piece in fragments.cut(text, 33, "m")]
+    pieces = [json.loads(piece) for piece in incoming.cut(text, 33, "m")]
     assert [piece["num"] for piece in pieces] == list(range(len(pieces)))
     assert {(piece["op"], piece["id"], piece["total"]) for piece in pieces} == {("fragment", "m", len(pieces))}
     gathering = FragmentCollector()

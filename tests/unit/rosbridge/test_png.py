@@ -14,9 +14,9 @@ from itertools import pairwise
 import pytest
 from PIL import Image
 
+from maya_ros.rosbridge import outgoing
+from maya_ros.rosbridge.limits import LONGEST_MESSAGE
 from maya_un.errors import InvalidRequest
-from maya_un.rosbridge import png
-from maya_un.rosbridge.limits import LONGEST_MESSAGE
 from tests.campaign import Campaign
 
 MOST = 100_000
@@ -46,20 +46,20 @@ TEXTS = ["{}", "x" * 1000, '{"op":"publish","msg":{"data":"ä🤖"}}', "abc" * 5
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_a_picture_of_ours_is_read_by_others(text: str) -> None:
-    assert seen(png.encoded(text)).rstrip(b"\n").decode() == text
+    assert seen(outgoing.encoded(text)).rstrip(b"\n").decode() == text
 
 
 @pytest.mark.parametrize("text", TEXTS)
 def test_a_picture_of_others_is_read(text: str) -> None:
-    assert png.decoded(as_rosbridge_writes(text), MOST) == text
+    assert outgoing.decoded(as_rosbridge_writes(text), MOST) == text
 
 
 def test_whatever_filters_a_writer_chose_the_text_is_the_same(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=40, long=1000)):
         draw = campaign.rng(case)
         text = "".join(chr(draw.choice((65, 66, 67, 120, 233))) for _ in range(draw.randrange(1, 3000)))
-        assert png.decoded(as_rosbridge_writes(text), MOST) == text
-        assert png.decoded(png.encoded(text), MOST) == text
+        assert outgoing.decoded(as_rosbridge_writes(text), MOST) == text
+        assert outgoing.decoded(outgoing.encoded(text), MOST) == text
 
 
 @pytest.mark.parametrize("filter_", range(5))
@@ -69,7 +69,7 @@ def test_every_filter_and_every_kind_of_pixel_is_undone(filter_: int, mode: str,
     content = bytes((31 * place) % 94 + 33 for place in range(width * height * channels))
     picture = drawn(content, width, height, channels, colour, filter_)
     assert Image.open(io.BytesIO(picture)).convert(mode).tobytes() == content, "the picture itself is right"
-    assert png.decoded(base64.b64encode(picture).decode(), MOST) == content.decode()
+    assert outgoing.decoded(base64.b64encode(picture).decode(), MOST) == content.decode()
 
 
 def drawn(content: bytes, width: int, height: int, step: int, colour: int, filter_: int) -> bytes:
@@ -105,7 +105,7 @@ def filtered(row: bytes, above: bytes, step: int, filter_: int) -> bytes:
     return bytes((byte - predicted(at)) % 256 for at, byte in enumerate(row))
 
 
-GOOD = base64.b64decode(png.encoded("a text of some length"))
+GOOD = base64.b64decode(outgoing.encoded("a text of some length"))
 
 
 @pytest.mark.parametrize(
@@ -126,20 +126,20 @@ GOOD = base64.b64decode(png.encoded("a text of some length"))
 )
 def test_what_is_no_picture_of_a_text_is_refused(data: str) -> None:
     with pytest.raises(InvalidRequest):
-        png.decoded(data, MOST)
+        outgoing.decoded(data, MOST)
 
 
 def test_a_picture_that_unpacks_to_too_much_is_refused_before_it_is_unpacked() -> None:
     bomb = saved(Image.new("RGB", (2000, 2000), (65, 65, 65)))
     assert len(bomb) < MOST
     with pytest.raises(InvalidRequest):
-        png.decoded(bomb, MOST)
+        outgoing.decoded(bomb, MOST)
 
 
 def test_rows_beyond_the_height_are_not_unpacked() -> None:
     bomb = base64.b64encode(filed(b"\0abcdef" * 30_000_000, 2, 3)).decode()
     began = time.thread_time()
-    assert png.decoded(bomb, LONGEST_MESSAGE) == "abcdef" * 3
+    assert outgoing.decoded(bomb, LONGEST_MESSAGE) == "abcdef" * 3
     assert time.thread_time() - began < 0.1
 
 
@@ -149,7 +149,7 @@ def test_profiles_and_comments_are_not_unpacked() -> None:
     picture = base64.b64encode(filed(b"\0abcdef", 2, 1, 2, *others)).decode()
     assert len(picture) < LONGEST_MESSAGE
     began = time.thread_time()
-    assert png.decoded(picture, LONGEST_MESSAGE) == "abcdef"
+    assert outgoing.decoded(picture, LONGEST_MESSAGE) == "abcdef"
     assert time.thread_time() - began < 0.1
 
 
@@ -159,5 +159,5 @@ def test_no_filter_holds_the_loop(filter_: int) -> None:
     picture = base64.b64encode(filed((bytes([filter_]) + b"\1" + bytes(3 * side - 1)) * side, side, side)).decode()
     began = time.thread_time()
     with suppress(InvalidRequest):  # of most filters it is no text
-        png.decoded(picture, LONGEST_MESSAGE)
+        outgoing.decoded(picture, LONGEST_MESSAGE)
     assert time.thread_time() - began < 0.1

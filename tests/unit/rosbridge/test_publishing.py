@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.graph.protocol import Feedback, GoalStatus, Message
-from maya_un.rosbridge.limits import TOPICS
+from maya_ros.graph.protocol import Feedback, GoalStatus, Message
+from maya_ros.rosbridge.limits import TOPICS
 from tests.rosbridging import DATE, Room, Said, room, settled
 from tests.virtual_time import elapse
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.graph.protocol import Feedback, Message
+from maya_ros.graph.protocol import Feedback, Message
 from tests.rosbridging import DATE, Room, room
 
 STRING = "std_msgs/String"

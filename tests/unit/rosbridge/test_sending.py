@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from maya_un.rosbridge.limits import ANSWERS_OWED, OWED
-from maya_un.rosbridge.sending import Backlog, Sender
-from maya_un.server.frames import framed
+from maya_ros.rosbridge.limits import ANSWERS_OWED, OWED
+from maya_ros.rosbridge.sending import Backlog, Sender
+from maya_un.http.stream.wire import framed
 from tests.rosbridging import Mouth
 
 

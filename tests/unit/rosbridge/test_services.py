@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
+from maya_ros.graph.protocol import Message
+from maya_ros.rosbridge import outgoing
+from maya_ros.rosbridge.limits import UNDER_WAY
 from maya_un.errors import ServiceFailed
-from maya_un.graph.protocol import Message
-from maya_un.rosbridge import png
-from maya_un.rosbridge.limits import UNDER_WAY
 from tests.rosbridging import Room, Said, room, settled
 from tests.virtual_time import elapse
 
@@ -145,7 +145,7 @@ async def test_an_answer_may_come_as_a_picture_or_in_fragments() -> None:
         service, talker = Service(one), one.talker()
         service.answers.set()
         (told,) = await talker.ask("call_service", service="/s", compression="png")
-        assert json.loads(png.decoded(told["data"], 1000))["values"]["message"] == "done"
+        assert json.loads(outgoing.decoded(told["data"], 1000))["values"]["message"] == "done"
         pieces = await talker.ask("call_service", service="/s", id="f", fragment_size=20)
         assert {(piece["op"], piece["id"]) for piece in pieces} == {("fragment", "f")}
         assert json.loads("".join(piece["data"] for piece in pieces))["values"]["message"] == "done"

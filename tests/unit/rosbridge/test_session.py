@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.graph.protocol import Message
-from maya_un.rosbridge import fragments, png
-from maya_un.rosbridge.limits import AT_ONCE
-from maya_un.server.log import log_path
+from maya_ros.graph.protocol import Message
+from maya_ros.rosbridge import incoming, outgoing
+from maya_ros.rosbridge.limits import AT_ONCE
+from maya_un.http.log import log_path
 from tests.rosbridging import Said, Talker, room, settled
 from tests.virtual_time import elapse
 
@@ -29,9 +29,9 @@ def wrapped(text: str, *how: str) -> list[str]:
     """Return texts that carry a text: as a picture, in fragments, or one in the other."""
     for one in how:
         if one == "png":
-            text = json.dumps({"op": "png", "data": png.encoded(text)})
+            text = json.dumps({"op": "png", "data": outgoing.encoded(text)})
         elif one == "png in pieces":
-            data = png.encoded(text)
+            data = outgoing.encoded(text)
             half = len(data) // 2
             pieces = (data[:half], data[half:])
             return [
@@ -39,7 +39,7 @@ def wrapped(text: str, *how: str) -> list[str]:
                 for number, piece in enumerate(pieces)
             ]
         else:
-            return fragments.cut(text, 20, "f")
+            return incoming.cut(text, 20, "f")
     return [text]
 
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from maya_un.graph.types import default, serialize
-from maya_un.rosbridge import png
-from maya_un.rosbridge.limits import REQUESTS, TOPICS, WAITING
+from maya_ros.graph.types import default, serialize
+from maya_ros.rosbridge import outgoing
+from maya_ros.rosbridge.limits import REQUESTS, TOPICS, WAITING
 from tests.rosbridging import DATE, Room, Said, Talker, room, settled
 from tests.virtual_time import elapse
 
@@ -205,12 +205,12 @@ async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
         source.tell(text="x" * 500)
         (told,) = await talker.told()
         assert told["op"] == "png"
-        assert json.loads(png.decoded(told["data"], 10_000))["msg"] == {"data": "0" + "x" * 500}
+        assert json.loads(outgoing.decoded(told["data"], 10_000))["msg"] == {"data": "0" + "x" * 500}
         await talker.ask("subscribe", topic="/t", type=STRING, id="small", fragment_size=50)
         source.tell(text="y" * 500)
         pieces = await talker.told()
         picture = json.loads("".join(message["data"] for message in pieces))
-        assert json.loads(png.decoded(picture["data"], 10_000))["msg"] == {"data": "1" + "y" * 500}
+        assert json.loads(outgoing.decoded(picture["data"], 10_000))["msg"] == {"data": "1" + "y" * 500}
 
 
 async def test_the_strongest_compression_that_was_asked_for_is_taken() -> None:

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import pytest
 
-from maya_un.graph.protocol import Message
-from maya_un.rosbridge.limits import AT_ONCE, LONGEST_TURN
-from maya_un.rosbridge.turns import MessageScheduler
+from maya_ros.graph.protocol import Message
+from maya_ros.rosbridge.limits import AT_ONCE, LONGEST_TURN
+from maya_ros.rosbridge.sending import MessageScheduler
 from tests.rosbridging import room
 from tests.virtual_time import turn
 

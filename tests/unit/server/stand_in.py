@@ -9,16 +9,15 @@ from typing import Any, cast
 
 import httpx
 
-from maya_un.api.access.caller import Caller
-from maya_un.api.service import Service
 from maya_un.events import Event, EventLog
-from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import JobOptions
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.metrics import Metrics
+from maya_un.http.middleware.origin import OriginPolicy
+from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.schema.robot import EventMessage, HeldJog, Jogged
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.edge import OriginPolicy
-from maya_un.server.metrics import Metrics
+from maya_un.service.access.operations import Caller
+from maya_un.service.service import Service
 from maya_un.values import Point, State, StopReport
 from tests.streaming import REST
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.loops import run_virtual
-from maya_un.server.crash import keep_quiet, log_path, written_down
+from maya_un.http.log import keep_quiet, log_path, written_down
 
 
 @pytest.fixture(autouse=True)

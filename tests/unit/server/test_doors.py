@@ -17,15 +17,15 @@ import pytest
 
 from dmc41x3.listening import STOPS
 from dmc41x3.loops import run
-from maya_un.api.service import Service
 from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
-from maya_un.server import protocol
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.doors import LOOPBACK, ListeningSocket, bound_socket, far_door, tls_of
-from maya_un.server.edge import OriginPolicy
-from maya_un.server.protocol import ConnectionSlots
-from maya_un.server.thread import served
+from maya_un.http import protocol
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.listeners import LOOPBACK, ListeningSocket, bound_socket, far_socket, tls_of
+from maya_un.http.middleware.origin import OriginPolicy
+from maya_un.http.protocol import ConnectionSlots
+from maya_un.http.thread import served
+from maya_un.service.service import Service
 from tests.unit.server.stand_in import StandIn
 
 T = TypeVar("T")
@@ -73,7 +73,7 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 def test_one_door_speaks_tls_and_the_other_does_not(certificate: tuple[Path, Path]) -> None:
-    far = far_door(LOOPBACK, 0, tls_of(*certificate))
+    far = far_socket(LOOPBACK, 0, tls_of(*certificate))
     trusting = ssl.create_default_context(cafile=str(certificate[0]))
 
     def ask(url: str) -> tuple[tuple[int, Any], tuple[int, Any]]:

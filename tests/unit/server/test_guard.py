@@ -13,9 +13,9 @@ from starlette.types import Message
 
 from maya_un import __version__
 from maya_un.errors import Busy, MayaError, TooMuchAsked, WorkerFailed
-from maya_un.server import guard, log
-from maya_un.server.edge import OriginPolicy
-from maya_un.server.limits import Rate
+from maya_un.http import log
+from maya_un.http.middleware import guard
+from maya_un.http.middleware.origin import OriginPolicy, Rate
 from tests.unit.server.stand_in import StandIn, door, problem
 from tests.virtual_time import elapse
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from maya_un.events import FaultEntered, HomingDone, MotionBegun
-from maya_un.server import log
+from maya_un.http import log
 
 
 @pytest.fixture(autouse=True)

@@ -7,9 +7,9 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from maya_un.events import FaultEntered, JobAdvanced, MotionBegun, MotionStopped, StepAdvanced
+from maya_un.http.metrics import LOOK, JournalHealth, Metrics
 from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.schema.robot import Status
-from maya_un.server.metrics import LOOK, JournalHealth, Metrics
 from maya_un.values import Joints, Mode, State
 from tests.unit.server.stand_in import StandIn, door
 from tests.virtual_time import elapse

@@ -8,16 +8,15 @@ from typing import Any, cast
 import pytest
 from pydantic import TypeAdapter
 
-from maya_un.api.access.operations import Operation
-from maya_un.api.service import Service
 from maya_un.errors import by_code
-from maya_un.process.job import Job
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.exchange import BodyReader, RawBody
+from maya_un.http.openapi import JOB, TASK, document, ruled
+from maya_un.process.spec.job import Job
 from maya_un.robot.primitives import from_dict
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.exchange import BodyReader, RawBody
-from maya_un.server.openapi import document, ruled
-from maya_un.server.schemas import JOB, TASK
+from maya_un.service.access.operations import Operation
+from maya_un.service.service import Service
 
 APP = create_app(Bridge(cast("asyncio.AbstractEventLoop", None), cast("Service", None)))
 DOCUMENT: dict[str, Any] = json.loads(json.dumps(document(APP)))

@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from maya_un.server.share import LONGEST_PAUSE, LoopShare
+from maya_un.http.bridge import LONGEST_PAUSE, LoopShare
 from tests.virtual_time import elapse
 
 

@@ -17,10 +17,11 @@ from websockets.exceptions import ConnectionClosed
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
-from maya_un.api.access.caller import LOCAL
-from maya_un.server import rights, stream, stream_session, stream_wire
-from maya_un.server.doors import bound_socket
-from maya_un.server.stream_wire import LONGEST_MESSAGE
+from maya_un.http import authentication
+from maya_un.http.listeners import bound_socket
+from maya_un.http.stream import server, session, wire
+from maya_un.http.stream.wire import LONGEST_MESSAGE
+from maya_un.service.access.operations import LOCAL
 from tests.streaming import Client, Sluggard, Watched, connected, streamed
 from tests.virtual_time import turn
 
@@ -253,9 +254,7 @@ def test_a_flood_of_messages_is_answered_in_order_and_not_faster_than_the_robot_
             await client.say("ping", id=number)
         answers: list[Any] = [(await client.until("pong"))["id"] for _ in range(300)]
         assert answers == list(range(300))
-        assert (
-            asyncio.get_running_loop().time() - began >= (300 - stream_session.BURST - 1) / stream_session.MOST_MESSAGES
-        )
+        assert asyncio.get_running_loop().time() - began >= (300 - session.BURST - 1) / session.MOST_MESSAGES
 
     told(story)
 
@@ -326,7 +325,7 @@ def test_who_shows_nothing_that_is_right_is_told_why_and_let_go(first: dict[str,
 
 
 def test_who_says_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stream, "INTRODUCTION", 0.05)
+    monkeypatch.setattr(server, "INTRODUCTION", 0.05)
 
     async def main() -> None:
         watched = Watched()
@@ -338,7 +337,7 @@ def test_who_says_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_token_that_is_revoked_ends_the_stream_though_the_client_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rights, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(authentication, "LOOK_AGAIN", 1000.0)
 
     async def main() -> None:
         watched = Watched()
@@ -379,7 +378,7 @@ def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest
 
 
 def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rights, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(authentication, "LOOK_AGAIN", 1000.0)
 
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", state={"rate": 10})
@@ -438,8 +437,8 @@ def test_a_lease_is_renewed_and_one_that_is_bound_ends_with_the_connection() -> 
 
 
 def test_a_client_that_does_not_answer_pings_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stream_wire, "PING_INTERVAL", 0.05)
-    monkeypatch.setattr(stream_wire, "PING_TIMEOUT", 0.05)
+    monkeypatch.setattr(wire, "PING_INTERVAL", 0.05)
+    monkeypatch.setattr(wire, "PING_TIMEOUT", 0.05)
 
     async def main() -> None:
         watched, loop = Watched(), asyncio.get_running_loop()
@@ -453,7 +452,7 @@ def test_a_client_that_does_not_answer_pings_is_cut_off(monkeypatch: pytest.Monk
 
 
 def test_there_are_not_too_many_clients(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stream, "NEAR_CLIENTS", 1)
+    monkeypatch.setattr(server, "NEAR_CLIENTS", 1)
 
     async def main() -> None:
         async with streamed(Watched()) as url:
@@ -465,7 +464,7 @@ def test_there_are_not_too_many_clients(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_one_other_machine_does_not_take_all_places_by_saying_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stream, "FAR_CLIENTS_EACH", 1)
+    monkeypatch.setattr(server, "FAR_CLIENTS_EACH", 1)
     from_afar = {"X-Forwarded-For": "192.0.2.1"}
 
     async def main() -> None:

@@ -10,10 +10,8 @@ from typing import Any
 import pytest
 
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
-from maya_un.server.stream_hub import HEARTBEAT, StreamHub
-from maya_un.server.stream_reader import StreamReader
-from maya_un.server.stream_ring import EventRing
-from maya_un.server.stream_tap import QUEUE_PERIOD, Batch, StreamSource
+from maya_un.http.stream.hub import HEARTBEAT, QUEUE_PERIOD, Batch, StreamHub, StreamSource
+from maya_un.http.stream.reader import EventRing, StreamReader
 from tests.streaming import Watched
 from tests.unit.server.frames import messages
 from tests.virtual_time import elapse

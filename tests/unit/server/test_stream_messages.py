@@ -12,9 +12,8 @@ import pytest
 from websockets.frames import Frame, Opcode
 
 from maya_un.errors import InvalidRequest, Unreachable
-from maya_un.schema.robot import EventMessage
-from maya_un.server import stream_messages
-from maya_un.server.stream_messages import (
+from maya_un.http.stream import messages
+from maya_un.http.stream.messages import (
     ReplayStart,
     content,
     decoded,
@@ -26,6 +25,7 @@ from maya_un.server.stream_messages import (
     state_frame,
     subscription,
 )
+from maya_un.schema.robot import EventMessage
 from tests.streaming import REST
 from tests.unit.server.frames import texts
 
@@ -121,12 +121,10 @@ def test_frames_are_those_of_the_standard(length: int) -> None:
 
 def test_the_reference_names_every_message_and_key() -> None:
     page = (Path(__file__).resolve().parents[3] / "docs" / "reference" / "websocket.md").read_text(encoding="utf-8")
-    for kind, keys in stream_messages._KEYS.items():
+    for kind, keys in messages._KEYS.items():
         assert f'{{"type": "{kind}"' in page
         assert [key for key in keys if f'"{key}": ' not in page] == []
-    source = "".join(
-        path.read_text(encoding="utf-8") for path in Path(stream_messages.__file__).parent.glob("stream*.py")
-    )
+    source = "".join(path.read_text(encoding="utf-8") for path in Path(messages.__file__).parent.glob("*.py"))
     told = set(re.findall(r'plain_frame\("(\w+)"', source)) | set(re.findall(r'"type":"(\w+)"', source))
     assert {"hello", "subscribed", "state", "event", "queue", "restart", "pong", "renewed", "error"} == told
     assert [kind for kind in told if f'{{"type": "{kind}"' not in page] == []

@@ -10,12 +10,12 @@ from datetime import datetime, timedelta
 import httpx
 import pytest
 
-from maya_un.api.service import Service
-from maya_un.process.book import PoseStore
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
 from maya_un.process.process import Process
+from maya_un.process.spec.poses import PoseStore
 from maya_un.robot.robot import MayaRobot
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
+from maya_un.service.service import Service
 from tests.fakes import FakeController
 
 GRID = {"corners": ["shelf", [0.6, 1.0, 0.4]], "rows": 1, "columns": 4}

@@ -11,11 +11,11 @@ from typing import cast
 import pytest
 
 from dmc41x3.loops import ScaledLoop, run
-from maya_un.api.service import Service
 from maya_un.errors import AddressInUse
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.thread import bound_socket, served
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.thread import bound_socket, served
+from maya_un.service.service import Service
 
 
 class Clock:

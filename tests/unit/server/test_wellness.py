@@ -9,13 +9,13 @@ import httpx
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.api.service import Service
 from maya_un.errors import NodeGone
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.routes.system import READINESS_TIMEOUT, readiness, storage_of
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.robot import Readiness
-from maya_un.server.app import create_app
-from maya_un.server.bridge import Bridge
-from maya_un.server.wellness import PATIENCE, readiness, storage_of
+from maya_un.service.service import Service
 from maya_un.values import Mode
 from tests.unit.server.stand_in import Now, StandIn, door
 from tests.virtual_time import elapse
@@ -53,7 +53,7 @@ async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:
     began = asyncio.get_running_loop().time()
     found = await readiness(bridge_to(service), "en")
     assert [reason.code for reason in found.reasons] == [1021]
-    assert asyncio.get_running_loop().time() - began == PATIENCE
+    assert asyncio.get_running_loop().time() - began == READINESS_TIMEOUT
     await elapse(0.0)  # the word that nobody waits any more travels from one loop to the other
 
 

@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from maya_un.errors import FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
-from maya_un.graph.step_text import StepEnd
-from maya_un.supervisor.process import FleetProcess, ProcessStep
-from maya_un.supervisor.record import FailureDecision, ProcessStepState, recorded
+from maya_un.steps.text import StepEnd
+from maya_un.supervisor.process import FailureDecision, FleetProcess, ProcessStep, ProcessStepState, recorded
 
 PROCESS = FleetProcess("p", {id_: ProcessStep(id_, "MAYA", "home", {}) for id_ in "abc"})
 DONE = StepEnd("1", None, None, "x", "y")

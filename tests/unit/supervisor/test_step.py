@@ -17,8 +17,8 @@ from maya_un.errors import (
     UnknownName,
     Unreachable,
 )
-from maya_un.graph.step import step_of
-from maya_un.graph.step_text import ARGUMENTS, StepEnd, StepProgress, StepState
+from maya_un.steps.command import step_of
+from maya_un.steps.text import ARGUMENTS, StepEnd, StepProgress, StepState
 from maya_un.supervisor.step import Step, check, command_text, error_of, progress_of, result_of
 from tests.virtual_time import turn
 

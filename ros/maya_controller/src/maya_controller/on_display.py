@@ -1,6 +1,6 @@
 """Runs a program that opens windows, or says in one line why it cannot: `on_display.py PROGRAM [ARGUMENT ...]`."""
 
-from maya_un.ros.display import main
+from maya_ros.ros1.display import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -1,6 +1,6 @@
 """Node firebase_bridge: steps that come from outside, and their results."""
 
-from maya_un.ros.nodes.firebase_bridge import main
+from maya_ros.ros1.nodes.firebase_bridge import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -1,6 +1,6 @@
 """Node process_controller: the process floor and its queue."""
 
-from maya_un.ros.nodes.process_controller import main
+from maya_ros.ros1.nodes.process_controller import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

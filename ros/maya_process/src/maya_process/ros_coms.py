@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
+from maya_ros.ros1.coms import settle_environment
 from maya_un.cli.main import main
 from maya_un.errors import MayaError
-from maya_un.ros.coms import settle_environment
 
 
 def serve(arguments: list[str]) -> int:

@@ -1,6 +1,6 @@
 """Node rosbridge: this graph for whoever speaks the rosbridge protocol."""
 
-from maya_un.ros.nodes.rosbridge import main
+from maya_ros.ros1.nodes.rosbridge import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

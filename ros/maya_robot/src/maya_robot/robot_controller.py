@@ -1,6 +1,6 @@
 """Node robot_controller: the robot floor, /maya_command and /maya_move."""
 
-from maya_un.ros.nodes.robot_controller import main
+from maya_ros.ros1.nodes.robot_controller import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -8,14 +8,10 @@ from dataclasses import dataclass
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.numbers import fits, join_positions, parse_fixed
 from dmc41x3.language.record import VELOCITY_SCALE, VOLTS_SCALE
+from dmc41x3.twin.arrays import MOST, MOST_ARRAYS, Source
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, place, split
-from dmc41x3.twin.language.arithmetic import ONE
-from dmc41x3.twin.language.arrays import MOST_ARRAYS
-from dmc41x3.twin.language.expressions import axis_letter, is_name
+from dmc41x3.twin.expressions import ONE, QUERY, Rejection, axis_letter, is_name, place, split
 from dmc41x3.twin.motion.axis import Axis
-from dmc41x3.twin.recorder import MOST, Source
-from dmc41x3.twin.refusal import Rejection
 
 SLOWEST = 8
 """RC n records every 2^n samples, n up to this."""

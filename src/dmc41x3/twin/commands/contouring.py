@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, by_axis, mask, split
+from dmc41x3.twin.expressions import QUERY, Rejection, by_axis, mask, split
 from dmc41x3.twin.motion.axis import Axis
-from dmc41x3.twin.motion.contour import PAUSED, Contour
-from dmc41x3.twin.motion.feed import FeedRecord
-from dmc41x3.twin.motion.pvt import Pvt
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.motion.feed import PAUSED, Contour, FeedRecord, Pvt
 from dmc41x3.twin.registers import JOG
 
 _LARGEST_STEP = 32_768

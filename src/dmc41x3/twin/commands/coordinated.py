@@ -7,10 +7,9 @@ from functools import partial
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, by_axis, mask
+from dmc41x3.twin.expressions import QUERY, Rejection, by_axis, mask
 from dmc41x3.twin.motion.path import PathSegment
 from dmc41x3.twin.motion.plane import LINEAR, VECTOR, Plane
-from dmc41x3.twin.refusal import Rejection
 from dmc41x3.twin.registers import PLANE, Register, WriteCondition
 
 LONGEST = 8_388_607

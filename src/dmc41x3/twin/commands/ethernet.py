@@ -9,11 +9,8 @@ from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import LETTERS, LONGEST_PERIOD, SHORTEST_PERIOD
 from dmc41x3.twin import status
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.handles import COUNT, DEFAULT_PORT, Handle, HandleProtocol
-from dmc41x3.twin.language.arguments import QUERY, split
-from dmc41x3.twin.network import Network, Quad
-from dmc41x3.twin.outlet import SERIAL
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import QUERY, Rejection, split
+from dmc41x3.twin.network import COUNT, DEFAULT_PORT, SERIAL, Handle, HandleProtocol, Network, Quad
 
 _CLOSE = re.compile(r"\s*([A-HST])\s*=\s*>?\s*-([123])\s*")
 _OPEN = re.compile(r"\s*([A-H])\s*=\s*([^<>]+)(?:<([^<>]+))?(?:>([^<>]+))?")

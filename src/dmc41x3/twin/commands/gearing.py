@@ -12,10 +12,8 @@ from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import ALIASES, LETTERS
 from dmc41x3.twin.commands.setting import addressed
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, by_axis, place, split
-from dmc41x3.twin.motion.cam import ENTRIES, Cam
-from dmc41x3.twin.motion.following import Master
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import QUERY, Rejection, by_axis, place, split
+from dmc41x3.twin.motion.gearing import ENTRIES, Cam, Master
 from dmc41x3.twin.registers import POSITION
 
 _MASTER = re.compile(r"([CDS]?)([A-HMNSTXYZW])")

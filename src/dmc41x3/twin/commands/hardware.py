@@ -11,10 +11,9 @@ import re
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin.commands.setting import addressed, allowed
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, mask, split
+from dmc41x3.twin.expressions import QUERY, Rejection, mask, split
 from dmc41x3.twin.motion.axis import Axis
 from dmc41x3.twin.motion.failures import step_error
-from dmc41x3.twin.refusal import Rejection
 from dmc41x3.twin.registers import AXIS, POSITION, TM, WriteCondition
 
 MOST_VOLTS = 4.998

@@ -9,9 +9,8 @@ from dmc41x3.language.codes import ERROR_TEXTS, ErrorCode
 from dmc41x3.language.numbers import format_value, join_positions
 from dmc41x3.twin import status
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, mask
+from dmc41x3.twin.expressions import QUERY, Rejection, mask
 from dmc41x3.twin.motion.axis import Axis
-from dmc41x3.twin.refusal import Rejection
 
 _Reader = Callable[[CallerContext, Axis], float]
 

@@ -11,9 +11,7 @@ from typing import NamedTuple
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.numbers import format_raw
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arithmetic import unpack
-from dmc41x3.twin.language.expressions import Value, compiled
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import Rejection, Value, compiled, unpack
 
 _CACHED = 2048
 _TOKEN = re.compile(

@@ -8,9 +8,8 @@ from functools import partial
 from dmc41x3.language.codes import ErrorCode, StopCode
 from dmc41x3.twin.commands.setting import addressed, allowed, kept, named
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, axes_and_planes, mask
+from dmc41x3.twin.expressions import QUERY, Rejection, axes_and_planes, mask
 from dmc41x3.twin.motion.axis import Axis, Latch, MotionKind
-from dmc41x3.twin.refusal import Rejection
 from dmc41x3.twin.registers import JOG, POSITION, WriteCondition
 from dmc41x3.twin.status import distance_set
 

@@ -9,9 +9,8 @@ from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.commands import CONTROL
 from dmc41x3.twin import status
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, split
-from dmc41x3.twin.peripherals import ANALOG_INPUTS, Peripherals
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import QUERY, Rejection, split
+from dmc41x3.twin.unit import ANALOG_INPUTS, Peripherals
 
 _LONGEST_PASSWORD = 8
 _ANALOG_RANGES = (1, 2, 3, 4)

@@ -6,11 +6,9 @@ from functools import partial
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.handles import Download
-from dmc41x3.twin.language.arguments import split
-from dmc41x3.twin.program import MOST_LINES, Downloading, ProgramEdit
-from dmc41x3.twin.refusal import Rejection
-from dmc41x3.twin.thread import AT_ONCE, COUNT, Thread
+from dmc41x3.twin.expressions import Rejection, split
+from dmc41x3.twin.network import Download
+from dmc41x3.twin.program import AT_ONCE, COUNT, MOST_LINES, Downloading, ProgramEdit, Thread
 
 _END = "\x1a"
 _IN_PROGRAMS = "AD AI AM AP AR AS AT AV EL EN IF JP JS MC MF MR RE RI WT ZS"

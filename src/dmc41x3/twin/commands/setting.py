@@ -7,9 +7,8 @@ from functools import partial
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, by_axis, split
+from dmc41x3.twin.expressions import QUERY, Rejection, by_axis, split
 from dmc41x3.twin.motion.axis import VIRTUAL, Axis
-from dmc41x3.twin.refusal import Rejection
 from dmc41x3.twin.registers import AXIS, STEPPER_FASTEST, Register, WriteCondition
 
 _OF_VIRTUAL = re.compile(r"\s*([MN])\s*=\s*(.+)")

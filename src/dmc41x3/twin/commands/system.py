@@ -8,8 +8,7 @@ from functools import partial
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin import burn, status
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, split
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import QUERY, Rejection, split
 from dmc41x3.twin.unit import Format, Unit
 
 _COPYRIGHT = "Virtual DMC-41x3 of Maya-UN, Apache License 2.0"

@@ -10,12 +10,10 @@ from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.numbers import join_positions
 from dmc41x3.twin.commands.coordinated import LONGEST, current, speeds
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.language.arguments import QUERY, place, split
-from dmc41x3.twin.motion.arc import TANGENT, Arc, X, Y
+from dmc41x3.twin.expressions import QUERY, Rejection, place, split
 from dmc41x3.twin.motion.axis import VIRTUAL, Axis
-from dmc41x3.twin.motion.path import PathSegment
+from dmc41x3.twin.motion.path import TANGENT, Arc, PathSegment, X, Y
 from dmc41x3.twin.motion.plane import LINEAR, VECTOR, Plane
-from dmc41x3.twin.refusal import Rejection
 
 _SMALLEST_RADIUS, _LARGEST_RADIUS = 10.0, 6_000_000.0
 _LARGEST_ANGLE = 32_000.0

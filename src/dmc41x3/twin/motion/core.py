@@ -16,18 +16,14 @@ from math import inf, nextafter
 
 from dmc41x3.language.codes import ErrorCode, StopCode
 from dmc41x3.twin import registers
-from dmc41x3.twin.motion import coordination, homing, lagging, limits, profile, smoothing
-from dmc41x3.twin.motion.axis import LETTERS, VIRTUAL, Axis, IndependentMotion, MotionKind
-from dmc41x3.twin.motion.contour import Contour
-from dmc41x3.twin.motion.course import SharedMotion
-from dmc41x3.twin.motion.encoder import Encoder
-from dmc41x3.twin.motion.feed import Feed
-from dmc41x3.twin.motion.happening import ProgramTrigger
+from dmc41x3.twin.expressions import Rejection
+from dmc41x3.twin.motion import coordination, homing, limits, profile, smoothing
+from dmc41x3.twin.motion.axis import LETTERS, VIRTUAL, Axis, Encoder, IndependentMotion, MotionKind, ProgramTrigger
+from dmc41x3.twin.motion.coordination import SharedMotion
+from dmc41x3.twin.motion.feed import Contour, Feed, Pvt
 from dmc41x3.twin.motion.plane import Plane
 from dmc41x3.twin.motion.profile import AxisProfile
-from dmc41x3.twin.motion.pvt import Pvt
 from dmc41x3.twin.plant import Plant
-from dmc41x3.twin.refusal import Rejection
 from dmc41x3.twin.timeline import Timeline, TimelinePiece
 
 SAMPLE = 1.0 / 1024.0
@@ -424,7 +420,7 @@ class MotionCore:
                 t = min(t, axis.soft_limit)
             if axis.turns:
                 t = min(t, axis.turns[0])
-            if (self.errors_matter or int(axis.registers["OE"]) & _ON_ERROR) and lagging.near_limit(axis):
+            if (self.errors_matter or int(axis.registers["OE"]) & _ON_ERROR) and limits.near_limit(axis):
                 t = min(t, self.now + ERROR_LOOK)
         for course in self.courses.values():
             if course.running:
@@ -472,7 +468,7 @@ class MotionCore:
         if beyond and oe & _ON_ERROR:
             self.fault(axis, StopCode.OFF_ON_ERROR)
         elif axis.moving and not beyond and (oe & _ON_ERROR or self.errors_matter):
-            lagging.learn(axis, error, axis.timeline.at(self.now)[1], self.plant.velocity(axis.index))
+            limits.learn(axis, error, axis.timeline.at(self.now)[1], self.plant.velocity(axis.index))
 
     def _limit_stop(self, axis: Axis, code: StopCode) -> None:
         """Stop at a limit: an axis by itself at SD, a sequence along its path at VD, a contour with all its axes."""

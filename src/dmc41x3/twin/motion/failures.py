@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from math import inf
 
 from dmc41x3.language.codes import StopCode
-from dmc41x3.twin.motion.axis import Axis
+from dmc41x3.twin.motion.axis import Axis, ProgramTrigger
 from dmc41x3.twin.motion.core import ERROR_LOOK, SAMPLE, MotionCore
-from dmc41x3.twin.motion.happening import ProgramTrigger
 
 STILL = 4.0
 """An encoder that moves by less than this many counts does not move."""

@@ -1,20 +1,16 @@
-"""A motion fed with records of a fixed duration each, laid end to end as they come: contour mode and PVT.
-
-Records are laid out as soon as they are given, so a new one never changes what is planned already. A record without
-duration ends the motion; where the records run out before one, the axes stop dead on the last count, and the motion
-is over.
-"""
+"""Motion fed with records of fixed duration: contour mode (CM, CD, DT) and PVT sequences (PV, BT)."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Sequence
-from math import inf
+from collections.abc import Callable, Sequence
+from math import ceil, inf, sqrt
 from typing import NamedTuple
 
 from dmc41x3.language.codes import ErrorCode, StopCode
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.twin.expressions import Rejection
 from dmc41x3.twin.timeline import TimelinePiece
 
 
@@ -192,3 +188,117 @@ class Feed(ABC):
         gone = self._past(t)
         self._done += gone
         del self._laid[:gone]
+
+
+NAME = "CM"
+"""What an axis in a contour has for its plane."""
+
+PAUSED = -1
+"""DT that lets records wait."""
+
+
+class Contour(Feed):
+    """The contour; `interval` is DT as a power of two of samples, 0 for none, and `starved` is called at error 42."""
+
+    capacity = 511
+    running_code = StopCode.CONTOUR_RUNNING
+    done_code = starved_code = StopCode.CONTOUR_STOPPED
+
+    def __init__(self) -> None:
+        super().__init__(NAME)
+        self.interval = 0
+        self.starved: Callable[[], None] = lambda: None
+        self._usual = 0.0
+
+    def select(self, members: tuple[int, ...], t: float) -> None:
+        """Choose the axes (CM) at time `t` and forget what waits."""
+        self.members = members
+        self.clear(t)
+
+    def set_interval(self, interval: int, sample: float) -> None:
+        """Set DT, with the sample time [s]; -1 pauses, any other goes on."""
+        self.interval = interval
+        self.paused = interval == PAUSED
+        self._usual = 0.0 if interval <= 0 else 2**interval * sample
+        self.stale = True
+
+    def set_time(self, interval: int, sample: float) -> None:
+        """Set the time of the records to come (CD with =t); a pause remains one."""
+        if not self.paused:
+            self.interval = interval
+        self._usual = 2**interval * sample
+
+    @property
+    def usual(self) -> float | None:
+        """How long a record takes that is given now [s], 0 where nobody said; None where DT is to tell later."""
+        return None if self.paused and not self._usual else self._usual
+
+    def finish(self, t: float) -> StopCode:
+        """End the contour at time `t`; where its data ran out, report that and stay in the mode."""
+        starved = self.running and not self._closed and not self.stopping
+        if not starved:
+            self.members = ()
+        result = super().finish(t)
+        if starved:
+            self.starved()
+        return result
+
+    def reset(self) -> None:
+        """Forget everything, as power-up does."""
+        self.stopping = True
+        super().reset()
+        self.paused, self.interval, self._usual = False, 0, 0.0
+
+    def _duration(self, record: FeedRecord) -> float:
+        return self._usual if record.duration is None else record.duration
+
+    def _shape(self, laid: PlacedRecord, place: int) -> list[TimelinePiece]:
+        speed = laid.record.deltas[place] / (laid.end - laid.start)
+        return [TimelinePiece(laid.start, laid.places[place], speed, 0.0)]
+
+
+TOLERANCE = 0.05
+"""Largest distance of the pieces from the cubic [counts]."""
+
+
+class Pvt(Feed):
+    """The PVT sequence of the axis with a certain index; `samples` is how long its last record takes."""
+
+    capacity = 255
+    running_code = StopCode.PVT_RUNNING
+    done_code = StopCode.PVT_DONE
+    starved_code = StopCode.PVT_STARVED
+
+    def __init__(self, axis: int) -> None:
+        super().__init__("PV" + LETTERS[axis], (axis,))
+        self.samples = 0
+
+    def reset(self) -> None:
+        """Forget everything, as power-up does."""
+        super().reset()
+        self.samples = 0
+
+    def heading(self, place: int) -> int:
+        """Return the direction in which the axis will begin to move: 1, -1, or 0."""
+        first = self._waiting[0]
+        way = 3.0 * first.deltas[place] - first.speed * self._duration(first) or first.deltas[place]
+        return (way > 0.0) - (way < 0.0)
+
+    def _shape(self, laid: PlacedRecord, place: int) -> list[TimelinePiece]:
+        duration = laid.end - laid.start
+        way, v, w = laid.record.deltas[place], laid.speed, laid.record.speed
+        square = (3.0 * way - (2.0 * v + w) * duration) / duration**2
+        cube = ((v + w) * duration - 2.0 * way) / duration**3
+        error = 6.0 * abs(cube) * duration**3 / (72.0 * sqrt(3.0))
+        count = max(1, ceil((error / TOLERANCE) ** (1.0 / 3.0)))
+        step = duration / count
+        pieces: list[TimelinePiece] = []
+        before = 0.0
+        for index in range(count):
+            end = (index + 1) * step
+            after = (v + (square + cube * end) * end) * end
+            a = 2.0 * square + 6.0 * cube * (index + 0.5) * step
+            speed = (after - before) / step - 0.5 * a * step
+            pieces.append(TimelinePiece(laid.start + index * step, laid.places[place] + before, speed, a))
+            before = after
+        return pieces

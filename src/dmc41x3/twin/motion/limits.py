@@ -1,4 +1,4 @@
-"""Limits of one axis: which of its switches LD leaves in force, and when its reference passes FL or BL."""
+"""Limits of one axis: the switches that LD leaves in force, and the following error that it has at speed."""
 
 from __future__ import annotations
 
@@ -39,3 +39,22 @@ def watch(axis: Axis, now: float, start: float | None = None) -> None:
     if reverse > REVERSE_OFF:
         times.append(axis.timeline.crossing(reverse - 1 - axis.offset, after, after + _FAR, False))
     axis.soft_limit = min((t for t in times if t is not None), default=None)
+
+
+_MARGIN = 1.25
+
+
+def near_limit(axis: Axis) -> bool:
+    """Tell whether the speed of the plan could bring the following error to ER, by what was seen so far."""
+    limit = axis.registers["ER"]
+    if not axis.on or limit < 0:
+        return False
+    if axis.error_gain is None:
+        return axis.peak > 0.0
+    return axis.error_gain * axis.peak * _MARGIN >= limit
+
+
+def learn(axis: Axis, error: float, wanted: float, actual: float) -> None:
+    """Note how much error [counts] a unit of speed causes, where the axis runs with its reference [counts/s]."""
+    if wanted * actual > 0.0 and 0.8 * abs(wanted) <= abs(actual) <= _MARGIN * abs(wanted):
+        axis.error_gain = error / abs(actual)

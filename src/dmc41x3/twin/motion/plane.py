@@ -13,12 +13,10 @@ from collections.abc import Iterator, Sequence
 from math import inf
 
 from dmc41x3.language.codes import ErrorCode, StopCode
+from dmc41x3.twin.expressions import Rejection
 from dmc41x3.twin.motion import path
-from dmc41x3.twin.motion.arc import TANGENT
-from dmc41x3.twin.motion.path import PathLeg, PathSegment, PathSpan
-from dmc41x3.twin.motion.route import Route, RouteAxis
-from dmc41x3.twin.motion.schedule import Schedule
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.motion.path import TANGENT, PathLeg, PathSegment, PathSpan
+from dmc41x3.twin.motion.sequence import Route, RouteAxis, Schedule
 from dmc41x3.twin.timeline import TimelinePiece
 
 CAPACITY = 511

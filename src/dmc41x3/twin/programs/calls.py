@@ -10,12 +10,8 @@ from collections.abc import Callable
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin.context import CallerContext
-from dmc41x3.twin.language.arguments import split
-from dmc41x3.twin.language.arithmetic import ONE
-from dmc41x3.twin.language.expressions import Value, compiled
-from dmc41x3.twin.program import Program
-from dmc41x3.twin.refusal import Rejection
-from dmc41x3.twin.thread import AT_ONCE, STACK_DEPTH, Frame, Thread
+from dmc41x3.twin.expressions import ONE, Rejection, Value, compiled, split
+from dmc41x3.twin.program import AT_ONCE, STACK_DEPTH, Frame, Program, Thread
 
 Operation = Callable[[CallerContext, Thread], None]
 Goal = Callable[[CallerContext], int]

@@ -14,12 +14,9 @@ from dmc41x3.language.codes import ErrorCode
 from dmc41x3.twin.commands import TABLE
 from dmc41x3.twin.context import Answer, CallerContext
 from dmc41x3.twin.execution import assignment, execute, is_assignment, with_axes
-from dmc41x3.twin.language.arguments import QUERY, split
-from dmc41x3.twin.language.expressions import compiled, is_name
-from dmc41x3.twin.program import Program
+from dmc41x3.twin.expressions import QUERY, Rejection, compiled, is_name, split
+from dmc41x3.twin.program import Program, Thread
 from dmc41x3.twin.programs import calls, trippoints
-from dmc41x3.twin.refusal import Rejection
-from dmc41x3.twin.thread import Thread
 
 HOST_ONLY = frozenset({"BK", "DL", "ED", "LS", "QD", "RS", "SL", "UL", "WH"})
 """Commands that a program may not give."""

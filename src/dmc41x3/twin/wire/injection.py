@@ -1,12 +1,16 @@
-"""What is going wrong with a virtual controller now: faults begun, replaced and ended."""
+"""Faults in effect, and the server that starts and ends them: lines of JSON over TCP on this computer."""
 
 from __future__ import annotations
 
+import asyncio
+import json
 from collections.abc import Mapping
 from functools import partial
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
+from dmc41x3 import listening
+from dmc41x3.errors import CodedError, InvalidRequest
 from dmc41x3.twin.wire.faults import Fault, FaultTarget, Timer, Value, Values, find
 
 
@@ -79,3 +83,125 @@ class Faults:
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()
+
+
+HOST = "127.0.0.1"
+"""Where the door is, and nowhere else."""
+
+_LONGEST = 65536
+_LASTS = 1e6
+_VISITS = 4
+
+
+class FaultControlServer:
+    """Listens for requests about the faults of one virtual controller. Made in a running loop by `opened`."""
+
+    def __init__(self, faults: Faults, server: listening.Listener) -> None:
+        self._faults = faults
+        self._server = server
+        self._visits: dict[_Visit, None] = {}
+
+    @classmethod
+    async def opened(cls, faults: Faults) -> FaultControlServer:
+        """Return a door at a free port."""
+        server = await listening.listen(HOST, 0, lambda: _Visit(door))
+        door = cls(faults, server)
+        return door
+
+    @property
+    def port(self) -> int:
+        """The port."""
+        return self._server.address[1]
+
+    async def close(self) -> None:
+        """Stop listening and end every conversation."""
+        self._server.close()
+        for visit in list(self._visits):
+            visit.close()
+        await self._server.wait_closed()
+
+    def answer(self, line: bytes) -> bytes:
+        """Carry out one request and return the answer, a line."""
+        try:
+            self._carry_out(_parsed(line))
+        except CodedError as error:
+            details = {key: str(value) for key, value in error.details.items()}
+            return _line({"error": {"code": error.code, "details": details}})
+        now = asyncio.get_running_loop().time()
+        return _line({"active": [_described(injection, now) for injection in self._faults.active]})
+
+    def _carry_out(self, request: dict[str, Any]) -> None:
+        if "clear" in request:
+            self._faults.clear(request["clear"])
+        elif "fault" in request:
+            values = request.get("values", {})
+            if not isinstance(values, dict):
+                raise InvalidRequest(key="values", reason="it is an object")
+            self._faults.inject(str(request["fault"]), values, seconds=_seconds(request.get("seconds")))
+
+    def entered(self, visit: _Visit) -> None:
+        """Keep a conversation, to end it at the end; of too many, the oldest ends now."""
+        self._visits[visit] = None
+        if len(self._visits) > _VISITS:
+            next(iter(self._visits)).close()
+
+    def left(self, visit: _Visit) -> None:
+        """Forget a conversation that ended."""
+        self._visits.pop(visit, None)
+
+
+class _Visit(asyncio.Protocol):
+    """One conversation."""
+
+    def __init__(self, door: FaultControlServer) -> None:
+        self._door = door
+        self._transport: asyncio.Transport | None = None
+        self._pending = b""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._transport = cast("asyncio.Transport", transport)
+        self._door.entered(self)
+
+    def data_received(self, data: bytes) -> None:
+        *lines, self._pending = (self._pending + data).split(b"\n")
+        assert self._transport is not None
+        for line in lines:
+            self._transport.write(self._door.answer(line))
+        if len(self._pending) > _LONGEST:
+            self._transport.abort()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._door.left(self)
+
+    def close(self) -> None:
+        if self._transport is not None:
+            self._transport.close()
+
+
+def _parsed(line: bytes) -> dict[str, Any]:
+    try:
+        request = json.loads(line)
+    except (ValueError, RecursionError):
+        raise InvalidRequest(key="line", reason="it is no JSON") from None
+    if not isinstance(request, dict):
+        raise InvalidRequest(key="line", reason="it is an object")
+    if not isinstance(request.get("clear"), str | None):
+        raise InvalidRequest(key="clear", reason="it is a name or null")
+    return request
+
+
+def _seconds(value: Any) -> float | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= _LASTS:
+        raise InvalidRequest(key="seconds", reason=f"it is a number above 0 and at most {_LASTS:g}")
+    return float(value)
+
+
+def _described(injection: Injection, now: float) -> dict[str, Any]:
+    left = None if injection.until is None else max(0.0, injection.until - now)
+    return {"fault": injection.fault.name, "values": dict(injection.values), "seconds": left}
+
+
+def _line(value: Any) -> bytes:
+    return json.dumps(value).encode("utf-8") + b"\n"

@@ -10,15 +10,11 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from math import inf, nextafter
 
-from dmc41x3.twin.handles import Handle, HandleProtocol
 from dmc41x3.twin.machine import VirtualDmc
-from dmc41x3.twin.network import RETRIES
-from dmc41x3.twin.wire.dialing import dial
-from dmc41x3.twin.wire.disturbance import Disturbance
+from dmc41x3.twin.network import RETRIES, Handle, HandleProtocol
+from dmc41x3.twin.wire.connections import ListeningPort, LoopbackLink, LoopbackPort, WireLink, dial, listen
+from dmc41x3.twin.wire.faults import Disturbance
 from dmc41x3.twin.wire.injection import Faults
-from dmc41x3.twin.wire.link import LoopbackLink, WireLink
-from dmc41x3.twin.wire.listening import ListeningPort, listen
-from dmc41x3.twin.wire.udp import LoopbackPort
 from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
 
 TICK = 1.0 / 256.0

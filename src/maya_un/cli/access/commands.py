@@ -184,9 +184,9 @@ def reset(
 
     At the machine, while `maya up` does not run.
     """
-    from maya_un.cli.access import resetting
+    from maya_un.cli.access import user_reset
 
     if (name is None) is not forget:
         raise InvalidCommandLine(reason="it is NAME, or --all", command="maya user reset")
     settings = settings_of(context)
-    return resetting.forget(journal, settings) if name is None else resetting.reset(name, journal, settings)
+    return user_reset.forget(journal, settings) if name is None else user_reset.reset(name, journal, settings)

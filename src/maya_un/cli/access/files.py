@@ -7,8 +7,8 @@ from pathlib import Path
 
 from dmc41x3.files import PRIVATE, unwritable, write
 from maya_un import credentials, runtime
-from maya_un.api.access import tokens
 from maya_un.errors import FileUnwritable
+from maya_un.service.access import tokens
 
 
 def keep_token(token: str) -> Path:

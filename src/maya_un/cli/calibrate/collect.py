@@ -16,9 +16,9 @@ from maya_un.cli.calibrate import points
 from maya_un.cli.calibrate.words import word
 from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.configure import configuration
-from maya_un.cli.display import chosen
 from maya_un.cli.follow import follow
 from maya_un.cli.offline import joints_text
+from maya_un.cli.progress import chosen
 from maya_un.cli.quantities import length
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests

@@ -16,8 +16,7 @@ from typing import Any, Literal, cast
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from maya_un.config import Config
-from maya_un.config.edit import alone, edited, replace, text_of, written
-from maya_un.config.load import parse
+from maya_un.config.files import alone, edited, parse, replace, text_of, written
 from maya_un.errors import FileUnreadable, FileUnwritable, NothingToRevert
 
 Values = dict[str, float | None]

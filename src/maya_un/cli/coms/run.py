@@ -13,11 +13,11 @@ from maya_un.cli.configure import configuration
 from maya_un.cli.settings import OutputSettings
 from maya_un.coms import settings as environment
 from maya_un.coms.agent import Agent
-from maya_un.coms.choosing import transport_of
 from maya_un.coms.robot import Rosbridge
+from maya_un.coms.selection import transport_of
 from maya_un.coms.server import AgentSwitch, serve
-from maya_un.server import dates
-from maya_un.server.doors import bound_socket
+from maya_un.http import dates
+from maya_un.http.listeners import bound_socket
 
 
 def coms(

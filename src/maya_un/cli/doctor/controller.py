@@ -14,7 +14,7 @@ from dmc41x3.wire.transport import TcpTransport
 from maya_un.cli.doctor.finding import Finding, fail, ok, warn
 from maya_un.cli.doctor.service import limits
 from maya_un.config import Config
-from maya_un.controller import faults
+from maya_un.controller import state_builder
 from maya_un.controller.ownership import living_owner
 from maya_un.controller.registers import identify
 from maya_un.controller.torque import Torque
@@ -107,14 +107,14 @@ def _peer(what: str) -> str:
 
 
 async def _record(driver: Driver, config: Config, language: str) -> AsyncIterator[Finding]:
-    record, order = await driver.record(), faults.indices(config)
+    record, order = await driver.record(), state_builder.indices(config)
     if max(order) >= len(record.axes):
         return
     axes = [record.axes[place] for place in order]
     yield limits([axis.forward_limit_active for axis in axes], [axis.reverse_limit_active for axis in axes])
     off = [name for name, axis in zip(AXES, axes, strict=True) if axis.motor_off]
     yield warn("motors", "motors_off", axes=", ".join(off)) if off else ok("motors", "motors_on")
-    error = faults.grave(record, order)
+    error = state_builder.grave(record, order)
     if error is not None:
         yield warn("motors", "controller_fault", error=error.text(language))
 

@@ -1,9 +1,12 @@
-"""What the running service tells of itself, the robot, the queue and who drives; it is asked, and not disturbed."""
+"""Checks of the running service: its certificate, the robot, the queue and the control lease."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import socket
+import ssl
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from datetime import UTC, datetime
 from http.client import HTTPConnection, HTTPException
 from typing import Any, cast
 from urllib.parse import urlsplit
@@ -11,9 +14,84 @@ from urllib.parse import urlsplit
 from maya_un import __version__, runtime
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
+from maya_un.cli.doctor.host import ListeningProcess
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import MayaError
+
+CERTIFICATE_PATIENCE = 2.0
+"""Longest wait for a handshake [s]."""
+
+SOON = 30.0
+"""A certificate that ends within so long is worth a look [days]."""
+
+_EXPIRED = 10
+"""X509_V_ERR_CERT_HAS_EXPIRED."""
+
+
+def findings(there: Sequence[ListeningProcess], pid: int) -> Iterator[Finding]:
+    """Look at every port that process `pid` listens on with TLS."""
+    for port in sorted({one.port for one in there if one.pid == pid}):
+        shown = _shown(port)
+        if shown is not None:
+            yield _judged(port, shown)
+
+
+def _shown(port: int) -> bytes | None:
+    """Return the certificate that is shown at a port of this machine (DER), None where TLS is not spoken."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = False
+    context.verify_mode = ssl.CERT_NONE
+    for host in _addresses():
+        try:
+            with (
+                socket.create_connection((host, port), CERTIFICATE_PATIENCE) as plain,
+                context.wrap_socket(plain) as spoken,
+            ):
+                return spoken.getpeercert(binary_form=True)
+        except (OSError, ValueError):
+            continue
+    return None
+
+
+def _addresses() -> list[str]:
+    """Return addresses of this machine at which a far door may listen."""
+    found = ["127.0.0.1"]
+    with suppress(OSError):
+        found += [str(one[4][0]) for one in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
+    return list(dict.fromkeys(found))
+
+
+def _judged(port: int, certificate: bytes) -> Finding:
+    try:
+        until = datetime.fromtimestamp(_end(port, certificate), UTC)
+    except ssl.SSLCertVerificationError as error:
+        key = "certificate_expired" if error.verify_code == _EXPIRED else "certificate_bad"
+        return fail("certificate", key, port=port, reason=error.verify_message)
+    except OSError as error:
+        return warn("certificate", "certificate_bad", port=port, reason=str(error))
+    days = (until - datetime.now(UTC)).total_seconds() / 86_400.0
+    found, key = (ok, "certificate_good") if days > SOON else (warn, "certificate_soon")
+    return found("certificate", key, port=port, until=until.date().isoformat(), days=days)
+
+
+def _end(port: int, certificate: bytes) -> float:
+    """Return when a certificate ends [s since 1970], by trusting it alone; raises `SSLCertVerificationError`."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = False
+    context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
+    context.load_verify_locations(cadata=certificate)
+    for host in _addresses():
+        try:
+            plain = socket.create_connection((host, port), CERTIFICATE_PATIENCE)
+        except OSError:
+            continue
+        with plain, context.wrap_socket(plain) as spoken:
+            found = spoken.getpeercert()
+            assert found is not None
+            return float(ssl.cert_time_to_seconds(str(found["notAfter"])))
+    raise OSError("nobody listens any more")
+
 
 PATIENCE = 3.0
 """Longest wait for each answer [s]."""

@@ -9,15 +9,15 @@ from collections.abc import Callable, Iterator
 from dmc41x3.address import REAL, SIM
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
-from maya_un.cli.doctor import certificate, controller, house, service
+from maya_un.cli.doctor import controller, host, service
 from maya_un.cli.doctor.finding import Finding, FindingOutcome, fail, skipped
-from maya_un.cli.doctor.sockets import listeners
+from maya_un.cli.doctor.host import listeners
 from maya_un.cli.doctor.words import meaning, name, remedy
 from maya_un.cli.quantities import target_address
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
 from maya_un.errors import MayaError
-from maya_un.server.crash import written_down
+from maya_un.http.log import written_down
 
 _MARKS = {
     FindingOutcome.OK: ("ok", "32"),
@@ -34,7 +34,7 @@ def doctor(address: str | None, settings: OutputSettings) -> int:
     it is the configured one, where there is a configuration. Raises `InvalidValue` for what is no address.
     """
     config = _config(settings)
-    target = address if address is not None else REAL if house.config_file(settings) else None
+    target = address if address is not None else REAL if host.config_file(settings) else None
     place = None if target is None else target_address(target, config.controller.address)
     found: list[Finding] = []
     for finding in _all(place, config, settings):
@@ -60,15 +60,15 @@ def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterat
     yield from trouble
     pid = 0 if running is None else running.running.pid
     looks: list[tuple[str, Callable[[], Iterator[Finding]]]] = [
-        ("configuration", lambda: house.config(settings)),
+        ("configuration", lambda: host.config(settings)),
         ("controller", lambda: _controller(target, config, settings.language, asked=running is not None)),
-        ("storage", lambda: house.storage(settings, served_by=pid)),
-        ("disk", house.disk),
-        ("ports", lambda: house.ports(there)),
-        ("certificate", lambda: certificate.findings(there, pid) if pid else iter(())),
-        ("clock", house.clock),
-        ("ROS", house.ros),
-        ("supervisors", lambda: house.coms(config)),
+        ("storage", lambda: host.storage(settings, served_by=pid)),
+        ("disk", host.disk),
+        ("ports", lambda: host.ports(there)),
+        ("certificate", lambda: service.findings(there, pid) if pid else iter(())),
+        ("clock", host.clock),
+        ("ROS", host.ros),
+        ("supervisors", lambda: host.coms(config)),
     ]
     if running is not None:
         looks.insert(0, ("service", running.findings))

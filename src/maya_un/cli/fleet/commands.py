@@ -36,9 +36,9 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 
 def list_(context: typer.Context, url: Url = None) -> int:
     """List the robots, and whether each is connected. Example: maya fleet list --url mqtt://localhost."""
-    from maya_un.cli.fleet import watching
+    from maya_un.cli.fleet import robots
 
-    return watching.list_(url, settings_of(context))
+    return robots.list_(url, settings_of(context))
 
 
 def watch(
@@ -50,9 +50,9 @@ def watch(
 
     With --json one object a line. Example: maya fleet watch MAYA --url mqtt://localhost.
     """
-    from maya_un.cli.fleet import watching
+    from maya_un.cli.fleet import robots
 
-    return watching.watch(robot, url, settings_of(context))
+    return robots.watch(robot, url, settings_of(context))
 
 
 def send(
@@ -69,9 +69,9 @@ def send(
 
     Examples: maya fleet send MAYA pick 0.5 1.1 0.4; maya fleet send MAYA gripper open.
     """
-    from maya_un.cli.fleet import sending
+    from maya_un.cli.fleet import robots
 
-    return sending.send(robot, command, values or [], url, deadline, settings_of(context))
+    return robots.send(robot, command, values or [], url, deadline, settings_of(context))
 
 
 def run(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter

@@ -12,12 +12,19 @@ from maya_un.cli import output
 from maya_un.cli.fleet.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import DecisionNeeded, InvalidCommandLine, MayaError, ProcessAborted, UnknownName
-from maya_un.graph.step_text import StepEnd, StepProgress
+from maya_un.steps.text import StepEnd, StepProgress
 from maya_un.supervisor import Supervisor
 from maya_un.supervisor.lab import ONLINE
-from maya_un.supervisor.process import FleetProcess, ProcessStep, load_process
-from maya_un.supervisor.record import FailureDecision, ProcessRecord, ProcessStepState, recorded
-from maya_un.supervisor.running import FleetProcessRunner
+from maya_un.supervisor.process import (
+    FailureDecision,
+    FleetProcess,
+    FleetProcessRunner,
+    ProcessRecord,
+    ProcessStep,
+    ProcessStepState,
+    load_process,
+    recorded,
+)
 
 
 class FleetRunOptions(NamedTuple):

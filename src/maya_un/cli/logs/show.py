@@ -12,17 +12,15 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from maya_un.cli import output
-from maya_un.cli.logs.entry import LEVELS, LogEntry, of_event
-from maya_un.cli.logs.file import LogReader
-from maya_un.cli.logs.when import moment
+from maya_un.cli.logs.entries import LEVELS, LogEntry, LogReader, moment, of_event
 from maya_un.cli.logs.words import word
 from maya_un.cli.settings import OutputSettings
-from maya_un.config.state import state_folder
+from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, MayaError, UnknownName
 from maya_un.events import DECLARED, UnknownEvent, event_of
-from maya_un.process.journal import tail
-from maya_un.process.journal.file import NAME
-from maya_un.server.log import log_path
+from maya_un.http.log import log_path
+from maya_un.process.journal import history
+from maya_un.process.journal.file import FILE_NAME
 
 MOST = 10_000
 """Lines that can be asked for."""
@@ -58,7 +56,7 @@ class LogSources:
     """The journal and the log, read again and again; `trouble` says why one of them cannot be read, "" where it can."""
 
     def __init__(self) -> None:
-        self._journal = state_folder() / NAME
+        self._journal = state_folder() / FILE_NAME
         self._number = 0
         self.trouble: MayaError | None = None
         events = self._events(1, "")
@@ -73,7 +71,7 @@ class LogSources:
         if not self._journal.exists():
             return []
         try:
-            found = tail.newest(self._journal, most, above=self._number, since=since)
+            found = history.newest_events(self._journal, most, above=self._number, since=since)
         except MayaError as error:
             self.trouble = error
             return []
@@ -95,7 +93,7 @@ def show(
     found = [entry for entry in entries if wanted.has(entry)][-wanted.lines :]
     if sources.trouble is not None:
         output.complain(sources.trouble, settings._replace(json=False))
-    if not found and not follow and not (state_folder() / NAME).exists() and not log_path().exists():
+    if not found and not follow and not (state_folder() / FILE_NAME).exists() and not log_path().exists():
         raise FileUnreadable(path=state_folder(), reason=word("nothing_kept", settings.language))
     _print(found, settings)
     with suppress(KeyboardInterrupt):

@@ -132,7 +132,7 @@ class PendantSession:
             self.say("pendant_not_stopped", reason=worse.text(self._language))
 
     async def _teach(self, name: str, replacing: bool) -> None:
-        from maya_un.cli.teach import keep
+        from maya_un.cli.places.teach import keep
 
         try:
             text = await asyncio.to_thread(keep, self._client, name, self._language, replacing)

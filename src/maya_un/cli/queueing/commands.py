@@ -105,17 +105,17 @@ def recover(
 
     redo does its step again, skip leaves that out, resume does what is safe, abort ends the job. Nothing moves before.
     """
-    from maya_un.cli.queueing import recovering
+    from maya_un.cli.queueing import recovery
 
     holds = None if holding is None else holding == "yes"
-    return recovering.recover(choice, holds, settings_of(context), pause=pause)
+    return recovery.recover(choice, holds, settings_of(context), pause=pause)
 
 
 def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="file to write")]) -> int:
     """Copy the queue and its history, also while the robot runs."""
-    from maya_un.cli.queueing import keeping
+    from maya_un.cli.queueing import storage
 
-    return keeping.backup(file, settings_of(context))
+    return storage.backup(file, settings_of(context))
 
 
 def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="a backup")]) -> int:
@@ -123,9 +123,9 @@ def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar=
 
     These are kept aside. End `maya up` before.
     """
-    from maya_un.cli.queueing import keeping
+    from maya_un.cli.queueing import storage
 
-    return keeping.restore(file, settings_of(context))
+    return storage.restore(file, settings_of(context))
 
 
 def export(
@@ -135,9 +135,9 @@ def export(
 
     JSON has all their steps, one job a line.
     """
-    from maya_un.cli.queueing import keeping
+    from maya_un.cli.queueing import storage
 
-    return keeping.export(file, settings_of(context))
+    return storage.export(file, settings_of(context))
 
 
 def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter

@@ -14,16 +14,17 @@ from typing import Any, NamedTuple
 from maya_un.cli import output
 from maya_un.cli.called import called
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.display import chosen
 from maya_un.cli.follow import follow
-from maya_un.cli.queueing import text, times
+from maya_un.cli.progress import chosen
+from maya_un.cli.queueing import text
+from maya_un.cli.queueing.text import clock_text
 from maya_un.cli.queueing.words import word
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import reason
 from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
-from maya_un.process.files import load_job
+from maya_un.process.spec.job import load_job
 
 _CHANGEABLE = {"queued", "held", "paused", "interrupted"}
 
@@ -103,7 +104,7 @@ def _print(report: Mapping[str, Any], settings: OutputSettings) -> None:
 
 
 def _dated(line: Mapping[str, Any]) -> dict[str, Any]:
-    return {**line, **{key: times.clock(line[key]) or "–" for key in ("submitted", "began", "ended")}}
+    return {**line, **{key: clock_text(line[key]) or "–" for key in ("submitted", "began", "ended")}}
 
 
 def cancel(job: int, settings: OutputSettings) -> int:

@@ -1,15 +1,48 @@
-"""The queue, jobs and the history as text; a table has colours where somebody looks at it."""
+"""The queue, jobs and the history as text, with dates and durations as people read them."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from maya_un.cli import report
-from maya_un.cli.queueing import times
 from maya_un.cli.queueing.words import known, word
 from maya_un.cli.waiting import because
+
+_DAY = 86_400.0
+
+
+def clock_text(date: str) -> str:
+    """Return a date (ISO 8601) as the clock here shows it, with the day where that is another; "" for none."""
+    return _shown(datetime.fromisoformat(date)) if date else ""
+
+
+def clock_in(seconds: float) -> str:
+    """Return what the clock here will show in so many seconds."""
+    return _shown(datetime.now(UTC) + timedelta(seconds=seconds))
+
+
+def _shown(when: datetime) -> str:
+    here = when.astimezone()
+    today = datetime.now(UTC).astimezone().date()
+    return here.strftime("%H:%M:%S" if here.date() == today else "%Y-%m-%d %H:%M")
+
+
+def duration(seconds: float | None) -> str:
+    """Return a duration like 45 s, 2:05 min, 1:02:05 h; a dash where nobody knows it."""
+    if seconds is None:
+        return "–"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(whole, 60)
+    if whole < 3600:
+        return f"{minutes}:{rest:02d} min"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d} h"
+
 
 Line = Mapping[str, Any]
 """A JobLine as JSON has it."""
@@ -50,7 +83,7 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
         yield word("nothing_waits", language)
     if view["finish_at"]:
         held = view["counts"].get("held", 0) > 0
-        clock = times.clock(view["finish_at"])
+        clock = clock_text(view["finish_at"])
         if view.get("estimated"):
             clock = word("estimated", language, clock=clock)
         yield word("finish_at_released" if held else "finish_at", language, clock=clock)
@@ -64,7 +97,7 @@ def mode(view: Mapping[str, Any], language: str) -> str:
     why = because(view, language)
     asks = view["mode"] == "paused" and view["recovery"] is not None
     return word(
-        "queue_asks" if asks else f"queue_{view['mode']}", language, reason=why, since=times.clock(view["since"])
+        "queue_asks" if asks else f"queue_{view['mode']}", language, reason=why, since=clock_text(view["since"])
     )
 
 
@@ -84,8 +117,8 @@ def _queued(job: Line, speed: float, language: str) -> tuple[str, ...]:
         job["name"],
         state(job, language),
         f"{job['done']}/{job['steps']}",
-        times.duration(left),
-        "" if left is None else times.clock_in(left),
+        duration(left),
+        "" if left is None else clock_in(left),
         str(job["priority"] or ""),
         job["owner"],
         _notes(job, language),
@@ -107,9 +140,9 @@ def past(jobs: Sequence[Line], language: str) -> str:
             job["name"],
             state(job, language),
             f"{job['done']}/{job['steps']}",
-            times.duration(job["predicted"] or None),
-            times.duration(job["duration"]),
-            times.clock(job["submitted"]),
+            duration(job["predicted"] or None),
+            duration(job["duration"]),
+            clock_text(job["submitted"]),
             job["owner"],
             job["source"],
             _notes(job, language),
@@ -135,7 +168,7 @@ def _notes(job: Line, language: str) -> str:
 
 def recovery(offer: Mapping[str, Any], language: str) -> str:
     """Return what was interrupted, where the machine is, and what may be chosen."""
-    about = {**offer, "phase": offer["phase"] or word("begun", language), "since": times.clock(offer["since"])}
+    about = {**offer, "phase": offer["phase"] or word("begun", language), "since": clock_text(offer["since"])}
     head = word("interrupted" if offer["index"] else "interrupted_between", language, **about)
     holding = {None: "gripper_unknown", False: "gripper_open", True: "gripper_holds"}[offer["holding"]]
     rows = [(f"  {choice['name']}", meaning(choice, language)) for choice in offer["choices"]]

@@ -1,19 +1,53 @@
-"""Jobs from their submission to their end."""
+"""Jobs from their submission to their end, and the reasons why a job waits."""
 
 from __future__ import annotations
 
 import secrets
+import warnings
 from collections.abc import Sequence
 from typing import Literal, NamedTuple, TypedDict, Unpack
 
 from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
-from maya_un.client.plans.patience import persistently
-from maya_un.client.plans.waiting import remark
 from maya_un.client.request import TIMEOUT
-from maya_un.client.steps import Emit, Plan, ReadClock, StreamPlan
+from maya_un.client.steps import Emit, Plan, ReadClock, StreamPlan, persistently
 from maya_un.errors import EventsForgotten
-from maya_un.schema.jobs import JobAccepted, JobLine, JobReport
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode, TaskState
+
+
+class StillWaiting(UserWarning):
+    """The request waits until a person acts."""
+
+
+def remark(report: JobReport, said: str) -> Plan[str]:
+    """Warn where a job that is waited for cannot go on by itself, unless that was `said`; return what was said last."""
+    reason = yield from _reason(report)
+    if reason and reason != said:
+        warnings.warn(f"Job {report.id} waits: {reason}", StillWaiting, stacklevel=2)
+    return reason
+
+
+def _reason(report: JobReport) -> Plan[str]:
+    match report.state:
+        case TaskState.HELD:
+            return "it is held, for somebody to release it."
+        case TaskState.INTERRUPTED:
+            return "it was interrupted, and somebody has to say what becomes of it (queue.recovery, queue.recover)."
+        case TaskState.QUEUED | TaskState.PAUSED:
+            return (yield from _before_it())
+        case _:
+            return ""
+
+
+def _before_it() -> Plan[str]:
+    queue = yield from requests.queue()
+    if queue.mode is QueueMode.PAUSED:
+        return f"the queue is paused ({queue.reason}); queue.resume() lets it go on."
+    lease = yield from requests.lease()
+    if lease.holder and not lease.yours and not lease.implicit:
+        return f"{lease.holder} drives the robot."
+    return ""
+
 
 PAGE = 100
 """Jobs of one page."""

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from maya_un.client.plans.moving import wish
-from maya_un.client.steps import Plan
+from maya_un.client.plans.robot import wish
+from maya_un.client.steps import Plan, Verb
 from maya_un.client.targets import Spot, spot, state_of
-from maya_un.client.verb import Verb
 from maya_un.schema.jobs import JobReport
 
 

@@ -7,9 +7,20 @@ from collections.abc import Generator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from maya_un.client import codec
-from maya_un.client.plans.patience import LONGEST, SHORTEST
-from maya_un.client.steps import Connect, Emit, Line, Plan, Receive, Send, Sleep, Step, StreamPlan
+from maya_un.client import transport
+from maya_un.client.steps import (
+    LONGEST_PAUSE,
+    SHORTEST_PAUSE,
+    Connect,
+    Emit,
+    Line,
+    Plan,
+    Receive,
+    Send,
+    Sleep,
+    Step,
+    StreamPlan,
+)
 from maya_un.errors import ServiceNotAnswering, ServiceNotRunning, StreamLagging
 from maya_un.values import State
 
@@ -76,7 +87,7 @@ def states(*, rate: float = 10.0, patience: float = PATIENCE) -> StreamPlan[Stat
                 found = yield from _newest(line)
                 if found["type"] == "state":
                     wait = _Backoff(patience)
-                    yield Emit(codec.adapter(State).validate_json(json.dumps(found["state"])))
+                    yield Emit(transport.adapter(State).validate_json(json.dumps(found["state"])))
         except (ServiceNotAnswering, ServiceNotRunning) as error:
             yield from wait.after(error)
 
@@ -86,13 +97,13 @@ class _Backoff:
 
     def __init__(self, patience: float) -> None:
         self._left = patience
-        self._rest = SHORTEST
+        self._rest = SHORTEST_PAUSE
 
     def after(self, error: Exception) -> Generator[Step, Any, None]:
         """Rest after a failure, or raise it where there is no patience left."""
         if self._left <= 0.0:
             raise error
-        pause = min(self._rest, LONGEST)
+        pause = min(self._rest, LONGEST_PAUSE)
         self._left -= pause
         self._rest = 2.0 * pause
         yield from Sleep(pause)
@@ -106,12 +117,12 @@ def _greeted() -> Plan[tuple[Line, dict[str, Any]]]:
 def _next(line: Line) -> Plan[dict[str, Any]]:
     text = yield from Receive(line)
     assert text is not None
-    return codec.message(text)
+    return transport.decoded_message(text)
 
 
 def _newest(line: Line) -> Plan[dict[str, Any]]:
     """Return the next message, or the last of those that have come already."""
     found = yield from _next(line)
     while (text := (yield from Receive(line, now=True))) is not None:
-        found = codec.message(text)
+        found = transport.decoded_message(text)
     return found

@@ -1,7 +1,11 @@
-"""The journal's file: made so that a power cut finds it whole, checked when it is opened, used by one program."""
+"""The journal's file: safe against power cuts, checked when it is opened, used by one program.
+
+Errors of SQLite are explained here.
+"""
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import sqlite3
@@ -9,10 +13,77 @@ from contextlib import suppress
 from pathlib import Path
 
 from dmc41x3.files import open_own, sync_folder, writable_place
-from maya_un.errors import FileUnwritable, StorageDamaged, StorageInUse
-from maya_un.process.journal import faults, schema
+from maya_un.errors import FileUnwritable, MayaError, StorageDamaged, StorageFailed, StorageInUse, StorageUnavailable
+from maya_un.process.journal import tables
 
-NAME = "maya.db"
+_PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG})
+
+_DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
+
+_REASONS = {
+    "SQLITE_FULL": "the disk is full",
+    "SQLITE_READONLY": "the file may only be read",
+    "SQLITE_CANTOPEN": "the file cannot be opened",
+    "SQLITE_PERM": "its rights do not allow it",
+    "SQLITE_BUSY": "another program holds the file",
+    "SQLITE_CORRUPT": "the file is damaged",
+    "SQLITE_NOTADB": "the file is no database",
+    "SQLITE_IOERR": "the disk reports an error",
+}
+
+
+def sqlite_reason(error: sqlite3.Error | OSError) -> str:
+    """Return why, in words where we know them, in SQLite's own where not."""
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    name = str(getattr(error, "sqlite_errorname", ""))
+    known = next((words for begin, words in _REASONS.items() if name.startswith(begin)), None)
+    return f"{known}: {error}" if known else str(error)
+
+
+def is_damage(error: sqlite3.Error | OSError) -> bool:
+    """Whether the file itself is not what it was."""
+    return str(getattr(error, "sqlite_errorname", "")).startswith(_DAMAGED)
+
+
+def opening_error(error: sqlite3.Error | OSError, path: Path) -> MayaError:
+    """Return what to raise where a file cannot be opened for writing."""
+    if is_damage(error):
+        return StorageDamaged(path=path, reason=str(error))
+    if is_passing(error, path):
+        return StorageUnavailable(path=path, reason=sqlite_reason(error))
+    return FileUnwritable(path=path, reason=sqlite_reason(error))
+
+
+def is_passing(error: BaseException | None, path: Path) -> bool:
+    """Tell whether the disk is at fault, full or read-only, and not the file."""
+    if isinstance(error, OSError):
+        return error.errno in _PASSING
+    name = str(getattr(error, "sqlite_errorname", ""))
+    return name.startswith(("SQLITE_FULL", "SQLITE_IOERR")) or (
+        name.startswith(("SQLITE_READONLY", "SQLITE_CANTOPEN")) and _is_read_only(path)
+    )
+
+
+def _is_read_only(path: Path) -> bool:
+    """Tell whether the file system of a file is mounted for reading only."""
+    try:
+        return bool(os.statvfs(path.parent).f_flag & os.ST_RDONLY)
+    except OSError:
+        return False
+
+
+def writing_error(error: sqlite3.Error | OSError) -> StorageFailed:
+    """Return what to raise where a write is not kept."""
+    return StorageFailed(reason=sqlite_reason(error))
+
+
+def reading_error(error: sqlite3.Error | OSError, path: Path | str) -> StorageDamaged:
+    """Return what to raise where something kept cannot be read any more."""
+    return StorageDamaged(path=path, reason=str(error))
+
+
+FILE_NAME = "maya.db"
 """The file within the state folder."""
 
 CHECKED_WHOLE = 64 * 2**20
@@ -44,7 +115,7 @@ class JournalLock:
             raise StorageInUse(path=path, pid=holder or "?") from error
         except OSError as error:
             os.close(descriptor)
-            raise FileUnwritable(path=beside(path, ".lock"), reason=faults.reason(error)) from error
+            raise FileUnwritable(path=beside(path, ".lock"), reason=sqlite_reason(error)) from error
         found = os.fstat(descriptor)
         if _identity(beside(path, ".lock")) != (found.st_dev, found.st_ino):  # `remove_new` took it away meanwhile
             os.close(descriptor)
@@ -155,16 +226,16 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
     try:
         create(path)
         connection = _connect(path)
-        schema.version(connection, path)
+        tables.schema_version(connection, path)
         check(connection, path)
         path.chmod(path.stat().st_mode & 0o700)
         _set_up(connection)
-        schema.migrate(connection, path)
+        tables.migrate(connection, path)
     except BaseException as error:
         if connection is not None:
             connection.close()
         if isinstance(error, sqlite3.Error | OSError):
-            raise faults.at_opening(error, path) from error
+            raise opening_error(error, path) from error
         raise
     return connection
 

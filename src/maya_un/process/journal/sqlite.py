@@ -1,10 +1,14 @@
-"""The journal in a file: what a coroutine wrote survives a power cut when it returns."""
+"""The journal in SQLite: in a file, or in memory for a dry run.
+
+A write to the file survives a power cut once its coroutine returns.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import sqlite3
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from functools import partial
@@ -12,13 +16,157 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from maya_un.config import StorageConfig
-from maya_un.errors import FileUnwritable
-from maya_un.process.journal import batches, faults, file, tables
-from maya_un.process.journal.batches import Batches, Outcome, PendingWrite
-from maya_un.process.journal.journal import SqlJournal, Work
-from maya_un.process.journal.rows import AuditRow, EventRow
+from maya_un.errors import FileUnwritable, StorageFailed
+from maya_un.process.journal import file, group_commit, history, tables
+from maya_un.process.journal.group_commit import Batches, Outcome, PendingWrite
+from maya_un.process.journal.protocol import AuditRow, EventRow, Filter, JobRow, StepRow, UnendedJobs, Unfinished
+from maya_un.process.journal.tables import Bodies, Change
 
 T = TypeVar("T")
+
+Work = Callable[[sqlite3.Connection], T]
+"""Statements on a connection; whoever calls it begins and ends the transaction."""
+
+
+class SqlJournal(ABC):
+    """The common part of both journals; see `protocol.Journal` for the meaning of each method."""
+
+    def __init__(self) -> None:
+        self._bodies = Bodies()
+
+    @abstractmethod
+    async def write(self, work: Work[T]) -> T:
+        """Do `work` within a transaction and return what it returns, once it is on the disk.
+
+        All of it is kept or none: raises `StorageFailed` where the database refuses, and whatever `work` raises itself.
+        For neighbours who keep tables of their own in this file. Somebody who is cancelled while he waits does not
+        know whether it was kept.
+        """
+
+    @abstractmethod
+    async def read(self, work: Work[T]) -> T:
+        """Return what `work` reads of what was written; it never waits for a write. Raises `StorageDamaged`."""
+
+    @abstractmethod
+    def note(self, *rows: EventRow | AuditRow) -> None:
+        """Keep events and audit entries soon, before any later `save`."""
+
+    @abstractmethod
+    def look(self, work: Work[T]) -> T:
+        """Return what `work` reads at once, in the loop: one row, or a few. Raises `StorageDamaged`."""
+
+    async def left(self) -> UnendedJobs:
+        """Return unfinished jobs; of waiting jobs, only their places."""
+        return await self.read(tables.unended_jobs)
+
+    def waiting_job(self, number: int) -> JobRow | None:
+        """Return a waiting job, at once; None if there is none."""
+        return self.look(lambda connection: tables.waiting_job(connection, number))
+
+    def waiting_of(self, owner: str) -> list[int]:
+        """Return the numbers of an owner's waiting jobs, at once."""
+        return self.look(lambda connection: tables.waiting_of(connection, owner))
+
+    async def names_of(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
+        """Return numbers, names and owners of jobs."""
+        return await self.read(lambda connection: tables.names_of(connection, numbers))
+
+    async def probe(self) -> None:
+        """Write a row and roll it back, to check whether the file can be written; raises `StorageFailed`."""
+        await self.write(tables.probe)
+
+    async def unfinished(self) -> Unfinished:
+        """Return the queue's mode and every job that has not ended; to be asked before anything is written."""
+        return await self.read(tables.unfinished)
+
+    async def add(self, *jobs: JobRow) -> None:
+        """Keep new jobs, all of them or none."""
+        await self.write(lambda connection: tables.add(connection, self._bodies, jobs))
+
+    async def save(self, *changes: Change) -> None:
+        """Keep newer versions, all of them or none; the body of a job is written where it is another object."""
+        await self.write(lambda connection: tables.save(connection, self._bodies, changes))
+
+    async def job(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]] | None:
+        """Return a job and its steps, None where there is none."""
+        return await self.read(lambda connection: tables.job(connection, number))
+
+    async def keyed(self, owner: str, key: str) -> JobRow | None:
+        """Return the job of an owner's idempotency key, None where there is none."""
+        return await self.read(lambda connection: tables.keyed(connection, owner, key))
+
+    async def page(self, which: Filter) -> list[JobRow]:
+        """Return a page of jobs without their bodies, at most `listing.MOST`."""
+        return await self.read(lambda connection: history.page(connection, which))
+
+    async def events(self, run: int, above: int, limit: int) -> list[EventRow]:
+        """Return events of a run above a number, oldest first."""
+        return await self.read(lambda connection: tables.events(connection, run, above, limit))
+
+    async def audit(self, below: int | None, limit: int) -> Sequence[tuple[int, AuditRow]]:
+        """Return numbered audit entries below a number, newest first."""
+        return await self.read(lambda connection: tables.audit(connection, below, limit))
+
+
+_T2 = TypeVar("_T2")
+
+
+class MemoryJournal(SqlJournal):
+    """Keeps everything in memory, in the caller's thread: no write ever waits."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._connection = sqlite3.connect(":memory:", isolation_level=None)
+        tables.migrate(self._connection, ":memory:")
+        self._run = tables.begin_run(self._connection)
+        self._closed = False
+
+    async def write(self, work: Work[_T2]) -> _T2:
+        """Do `work` within a transaction."""
+        if self._closed:
+            raise StorageFailed(reason="the journal is closed")
+        self._connection.execute("BEGIN")
+        try:
+            result = work(self._connection)
+            self._connection.execute("COMMIT")
+        except BaseException as error:
+            self._bodies.forget()
+            self._connection.execute("ROLLBACK")
+            if isinstance(error, sqlite3.Error):
+                raise file.writing_error(error) from error
+            raise
+        return result
+
+    async def read(self, work: Work[_T2]) -> _T2:
+        """Return what `work` reads."""
+        return work(self._connection)
+
+    def look(self, work: Work[_T2]) -> _T2:
+        """Return what `work` reads."""
+        return work(self._connection)
+
+    def note(self, *rows: EventRow | AuditRow) -> None:
+        """Keep events and audit entries."""
+        if not self._closed:
+            tables.note(self._connection, rows)
+
+    @property
+    def run(self) -> int:
+        """Always the first."""
+        return self._run
+
+    @property
+    def failing(self) -> str:
+        """Memory does not fail."""
+        return ""
+
+    async def close(self) -> None:
+        """Forget everything."""
+        self._closed = True
+        self._connection.close()
+
+
+_T3 = TypeVar("_T3")
 
 _PRUNE_EVERY = 1000
 """Notes are counted against what is kept once in so many."""
@@ -60,20 +208,20 @@ class SqliteJournal(SqlJournal):
         keep = StorageConfig() if keep is None else keep
         return cls(path, await asyncio.get_running_loop().run_in_executor(None, _open, path, keep), keep)
 
-    async def write(self, work: Work[T]) -> T:
+    async def write(self, work: Work[_T3]) -> _T3:
         """Do `work` in the next batch."""
         return await self._batches.write(work)
 
-    async def read(self, work: Work[T]) -> T:
+    async def read(self, work: Work[_T3]) -> _T3:
         """Do `work` on the connection for reading."""
         return await asyncio.get_running_loop().run_in_executor(self._reading, self._read, work)
 
-    def look(self, work: Work[T]) -> T:
+    def look(self, work: Work[_T3]) -> _T3:
         """Do `work` in the loop, on a separate connection, so other readers do not delay it."""
         try:
             return work(self._looker)
         except sqlite3.Error as error:
-            raise faults.at_reading(error, self.path) from error
+            raise file.reading_error(error, self.path) from error
 
     def note(self, *rows: EventRow | AuditRow) -> None:
         """Keep events and audit entries with the next batch, within `batches.FLUSH` where there is none."""
@@ -109,11 +257,11 @@ class SqliteJournal(SqlJournal):
         """Write a batch, in the writer's thread; raises `StorageFailed`."""
         try:
             self._seen.require()
-            outcomes = batches.commit(self._writer, batch)
+            outcomes = group_commit.commit(self._writer, batch)
             self._seen.require()
         except (sqlite3.Error, OSError) as error:
             self._bodies.forget()
-            raise faults.at_writing(error) from error
+            raise file.writing_error(error) from error
         if any(error for _, error in outcomes):
             self._bodies.forget()
         return outcomes
@@ -125,11 +273,11 @@ class SqliteJournal(SqlJournal):
             self._noted = 0
             tables.prune(connection, self._keep)
 
-    def _read(self, work: Work[T]) -> T:
+    def _read(self, work: Work[_T3]) -> _T3:
         try:
             return work(self._reader)
         except sqlite3.Error as error:
-            raise faults.at_reading(error, self.path) from error
+            raise file.reading_error(error, self.path) from error
 
 
 def _open(path: Path, keep: StorageConfig) -> _Opened:
@@ -149,10 +297,10 @@ def _open(path: Path, keep: StorageConfig) -> _Opened:
             undo.callback(looker.close)
             opened = _Opened(lock, writer, reader, looker, file.FileIdentity(path), run)
         except (sqlite3.Error, OSError) as error:
-            raise faults.at_opening(error, path) from error
+            raise file.opening_error(error, path) from error
         except FileUnwritable as error:
-            if isinstance(error.__cause__, OSError) and faults.is_passing(error.__cause__, path):
-                raise faults.at_opening(error.__cause__, path) from error
+            if isinstance(error.__cause__, OSError) and file.is_passing(error.__cause__, path):
+                raise file.opening_error(error.__cause__, path) from error
             raise
         undo.pop_all()
         return opened

@@ -1,27 +1,263 @@
-"""Writes to and reads from the journal's tables, on a connection that the caller opened."""
+"""The tables of the journal: their schema and migrations, the encoding of rows, and the statements.
+
+A file has its version in `PRAGMA user_version` and the id of its program in `PRAGMA application_id`. A released version
+never changes: a later change is a new step at the end of `MIGRATIONS`.
+"""
 
 from __future__ import annotations
 
 import json
 import sqlite3
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from maya_un.config import StorageConfig
-from maya_un.process.journal import encoding
-from maya_un.process.journal.encoding import AUDIT, EVENT, JOB, STEP, marks, updates
-from maya_un.process.journal.rows import (
+from maya_un.errors import FileNotOurs, StorageTooNew
+from maya_un.process.journal.protocol import (
     AuditRow,
     ClearedJobs,
     EventRow,
+    JobOptions,
     JobRow,
     QueueRow,
+    RequestOwner,
     StepRow,
     UnendedJobs,
     Unfinished,
 )
-from maya_un.process.order import QueueOrder, QueuePosition
-from maya_un.schema.states import TaskState
+from maya_un.process.queue_order import QueueOrder, QueuePosition
+from maya_un.schema.jobs import OnFailure, TaskState
+
+APPLICATION_ID = 0x4D617961
+"""The application id in the header of Maya's files: "Maya"."""
+
+_VERSION_1 = """
+CREATE TABLE meta (name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
+INSERT INTO meta VALUES ('run', 0);
+CREATE TABLE queue (
+    one INTEGER PRIMARY KEY CHECK (one = 1),
+    paused INTEGER NOT NULL, reason TEXT NOT NULL, "by" TEXT NOT NULL, since TEXT NOT NULL
+);
+CREATE TABLE jobs (
+    id INTEGER PRIMARY KEY,
+    name TEXT NOT NULL, owner TEXT NOT NULL, source TEXT NOT NULL,
+    priority INTEGER NOT NULL, held INTEGER NOT NULL, depends_on TEXT NOT NULL, notes TEXT NOT NULL,
+    on_failure TEXT NOT NULL, retries INTEGER NOT NULL, stepwise INTEGER NOT NULL,
+    state TEXT NOT NULL, position REAL NOT NULL, submitted TEXT NOT NULL,
+    steps INTEGER NOT NULL, done INTEGER NOT NULL, code INTEGER NOT NULL, message TEXT NOT NULL,
+    predicted REAL, duration REAL, began TEXT NOT NULL, ended TEXT NOT NULL,
+    key TEXT NOT NULL, digest TEXT NOT NULL, proposal INTEGER NOT NULL, approved_by TEXT NOT NULL
+);
+CREATE INDEX jobs_by_state ON jobs (state, id);
+CREATE INDEX jobs_by_owner ON jobs (owner, state, id);
+CREATE UNIQUE INDEX jobs_by_key ON jobs (owner, key) WHERE key <> '';
+CREATE TABLE bodies (job INTEGER PRIMARY KEY, body TEXT NOT NULL);
+CREATE TABLE labels (job INTEGER PRIMARY KEY, words TEXT NOT NULL);
+CREATE TABLE steps (
+    job INTEGER NOT NULL, "index" INTEGER NOT NULL, state TEXT NOT NULL, code INTEGER NOT NULL, message TEXT NOT NULL,
+    predicted REAL, duration REAL, phase TEXT NOT NULL, "end" TEXT,
+    PRIMARY KEY (job, "index")
+) WITHOUT ROWID;
+CREATE TABLE events (
+    number INTEGER PRIMARY KEY,
+    run INTEGER NOT NULL, seq INTEGER NOT NULL, date TEXT NOT NULL, time REAL NOT NULL,
+    kind TEXT NOT NULL, code INTEGER NOT NULL, detail TEXT NOT NULL
+);
+CREATE UNIQUE INDEX events_by_seq ON events (run, seq);
+CREATE TABLE audit (
+    number INTEGER PRIMARY KEY,
+    date TEXT NOT NULL, who TEXT NOT NULL, role TEXT NOT NULL, source TEXT NOT NULL,
+    operation TEXT NOT NULL, code INTEGER NOT NULL, detail TEXT NOT NULL
+);
+"""
+
+MIGRATIONS: tuple[str, ...] = (_VERSION_1,)
+"""The migrations from each version to the next; the first one initialises an empty file."""
+
+SCHEMA_VERSION = len(MIGRATIONS)
+"""The version that this program writes."""
+
+
+def migrate(connection: sqlite3.Connection, path: Path | str, steps: tuple[str, ...] = MIGRATIONS) -> None:
+    """Bring the file to this version, one transaction a step, so that one which is cut short has not happened.
+
+    `path` is for what is raised: `StorageTooNew`, and `FileNotOurs` for a database of another program.
+    """
+    found = schema_version(connection, path, len(steps))
+    for number, script in enumerate(steps[found:], found + 1):
+        connection.executescript(
+            f"BEGIN IMMEDIATE;{script};PRAGMA application_id = {APPLICATION_ID};PRAGMA user_version = {number};COMMIT;"
+        )
+
+
+def schema_version(connection: sqlite3.Connection, path: Path | str, known: int = SCHEMA_VERSION) -> int:
+    """Return the version of a file, 0 for one that is empty; raises as `migrate` does."""
+    found = int(connection.execute("PRAGMA user_version").fetchone()[0])
+    application = int(connection.execute("PRAGMA application_id").fetchone()[0])
+    if (found or _strangers(connection)) and application != APPLICATION_ID:
+        raise FileNotOurs(path=path, remedy="it is the database of another program; name another state folder")
+    if found > known:
+        raise StorageTooNew(path=path, found=found, known=known)
+    return found
+
+
+def _strangers(connection: sqlite3.Connection) -> bool:
+    """Whether there are tables other than those of the users, which may be there before ours."""
+    named = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name NOT GLOB 'access_*'"
+    return bool(connection.execute(named).fetchone()[0])
+
+
+Values = tuple[Any, ...]
+"""A value that is bound to a statement, or that one returns."""
+
+JOB = (
+    "id, name, owner, source, priority, held, depends_on, notes, on_failure, retries, stepwise, state, position, "
+    "submitted, steps, done, code, message, predicted, duration, began, ended, key, digest, proposal, approved_by"
+)
+"""The columns of a job, in the order of `job_values`; its body is kept apart."""
+
+STEP = 'job, "index", state, code, message, predicted, duration, phase, "end"'
+"""The columns of a step."""
+
+EVENT = "run, seq, date, time, kind, code, detail"
+"""The columns of an event."""
+
+AUDIT = "date, who, role, source, operation, code, detail"
+"""The columns of an audit entry."""
+
+_compact = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False).encode
+_lenient = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, default=str).encode
+
+
+def body_text(body: dict[str, Any]) -> str:
+    """Return a body as JSON; raises `TypeError` for what JSON does not know."""
+    return _compact(body)
+
+
+def job_values(row: JobRow) -> Values:
+    """Return what stands in the columns `JOB`."""
+    options = row.options
+    return (
+        row.id,
+        row.name,
+        row.owner.name,
+        row.owner.source,
+        options.priority,
+        options.held,
+        _compact(options.depends_on) if options.depends_on else "[]",
+        options.notes,
+        options.on_failure.value,
+        options.retries,
+        options.stepwise,
+        row.state.value,
+        row.position,
+        row.submitted,
+        row.steps,
+        row.done,
+        row.code,
+        row.message,
+        row.predicted,
+        row.duration,
+        row.began,
+        row.ended,
+        row.key,
+        row.digest,
+        row.proposal,
+        row.approved_by,
+    )
+
+
+def job_of(values: Values, body: str | None = None) -> JobRow:
+    """Return the job of the columns `JOB`, without a body where none is given."""
+    (number, name, owner, source, priority, held, depends_on, notes, on_failure, retries, stepwise, state, *rest) = (
+        values
+    )
+    (position, submitted, steps, done, code, message, predicted, duration, began, ended, key, digest, *last) = rest
+    proposal, approved_by = last
+    options = JobOptions(
+        priority,
+        bool(held),
+        () if depends_on == "[]" else tuple(json.loads(depends_on)),
+        notes,
+        OnFailure(on_failure),
+        retries,
+        bool(stepwise),
+    )
+    return JobRow(
+        id=number,
+        name=name,
+        body={} if body is None else json.loads(body),
+        options=options,
+        owner=RequestOwner(owner, source),
+        state=TaskState(state),
+        position=position,
+        submitted=submitted,
+        steps=steps,
+        done=done,
+        code=code,
+        message=message,
+        predicted=predicted,
+        duration=duration,
+        began=began,
+        ended=ended,
+        key=key,
+        digest=digest,
+        proposal=bool(proposal),
+        approved_by=approved_by,
+    )
+
+
+def words_of(row: JobRow) -> str:
+    """Return what a job is found by, in lower case: its name and its notes."""
+    return f"{row.name}\n{row.options.notes}".casefold()
+
+
+def step_values(job: int, row: StepRow) -> Values:
+    """Return what stands in the columns `STEP`."""
+    end = None if row.end is None else _lenient(row.end)
+    return (job, row.index, row.state.value, row.code, row.message, row.predicted, row.duration, row.phase, end)
+
+
+def step_of(values: Values) -> tuple[int, StepRow]:
+    """Return the job's number and the step of the columns `STEP`."""
+    job, index, state, code, message, predicted, duration, phase, end = values
+    reached = None if end is None else json.loads(end)
+    return job, StepRow(index, TaskState(state), code, message, predicted, duration, phase, reached)
+
+
+def queue_of(values: Values) -> QueueRow:
+    """Return the queue's mode of its columns."""
+    paused, reason, by, since = values
+    return QueueRow(bool(paused), reason, by, since)
+
+
+def event_values(row: EventRow) -> Values:
+    """Return what stands in the columns `EVENT`; what JSON does not know of its detail is kept in words."""
+    return (row.run, row.seq, row.date, row.time, row.kind, row.code, _lenient(row.detail))
+
+
+def event_of(values: Values) -> EventRow:
+    """Return the event of the columns `EVENT`."""
+    run, seq, date, time, kind, code, detail = values
+    return EventRow(run, seq, date, time, kind, code, json.loads(detail))
+
+
+def audit_values(row: AuditRow) -> Values:
+    """Return what stands in the columns `AUDIT`."""
+    return (row.date, row.who, row.role, row.source, row.operation, row.code, row.detail)
+
+
+def marks(columns: str) -> str:
+    """Return as many question marks as there are columns."""
+    return ", ".join("?" * (columns.count(",") + 1))
+
+
+def updates(columns: str, *keys: str) -> str:
+    """Return the end of an upsert: every column but the keys gets its newer value."""
+    names = [name for name in columns.split(", ") if name not in keys]
+    return f"ON CONFLICT ({', '.join(keys)}) DO UPDATE SET " + ", ".join(f"{name} = excluded.{name}" for name in names)
+
 
 Change = JobRow | QueueRow | ClearedJobs | tuple[int, StepRow]
 """A newer version of a job, of the queue's mode, of a step (the job's number, the step), the end of many jobs."""
@@ -84,7 +320,7 @@ class Bodies:
 def add(connection: sqlite3.Connection, bodies: Bodies, jobs: Iterable[JobRow]) -> None:
     """Write new jobs; raises `sqlite3.IntegrityError` for a number, or an owner's key, that is there."""
     for row in jobs:
-        connection.execute(_ADD_JOB, encoding.job_values(row))
+        connection.execute(_ADD_JOB, job_values(row))
         _write_body(connection, bodies, row)
 
 
@@ -92,7 +328,7 @@ def save(connection: sqlite3.Connection, bodies: Bodies, changes: Iterable[Chang
     """Write newer versions."""
     for change in changes:
         if isinstance(change, JobRow):
-            connection.execute(_SAVE_JOB, encoding.job_values(change))
+            connection.execute(_SAVE_JOB, job_values(change))
             _write_body(connection, bodies, change)
         elif isinstance(change, QueueRow):
             connection.execute(_SAVE_QUEUE, (change.paused, change.reason, change.by, change.since))
@@ -100,22 +336,22 @@ def save(connection: sqlite3.Connection, bodies: Bodies, changes: Iterable[Chang
             values = (change.state.value, change.code, change.message, change.ended, json.dumps(change.numbers))
             connection.execute(_CLEAR, values)
         else:
-            connection.execute(_SAVE_STEP, encoding.step_values(*change))
+            connection.execute(_SAVE_STEP, step_values(*change))
 
 
 def _write_body(connection: sqlite3.Connection, bodies: Bodies, row: JobRow) -> None:
     if bodies.lacks(row):
-        connection.execute(_SAVE_LABEL, (row.id, encoding.words_of(row)))
-        connection.execute(_SAVE_BODY, (row.id, encoding.body_text(row.body)))
+        connection.execute(_SAVE_LABEL, (row.id, words_of(row)))
+        connection.execute(_SAVE_BODY, (row.id, body_text(row.body)))
 
 
 def note(connection: sqlite3.Connection, rows: Iterable[EventRow | AuditRow]) -> None:
     """Write events and audit entries."""
     for row in rows:
         if isinstance(row, EventRow):
-            connection.execute(_ADD_EVENT, encoding.event_values(row))
+            connection.execute(_ADD_EVENT, event_values(row))
         else:
-            connection.execute(_ADD_AUDIT, encoding.audit_values(row))
+            connection.execute(_ADD_AUDIT, audit_values(row))
 
 
 def probe(connection: sqlite3.Connection) -> None:
@@ -130,7 +366,7 @@ def begin_run(connection: sqlite3.Connection) -> int:
     return int(connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0])
 
 
-def left(connection: sqlite3.Connection) -> UnendedJobs:
+def unended_jobs(connection: sqlite3.Connection) -> UnendedJobs:
     """Return unfinished jobs; of waiting jobs, only what the queue needs."""
     waiting = f"SELECT id, priority, position, owner, state = 'queued' FROM jobs WHERE {_WAITS} {_IN_ORDER}"
     order = QueueOrder()
@@ -166,12 +402,12 @@ def unfinished(connection: sqlite3.Connection, which: str = f"state IN ({ALIVE})
     of_jobs = (
         f'SELECT {STEP} FROM steps WHERE job IN (SELECT id FROM jobs WHERE state IN ({ALIVE})) ORDER BY job, "index"'
     )
-    for job, row in map(encoding.step_of, connection.execute(of_jobs).fetchall()):
+    for job, row in map(step_of, connection.execute(of_jobs).fetchall()):
         steps.setdefault(job, []).append(row)
     last = connection.execute("SELECT max(id) FROM jobs").fetchone()[0]
     return Unfinished(
-        QueueRow() if mode is None else encoding.queue_of(mode),
-        tuple(encoding.job_of(values[:-1], values[-1] or "{}") for values in jobs),
+        QueueRow() if mode is None else queue_of(mode),
+        tuple(job_of(values[:-1], values[-1] or "{}") for values in jobs),
         {number: tuple(rows) for number, rows in steps.items()},
         (last or 0) + 1,
     )
@@ -188,7 +424,7 @@ def job(connection: sqlite3.Connection, number: int) -> tuple[JobRow, tuple[Step
     if found is None:
         return None
     steps = connection.execute(f'SELECT {STEP} FROM steps WHERE job = ? ORDER BY "index"', (number,)).fetchall()
-    return found, tuple(encoding.step_of(values)[1] for values in steps)
+    return found, tuple(step_of(values)[1] for values in steps)
 
 
 def keyed(connection: sqlite3.Connection, owner: str, key: str) -> JobRow | None:
@@ -198,14 +434,14 @@ def keyed(connection: sqlite3.Connection, owner: str, key: str) -> JobRow | None
 
 def _one(connection: sqlite3.Connection, where: str, *values: object) -> JobRow | None:
     found = connection.execute(f"{_WITH_BODY} WHERE {where}", values).fetchone()
-    return None if found is None else encoding.job_of(found[:-1], found[-1] or "{}")
+    return None if found is None else job_of(found[:-1], found[-1] or "{}")
 
 
 def events(connection: sqlite3.Connection, run: int, above: int, limit: int) -> list[EventRow]:
     """Return events of a run above a number, oldest first."""
     asked = f"SELECT {EVENT} FROM events WHERE run = ? AND seq > ? ORDER BY seq LIMIT ?"
     return [
-        encoding.event_of(values)
+        event_of(values)
         for values in connection.execute(asked, (bounded(run), bounded(above), bounded(limit))).fetchall()
     ]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.api.access.attempts import LIMIT, WINDOW, Attempts
 from maya_un.errors import TooManyRequests
+from maya_un.service.access.attempts import LIMIT, WINDOW, Attempts
 
 
 def tried(attempts: Attempts, source: str, now: float) -> bool:

@@ -7,11 +7,11 @@ from datetime import timedelta
 
 import pytest
 
-from maya_un.api.access import tokens
-from maya_un.api.access.attempts import LIMIT, WINDOW
-from maya_un.api.access.caller import Caller, Role
-from maya_un.api.access.callers import FAILURE_COSTS
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
+from maya_un.service.access import tokens
+from maya_un.service.access.attempts import LIMIT, WINDOW
+from maya_un.service.access.callers import FAILURE_COSTS
+from maya_un.service.access.operations import Caller, Role
 from tests.entrances import House, house
 from tests.virtual_time import elapse, turn
 

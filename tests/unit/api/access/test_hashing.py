@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from maya_un.api.access.hashing import Hasher
+from maya_un.service.access.callers import Hasher
 
 CHEAP = Hasher(memory=8, passes=1)
 

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.api.access.caller import Role
-from maya_un.api.access.store import VERSION, Change, FileStore, Token, User
 from maya_un.errors import FileUnwritable, StorageDamaged, StorageFailed, StorageTooNew
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.service.access.operations import Role
+from maya_un.service.access.users import VERSION, Change, FileStore, Token, User
 from tests.virtual_time import turn
 
 ROOT = User("root", Role.ADMIN, "2026-11-21T09:00:00+00:00", "$argon2id$...")

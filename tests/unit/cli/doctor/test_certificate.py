@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli.doctor import certificate
+from maya_un.cli.doctor import service
 from maya_un.cli.doctor.finding import Finding, FindingOutcome
-from maya_un.cli.doctor.sockets import ListeningProcess
+from maya_un.cli.doctor.host import ListeningProcess
 
 OPENSSL = shutil.which("openssl")
 
@@ -94,7 +94,7 @@ def shown(context: ssl.SSLContext | None) -> Iterator[int]:
 
 def found(port: int) -> list[Finding]:
     there = [ListeningProcess(port, os.getpid(), "maya"), ListeningProcess(port + 1, os.getpid() + 1, "another")]
-    return list(certificate.findings(there, os.getpid()))
+    return list(service.findings(there, os.getpid()))
 
 
 @pytest.mark.parametrize(

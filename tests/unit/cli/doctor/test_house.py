@@ -14,11 +14,11 @@ from typing import NamedTuple
 import pytest
 
 from maya_un import runtime
-from maya_un.cli.doctor import house
+from maya_un.cli.doctor import host
 from maya_un.cli.doctor.finding import Finding, FindingOutcome
-from maya_un.cli.doctor.sockets import ListeningProcess, listeners
+from maya_un.cli.doctor.host import ListeningProcess, listeners
 from maya_un.cli.settings import OutputSettings
-from maya_un.process.journal.rows import EventRow
+from maya_un.process.journal.protocol import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 
 
@@ -44,23 +44,23 @@ def keep(folder: Path, date: str = "2026-11-21T10:00:00+00:00") -> None:
 
 
 def test_a_configuration_is_good_absent_or_wrong(tmp_path: Path) -> None:
-    assert only(house.config(OutputSettings())).key == "config_none"
+    assert only(host.config(OutputSettings())).key == "config_none"
     file = tmp_path / "maya.toml"
     file.write_text("[cell]\ngrasp_height = 0.4\n")
-    assert only(house.config(OutputSettings(config=str(file)))).key == "config_good"
+    assert only(host.config(OutputSettings(config=str(file)))).key == "config_good"
     file.write_text("[cell]\ngrasp_hight = 0.4\n")
-    wrong = only(house.config(OutputSettings(config=str(file))))
+    wrong = only(host.config(OutputSettings(config=str(file))))
     assert (wrong.outcome, "grasp_hight" in wrong.details["error"]) == (FindingOutcome.FAIL, True)
 
 
 def test_storage_that_is_well_is_looked_at_whole(folder: Path) -> None:
-    assert only(house.storage(OutputSettings(), served_by=0)).key == "storage_none"
+    assert only(host.storage(OutputSettings(), served_by=0)).key == "storage_none"
     assert not folder.exists(), "a look must not make anything"
     keep(folder)
     keep(folder)
-    found = only(house.storage(OutputSettings(), served_by=0))
+    found = only(host.storage(OutputSettings(), served_by=0))
     assert (found.key, found.details["runs"]) == ("storage_good", 2)
-    assert only(house.storage(OutputSettings(), served_by=7)).key == "storage_in_use"
+    assert only(host.storage(OutputSettings(), served_by=7)).key == "storage_in_use"
 
 
 def test_storage_that_is_damaged_is_told_as_such(folder: Path) -> None:
@@ -69,16 +69,16 @@ def test_storage_that_is_damaged_is_told_as_such(folder: Path) -> None:
     data = bytearray(file.read_bytes())
     data[len(data) // 2 :] = os.urandom(len(data) - len(data) // 2)
     file.write_bytes(data)
-    found = only(house.storage(OutputSettings(), served_by=0))
+    found = only(host.storage(OutputSettings(), served_by=0))
     assert (found.outcome, found.key) == (FindingOutcome.FAIL, "storage_bad")
     file.write_bytes(b"somebody else's file" * 100)
-    assert only(house.storage(OutputSettings(), served_by=0)).outcome is FindingOutcome.FAIL
+    assert only(host.storage(OutputSettings(), served_by=0)).outcome is FindingOutcome.FAIL
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "kept"))
-    assert only(house.storage(OutputSettings(), served_by=0)).key == "storage_unwritable"
+    assert only(host.storage(OutputSettings(), served_by=0)).key == "storage_unwritable"
 
 
 class _Usage(NamedTuple):
@@ -97,7 +97,7 @@ def test_room_on_the_disk(free: float, outcome: FindingOutcome, monkeypatch: pyt
         return _Usage(0, 0, int(free))
 
     monkeypatch.setattr(shutil, "disk_usage", usage)
-    assert only(house.disk()).outcome is outcome
+    assert only(host.disk()).outcome is outcome
 
 
 def test_ports_are_free_ours_or_somebody_elses() -> None:
@@ -106,7 +106,7 @@ def test_ports_are_free_ours_or_somebody_elses() -> None:
         ListeningProcess(9090, 0, ""),
         ListeningProcess(11311, 13, "rosmaster"),
     ]
-    found = {finding.details["port"]: finding for finding in house.ports(there)}
+    found = {finding.details["port"]: finding for finding in host.ports(there)}
     assert {port: finding.key for port, finding in found.items()} == {
         3000: "port_free",
         4133: "port_taken",
@@ -116,7 +116,7 @@ def test_ports_are_free_ours_or_somebody_elses() -> None:
     }
     assert found[4133].details["who"] == "python (process 12)"
     runtime.publish(runtime.Running("http://127.0.0.1:4133", 12, None))
-    assert next(one for one in house.ports(there) if one.details["port"] == 4133).key == "port_ours"
+    assert next(one for one in host.ports(there) if one.details["port"] == 4133).key == "port_ours"
 
 
 def test_who_listens_is_told_by_the_system() -> None:
@@ -134,25 +134,25 @@ def test_a_system_that_does_not_tell_has_no_listeners(tmp_path: Path) -> None:
 
 def test_the_clock_is_kept_alone_or_behind(folder: Path, tmp_path: Path) -> None:
     now = datetime(2026, 11, 21, 10, 0, tzinfo=UTC)
-    assert only(house.clock(now, tmp_path)).key == "clock_alone"
+    assert only(host.clock(now, tmp_path)).key == "clock_alone"
     mark = tmp_path / "run" / "chrony" / "chronyd.pid"
     mark.parent.mkdir(parents=True)
     mark.touch()
-    assert only(house.clock(now, tmp_path)).details == {"keeper": "chrony"}
+    assert only(host.clock(now, tmp_path)).details == {"keeper": "chrony"}
     keep(folder, (now + timedelta(hours=1)).isoformat())
-    behind = only(house.clock(now, tmp_path))
+    behind = only(host.clock(now, tmp_path))
     assert (behind.outcome, behind.details["seconds"]) == (FindingOutcome.FAIL, 3600.0)
-    assert only(house.clock(now + timedelta(hours=2), tmp_path)).key == "clock_good"
+    assert only(host.clock(now + timedelta(hours=2), tmp_path)).key == "clock_good"
 
 
 def test_ros_is_looked_for_and_its_master_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not Path("/opt/ros").is_dir() and shutil.which("roscore") is None:
-        assert only(house.ros()).outcome is FindingOutcome.SKIPPED
+        assert only(host.ros()).outcome is FindingOutcome.SKIPPED
     roscore = tmp_path / "roscore"
     roscore.touch(mode=0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     with socket.create_server(("127.0.0.1", 0)) as door:
         uri = f"http://127.0.0.1:{door.getsockname()[1]}"
         monkeypatch.setenv("ROS_MASTER_URI", uri)
-        assert only(house.ros()).key == "ros_master"
-    assert only(house.ros()).key == "ros_no_master"
+        assert only(host.ros()).key == "ros_master"
+    assert only(host.ros()).key == "ros_no_master"

@@ -11,7 +11,7 @@ from types import ModuleType
 
 import pytest
 
-from maya_un.cli.doctor import certificate, controller, house, service, show, words
+from maya_un.cli.doctor import controller, host, service, show, words
 from maya_un.cli.doctor.finding import Finding, FindingOutcome, ok
 from maya_un.cli.main import main
 from tests.ports import free_port
@@ -52,14 +52,14 @@ def test_a_check_that_fails_itself_does_not_keep_the_others_from_helping(
     def broken() -> None:
         raise ZeroDivisionError("on purpose")
 
-    monkeypatch.setattr(house, "disk", broken)
+    monkeypatch.setattr(host, "disk", broken)
     assert main(["doctor"]) == 1
     printed = capsys.readouterr().out
     assert "FAIL  disk: This could not be checked (ZeroDivisionError: on purpose)." in printed
     assert "ROS: " in printed
 
 
-@pytest.mark.parametrize("module", [certificate, controller, house, service, show])
+@pytest.mark.parametrize("module", [service, controller, host, service, show])
 def test_every_finding_has_a_name_and_words_in_both_languages(module: ModuleType) -> None:
     source = inspect.getsource(module)
     named = re.findall(r'(?:ok|warn|fail|skipped|found)\(\s*"([^"]+)"', source)
@@ -69,7 +69,7 @@ def test_every_finding_has_a_name_and_words_in_both_languages(module: ModuleType
 
 
 def test_every_word_is_used_and_says_the_same_in_both_languages() -> None:
-    source = "".join(inspect.getsource(module) for module in (certificate, controller, house, service, show))
+    source = "".join(inspect.getsource(module) for module in (service, controller, host, service, show))
     assert [key for key in words._WORDS if f'"{key}"' not in source] == []
 
     def fields(text: str) -> set[str | None]:

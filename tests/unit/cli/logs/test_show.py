@@ -11,7 +11,7 @@ import pytest
 from maya_un.cli.logs.show import LogFilter, show
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
-from maya_un.process.journal.rows import EventRow
+from maya_un.process.journal.protocol import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 
 

@@ -9,10 +9,10 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un.cli.main import main
-from maya_un.cli.queueing.keeping import kept
-from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
+from maya_un.cli.queueing.storage import kept
+from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.unit.cli.queueing.answers import printed
 
 

@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from maya_un.cli.queueing import times
+from maya_un.cli.queueing.text import clock_in, clock_text, duration
 
 
 @pytest.fixture
@@ -30,21 +30,21 @@ def bogota(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     ],
 )  # fmt: skip
 def test_durations(seconds: float | None, text: str) -> None:
-    assert times.duration(seconds) == text
+    assert duration(seconds) == text
 
 
 @pytest.mark.usefixtures("bogota")
 def test_another_day_is_named_and_the_clock_is_the_one_here() -> None:
-    assert times.clock("2020-03-01T03:00:00+00:00") == "2020-02-29 22:00"
-    assert times.clock("") == ""
+    assert clock_text("2020-03-01T03:00:00+00:00") == "2020-02-29 22:00"
+    assert clock_text("") == ""
 
 
 @pytest.mark.usefixtures("bogota")
 def test_of_today_only_the_clock_is_told() -> None:
     noon = datetime.now(UTC).astimezone().replace(hour=12, minute=34, second=56)
-    assert times.clock(noon.astimezone(UTC).isoformat()) == "12:34:56"
+    assert clock_text(noon.astimezone(UTC).isoformat()) == "12:34:56"
 
 
 def test_what_the_clock_will_show_is_so_much_later() -> None:
     soon = datetime.now(UTC) + timedelta(days=3)
-    assert times.clock_in(3 * 86_400.0)[:10] == soon.astimezone().strftime("%Y-%m-%d")
+    assert clock_in(3 * 86_400.0)[:10] == soon.astimezone().strftime("%Y-%m-%d")

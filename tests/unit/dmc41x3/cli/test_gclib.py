@@ -15,7 +15,7 @@ from dmc41x3.cli import gclib
 from dmc41x3.cli.settings import OutputSettings
 from dmc41x3.cli.site import ALONE
 from dmc41x3.errors import FileNotOurs, FileUnwritable
-from maya_un.cli.site import MAYA
+from maya_un.cli.dmc_tools.site import MAYA
 
 Run = Callable[[Sequence[str]], int]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Self
 
 from dmc41x3.language.record import DataRecord, decode
-from dmc41x3.twin.handles import Handle
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.motion.axis import Axis
+from dmc41x3.twin.network import Handle
 from dmc41x3.twin.plant import BenchPlant
 
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dmc41x3.twin.bench import LagModel, ServoBench
 from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.plant import LagModel, ServoBench
 from dmc41x3.twin.timeline import TimelinePiece
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.handles import Handle, HandleProtocol
+from dmc41x3.twin.network import Handle, HandleProtocol
 from tests.unit.dmc41x3.twin.bench import Bench
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.context import CallerContext
+from dmc41x3.twin.context import CallerContext, OperandScope
 from dmc41x3.twin.execution import assignment, execute
-from dmc41x3.twin.operands import OperandScope
-from dmc41x3.twin.refusal import Rejection
-from dmc41x3.twin.thread import Thread
+from dmc41x3.twin.expressions import Rejection
+from dmc41x3.twin.program import Thread
 from tests.unit.dmc41x3.twin.bench import Bench
 
 

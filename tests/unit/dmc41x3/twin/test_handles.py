@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.twin.handles import COUNT, TCP_SLAVE, Handles
+from dmc41x3.twin.network import COUNT, TCP_SLAVE, Handles
 from tests.unit.dmc41x3.twin.bench import Bench
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.twin.handles import HandleProtocol
 from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.network import HandleProtocol
 from dmc41x3.twin.plant import BenchPlant
 
 LONG = 1000.0

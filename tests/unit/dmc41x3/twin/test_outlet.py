@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.twin.handles import Handle, Handles
-from dmc41x3.twin.outlet import OutputBuffer
+from dmc41x3.twin.network import Handle, Handles, OutputBuffer
 
 
 class Office:

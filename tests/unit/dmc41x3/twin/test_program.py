@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmc41x3.language.codes import ErrorCode
+from dmc41x3.twin.expressions import Rejection
 from dmc41x3.twin.program import Draft, Program, label_of, statements
-from dmc41x3.twin.refusal import Rejection
 from tests.unit.dmc41x3.twin.program_bench import ProgramBench
 
 LINES = st.lists(

@@ -6,9 +6,8 @@ from math import inf
 import pytest
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.language.arrays import Arrays
-from dmc41x3.twin.recorder import ArrayRecorder
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.arrays import ArrayRecorder, Arrays
+from dmc41x3.twin.expressions import Rejection
 
 SAMPLE = 1.0 / 1024.0
 

@@ -8,7 +8,7 @@ import pytest
 
 from dmc41x3.language.record import DataRecord, decode
 from dmc41x3.twin.burn import BURN_TIME
-from dmc41x3.twin.handles import Handle, HandleProtocol
+from dmc41x3.twin.network import Handle, HandleProtocol
 from tests.unit.dmc41x3.twin.bench import Bench
 
 SAMPLE = 1.0 / 1024.0

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.twin.plant import BenchPlant
-from dmc41x3.twin.sensing import Sensing
+from dmc41x3.twin.plant import BenchPlant, Sensing
 from dmc41x3.twin.timeline import TimelinePiece
 from maya_un.machine.mechanics import MayaMechanics
 from tests.unit.dmc41x3.twin.bench import Bench

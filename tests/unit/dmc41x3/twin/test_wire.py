@@ -15,7 +15,7 @@ from dmc41x3.language.record import decode
 from dmc41x3.loops import run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
-from dmc41x3.twin.wire.link import SEGMENT, segments
+from dmc41x3.twin.wire.connections import SEGMENT, segments
 from dmc41x3.twin.wire.server import VirtualController
 
 PATIENCE = 20.0

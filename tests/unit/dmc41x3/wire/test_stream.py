@@ -12,8 +12,8 @@ import pytest
 from dmc41x3.driver import Driver
 from dmc41x3.errors import ConnectFailed, InvalidValue, LinkLost, NotConnected, UnexpectedReply
 from dmc41x3.language.record import AxisRecord, DataRecord, encode
-from dmc41x3.twin.handles import HandleProtocol
 from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.network import HandleProtocol
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.stream import Gaps, RawRecord, RecordStream, StreamMode, period_of

@@ -6,12 +6,12 @@ import asyncio
 
 import pytest
 
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.clients.calls import called, done
+from maya_ros.graph.outcome import failure, success, trigger_failure
+from maya_ros.graph.protocol import Act, Feedback, GoalRefused, Message
+from maya_ros.graph.table import HOME, STOP
 from maya_un.errors import Busy, FollowingError, MayaError, NodeGone, ServiceFailed, Stopped
-from maya_un.graph.bus import Bus
-from maya_un.graph.clients.asking import called, done
-from maya_un.graph.outcome import failure, success, trigger_failure
-from maya_un.graph.protocol import Act, Feedback, GoalRefused, Message
-from maya_un.graph.table import HOME, STOP
 from tests.virtual_time import elapse
 
 

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import pytest
 
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.clients.controller import GraphController
+from maya_ros.graph.clients.robot import GraphRobot
+from maya_ros.graph.outcome import failure, success
+from maya_ros.graph.protocol import Feedback, GoalRefused, Message
+from maya_ros.graph.table import TASK
 from maya_un.errors import Busy, MayaError, NodeGone
 from maya_un.events import PhaseBegun
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.clients.controller import GraphController
-from maya_un.graph.clients.robot import GraphRobot
-from maya_un.graph.outcome import failure, success
-from maya_un.graph.protocol import Feedback, GoalRefused, Message
-from maya_un.graph.table import TASK
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
 from maya_un.values import Point

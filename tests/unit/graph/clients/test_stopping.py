@@ -6,9 +6,9 @@ import asyncio
 
 import pytest
 
+from maya_ros.graph.clients.calls import stoppable
 from maya_un.errors import FollowingError, Stopped
 from maya_un.events import EventLog, MotionStopped
-from maya_un.graph.clients.stopping import stoppable
 from tests.virtual_time import elapse
 
 

@@ -6,17 +6,17 @@ import asyncio
 
 import pytest
 
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.clients.controller import GraphController
+from maya_ros.graph.clients.watch import SILENT
+from maya_ros.graph.diagnostics import array
+from maya_ros.graph.diagnostics import controller as diagnosed
+from maya_ros.graph.events import ControllerCondition, ReportedEvent, Strokes
+from maya_ros.graph.protocol import Feedback, Message
+from maya_ros.graph.table import ABORT, DIAGNOSTICS, EVENT, FOLLOW, GRIPPER, HOME, JOINTS, MOVE, STOP, Row
 from maya_un.cli.quick import SERVICE_TIMEOUT
 from maya_un.config import Config
 from maya_un.errors import NodeGone, NotConnected
-from maya_un.graph.bus import Bus
-from maya_un.graph.clients.controller import GraphController
-from maya_un.graph.clients.watch import SILENT
-from maya_un.graph.diagnostics import array
-from maya_un.graph.diagnostics import controller as diagnosed
-from maya_un.graph.events import ControllerCondition, ReportedEvent, Strokes
-from maya_un.graph.protocol import Feedback, Message
-from maya_un.graph.table import ABORT, DIAGNOSTICS, EVENT, FOLLOW, GRIPPER, HOME, JOINTS, MOVE, STOP, Row
 from maya_un.values import Mode
 from tests.virtual_time import elapse
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from maya_ros.graph.clients.controller import Vias
 from maya_un.config import Config, Units
 from maya_un.controller.planner import MotionPlan, Planner
-from maya_un.graph.clients.vias import Vias
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Path

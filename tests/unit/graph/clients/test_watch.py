@@ -10,15 +10,15 @@ from math import inf, nan
 
 import pytest
 
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.clients.watch import SETTLES, SILENT, ControllerWatch
+from maya_ros.graph.diagnostics import array, controller
+from maya_ros.graph.events import REFUSED, ControllerCondition, ReportedEvent, Strokes
+from maya_ros.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import NodeGone
 from maya_un.events import Connected, Disconnected, Event, HomingNeeded, LimitHit
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.clients.watch import SETTLES, SILENT, ControllerWatch
-from maya_un.graph.diagnostics import array, controller
-from maya_un.graph.events import REFUSED, ControllerCondition, ReportedEvent, Strokes
-from maya_un.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.values import Joints, Mode, Notice, Point
 from tests.virtual_time import elapse, turn
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from maya_un.graph.bus import Bus
-from maya_un.graph.doors.bridge import TaskServer
-from maya_un.graph.protocol import Feedback, Message
-from maya_un.graph.step_store import StepStore
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.protocol import Feedback, Message
+from maya_ros.graph.servers.steps import TaskServer
+from maya_un.steps.store import StepStore
 from tests.virtual_time import elapse
 
 DATE = "2026-01-01T00:00:00+00:00"

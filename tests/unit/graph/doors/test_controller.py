@@ -11,16 +11,16 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from dmc41x3.twin.wire.server import VirtualController
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.events import ReportedEvent, read
+from maya_ros.graph.paths import to_message
+from maya_ros.graph.protocol import GoalStatus, Message
+from maya_ros.graph.servers.actions import FEEDBACK_RATE
+from maya_ros.graph.servers.controller import ControllerServer
+from maya_ros.graph.servers.events import EventPublisher
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.acting import FEEDBACK_RATE
-from maya_un.graph.doors.controller import ControllerServer
-from maya_un.graph.doors.telling import EventPublisher
-from maya_un.graph.events import ReportedEvent, read
-from maya_un.graph.paths import to_message
-from maya_un.graph.protocol import GoalStatus, Message
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Path
 from maya_un.testing.faults import abort_input

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.diagnostics import DiagnosticLevel, DiagnosticStatus
+from maya_ros.graph.protocol import Message, Publisher
+from maya_ros.graph.servers.process import ProcessServer
 from maya_un.errors import AnswerNeeded, NotConnected
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.diagnostics import DiagnosticLevel, DiagnosticStatus
-from maya_un.graph.doors.process import ProcessServer
-from maya_un.graph.protocol import Message, Publisher
 from maya_un.robot.primitives import Primitive
 from tests.virtual_time import elapse
 

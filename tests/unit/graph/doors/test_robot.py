@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.distributed import DistributedLayers
+from maya_ros.graph.primitives import to_message
+from maya_ros.graph.protocol import GoalStatus, Message
+from maya_ros.graph.servers.robot import RobotServer, why_not
 from maya_un.config import Config
 from maya_un.errors import Busy, Faulted, MayaError, NotConnected, NotHomed
-from maya_un.graph.apart import DistributedLayers
-from maya_un.graph.bus import Bus, BusNode
-from maya_un.graph.doors.robot import RobotServer, why_not
-from maya_un.graph.primitives import to_message
-from maya_un.graph.protocol import GoalStatus, Message
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.can_teleop import CanTeleop
 from maya_un.robot.primitives.gripper import Gripper

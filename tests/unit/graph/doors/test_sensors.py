@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from maya_ros.graph import types
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.protocol import Message
+from maya_ros.graph.servers.sensors import SensorServer, raw_message
+from maya_ros.graph.table import TABLE
 from maya_un.config import Config
-from maya_un.graph import types
-from maya_un.graph.bus import Bus
-from maya_un.graph.doors.sensors import SensorServer, raw_message
-from maya_un.graph.protocol import Message
-from maya_un.graph.table import TABLE
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
 from tests.unit.controller.bench import FAR, homed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from maya_un.config import Config, Units
-from maya_un.config.load import parse
+from maya_un.config.files import parse
 from maya_un.errors import UnknownName
 from maya_un.kinematics import Mechanism
 from maya_un.kinematics.calibration import FITTED, FittedConstants, model, named

@@ -18,10 +18,10 @@ from maya_un.errors import (
     StorageInUse,
     StorageTooNew,
 )
-from maya_un.process.journal import backup, copying
+from maya_un.process.journal import backup
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.journals import content, damage, job_row, looked_up, overwrite, rights
 
 
@@ -244,9 +244,9 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
 
 async def test_a_copy_that_is_not_put_anywhere_is_removed(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
-    with copying.copied(path, tmp_path) as copy:
+    with backup.copied(path, tmp_path) as copy:
         assert copy.exists()
     assert names(tmp_path) == {"state"}
-    with pytest.raises(MayaError), copying.copied(tmp_path / "missing.db", tmp_path):
+    with pytest.raises(MayaError), backup.copied(tmp_path / "missing.db", tmp_path):
         pass
     assert names(tmp_path) == {"state"}

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from maya_un.errors import FileUnreadable
-from maya_un.process.journal import export
-from maya_un.process.journal.export import ExportFormat
-from maya_un.process.journal.rows import JobOptions, RequestOwner
+from maya_un.process.journal import history
+from maya_un.process.journal.history import ExportFormat
+from maya_un.process.journal.protocol import JobOptions, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.journals import DATE, job_row, step_row
 
 DONE = job_row(
@@ -41,9 +41,9 @@ async def kept(path: Path) -> SqliteJournal:
 async def test_the_table_is_read_back_as_it_was_while_the_file_is_in_use(tmp_path: Path) -> None:
     journal = await kept(tmp_path / "maya.db")
     out = io.StringIO()
-    assert export.write(tmp_path / "maya.db", out) == 2
+    assert history.export(tmp_path / "maya.db", out) == 2
     first, second = csv.DictReader(io.StringIO(out.getvalue(), newline=""))
-    assert tuple(first) == export.COLUMNS
+    assert tuple(first) == history.COLUMNS
     assert first["name"] == 'trays, "two"\nof them'
     assert (first["owner"], first["source"], first["notes"]) == ("bob", "10.0.0.7", "für Ana")
     assert (first["state"], first["depends_on"], first["predicted"], first["duration"]) == (
@@ -60,7 +60,7 @@ async def test_lines_of_json_tell_the_bodies_and_the_steps_too(tmp_path: Path) -
     journal = await kept(tmp_path / "maya.db")
     await journal.close()
     out = io.StringIO()
-    assert export.write(tmp_path / "maya.db", out, ExportFormat.JSONL) == 2
+    assert history.export(tmp_path / "maya.db", out, ExportFormat.JSONL) == 2
     first, second = (json.loads(line) for line in out.getvalue().splitlines())
     assert first["body"] == DONE.body
     assert [(step["index"], step["state"], step["duration"]) for step in first["step_results"]] == [
@@ -74,5 +74,5 @@ async def test_lines_of_json_tell_the_bodies_and_the_steps_too(tmp_path: Path) -
 
 def test_a_missing_file_is_said_and_not_made(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
-        export.write(tmp_path / "maya.db", io.StringIO())
+        history.export(tmp_path / "maya.db", io.StringIO())
     assert not list(tmp_path.iterdir())

@@ -6,11 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.process.journal import listing
-from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import JobOptions, JobRow, RequestOwner
-from maya_un.schema.states import TaskState
+from maya_un.process.journal import history
+from maya_un.process.journal.protocol import Filter, JobOptions, JobRow, RequestOwner
+from maya_un.process.journal.sqlite import MemoryJournal
+from maya_un.schema.jobs import TaskState
 from tests.journals import job_row
 
 STATES = (TaskState.QUEUED, TaskState.HELD, TaskState.DONE, TaskState.FAILED)
@@ -88,8 +87,8 @@ async def test_a_line_tells_all_but_the_body() -> None:
 
 async def test_a_page_has_a_longest() -> None:
     journal = MemoryJournal()
-    await journal.add(*(job_row(number) for number in range(1, listing.MOST + 10)))
-    assert len(await journal.page(Filter(limit=1_000_000))) == listing.MOST
+    await journal.add(*(job_row(number) for number in range(1, history.LONGEST_PAGE + 10)))
+    assert len(await journal.page(Filter(limit=1_000_000))) == history.LONGEST_PAGE
     assert await journal.page(Filter(limit=-5)) == []
 
 
@@ -100,7 +99,7 @@ async def test_a_page_has_a_longest() -> None:
 )
 async def test_no_page_reads_the_whole_table_or_sorts_it(which: Filter) -> None:
     journal = await filled()
-    statement, values = listing._by_index(which)
+    statement, values = history._by_index(which)
     plan = await journal.read(
         lambda connection: connection.execute(f"EXPLAIN QUERY PLAN {statement}", values).fetchall()
     )

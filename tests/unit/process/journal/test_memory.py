@@ -3,9 +3,8 @@ from __future__ import annotations
 import pytest
 
 from maya_un.errors import StorageFailed
-from maya_un.process.journal.memory import MemoryJournal
-from maya_un.process.journal.protocol import Filter, Journal
-from maya_un.process.journal.rows import QueueRow, Unfinished
+from maya_un.process.journal.protocol import Filter, Journal, QueueRow, Unfinished
+from maya_un.process.journal.sqlite import MemoryJournal
 from tests.journals import audit_row, event_row, job_row, step_row
 
 

@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from maya_un.errors import FileNotOurs, StorageTooNew
-from maya_un.process.journal import schema
-from maya_un.process.journal.protocol import Filter
-from maya_un.process.journal.rows import QueueRow
+from maya_un.process.journal import tables
+from maya_un.process.journal.protocol import Filter, QueueRow
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.journals import audit_row, event_row, job_row, step_row
 
 DUMPS = sorted((Path(__file__).parents[3] / "vectors" / "journal").glob("version-*.sql"))
@@ -30,7 +29,7 @@ def layout(connection: sqlite3.Connection) -> list[tuple[str, str]]:
 
 
 def test_there_is_a_dump_of_every_version() -> None:
-    assert [dump.stem for dump in DUMPS] == [f"version-{number}" for number in range(1, schema.VERSION + 1)]
+    assert [dump.stem for dump in DUMPS] == [f"version-{number}" for number in range(1, tables.SCHEMA_VERSION + 1)]
 
 
 @pytest.mark.parametrize("dump", DUMPS, ids=lambda dump: dump.stem)
@@ -50,40 +49,40 @@ async def test_a_file_of_an_earlier_version_is_brought_to_this_one_with_all_that
     assert journal.run == 8
     await journal.close()
     with closing(sqlite3.connect(path)) as connection, closing(sqlite3.connect(":memory:")) as fresh:
-        schema.migrate(fresh, path)
+        tables.migrate(fresh, path)
         assert layout(connection) == layout(fresh)
 
 
 def test_every_step_is_done_whole_or_not_at_all() -> None:
-    steps = (*schema.MIGRATIONS, "CREATE TABLE more (x);", "CREATE TABLE yet_more (x); INSERT INTO missing VALUES (1);")
+    steps = (*tables.MIGRATIONS, "CREATE TABLE more (x);", "CREATE TABLE yet_more (x); INSERT INTO missing VALUES (1);")
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         with pytest.raises(sqlite3.Error):
-            schema.migrate(connection, "maya.db", steps)
+            tables.migrate(connection, "maya.db", steps)
         connection.execute("ROLLBACK")
         names = {name for name, _ in layout(connection)}
         assert "more" in names
         assert "yet_more" not in names
-        assert schema.version(connection, "maya.db", 99) == schema.VERSION + 1
-        schema.migrate(connection, "maya.db", (*steps[:-1], "CREATE TABLE yet_more (x);"))
-        assert schema.version(connection, "maya.db", 99) == schema.VERSION + 2
+        assert tables.schema_version(connection, "maya.db", 99) == tables.SCHEMA_VERSION + 1
+        tables.migrate(connection, "maya.db", (*steps[:-1], "CREATE TABLE yet_more (x);"))
+        assert tables.schema_version(connection, "maya.db", 99) == tables.SCHEMA_VERSION + 2
 
 
 def test_a_file_of_this_version_is_not_touched() -> None:
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
-        schema.migrate(connection, "maya.db")
+        tables.migrate(connection, "maya.db")
         before = connection.total_changes
-        schema.migrate(connection, "maya.db")
+        tables.migrate(connection, "maya.db")
         assert connection.total_changes == before
 
 
 def test_whose_a_file_is_stands_in_its_header() -> None:
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
-        assert schema.version(connection, "maya.db") == 0
-        schema.migrate(connection, "maya.db")
-        assert schema.version(connection, "maya.db") == schema.VERSION
+        assert tables.schema_version(connection, "maya.db") == 0
+        tables.migrate(connection, "maya.db")
+        assert tables.schema_version(connection, "maya.db") == tables.SCHEMA_VERSION
         connection.execute("PRAGMA user_version = 99")
         with pytest.raises(StorageTooNew):
-            schema.migrate(connection, "maya.db")
+            tables.migrate(connection, "maya.db")
         connection.execute("PRAGMA application_id = 1")
         with pytest.raises(FileNotOurs):
-            schema.migrate(connection, "maya.db")
+            tables.migrate(connection, "maya.db")

@@ -21,11 +21,10 @@ from maya_un.errors import (
     StorageInUse,
     StorageTooNew,
 )
-from maya_un.process.journal import batches, file
-from maya_un.process.journal.protocol import Filter, Journal
-from maya_un.process.journal.rows import JobOptions, QueueRow, Unfinished
+from maya_un.process.journal import file, group_commit
+from maya_un.process.journal.protocol import Filter, JobOptions, Journal, QueueRow, Unfinished
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.states import TaskState
+from maya_un.schema.jobs import TaskState
 from tests.journals import (
     DATE,
     audit_row,
@@ -188,7 +187,7 @@ async def test_notes_are_kept_within_a_moment_without_being_waited_for(path: Pat
         journal.note(event_row(1), audit_row(1))
         journal.note(event_row(2))
         assert await journal.events(1, 0, 10) == []
-        await elapse(batches.FLUSH)
+        await elapse(group_commit.FLUSH)
         await elapse(1e-6)
         assert [event.seq for event in await journal.events(1, 0, 10)] == [1, 2]
         assert await journal.audit(None, 10) == [(1, audit_row(1))]
@@ -297,7 +296,7 @@ async def test_notes_outlast_a_disk_that_fails_for_a_while(path: Path) -> None:
         assert "may only be read" in journal.failing
         journal.note(event_row(2))
         journal._writer.execute("PRAGMA query_only = 0")
-        await elapse(batches.RETRY)
+        await elapse(group_commit.RETRY)
         await elapse(1e-6)
         assert [event.seq for event in await journal.events(1, 0, 10)] == [1, 2]
         assert journal.failing == ""
@@ -306,7 +305,7 @@ async def test_notes_outlast_a_disk_that_fails_for_a_while(path: Path) -> None:
 async def test_while_nothing_can_be_written_the_newest_notes_are_held(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(batches, "MOST_NOTES", 3)
+    monkeypatch.setattr(group_commit, "MOST_NOTES", 3)
     async with opened(path) as journal:
         journal._writer.execute("PRAGMA query_only = 1")
         for seq in range(1, 6):

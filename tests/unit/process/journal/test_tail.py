@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from maya_un.errors import FileUnreadable
-from maya_un.process.journal import tail
-from maya_un.process.journal.rows import EventRow
+from maya_un.process.journal import history
+from maya_un.process.journal.protocol import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 
 
@@ -24,11 +24,11 @@ async def test_events_of_all_runs_come_in_order_also_while_they_are_written(tmp_
     second = await SqliteJournal.open(path)
     second.note(row(2, 1))
     await second.save()
-    found = tail.newest(path, 10)
+    found = history.newest_events(path, 10)
     assert [(event.run, event.seq) for _, event in found] == [(1, 1), (1, 2), (2, 1)]
     second.note(row(2, 2))
     await second.close()
-    assert [event.seq for _, event in tail.newest(path, 10, above=found[-1][0])] == [2]
+    assert [event.seq for _, event in history.newest_events(path, 10, above=found[-1][0])] == [2]
 
 
 async def test_the_newest_are_told_and_those_before_a_date_left_out(tmp_path: Path) -> None:
@@ -36,10 +36,10 @@ async def test_the_newest_are_told_and_those_before_a_date_left_out(tmp_path: Pa
     journal = await SqliteJournal.open(path)
     journal.note(*(row(1, hour, f"2026-11-21T{hour:02d}:00:00+00:00") for hour in range(1, 10)))
     await journal.close()
-    assert [event.seq for _, event in tail.newest(path, 3)] == [7, 8, 9]
-    assert [event.seq for _, event in tail.newest(path, 100, since="2026-11-21T08:00:00")] == [8, 9]
+    assert [event.seq for _, event in history.newest_events(path, 3)] == [7, 8, 9]
+    assert [event.seq for _, event in history.newest_events(path, 100, since="2026-11-21T08:00:00")] == [8, 9]
 
 
 def test_where_nothing_is_kept_that_is_said(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
-        tail.newest(tmp_path / "maya.db", 1)
+        history.newest_events(tmp_path / "maya.db", 1)

@@ -13,7 +13,7 @@ from typing import Any
 
 from maya_controller.config import defaults
 
-_MODULE = "maya_un.ros.constants"
+_MODULE = "maya_ros.ros1.constants"
 
 
 def constants() -> dict[str, Any]:
@@ -28,8 +28,8 @@ def constants() -> dict[str, Any]:
         told = subprocess.run([nodes_python.PATH, "-m", _MODULE], capture_output=True, text=True, check=False)
     except (ImportError, OSError) as error:
         return _unconfigured(str(error))
-    if told.returncode != 0 and "No module named 'maya_un'" in told.stderr:
-        return _unconfigured("its Python has no module maya_un")
+    if told.returncode != 0 and "No module named 'maya_ros'" in told.stderr:
+        return _unconfigured("its Python has no module maya_ros")
     if told.returncode != 0:
         raise ImportError(f"the constants cannot be read: {told.stderr.strip()}")
     return json.loads(told.stdout)

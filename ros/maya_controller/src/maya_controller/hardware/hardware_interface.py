@@ -1,6 +1,6 @@
 """Node hardware_interface: the controller floor on the machine."""
 
-from maya_un.ros.nodes.hardware_interface import main
+from maya_ros.ros1.nodes.hardware_interface import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

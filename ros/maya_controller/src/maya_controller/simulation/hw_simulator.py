@@ -1,6 +1,6 @@
 """Node hw_simulator: the controller floor on the virtual twin."""
 
-from maya_un.ros.nodes.hw_simulator import main
+from maya_ros.ros1.nodes.hw_simulator import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

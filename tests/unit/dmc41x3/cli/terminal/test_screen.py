@@ -7,7 +7,7 @@ from prompt_toolkit.history import FileHistory, InMemoryHistory
 
 from dmc41x3.cli.terminal import panel
 from dmc41x3.cli.terminal.screen import below, history
-from maya_un.cli.site import MAYA
+from maya_un.cli.dmc_tools.site import MAYA
 from tests.unit.dmc41x3.cli.bench import say, talking
 from tests.virtual_time import elapse
 

@@ -3,8 +3,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.language.arguments import axes_and_planes, by_axis, mask, place, split
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import Rejection, axes_and_planes, by_axis, mask, place, split
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.language.arithmetic import FUNCTIONS, ONE, OPERATORS, pack, unpack, whole, wrap
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import FUNCTIONS, ONE, OPERATORS, Rejection, pack, unpack, whole, wrap
 
 LARGEST, SMALLEST = 2**47 - 1, -(2**47)
 

@@ -5,9 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.language.arithmetic import ONE, pack, unpack, wrap
-from dmc41x3.twin.language.expressions import evaluate, is_name
-from dmc41x3.twin.refusal import Rejection
+from dmc41x3.twin.expressions import ONE, Rejection, evaluate, is_name, pack, unpack, wrap
 
 
 class _Scope:

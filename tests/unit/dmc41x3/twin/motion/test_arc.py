@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from dmc41x3.twin.motion.arc import TOLERANCE, Arc, X, Y
+from dmc41x3.twin.motion.path import TOLERANCE, Arc, X, Y
 
 SPEEDS = st.just(0.0) | st.floats(0.01, 15e6)
 RATES = st.just(0.0) | st.floats(1024.0, 1.1e9) | st.floats(-1.1e9, -1024.0)

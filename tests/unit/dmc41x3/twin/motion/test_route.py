@@ -2,9 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.twin.motion.arc import TANGENT, Arc, X, Y
-from dmc41x3.twin.motion.path import PathSegment, PathSpan
-from dmc41x3.twin.motion.route import Route, RouteAxis
+from dmc41x3.twin.motion.path import TANGENT, Arc, PathSegment, PathSpan, X, Y
+from dmc41x3.twin.motion.sequence import Route, RouteAxis
 
 
 def line(x: float, y: float) -> PathSegment:

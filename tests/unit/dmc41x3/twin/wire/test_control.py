@@ -13,7 +13,7 @@ import pytest
 from dmc41x3.loops import run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
-from dmc41x3.twin.wire.control import FaultControlServer
+from dmc41x3.twin.wire.injection import FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
 
 PATIENCE = 20.0

@@ -11,8 +11,7 @@ from dmc41x3.driver import Driver
 from dmc41x3.errors import InvalidValue, UnknownName
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.plant import BenchPlant
-from dmc41x3.twin.wire.disturbance import Disturbance
-from dmc41x3.twin.wire.faults import TABLE, Value, find
+from dmc41x3.twin.wire.faults import TABLE, Disturbance, Value, find
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import LoopbackTransport
 from tests.virtual_time import elapse

@@ -1,0 +1,389 @@
+"""Connections of the virtual controller: TCP, UDP and memory, accepted or opened by itself (IH)."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Coroutine
+from typing import NamedTuple, Protocol, cast
+
+from dmc41x3 import listening
+from dmc41x3.errors import AddressInUse
+from dmc41x3.twin.network import RETRIES, Attempt, Handle, HandleProtocol
+from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport
+
+SEGMENT = 450
+"""Most bytes of a reply in one packet; a longer one goes out in several."""
+
+
+_MOST_UNREAD = 4 * 1024 * 1024
+"""Bytes that wait for a host that does not read; with more it is given up, as a controller does by its retries."""
+
+
+class WireLink(Protocol):
+    """One connection: bytes out, an end in order, an end by force."""
+
+    def send(self, data: bytes) -> None:
+        """Send bytes; after the end they are lost."""
+        ...
+
+    def close(self) -> None:
+        """End the connection when everything is sent."""
+        ...
+
+    def cut(self) -> None:
+        """End the connection at once."""
+        ...
+
+
+class LinkOwner(Protocol):
+    """Whom a link tells what happens to it."""
+
+    def accept(self, link: WireLink, peer: tuple[str, int], kind: HandleProtocol, port: int) -> Handle | None:
+        """Give a new connection to `port` a handle, None where it is not to be had."""
+        ...
+
+    def received(self, handle: Handle, data: bytes) -> None:
+        """Take bytes that came."""
+        ...
+
+    def ended(self, handle: Handle, broken: bool) -> None:
+        """Take notice that a connection has ended, by the other side or because it was found `broken`."""
+        ...
+
+    def spawn(self, work: Coroutine[None, None, None]) -> None:
+        """Run `work` beside the rest."""
+        ...
+
+
+def segments(data: bytes) -> list[bytes]:
+    """Return a reply in the pieces in which it goes out."""
+    return [data[start : start + SEGMENT] for start in range(0, len(data), SEGMENT)]
+
+
+class TcpLink(asyncio.Protocol):
+    """A TCP connection: one that came, or the one that IH opened for `handle`."""
+
+    def __init__(self, owner: LinkOwner, handle: Handle | None = None) -> None:
+        self._owner = owner
+        self._transport: asyncio.Transport | None = None
+        self._handle = handle
+        self._unread = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Take a handle, or hang up where there is none."""
+        self._transport = cast("asyncio.Transport", transport)
+        sock: socket.socket = transport.get_extra_info("socket")
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if self._handle is not None:
+            return
+        peer, port = transport.get_extra_info("peername"), transport.get_extra_info("sockname")[1]
+        self._handle = self._owner.accept(self, (str(peer[0]), int(peer[1])), HandleProtocol.TCP, port)
+        if self._handle is None:
+            self._transport.abort()
+
+    def data_received(self, data: bytes) -> None:
+        """Hand bytes over, as they are cut."""
+        if self._handle is not None and self._handle.open:
+            self._owner.received(self._handle, data)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Tell the owner; with an error the other side was found gone."""
+        if self._handle is not None:
+            self._owner.ended(self._handle, exc is not None or self._unread)
+
+    def pause_writing(self) -> None:
+        """Take no more commands of a host that does not read what the last ones printed."""
+        if self._transport is not None:
+            self._transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        """Take commands again."""
+        if self._transport is not None:
+            self._transport.resume_reading()
+
+    def send(self, data: bytes) -> None:
+        """Send bytes, a packet at a time."""
+        transport = self._transport
+        if transport is None or transport.is_closing():
+            return
+        if transport.get_write_buffer_size() > _MOST_UNREAD:
+            self._unread = True
+            transport.abort()
+        for segment in segments(data):
+            if transport.is_closing():
+                return
+            transport.write(segment)
+
+    def close(self) -> None:
+        """End the connection when everything is sent."""
+        if self._transport is not None:
+            self._transport.close()
+
+    def cut(self) -> None:
+        """End the connection at once."""
+        if self._transport is not None:
+            self._transport.abort()
+
+
+class LoopbackLink:
+    """A connection in memory: the controller's end."""
+
+    def __init__(self, owner: LinkOwner, end: LoopbackTransport) -> None:
+        self._owner = owner
+        self._end = end
+        self._open = True
+
+    async def run(self, handle: Handle) -> None:
+        """Read until the other side ends."""
+        while data := await self._end.read():
+            if handle.open:
+                self._owner.received(handle, data)
+        self._open = False
+        self._owner.ended(handle, broken=False)
+        await self._end.close()
+
+    def send(self, data: bytes) -> None:
+        """Send bytes, in one piece."""
+        if self._open:
+            self._end.write(data)
+
+    def close(self) -> None:
+        """End the connection; what is on its way still arrives."""
+        self._open = False
+        self._owner.spawn(self._end.close())
+
+    def cut(self) -> None:
+        """End the connection; what is on its way is lost."""
+        self._open = False
+        self._end.cut()
+
+
+Peer = tuple[str, int]
+
+_LOCAL: Peer = ("127.0.0.1", 0)
+_PORT = 23
+"""What a connection in memory seems to come from, and to lead to."""
+
+
+class UdpPort(asyncio.DatagramProtocol):
+    """One UDP port of the controller. A datagram for which there is no handle is dropped without an answer."""
+
+    def __init__(self, owner: LinkOwner) -> None:
+        self._owner = owner
+        self._transport: asyncio.DatagramTransport | None = None
+        self._port = 0
+        self._handles: dict[Peer, Handle] = {}
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Learn which port this is."""
+        self._transport = cast("asyncio.DatagramTransport", transport)
+        self._port = transport.get_extra_info("sockname")[1]
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        """Hand a datagram to the handle of whoever sent it, a new one where there is none."""
+        peer = (str(addr[0]), int(addr[1]))
+        handle = self._handles.get(peer)
+        if handle is None or not handle.open:
+            handle = self._owner.accept(_UdpLink(self, peer), peer, HandleProtocol.UDP, self._port)
+            if handle is None:
+                return
+            self._handles[peer] = handle
+        self._owner.received(handle, data)
+
+    def error_received(self, exc: Exception) -> None:
+        """Take no notice: nobody learns whether a datagram arrives."""
+
+    def send_to(self, peer: Peer, data: bytes) -> None:
+        """Send a reply, in datagrams of the size of a packet."""
+        if self._transport is None or self._transport.is_closing():
+            return
+        for segment in segments(data):
+            self._transport.sendto(segment, peer)
+
+    def forget(self, peer: Peer) -> None:
+        """Let the next datagram from somebody take a handle anew."""
+        self._handles.pop(peer, None)
+
+    def close(self) -> None:
+        """Stop listening."""
+        if self._transport is not None:
+            self._transport.close()
+
+
+class _UdpLink:
+    """What a handle opened by a datagram sends to."""
+
+    def __init__(self, port: UdpPort, peer: Peer) -> None:
+        self._port = port
+        self._peer = peer
+
+    def send(self, data: bytes) -> None:
+        self._port.send_to(self._peer, data)
+
+    def close(self) -> None:
+        self._port.forget(self._peer)
+
+    def cut(self) -> None:
+        self._port.forget(self._peer)
+
+
+class LoopbackPort:
+    """A way for datagrams in memory: the controller's end."""
+
+    def __init__(self, owner: LinkOwner, end: LoopbackDatagrams) -> None:
+        self._owner = owner
+        self._end = end
+        self._handle: Handle | None = None
+
+    async def run(self) -> None:
+        """Hand datagrams over, until `close`; the first takes a handle, and so does one after that was closed."""
+        while data := await self._end.read():
+            if self._handle is None or not self._handle.open:
+                self._handle = self._owner.accept(_LoopbackDatagramLink(self._end), _LOCAL, HandleProtocol.UDP, _PORT)
+            if self._handle is not None:
+                self._owner.received(self._handle, data)
+
+    def close(self) -> None:
+        """Take no more."""
+        self._end.cut()
+
+
+class _LoopbackDatagramLink:
+    """What a handle opened by a datagram in memory sends to; its end says nothing."""
+
+    def __init__(self, end: LoopbackDatagrams) -> None:
+        self._end = end
+
+    def send(self, data: bytes) -> None:
+        for segment in segments(data):
+            self._end.write(segment)
+
+    def close(self) -> None:
+        pass
+
+    def cut(self) -> None:
+        pass
+
+
+class UdpDial(asyncio.DatagramProtocol):
+    """A UDP handle that IH opened: it has an address to send to, and nobody need be there."""
+
+    def __init__(self, owner: LinkOwner, handle: Handle) -> None:
+        self._owner = owner
+        self._handle = handle
+        self._transport: asyncio.DatagramTransport | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Note what to send with."""
+        self._transport = cast("asyncio.DatagramTransport", transport)
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        """Hand an answer over."""
+        if self._handle.open:
+            self._owner.received(self._handle, data)
+
+    def error_received(self, exc: Exception) -> None:
+        """Take no notice, as above."""
+
+    def send(self, data: bytes) -> None:
+        """Send bytes, in datagrams of the size of a packet."""
+        if self._transport is None or self._transport.is_closing():
+            return
+        for segment in segments(data):
+            self._transport.sendto(segment)
+
+    def close(self) -> None:
+        """Give the socket back."""
+        if self._transport is not None:
+            self._transport.close()
+
+    def cut(self) -> None:
+        """Give the socket back."""
+        self.close()
+
+
+class DialOwner(LinkOwner, Protocol):
+    """Who dials: it owns the link once the other side has answered."""
+
+    def reached(self, handle: Handle, link: WireLink) -> None:
+        """Take the link of a handle that is connected now."""
+        ...
+
+    def gave_up(self, handle: Handle) -> None:
+        """Close a handle that nobody answers on."""
+        ...
+
+
+async def dial(caller: DialOwner, handle: Handle, pause: float) -> None:
+    """Connect a handle; with TCP try again up to five times, `pause` [s] apart."""
+    for attempt in range(RETRIES + 1):
+        if attempt:
+            await asyncio.sleep(pause)
+        try:
+            async with asyncio.timeout(max(pause, 0.01) * RETRIES):
+                link = await _connected(caller, handle)
+        except (OSError, TimeoutError):
+            continue
+        if not handle.open:
+            link.cut()
+            return
+        handle.connected = True
+        caller.reached(handle, link)
+        return
+    handle.attempt = Attempt.FAILED
+    caller.gave_up(handle)
+
+
+async def _connected(caller: DialOwner, handle: Handle) -> WireLink:
+    loop = asyncio.get_running_loop()
+    if handle.kind is HandleProtocol.TCP:
+        transport, link = await loop.create_connection(lambda: TcpLink(caller, handle), *handle.peer)
+    else:
+        transport, link = await loop.create_datagram_endpoint(lambda: UdpDial(caller, handle), remote_addr=handle.peer)
+    handle.port = transport.get_extra_info("sockname")[1]
+    return link
+
+
+_ATTEMPTS = 20
+"""How many ports are tried for one that is free for TCP and UDP both."""
+
+
+class ListeningPort(NamedTuple):
+    """One port that is listened on; `udp` is None where it is TCP alone."""
+
+    address: tuple[str, int]
+    server: asyncio.AbstractServer
+    udp: UdpPort | None
+
+    def close(self) -> None:
+        """Stop listening."""
+        self.server.close()
+        if self.udp is not None:
+            self.udp.close()
+
+
+async def listen(owner: LinkOwner, host: str, port: int, *, udp: bool) -> ListeningPort:
+    """Listen for `owner`; port 0 chooses a free one. Raises `AddressInUse`."""
+    for left in reversed(range(1 if port else _ATTEMPTS)):
+        try:
+            return await _open(owner, host, port, udp)
+        except OSError as error:
+            if not left:
+                raise AddressInUse(address=f"{host}:{port}") from error
+    raise AssertionError
+
+
+async def _open(owner: LinkOwner, host: str, port: int, udp: bool) -> ListeningPort:
+    loop = asyncio.get_running_loop()
+    server = await listening.listen(host, port, lambda: TcpLink(owner))
+    address = server.address
+    if not udp:
+        return ListeningPort(address, server, None)
+    try:
+        _, datagrams = await loop.create_datagram_endpoint(lambda: UdpPort(owner), local_addr=address)
+    except OSError:
+        server.close()
+        await server.wait_closed()
+        raise
+    return ListeningPort(address, server, datagrams)

@@ -1,0 +1,425 @@
+"""The controller layer on the other side of a graph, by the layer's own protocol."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
+from math import dist, isclose
+
+from maya_ros.graph.clients.calls import called, done, given_up
+from maya_ros.graph.clients.watch import SETTLES, ControllerWatch
+from maya_ros.graph.paths import to_message
+from maya_ros.graph.protocol import Feedback, Graph, Message
+from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
+from maya_un.config import Config, Units
+from maya_un.controller.inspection import Inspection
+from maya_un.controller.pacing import SLOWEST
+from maya_un.controller.planner import Jogging, MotionPlan, Planner
+from maya_un.controller.protocol import Preview
+from maya_un.controller.run import PLACES, OnVia
+from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
+from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import Zone
+from maya_un.motion.path import Path, Route
+from maya_un.schema.robot import Jogged
+from maya_un.values import Joints, Mode, Progress, State, StopReport
+
+_PLACES = 48
+"""Places looked at between the last one and the farthest possible."""
+
+_SLACK = 0.5
+"""What was said may have been on its way for so long [s]."""
+
+_ROUNDING = 1e-6
+
+
+class Vias:
+    """Tells `on_via` the waypoints between the ends of `plan` as they are passed, in order, each once.
+
+    `began` is when it began [s, the loop's].
+    """
+
+    def __init__(self, plan: MotionPlan, units: Units, on_via: OnVia, began: float) -> None:
+        self._move = plan.move
+        self._times = () if plan.move is None else plan.move.via_times()
+        self._scale = units.per_unit
+        self._on_via = on_via
+        self._gone = 0.0
+        self._looked = began
+        self._passed = 0
+
+    def at(self, joints: Joints, now: float) -> None:
+        """Take notice of where the robot is (rad, m, m) at loop time `now` [s]."""
+        if self._move is None or self._passed >= len(self._times):
+            return
+        farthest = min(self._move.duration, self._gone + (now - self._looked) + _SLACK)
+        times = [self._gone + (farthest - self._gone) * place / _PLACES for place in range(_PLACES + 1)]
+        self._gone = min(times, key=lambda time: self._away(time, joints))
+        self._looked = now
+        while self._passed < len(self._times) and self._times[self._passed] <= self._gone + _ROUNDING:
+            self._tell()
+
+    def finish(self) -> None:
+        """Tell the rest: the end is reached."""
+        while self._passed < len(self._times):
+            self._tell()
+
+    def _tell(self) -> None:
+        self._passed += 1
+        self._on_via(self._passed - 1)
+
+    def _away(self, time: float, joints: Joints) -> float:
+        assert self._move is not None
+        place = self._move.position_at(time)
+        return dist(
+            [value * scale for value, scale in zip(place, self._scale, strict=True)],
+            [value * scale for value, scale in zip(joints, self._scale, strict=True)],
+        )
+
+
+HEARD = 1.0
+"""A node that does not answer a stop within this time hangs [s, real time]; `maya stop` waits for twice as long."""
+
+
+class StopSender:
+    """Says stops to the controller floor that `watch` watches; `speed` is how fast the loop's clock runs."""
+
+    def __init__(self, graph: Graph, watch: ControllerWatch, speed: float) -> None:
+        self._graph = graph
+        self._watch = watch
+        self._patience = HEARD * max(1.0, speed)
+        self._cancels = [graph.advertise(f"{row.name}/cancel", "actionlib_msgs/GoalID") for row in (HOME, MOVE, FOLLOW)]
+        self._saying: set[asyncio.Task[Message]] = set()
+
+    async def say(self, row: Row) -> Message:
+        """Return what the service of a stop answers; it goes on being called also where nobody waits for that.
+
+        Where it is not answered all goals are cancelled, which needs no master. Raises `NotConnected` where nobody
+        hears that either, and `NodeGone` where the node hangs: it stops when it goes on.
+        """
+        saying = asyncio.create_task(called(self._graph, row, {}), name=row.name)
+        self._saying.add(saying)
+        saying.add_done_callback(self._said)
+        answered, _ = await asyncio.wait({saying}, timeout=self._patience)
+        try:
+            if answered:
+                return saying.result()
+        except NodeGone:
+            if not any(cancel.readers for cancel in self._cancels):
+                raise NotConnected from None
+        moving = self._watch.state.moving
+        for cancel in self._cancels:
+            cancel.publish({})
+        rests = await self._watch.until(lambda: not self._watch.state.moving, SETTLES)
+        if not answered and not (moving and rests):
+            raise NodeGone(node=self._watch.node)
+        return {"message": json.dumps({"was_moving": moving, "duration": 0.0, "distance": (0.0, 0.0, 0.0)})}
+
+    async def close(self) -> None:
+        """Say no more."""
+        for saying in self._saying:
+            saying.cancel()
+        if self._saying:
+            await asyncio.wait(self._saying)
+        for cancel in self._cancels:
+            cancel.close()
+
+    def _said(self, saying: asyncio.Task[Message]) -> None:
+        self._saying.discard(saying)
+        if not saying.cancelled():
+            saying.exception()
+
+
+AHEAD = 2.0
+"""A pause that is also for what comes next is asked for again and again for so long [s, real time]."""
+
+_AGAIN = 0.05
+_NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
+
+
+class GraphController:
+    """Joint-space control of Maya by the controller floor of a graph; see `controller.protocol.Controller`.
+
+    What it knows it was told (`clients.watch`); what needs no machine, like a preview, is worked out here as it is
+    there. Every wish goes there, and every refusal comes from there. Where the node is not there, or not there any
+    more, it is disconnected and raises `NotConnected`, or `NodeGone` in the middle of a wish.
+    """
+
+    def __init__(self, graph: Graph, config: Config, *, speed: float = 1.0) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._graph = graph
+        self._speed = max(1.0, speed)
+        self._watch = ControllerWatch(graph, config, speed)
+        self._units = Units.of(config)
+        self._planner = Planner(config, self._watch.mechanism)
+        self._jogging = Jogging(self._planner, self._watch.mechanism)
+        self._ratio = graph.advertise(SPEED.name, SPEED.type, queue_size=SPEED.queue_size)
+        self._urgent = StopSender(graph, self._watch, speed)
+        self.config = config
+        self.stops = 0
+        self.events.heard_by(self._hear)
+
+    @classmethod
+    @asynccontextmanager
+    async def on(cls, graph: Graph, config: Config, *, speed: float = 1.0) -> AsyncIterator[GraphController]:
+        """Give the controller floor of `graph` for the length of the block; `speed` is how fast the loop's clock runs.
+
+        It is disconnected until `connected` returns.
+        """
+        controller = cls(graph, config, speed=speed)
+        try:
+            yield controller
+        finally:
+            await controller.close()
+
+    async def close(self) -> None:
+        """Listen no more."""
+        self._ratio.close()
+        await self._urgent.close()
+        await self._watch.close()
+
+    async def connected(self) -> None:
+        """Wait until the floor's node has told how it stands."""
+        await self._watch.until(lambda: self._watch.there)
+
+    async def settled(self) -> None:
+        """Wait until the state shows how something has ended that is over: at rest, and where."""
+        await self._watch.settled()
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Geometry of the machine."""
+        return self._watch.mechanism
+
+    @property
+    def workspace(self) -> Workspace:
+        """Where the robot may go; strokes as measured once homed."""
+        return self._watch.workspace
+
+    @property
+    def zones(self) -> tuple[Zone, ...]:
+        """What the robot keeps out of: the zones of the configuration."""
+        return self._watch.workspace.zones
+
+    def set_zones(self, zones: Sequence[Zone]) -> None:
+        """Refused: no message of the graph says zones. Raises `NotOverRos`."""
+        raise NotOverRos(wish="zones")
+
+    @property
+    def events(self) -> EventLog:
+        """Facts in order, as the floor tells them."""
+        return self._watch.events
+
+    @property
+    def state(self) -> State:
+        """Latest state, as far as it is told."""
+        return self._watch.state
+
+    def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and every newer one; a slow reader skips to the newest."""
+        return self._watch.watch()
+
+    def progress(self) -> Progress | None:
+        """How far the motion has come that was begun from here, None where none is under way."""
+        return self._watch.progress
+
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
+        """Check and time `path` as the floor does; raises what the motion would raise, sends nothing."""
+        return self._planner.preview(self.workspace, path, speed)
+
+    def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
+        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
+        return self._planner.inspect(self.workspace, path, speed, samples)
+
+    async def home(self) -> None:
+        """Find the switches, define the counts, measure the strokes; every phase is an event."""
+        phase, since = "", self._loop.time()
+
+        def heard(feedback: Message) -> None:
+            nonlocal phase, since
+            if feedback["phase"] not in {phase, HomingBegun.word}:  # that it begins is told as an event
+                phase, since = feedback["phase"], self._loop.time()
+                self.events.emit(PhaseBegun(phase))
+            self._show(Progress(phase, self._loop.time() - since, 0.0))
+
+        await self._do(HOME, {}, heard)
+
+    async def move(self, target: Joints, *, speed: float = 1.0) -> None:
+        """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits."""
+        if speed != 1.0:
+            await self.follow([self._here(), target], speed=speed)
+            return
+        self._require_there()
+        duration = self._duration([self._here(), target]) if self.state.homed else 0.0
+        await self._do(MOVE, target._asdict(), self._moving("move", duration))
+
+    async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
+        """Go along `path`; raises `TrajectoryRefused` unless it starts where the robot is.
+
+        `on_via` is told every waypoint between the ends as it is passed, by its number from 0.
+        """
+        self._require_there()
+        least = 0.0 if speed == 1.0 else self.preview(path, speed=speed).duration
+        vias = None if on_via is None else self._vias(path, speed, on_via)
+        duration = self._duration(path, speed) if self.state.homed else 0.0
+        goal: Message = {"trajectory": to_message(path, least)}
+        await self._do(FOLLOW, goal, self._moving("follow", duration, vias))
+        if vias is not None:
+            vias.finish()
+
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+        """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
+
+        Tells how far it went and what ended it before. Raises `UnknownName` for another axis.
+        """
+        self._require_there()
+        here, gone = self._here(), Jogged(axis, distance)
+        if clip:
+            gone = self._jogging.within(self.workspace, axis, here, distance)
+        await self.follow(self._jogging.path(axis, here, gone.distance), speed=speed)
+        return gone
+
+    async def gripper(self, open_: bool) -> None:
+        """Open or close the gripper and wait until it has moved."""
+        await self._call(GRIPPER, {"data": open_})
+        await self._watch.until(lambda: self.state.gripper_closed is not open_, SETTLES)
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once, on the path; tell how long and how far it takes.
+
+        It is said whatever is known of the floor; raises `NotConnected` where nobody hears it. Where the service cannot
+        be found, as without a master, all goals are cancelled, which needs none. Where the floor's node hangs it raises
+        `NodeGone`, and the node stops when it goes on.
+        """
+        return _report(await self._urgent.say(STOP))
+
+    async def override(self, ratio: float) -> None:
+        """Scale the speed of the motion under way and of all later ones by `ratio`, from 0.01 to 1."""
+        if not SLOWEST <= ratio <= 1.0:
+            raise InvalidValue(key="ratio", value=ratio, reason=f"it is at least {SLOWEST:g} and at most 1")
+        self._require_there()
+        wanted = round(ratio, PLACES)
+        self._ratio.publish({"data": wanted})
+        if not await self._watch.until(lambda: isclose(self.state.override, wanted), AHEAD):
+            raise NodeGone(node=self._watch.node)
+
+    async def pause(self, *, ahead: bool = False) -> StopReport:
+        """Brake on the path and hold all motion until `resume`; tell how long and how far it takes.
+
+        With `ahead` also where nothing is under way now, but begins within a moment; otherwise that raises
+        `CannotPause`, as a homing does.
+        """
+        until = self._loop.time() + AHEAD * self._speed
+        while True:
+            try:
+                report = _report(await self._call(PAUSE, {}))
+            except CannotPause:
+                if not ahead or self.state.mode is Mode.HOMING or self._loop.time() >= until:
+                    raise
+                await asyncio.sleep(_AGAIN * self._speed)
+            else:
+                await self._watch.until(lambda: self.state.mode is Mode.PAUSED, SETTLES)
+                return report
+
+    async def resume(self) -> None:
+        """Let motion go on after a pause; raises `NotPaused`."""
+        await self._call(RESUME, {})
+        await self._watch.until(lambda: self.state.mode is not Mode.PAUSED, SETTLES)
+
+    async def abort(self) -> None:
+        """Stop without deceleration; said as a stop is."""
+        await self._urgent.say(ABORT)
+
+    async def recover(self, *, take_over: bool = False) -> None:
+        """Clear a fault, once its cause is gone; moves nothing. Raises `NotOverRos` for `take_over`."""
+        if take_over:
+            raise NotOverRos(wish="recover with take_over")
+        await self._call(RECOVER, {})
+        await self._watch.until(lambda: self.state.mode is not Mode.FAULT, SETTLES)
+
+    async def _do(self, row: Row, goal: Message, feedback: Feedback) -> None:
+        """Have a motion done, and return when what is told shows its end."""
+        self._require_there()
+        with self._shown():
+            try:
+                await done(self._graph, row, goal, feedback)
+            finally:
+                await self._watch.settled()
+
+    async def _call(self, row: Row, request: Message) -> Message:
+        """Call a service; raises `NodeGone` also where the floor's node hangs meanwhile."""
+        self._require_there()
+
+        def hangs(event: Event) -> NodeGone | None:
+            lost = isinstance(event, Disconnected) and self._watch.hangs
+            return NodeGone(node=self._watch.node) if lost else None
+
+        return await given_up(self.events, hangs, called(self._graph, row, request))
+
+    def _hear(self, event: Event) -> None:
+        """Count stops; have the services of a node that appears found, while there is somebody who knows them."""
+        if isinstance(event, MotionStopped):
+            self.stops += 1
+        if isinstance(event, Connected):
+            self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER)))
+
+    def _require_there(self) -> None:
+        if not self._watch.there:
+            raise NotConnected
+
+    def _here(self) -> Joints:
+        """Return where the robot is (rad, m, m); raises `NotHomed`."""
+        if self.state.joints is None:
+            raise NotHomed
+        return self.state.joints
+
+    def _moving(self, name: str, duration: float, vias: Vias | None = None) -> Feedback:
+        """Return who hears how far a motion has come that takes `duration` [s], 0 where nobody knows."""
+
+        def heard(feedback: Message) -> None:
+            self._show(Progress(name, feedback["progress"] * duration, duration))
+            if vias is not None:
+                vias.at(Joints(feedback["a"], feedback["b"], feedback["c"]), self._loop.time())
+
+        return heard
+
+    def _vias(self, path: Route, speed: float, on_via: OnVia) -> Vias | None:
+        """Return who tells the waypoints of a path; None for one that will be refused."""
+        try:
+            begun: Path = self._planner.begun_at(path, self._here())
+            plan = self._planner.plan(self.workspace, begun, speed)
+        except MayaError:
+            return None
+        return Vias(plan, self._units, on_via, self._loop.time())
+
+    def _duration(self, path: Route, speed: float = 1.0) -> float:
+        """Return how long the motion along a path takes [s], 0 for one that will be refused."""
+        try:
+            return self.preview(path, speed=speed).duration
+        except MayaError:
+            return 0.0
+
+    def _show(self, progress: Progress | None) -> None:
+        self._watch.progress = progress
+        self._watch.renew()
+
+    @contextmanager
+    def _shown(self) -> Iterator[None]:
+        try:
+            yield
+        finally:
+            self._show(None)
+
+
+def _report(response: Message) -> StopReport:
+    """Return what a stop comes to, as the floor says it in the message of its response."""
+    try:
+        data = json.loads(response["message"])
+        a, b, c = (float(value) for value in data["distance"])
+        return StopReport(bool(data["was_moving"]), float(data["duration"]), (a, b, c))
+    except (ValueError, KeyError, TypeError):
+        return _NOTHING

@@ -1,0 +1,90 @@
+"""The robot floor on the other side of a graph, by the protocol of the floor itself."""
+
+from __future__ import annotations
+
+import asyncio
+
+from maya_ros.graph.clients.calls import done, stoppable
+from maya_ros.graph.clients.controller import GraphController
+from maya_ros.graph.primitives import to_message
+from maya_ros.graph.protocol import Graph, Message
+from maya_ros.graph.table import TASK
+from maya_un.config import Config
+from maya_un.errors import Busy
+from maya_un.events import Event, GripperClosed
+from maya_un.robot.gripper import GripperState
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.primitives.gripper import Gripper
+from maya_un.robot.primitives.pick import Pick
+from maya_un.robot.robot import OnPhase, PlanningRobot
+
+AGAIN = 0.2
+"""While somebody else's wish is under way it is tried again so often [s, real time]."""
+
+
+class GraphRobot(PlanningRobot):
+    """Runs primitives by the robot floor of a graph; see `robot.protocol.Robot`.
+
+    What a primitive would be is worked out here, by the planning of the floor itself, from where `controller` says
+    that the robot is; to do it is the affair of the floor. Where that is not there any more, `NodeGone` is raised.
+    A primitive that is refused because somebody else's is under way waits for it; `speed` is how fast the loop's clock
+    runs.
+    """
+
+    def __init__(self, graph: Graph, controller: GraphController, config: Config, *, speed: float = 1.0) -> None:
+        super().__init__(controller, config)
+        self._graph = graph
+        self._settled = controller.settled
+        self._again = AGAIN * max(1.0, speed)
+        controller.events.heard_by(self._hear)
+
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+        """Have the robot floor do `primitive`; every phase is an event and told to `on_phase`.
+
+        Raises what the floor says, with its code and words. Cancelling it stops on the path; the gripper stays as it
+        is.
+        """
+        with self._turn(primitive):
+            try:
+                await stoppable(self._controller.events, self._run(primitive, on_phase))
+            finally:
+                await self._settled()
+
+    async def _run(self, primitive: Primitive, on_phase: OnPhase | None) -> None:
+        if isinstance(primitive, Pick) and self.pose.gripper is GripperState.FOUND:
+            await self._do(Gripper(open=True), "open", primitive, on_phase)
+        await self._do(primitive, "", primitive, on_phase)
+
+    async def _do(self, part: Primitive, name: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
+        """Have a primitive done that is `primitive`, or the part of it that is called `name`.
+
+        The floor does not know what a person has seen: there, a gripper that is known to be empty here may hold
+        something. So it is opened first, as the pick would.
+        """
+        phase = ""
+
+        def heard(feedback: Message) -> None:
+            nonlocal phase
+            if feedback["phase"] not in ("", phase):
+                phase = feedback["phase"]
+                self._enter(name or phase, primitive, on_phase)
+
+        while True:
+            try:
+                await done(self._graph, TASK, {"task": to_message(part)}, heard)
+            except Busy:
+                if phase:
+                    raise  # in the middle of it
+                await asyncio.sleep(self._again)
+            else:
+                return
+
+    def _enter(self, phase: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
+        if phase == "close":
+            self._memory.closing()
+        super()._enter(phase, primitive, on_phase)
+
+    def _hear(self, event: Event) -> None:
+        """Remember what a pick has grasped."""
+        if isinstance(event, GripperClosed) and isinstance(self._running, Pick):
+            self._memory.grasped()

@@ -1,0 +1,229 @@
+"""What a controller floor tells over a graph, put together: its state, its events in order, whether it is there.
+
+The last event says how everything stands (`graph.events`), /joint_states where the axes are, /maya_position where the
+gripper is. Limit switches, motors and stop codes are not told: they count as in order while there is no fault. Events
+and joints may come from two nodes; where one of them is gone, or hangs, the floor counts as disconnected.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
+from math import inf, isfinite
+
+from maya_ros.graph.diagnostics import CONTROLLER
+from maya_ros.graph.events import REFUSED, ControllerCondition, ReportedEvent, Strokes, read
+from maya_ros.graph.protocol import Graph, Message
+from maya_ros.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
+from maya_un.config import Config, Units
+from maya_un.controller.monitor import StateBroadcaster
+from maya_un.errors import MayaError, NodeGone
+from maya_un.events import Connected, Disconnected, EventLog, event_of
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.workspace import Workspace
+from maya_un.values import AXES, Joints, Mode, Point, Progress, State
+
+LOOK = 0.1
+"""How often it is looked whether the floor's node is still there [s, real time]."""
+
+SETTLES = 0.5
+"""Within this time what is told shows the end of a wish that has ended [s, real time]."""
+
+SILENT = 5.0
+"""A floor's node tells every second how it is; one that has not for so long hangs [s, real time]."""
+
+UNDER_WAY = frozenset({Mode.MOVING, Mode.HOMING, Mode.STOPPING})
+"""Modes that end by themselves."""
+
+_AWAY = ControllerCondition(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
+_FRESH = 2
+"""So many messages later where the axes are was measured after now: one may have been on its way."""
+
+_BLANK = (False, False, False)
+
+log = logging.getLogger("maya_ros.graph")
+
+
+class ControllerWatch:
+    """Listens to a controller floor on `graph`; `speed` is how fast the loop's clock runs.
+
+    `progress` is how far the motion under way has come, as whoever began it knows.
+    """
+
+    def __init__(self, graph: Graph, config: Config, speed: float) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._speed = max(1.0, speed)
+        self._units = Units.of(config)
+        self._config = config
+        self.mechanism = Mechanism.of(config)
+        self.workspace = Workspace.of(config)
+        self.events = EventLog(self._loop.time)
+        self.progress: Progress | None = None
+        self.node, self._sensor = EVENT.sources[0], JOINTS.sources[0]
+        self._standing = _AWAY
+        self._sensing = self._missed = False
+        self._silence = -inf
+        self._strokes: Strokes | None = None
+        self._joints: Joints | None = None
+        self._velocity = (0.0, 0.0, 0.0)
+        self._point: Point | None = None
+        self._measured = 0
+        self._latest = StateBroadcaster(self._compose())
+        self._told = graph.subscribe(EVENT.name, EVENT.type, self._hear_event, queue_size=EVENT.queue_size)
+        self._sensed = graph.subscribe(JOINTS.name, JOINTS.type, self._hear_joints, queue_size=JOINTS.queue_size)
+        self._placed = graph.subscribe(POSITION.name, POSITION.type, self._hear_point, queue_size=POSITION.queue_size)
+        self._diagnosed = graph.subscribe(
+            DIAGNOSTICS.name, DIAGNOSTICS.type, self._hear_health, queue_size=DIAGNOSTICS.queue_size
+        )
+        self._looking = self._loop.create_task(self._keep_looking(), name="look at the controller's node")
+
+    async def close(self) -> None:
+        """Listen no more."""
+        for held in (self._told, self._sensed, self._placed, self._diagnosed):
+            held.close()
+        self._looking.cancel()
+        await asyncio.wait({self._looking})
+
+    @property
+    def there(self) -> bool:
+        """Whether the floor's nodes are there and alive, and have told how it stands."""
+        return self._standing is not _AWAY and self._sensing
+
+    @property
+    def hangs(self) -> bool:
+        """Whether the floor's node no longer tells how it is, as it did."""
+        return self._silence > SILENT
+
+    @property
+    def state(self) -> State:
+        """Latest state, as far as it is told."""
+        return self._latest.state
+
+    def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and every newer one; a slow reader skips to the newest."""
+        return self._latest.watch()
+
+    async def until(self, shown: Callable[[], bool], patience: float | None = None) -> bool:
+        """Wait until what is told shows something, for `patience` [s, real time] at most; tell whether it does."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(None if patience is None else patience * self._speed):
+                await self._latest.until(shown)
+        return shown()
+
+    async def settled(self) -> None:
+        """Wait until what is told shows how a wish has ended that is over: at rest, and where."""
+        fresh = self._measured + _FRESH
+        await self.until(lambda: not self.there or (self._at_rest and self._known(fresh)), SETTLES)
+
+    def renew(self) -> None:
+        """Put the state together again, and wake whoever watches."""
+        self._latest.show(self._compose())
+
+    @property
+    def _at_rest(self) -> bool:
+        return self._standing.mode not in UNDER_WAY
+
+    def _known(self, fresh: int) -> bool:
+        """Whether it is known where the axes are; before homing nobody knows, and nothing is told of it."""
+        return self._measured >= fresh or not self._standing.homed
+
+    def _hear_event(self, message: Message) -> None:
+        try:
+            told = read(message["data"])
+            new = self._standing is _AWAY
+            self._sensing = self._sensing or (bool(self._sensed.writers) and not self.hangs)
+            self._stand(told.standing)
+        except MayaError as error:
+            log.warning("%s", error)
+            return
+        self.node = next(iter(self._told.writers), self.node)
+        if new and told.word != Connected.word:
+            self.events.emit(Connected(self.node))
+        self._emit(told)
+
+    def _emit(self, told: ReportedEvent) -> None:
+        if told.word != REFUSED:
+            self.events.emit(event_of(told.word, told.detail, told.code))
+
+    def _stand(self, standing: ControllerCondition) -> None:
+        """Take over how it stands; raises `InvalidConfig` for strokes with which nothing can be reached."""
+        if standing.strokes is not None and standing.strokes != self._strokes:
+            self.workspace = Workspace.of(self._config, standing.strokes).with_zones(self.workspace.zones)
+            self._strokes = standing.strokes
+        self._standing = standing
+        self.renew()
+
+    def _hear_joints(self, message: Message) -> None:
+        places = dict(zip(message["name"], message["position"], strict=False))
+        if not all(isfinite(places.get(axis, inf)) for axis in AXES):
+            return  # somebody else's joints, or no place
+        rates = dict(zip(message["name"], message["velocity"], strict=False))
+        self._joints = Joints(*(places[axis] for axis in AXES))
+        a, b, c = (rates.get(axis, 0.0) for axis in AXES)
+        self._velocity = (a, b, c)
+        self._measured += 1
+        self.renew()
+
+    def _hear_point(self, message: Message) -> None:
+        point = Point(message["x"], message["y"], message["z"])
+        if point != self._point and all(map(isfinite, point)):  # at rest it is told fifty times a second, unchanged
+            self._point = point
+            self.renew()
+
+    def _hear_health(self, message: Message) -> None:
+        if any(status["name"] == CONTROLLER for status in message["status"]):
+            self._silence = 0.0
+
+    async def _keep_looking(self) -> None:
+        while True:
+            await asyncio.sleep(LOOK * self._speed)
+            self._silence += LOOK  # not by the clock: where this node hangs itself, it misses nobody
+            self._look()
+
+    def _look(self) -> None:
+        """Notice who has gone, and who is back."""
+        sensors = self._sensed.writers
+        self._sensor = next(iter(sensors), self._sensor)
+        if self._standing is not _AWAY and not self._told.writers:
+            self._sensing = self._missed = False
+            self._silence = -inf
+            self._lose(self.node, _AWAY)
+        elif self.there and (self.hangs or not sensors):
+            self._sensing, self._missed = False, True
+            self._lose(self._sensor if not sensors else self.node, self._standing)
+        elif sensors and not self._sensing and not self.hangs:
+            self._sensing, missed, self._missed = True, self._missed, False
+            self.renew()
+            if missed:
+                self.events.emit(Connected(self._sensor))
+
+    def _lose(self, node: str, standing: ControllerCondition) -> None:
+        """Say that a node is gone; what it told is worth nothing any more."""
+        gone = NodeGone(node=node)
+        self._joints = self._point = None
+        self._stand(standing)
+        self.events.emit(Disconnected(str(gone), code=gone.code))
+
+    def _compose(self) -> State:
+        standing = self._standing
+        joints, powered = self._joints if standing.homed else None, self.there and standing.fault is None
+        return State(
+            time=self._loop.time(),
+            mode=standing.mode if self._sensing else Mode.DISCONNECTED,
+            homed=standing.homed,
+            counts=(0, 0, 0) if joints is None else self._units.to_counts(joints),
+            joints=joints,
+            point=None if joints is None else self._point,
+            velocity=self._velocity,
+            moving=standing.moving,
+            motors_on=(powered, powered, powered),
+            forward_limit=_BLANK,
+            reverse_limit=_BLANK,
+            stop_code=(0, 0, 0),
+            gripper_closed=standing.gripper_closed,
+            progress=self.progress,
+            fault=standing.fault,
+            override=standing.override,
+        )

@@ -1,0 +1,117 @@
+"""The floors above the controller as nodes of their own: each a client of the one below, open to the one above.
+
+robot_floor        node robot_controller    /maya_command, /maya_move, and the task that decides who may move
+tasks_handed_on    node primitive_server    /task, handed on to that
+robot_floor_seen   whether both are there, for whoever asks them for something
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Callable, Generator
+from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
+
+from maya_ros.graph.clients.calls import stoppable
+from maya_ros.graph.clients.controller import GraphController
+from maya_ros.graph.outcome import error_of
+from maya_ros.graph.protocol import Feedback, GoalRefused, GoalStatus, Graph, Message
+from maya_ros.graph.servers.robot import RobotServer
+from maya_ros.graph.servers.tasks import Clock
+from maya_ros.graph.table import TASK
+from maya_un.cancellation import run_to_rest
+from maya_un.config import Config
+from maya_un.controller.protocol import Controller
+from maya_un.errors import MayaError, NodeGone
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.robot import MayaRobot, OnPhase, Robot
+from maya_un.values import Progress, State
+from maya_un.workers import Workers
+
+INNER = "/robot_controller/task"
+"""The action by which primitive_server has primitives done, so that one node decides who may move the robot."""
+
+_DECIDES = "robot_controller"
+
+
+@dataclass(frozen=True, slots=True)
+class DistributedLayers:
+    """A robot floor and what is below it, as a door looks at them."""
+
+    robot: Robot
+    controller: Controller
+
+    @property
+    def state(self) -> State:
+        """Latest state."""
+        return self.controller.state
+
+    @property
+    def can_teleop(self) -> bool:
+        """Whether the robot can take a wish."""
+        return self.robot.can_teleop
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest."""
+        return self.controller.progress()
+
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+        """Do a primitive; a stop ends it also between two of its motions."""
+        await stoppable(self.controller.events, self.robot.run(primitive, on_phase))
+
+
+@asynccontextmanager
+async def robot_floor(
+    graph: Graph, config: Config, workers: Workers | None = None, *, clock: Clock | None = None, speed: float = 1.0
+) -> AsyncGenerator[GraphController]:
+    """Offer the robot floor, on the controller floor of the same graph, while the block runs.
+
+    It is offered from the beginning: as long as the controller floor is not there, wishes are refused. What is under
+    way is at rest when the block is left.
+    """
+    async with GraphController.on(graph, config, speed=speed) as controller:
+        door = RobotServer(
+            DistributedLayers(MayaRobot(controller, config, workers), controller), clock=clock, speed=speed
+        )
+        async with door.commands(graph), door.task(graph, INNER):
+            yield controller
+
+
+@asynccontextmanager
+async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
+    """Offer /task while the block runs, each goal carried out by the robot floor."""
+
+    async def act(goal: Message, feedback: Feedback) -> Message:
+        gone = NodeGone(node=_DECIDES)
+        try:
+            ended = await run_to_rest(graph.do(INNER, TASK.type, goal, feedback))
+        except NodeGone:  # it knows the action only, not whose it is
+            raise gone from None
+        if not ended.result:
+            raise gone
+        if ended.outcome is GoalStatus.REJECTED:
+            raise GoalRefused(ended.result)
+        error = error_of(ended.result, INNER)
+        if error is not None:
+            raise error
+        return ended.result
+
+    served = graph.act(TASK.name, TASK.type, act)
+    try:
+        yield
+    finally:
+        served.close()
+
+
+@contextmanager
+def robot_floor_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
+    """Give what tells which nodes of the robot floor are not there, while the block runs."""
+    actions = {_DECIDES: INNER, TASK.sources[0]: TASK.name}
+    heard = {
+        node: graph.subscribe(f"{action}/status", "actionlib_msgs/GoalStatusArray", lambda _: None, queue_size=1)
+        for node, action in actions.items()
+    }
+    try:
+        yield lambda: [NodeGone(node=node) for node, status in heard.items() if not status.writers]
+    finally:
+        for status in heard.values():
+            status.close()

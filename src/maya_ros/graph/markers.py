@@ -1,0 +1,343 @@
+"""Markers for rviz (/maya_markers): lines, part, path, workspace and zones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from itertools import pairwise
+from math import hypot, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from maya_ros.graph.joints import BASE, GRIPPER, PART_RADIUS, LineDivision
+from maya_ros.graph.protocol import Message, header, stamp
+from maya_un.config import Config
+from maya_un.kinematics.mechanism import Floats, Mechanism
+from maya_un.kinematics.statics import tension
+from maya_un.kinematics.workspace import Workspace
+from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
+from maya_un.motion.path import Path, Route, to_joints
+from maya_un.values import Joints, Mode, Point, State
+
+
+class MarkerShape(IntEnum):
+    """What a marker is (visualization_msgs/Marker)."""
+
+    CUBE = 1
+    SPHERE = 2
+    CYLINDER = 3
+    LINE_STRIP = 4
+    LINE_LIST = 5
+    TEXT = 9
+    TRIANGLES = 11
+
+
+class Colour(NamedTuple):
+    """Red, green, blue and opacity, each 0 to 1."""
+
+    r: float
+    g: float
+    b: float
+    a: float = 1.0
+
+
+class Quaternion(NamedTuple):
+    """A rotation."""
+
+    x: float
+    y: float
+    z: float
+    w: float
+
+
+UPRIGHT = Quaternion(0.0, 0.0, 0.0, 1.0)
+ORIGIN = Point(0.0, 0.0, 0.0)
+
+_ADD, _DELETE = 0, 2
+
+
+def marker(  # noqa: PLR0913 - a marker has that many sides
+    name: str,
+    shape: MarkerShape,
+    colour: Colour,
+    size: tuple[float, float, float],
+    *,
+    number: int = 0,
+    place: Point = ORIGIN,
+    turned: Quaternion = UPRIGHT,
+    frame: str = BASE,
+    follows: bool = False,
+    points: Iterable[Iterable[float]] = (),
+    colours: Iterable[Colour] = (),
+    text: str = "",
+) -> Message:
+    """Return marker `number` of the namespace `name`; of lines only the first of `size` counts, their width [m].
+
+    One that is not in the frame `BASE` moves with its frame. One that is there now, and in another frame later,
+    `follows` from the beginning: rviz crashes if `frame_locked` of a drawn marker becomes false.
+    """
+    return {
+        "header": header(frame=frame),
+        "ns": name,
+        "id": number,
+        "type": int(shape),
+        "action": _ADD,
+        "pose": {"position": place._asdict(), "orientation": turned._asdict()},
+        "scale": dict(zip("xyz", size, strict=True)),
+        "color": colour._asdict(),
+        "lifetime": stamp(0.0),
+        "frame_locked": follows or frame != BASE,
+        "points": [{"x": float(x), "y": float(y), "z": float(z)} for x, y, z in points],
+        "colors": [one._asdict() for one in colours],
+        "text": text,
+        "mesh_resource": "",
+        "mesh_use_embedded_materials": False,
+    }
+
+
+def removed(drawn: Message) -> Message:
+    """Return what takes a marker away again."""
+    gone = marker(
+        drawn["ns"], MarkerShape(drawn["type"]), Colour(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), number=drawn["id"]
+    )
+    return {**gone, "action": _DELETE}
+
+
+def blended(low: Colour, high: Colour, share: float) -> Colour:
+    """Return the colour that lies between two at `share`, 0 to 1."""
+    within = min(max(share, 0.0), 1.0)
+    return Colour(*(one + (other - one) * within for one, other in zip(low, high, strict=True)))
+
+
+def facing(normal: Sequence[float]) -> Quaternion:
+    """Return the shortest rotation that turns z to the direction of `normal`."""
+    length = hypot(*normal)
+    x, y, z = (value / length for value in normal)
+    if z < -1.0 + 1e-12:
+        return Quaternion(1.0, 0.0, 0.0, 0.0)
+    w = sqrt(0.5 * (1.0 + z))
+    return Quaternion(-y / (2.0 * w), x / (2.0 * w), 0.0, w)
+
+
+PART = Colour(0.95, 0.47, 0.13)
+STAND = Colour(0.55, 0.58, 0.62)
+WAY = Colour(0.05, 0.35, 0.85)
+SKIN = Colour(0.80, 0.90, 1.00, 0.10)
+EDGE = Colour(0.88, 0.95, 1.00, 0.60)
+ZONE = Colour(0.52, 0.20, 0.66, 0.35)
+
+PART_HEIGHT = 0.12
+_COLUMNS = 18
+_SCAN = 801
+_TURNS = 13
+_PIECE = 12
+_PLATE = 0.005
+
+
+def outline(workspace: Workspace) -> Floats:
+    """Return the edge of the reachable section, zones aside, as a closed polygon of (d, z) [m], shape (n, 2).
+
+    Columns stand closer together at the ends, where the edge turns; where two strokes meet there is a column.
+    """
+    section, mechanism = workspace.section, workspace.mechanism
+    scan = np.linspace(0.0, mechanism.width, _SCAN)
+    reached = [u for u in scan if section.depths(float(u)) is not None]
+    middle, half = 0.5 * (reached[0] + reached[-1]), 0.5 * (reached[-1] - reached[0])
+    meetings = [mechanism.section(Joints(0.0, b, c))[0] for b in workspace.line_b for c in workspace.line_c]
+    corners = [u for u in meetings if reached[0] < u < reached[-1]]
+    columns = np.sort([*(middle - half * np.cos(np.linspace(0.0, np.pi, _COLUMNS))), *corners])
+    found = [(u, *depths) for u, depths in ((u, section.depths(float(u))) for u in columns) if depths is not None]
+    u, low, high = np.array(found).T
+    d = mechanism.delta + np.concatenate((u, u[::-1], u[:1]))
+    z = mechanism.reach_down - np.concatenate((low, high[::-1], low[:1]))
+    return np.column_stack((d, z))
+
+
+def workspace_markers(workspace: Workspace) -> Iterator[Message]:
+    """Yield the boundary of the workspace, zones aside: a translucent skin, and the edges at both ends of the boom."""
+    edge = outline(workspace)
+    turns = [_turned(edge, angle) for angle in np.linspace(*workspace.boom, _TURNS)]
+    skin = [corner for one, other in pairwise(turns) for corner in _band(one, other)]
+    yield marker("workspace", MarkerShape.TRIANGLES, SKIN, (1.0, 1.0, 1.0), points=skin)
+    ends = [point for turn in (turns[0], turns[-1]) for pair in pairwise(turn) for point in pair]
+    arcs = [turn[row] for row in _ridges(edge) for pair in pairwise(turns) for turn in pair]
+    yield marker("workspace", MarkerShape.LINE_LIST, EDGE, (0.008, 0.0, 0.0), number=1, points=[*ends, *arcs])
+
+
+def zone_markers(zones: Sequence[Zone], reach: float) -> Iterator[Message]:
+    """Yield the zones; a half-space as a plate of twice `reach` [m] that lies on its plane."""
+    for number, zone in enumerate(zones):
+        match zone:
+            case Box(low=low, high=high):
+                size = (high.x - low.x, high.y - low.y, high.z - low.z)
+                yield marker("zones", MarkerShape.CUBE, ZONE, size, number=number, place=_middle(low, high))
+            case Cylinder():
+                size = (2.0 * zone.radius, 2.0 * zone.radius, zone.high - zone.low)
+                place = Point(zone.x, zone.y, 0.5 * (zone.low + zone.high))
+                yield marker("zones", MarkerShape.CYLINDER, ZONE, size, number=number, place=place)
+            case HalfSpace(point=point, normal=normal):
+                size = (2.0 * reach, 2.0 * reach, _PLATE)
+                yield marker("zones", MarkerShape.CUBE, ZONE, size, number=number, place=point, turned=facing(normal))
+            case _:
+                continue
+
+
+def part_markers(parts: Mapping[str, Point], carried: str | None, lift: float) -> Iterator[Message]:
+    """Yield parts (by their grasp points [m]) on their stands; the one `carried` hangs `lift` above the gripper."""
+    for number, (name, place) in enumerate(sorted(parts.items())):
+        if name == carried:
+            yield _part(number, Point(0.0, 0.0, lift), GRIPPER)
+            continue
+        yield _part(number, place)
+        height = place.z - 0.5 * PART_HEIGHT
+        if height > 0.0:
+            size, middle = (0.08, 0.08, height), Point(place.x, place.y, 0.5 * height)
+            yield marker("stands", MarkerShape.CYLINDER, STAND, size, number=number, place=middle)
+
+
+def way_markers(way: Sequence[Point]) -> Iterator[Message]:
+    """Yield the path of the gripper point through `way` [m] and its end; nothing without one."""
+    if len(way) > 1:
+        yield marker("path", MarkerShape.LINE_STRIP, WAY, (0.012, 0.0, 0.0), points=way)
+        yield marker("path", MarkerShape.SPHERE, WAY, (0.04, 0.04, 0.04), number=1, place=way[-1])
+
+
+def way_of(route: Route, mechanism: Mechanism) -> tuple[Point, ...]:
+    """Return places of the gripper point along a route [m], close enough together to draw it."""
+    path = route if isinstance(route, Path) else Path.joints(*route)
+    pieces = path.pieces
+    joints = to_joints(path.space, mechanism, pieces.at(np.linspace(0.0, len(pieces), _PIECE * len(pieces) + 1)))
+    places = mechanism.fk_many(joints)
+    return tuple(Point(float(x), float(y), float(z)) for x, y, z in places[np.isfinite(places).all(axis=1)])
+
+
+def _part(number: int, place: Point, frame: str = "base") -> Message:
+    size = (2.0 * PART_RADIUS, 2.0 * PART_RADIUS, PART_HEIGHT)
+    return marker("parts", MarkerShape.CYLINDER, PART, size, number=number, place=place, frame=frame, follows=True)
+
+
+def _turned(edge: Floats, angle: float) -> Floats:
+    """Return the polygon of (d, z) with the boom at `angle` [rad], as x, y, z [m], shape (n, 3)."""
+    d, z = edge.T
+    return np.column_stack((d * np.sin(angle), d * np.cos(angle), z)).round(4)
+
+
+def _band(one: Floats, other: Floats) -> Iterator[Floats]:
+    """Yield the corners of the triangles between two polygons with as many points."""
+    for row in range(len(one) - 1):
+        yield from (one[row], one[row + 1], other[row], other[row], one[row + 1], other[row + 1])
+
+
+def _ridges(edge: Floats) -> set[int]:
+    """Return the rows of an outline where it is lowest, highest, nearest to and farthest from the axis."""
+    d, z = edge.T
+    return {int(d.argmin()), int(d.argmax()), int(z.argmin()), int(z.argmax())}
+
+
+def _middle(low: Point, high: Point) -> Point:
+    return Point(0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z))
+
+
+LIGHT = Colour(0.30, 0.90, 0.45)
+"""A line that carries next to nothing."""
+
+HEAVY = Colour(1.00, 0.15, 0.10)
+"""A line that carries as much as it may."""
+
+_WORD = Colour(0.85, 0.25, 0.10)
+_THICK = 0.014
+_ALONG = facing((1.0, 0.0, 0.0))
+_TINTS = 20
+_QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerScene:
+    """What is to be drawn: the state, and where its robot can go.
+
+    `parts` are known by their grasp points [m], the one between the jaws is named by `carried`; `way` are places along
+    the path under way [m].
+    """
+
+    state: State
+    workspace: Workspace
+    zones: Sequence[Zone] = ()
+    parts: Mapping[str, Point] = field(default_factory=dict[str, Point])
+    carried: str | None = None
+    way: Sequence[Point] = ()
+
+
+class MarkerCache:
+    """Remembers what is drawn, so that only what is new has to be told."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._drawn: dict[tuple[str, int], Message] = {}
+        self._around: tuple[Workspace, tuple[Zone, ...], list[Message]] | None = None
+        self._carried: str | None = None
+        self._lift = 0.0
+
+    def update(self, view: MarkerScene, *, whole: bool = False) -> Message | None:
+        """Return a MarkerArray of what has changed since the last one, or None where nothing has.
+
+        `whole` returns everything, for whoever has come late.
+        """
+        wanted = {(one["ns"], one["id"]): one for one in self._all(view)}
+        gone = [removed(one) for key, one in self._drawn.items() if key not in wanted]
+        news = [one for key, one in wanted.items() if whole or self._drawn.get(key) != one]
+        self._drawn = wanted
+        return {"markers": [*gone, *news]} if gone or news else None
+
+    def _all(self, view: MarkerScene) -> Iterator[Message]:
+        yield from self._surroundings(view)
+        yield from part_markers(view.parts, view.carried, self._lifted(view))
+        yield from way_markers(view.way)
+        yield from state_markers(view.state, view.workspace, self._config)
+
+    def _surroundings(self, view: MarkerScene) -> list[Message]:
+        """Return workspace and zones, made anew only where one of them is another."""
+        zones = tuple(view.zones)
+        if self._around is None or self._around[:2] != (view.workspace, zones):
+            made = [*workspace_markers(view.workspace), *zone_markers(zones, view.workspace.mechanism.length)]
+            self._around = view.workspace, zones, made
+        return self._around[2]
+
+    def _lifted(self, view: MarkerScene) -> float:
+        """Return how far above the gripper point the part hangs [m]: as it was when the jaws took it."""
+        if view.carried != self._carried:
+            self._carried, self._lift = view.carried, 0.0
+            place = view.parts.get(view.carried or "")
+            if place is not None and view.state.point is not None:
+                self._lift = round(place.z - view.state.point.z, 4)
+        return self._lift
+
+
+def state_markers(state: State, workspace: Workspace, config: Config) -> Iterator[Message]:
+    """Yield the lines, once homed, and a word above the mast where the robot is not simply ready or on its way."""
+    if state.joints is not None:
+        yield from line_markers(state.joints, workspace, config)
+    if state.mode not in _QUIET:
+        code = "" if state.fault is None else f" {state.fault.code}"
+        place = Point(0.0, 0.0, workspace.mechanism.height + 0.45)
+        words = f"{state.mode.replace('_', ' ')}{code}"
+        yield marker("word", MarkerShape.TEXT, _WORD, (0.0, 0.0, 0.14), place=place, text=words)
+
+
+def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterator[Message]:
+    """Yield the pieces of both lines, coloured in steps by what share of the tension limit their line carries."""
+    u, square = workspace.mechanism.section(joints)
+    pulls = tension(u, max(square, 0.0) ** 0.5, workspace.mechanism.width)
+    number = 0
+    for name, axis, pull in zip("bc", (config.axes.b, config.axes.c), pulls, strict=True):
+        share = min(max(pull / workspace.tension_limit, 0.0), 1.0)
+        colour = blended(LIGHT, HEAVY, round(_TINTS * share) / _TINTS)
+        pieces = LineDivision.of(axis)
+        size = (_THICK, _THICK, pieces.length)
+        for frame, middle in pieces.frames(name):
+            place = Point(middle, 0.0, 0.0)
+            yield marker(
+                "lines", MarkerShape.CYLINDER, colour, size, number=number, place=place, turned=_ALONG, frame=frame
+            )
+            number += 1

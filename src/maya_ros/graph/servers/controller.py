@@ -1,0 +1,242 @@
+"""The controller floor on a graph: its actions, services and topics, one wish at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import deque
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from contextvars import Context, copy_context
+from dataclasses import asdict
+from typing import Protocol
+
+from maya_ros.graph import diagnostics
+from maya_ros.graph.outcome import trigger_failure
+from maya_ros.graph.paths import from_message, joints_of, speed_for
+from maya_ros.graph.protocol import Feedback, Graph, GraphHandle, Message
+from maya_ros.graph.servers.actions import ActionProgress, ActionSlot
+from maya_ros.graph.servers.events import ControllerView, EventPublisher, EventSource
+from maya_ros.graph.servers.tasks import BackgroundTasks, Clock, clock_or_loop, diagnosed, every, tasks, trigger
+from maya_ros.graph.table import (
+    ABORT,
+    COMMAND,
+    EVENT,
+    FOLLOW,
+    GRIPPER,
+    HOME,
+    MOVE,
+    PAUSE,
+    RECOVER,
+    RESUME,
+    SPEED,
+    STOP,
+    Row,
+)
+from maya_un.controller.protocol import Preview
+from maya_un.errors import MayaError
+from maya_un.events import MotionStopped
+from maya_un.motion.path import Route
+from maya_un.values import Joints, Progress, StopReport
+
+LOOK_RATE = 1.0
+"""So often it is looked whether something has changed that no event told of [Hz]."""
+
+
+class ControllerLayer(ControllerView, Protocol):
+    """What this door needs of a controller floor; a `GalilController` has it all."""
+
+    @property
+    def events(self) -> EventSource:
+        """Where its events can be heard."""
+        ...
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest."""
+        ...
+
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
+        """Check `path` and tell what the motion would be; sends nothing."""
+        ...
+
+    async def home(self) -> None:
+        """Find the switches."""
+        ...
+
+    async def move(self, target: Joints) -> None:
+        """Go to joints (rad, m, m)."""
+        ...
+
+    async def follow(self, path: Route, *, speed: float = 1.0) -> None:
+        """Go along a path that starts where the robot is."""
+        ...
+
+    async def gripper(self, open_: bool) -> None:
+        """Open or close the gripper."""
+        ...
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once, on the path."""
+        ...
+
+    async def abort(self) -> None:
+        """Stop without deceleration."""
+        ...
+
+    async def pause(self) -> StopReport:
+        """Brake on the path and hold all motion."""
+        ...
+
+    async def resume(self) -> None:
+        """Let motion go on after a pause."""
+        ...
+
+    async def recover(self) -> None:
+        """Clear a fault."""
+        ...
+
+    async def override(self, ratio: float) -> None:
+        """Scale the speed of all motion."""
+        ...
+
+
+class ControllerServer:
+    """Offers a controller floor; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
+
+    `clock` tells the time that messages are stamped with [s], the loop's where there is none.
+    """
+
+    def __init__(
+        self, floor: ControllerLayer, *, address: str = "", clock: Clock | None = None, speed: float = 1.0
+    ) -> None:
+        self._floor = floor
+        self._address = address
+        self._clock = clock_or_loop(clock)
+        self._speed = max(1.0, speed)
+        self._desk = ActionSlot(floor.events)
+
+    @asynccontextmanager
+    async def open(self, graph: Graph) -> AsyncGenerator[None]:
+        """Offer it while the block runs; what was wished by this door is at rest when it is left."""
+        events = graph.advertise(EVENT.name, EVENT.type, latch=EVENT.latch, queue_size=EVENT.queue_size)
+        teller = EventPublisher(self._floor, events)
+        async with tasks() as working:
+            with self._floor.events.listening(teller.hear):
+                held = [*self._actions(graph), *self._services(graph, teller), *self._topics(graph, teller, working)]
+                working.begin(every(self._speed / LOOK_RATE, teller.look), "look at the controller floor")
+                working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
+                try:
+                    yield
+                finally:
+                    for one in held:
+                        one.close()
+                    await working.settle()
+                    await self._desk.free()
+        events.close()
+
+    def _actions(self, graph: Graph) -> list[GraphHandle]:
+        floor, desk = self._floor, self._desk
+
+        async def home(_: Message, feedback: Feedback) -> Message:
+            return await desk.act(
+                "home", floor.home, ActionProgress(feedback, lambda phase: {"phase": phase}, ticks=False)
+            )
+
+        async def move(goal: Message, feedback: Feedback) -> Message:
+            return await desk.act("move", lambda: floor.move(joints_of(goal)), self._course(feedback))
+
+        async def follow(goal: Message, feedback: Feedback) -> Message:
+            return await desk.act("follow", lambda: self._follow(goal["trajectory"]), self._course(feedback))
+
+        rows = ((HOME, home), (MOVE, move), (FOLLOW, follow))
+        return [graph.act(row.name, row.type, act) for row, act in rows]
+
+    def _services(self, graph: Graph, teller: EventPublisher) -> list[GraphHandle]:
+        floor = self._floor
+
+        async def stop() -> str:
+            """Stop; that is told also where nothing moved, for others may be between two motions of theirs."""
+            report = await floor.stop()
+            if not report.was_moving:
+                teller.say(MotionStopped.word)
+            return json.dumps(asdict(report), separators=(",", ":"))
+
+        async def abort() -> str:
+            await floor.abort()
+            teller.say(MotionStopped.word)
+            return ""
+
+        async def gripper(request: Message) -> Message:
+            try:
+                await floor.gripper(request["data"])
+            except MayaError as error:
+                return trigger_failure(error)
+            return {"success": True, "message": ""}
+
+        rows: tuple[tuple[Row, Callable[[], Awaitable[str]]], ...] = (
+            (STOP, stop),
+            (PAUSE, lambda: _reported(floor.pause())),
+            (RECOVER, lambda: _silent(floor.recover())),
+            (RESUME, lambda: _silent(floor.resume())),
+            (ABORT, abort),
+        )
+        served = [graph.serve(row.name, row.type, trigger(work)) for row, work in rows]
+        return [graph.serve(GRIPPER.name, GRIPPER.type, gripper), *served]
+
+    def _topics(self, graph: Graph, teller: EventPublisher, working: BackgroundTasks) -> list[GraphHandle]:
+        async def told(wish: str, work: Awaitable[object]) -> None:
+            try:
+                await work
+            except MayaError as error:
+                teller.refused(wish, error)
+
+        def command(trajectory: Message) -> None:
+            work = self._desk.do("follow", lambda: self._follow(trajectory), self._course(lambda _: None))
+            working.begin(told(COMMAND.name, work), COMMAND.name)
+
+        async def follow_ratios() -> None:
+            while ratios:
+                ratio, context = ratios.pop()
+                work = told(SPEED.name, self._floor.override(ratio))
+                await asyncio.get_running_loop().create_task(work, context=context)
+
+        ratios = deque[tuple[float, Context]](maxlen=SPEED.queue_size)
+        following = [working.begin(follow_ratios(), SPEED.name)]
+
+        def speed(ratio: Message) -> None:
+            """Set the newest ratio; those that came while another was being set are past."""
+            ratios.append((ratio["data"], copy_context()))
+            if following[0].done():
+                following[0] = working.begin(follow_ratios(), SPEED.name)
+
+        return [
+            graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size)
+            for row, heard in ((COMMAND, command), (SPEED, speed))
+        ]
+
+    async def _follow(self, trajectory: Message) -> None:
+        path, least = from_message(trajectory)
+        await self._floor.follow(path, speed=speed_for(self._floor.preview, path, least))
+
+    def _course(self, feedback: Feedback) -> ActionProgress:
+        return ActionProgress(feedback, lambda _: self._now(), ticks=True, speed=self._speed)
+
+    def _now(self) -> Message:
+        """Return the feedback of a motion."""
+        progress, joints = self._floor.progress(), self._floor.state.joints
+        a, b, c = (0.0, 0.0, 0.0) if joints is None else joints
+        return {"a": a, "b": b, "c": c, "progress": 0.0 if progress is None else progress.fraction}
+
+    def _statuses(self) -> list[diagnostics.DiagnosticStatus]:
+        state = self._floor.state
+        return [diagnostics.controller(state, self._address), diagnostics.axes(state)]
+
+
+async def _reported(work: Awaitable[StopReport]) -> str:
+    """Return what a stop answers, as the object of its message."""
+    return json.dumps(asdict(await work), separators=(",", ":"))
+
+
+async def _silent(work: Awaitable[None]) -> str:
+    await work
+    return ""

@@ -1,0 +1,256 @@
+"""Every topic, service and action of Maya: names, types, who publishes, who listens. Nobody lists them a second time.
+
+The manual's chapter Communications fixes names and types; what is ours beyond it says so. Units are SI.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from maya_un.service.access.operations import Operation
+
+
+class Kind(StrEnum):
+    """What a row of the table is."""
+
+    TOPIC = "topic"
+    SERVICE = "service"
+    ACTION = "action"
+
+
+class Layer(StrEnum):
+    """To whom a row belongs: who publishes, hears or serves it."""
+
+    CONTROLLER = "controller"
+    SENSORS = "sensors"
+    ROBOT = "robot"
+    PROCESS = "process"
+    BRIDGE = "bridge"
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One name of the graph.
+
+    `heard` tells that its floor listens to the topic instead of publishing it. `sources` and `sinks` are the nodes on
+    either side by the manual. `latch` keeps the last message for whoever comes later, `rate` is how often a topic is
+    published [Hz], 0 where at every change. `manual` is False for what is ours. `asks` is the operation that it asks
+    for, the least of several by role; None where it only tells.
+    """
+
+    name: str
+    form: Kind
+    type: str
+    floor: Layer
+    summary: str
+    sources: tuple[str, ...] = ()
+    sinks: tuple[str, ...] = ()
+    heard: bool = False
+    latch: bool = False
+    queue_size: int = 100
+    rate: float = 0.0
+    manual: bool = True
+    asks: Operation | None = None
+
+
+HARDWARE = ("hw_simulator", "hardware_interface")
+SENSOR = ("hw_simulator", "sensor_converter")
+
+EVENT = Row(
+    "/maya_event", Kind.TOPIC, "std_msgs/String", Layer.CONTROLLER, "what has happened, and how everything stands now",
+    HARDWARE, ("robot_controller", "maya_dashboard"), latch=True,
+)  # fmt: skip
+POSITION = Row(
+    "/maya_position", Kind.TOPIC, "geometry_msgs/Point", Layer.SENSORS, "the gripper point [m], once homed",
+    SENSOR, ("robot_controller", "maya_dashboard"), latch=True, queue_size=1, rate=50.0,
+)  # fmt: skip
+SENSORS = Row(
+    "/hardware_sensor", Kind.TOPIC, "maya_controller/RawSensorData", Layer.SENSORS, "what the controller measures",
+    ("sensor_converter",), ("sensor_converter",), queue_size=1, rate=50.0,
+)  # fmt: skip
+JOINTS = Row(
+    "/joint_states", Kind.TOPIC, "sensor_msgs/JointState", Layer.SENSORS, "a, b, c and the joints that are drawn",
+    SENSOR, ("robot_state_publisher",), queue_size=1, rate=50.0, manual=False,
+)  # fmt: skip
+DIAGNOSTICS = Row(
+    "/diagnostics", Kind.TOPIC, "diagnostic_msgs/DiagnosticArray", Layer.CONTROLLER, "status of each layer",
+    ("hw_simulator", "hardware_interface", "robot_controller", "process_controller"), queue_size=10, rate=1.0,
+    manual=False,
+)  # fmt: skip
+MARKERS = Row(
+    "/maya_markers", Kind.TOPIC, "visualization_msgs/MarkerArray", Layer.SENSORS, "lines, part, path, workspace",
+    SENSOR, ("rviz",), latch=True, queue_size=10, manual=False,
+)  # fmt: skip
+GRIPPER = Row(
+    "/gripper", Kind.SERVICE, "std_srvs/SetBool", Layer.CONTROLLER, "open the gripper if true, else close it",
+    HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
+)  # fmt: skip
+HOME = Row(
+    "/home", Kind.ACTION, "maya_controller/Home", Layer.CONTROLLER, "find the switches",
+    HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
+)  # fmt: skip
+MOVE = Row(
+    "/move", Kind.ACTION, "maya_controller/Move", Layer.CONTROLLER, "go to joints a, b, c [rad, m, m]",
+    HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
+)  # fmt: skip
+FOLLOW = Row(
+    "/controller/follow", Kind.ACTION, "maya_controller/Follow", Layer.CONTROLLER, "go along a path",
+    HARDWARE, ("robot_controller",),
+    asks=Operation.WISH,
+)  # fmt: skip
+COMMAND = Row(
+    "/controller/command", Kind.TOPIC, "trajectory_msgs/JointTrajectory", Layer.CONTROLLER,
+    "go along a path; refusals are told on /maya_event", (), HARDWARE, heard=True, queue_size=1, manual=False,
+    asks=Operation.WISH,
+)  # fmt: skip
+STOP = Row(
+    "/controller/stop", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "brake on the path, at once",
+    HARDWARE, ("robot_controller",),
+    asks=Operation.STOP,
+)  # fmt: skip
+RECOVER = Row(
+    "/controller/recover", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "clear a fault; moves nothing",
+    HARDWARE, ("robot_controller",),
+    asks=Operation.RECOVER,
+)  # fmt: skip
+PAUSE = Row(
+    "/controller/pause", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "brake on the path and hold all motion",
+    HARDWARE, ("robot_controller",), manual=False,
+    asks=Operation.PAUSE,
+)  # fmt: skip
+RESUME = Row(
+    "/controller/resume", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "let motion go on after a pause",
+    HARDWARE, ("robot_controller",), manual=False,
+    asks=Operation.RESUME,
+)  # fmt: skip
+ABORT = Row(
+    "/controller/abort", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "stop without deceleration",
+    HARDWARE, ("robot_controller",), manual=False,
+    asks=Operation.ABORT,
+)  # fmt: skip
+SPEED = Row(
+    "/controller/speed", Kind.TOPIC, "std_msgs/Float64", Layer.CONTROLLER, "scale the speed of all motion, 0.01 to 1",
+    ("robot_controller",), HARDWARE, heard=True, queue_size=1, manual=False,
+    asks=Operation.SPEED,
+)  # fmt: skip
+PRIMITIVE = Row(
+    "/maya_move", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.ROBOT, "do a primitive; the topic form of /task",
+    (), ("robot_controller",), heard=True, queue_size=10,
+    asks=Operation.WISH,
+)  # fmt: skip
+MAYA_COMMAND = Row(
+    "/maya_command", Kind.SERVICE, "maya_robot/MayaCommand", Layer.ROBOT,
+    "can_teleop answers at once, other primitives when they are done", ("robot_controller",), ("process_controller",),
+    asks=Operation.WISH,
+)  # fmt: skip
+TASK = Row(
+    "/task", Kind.ACTION, "maya_robot/Task", Layer.ROBOT, "do a primitive", ("primitive_server",),
+    ("process_controller",),
+    asks=Operation.WISH,
+)  # fmt: skip
+SEND_TASK = Row(
+    "/send_task", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.PROCESS, "append one primitive to the queue",
+    ("maya_dashboard",), ("process_controller",), heard=True,
+    asks=Operation.PROPOSE,
+)  # fmt: skip
+START_QUEUE = Row(
+    "/start_queue", Kind.TOPIC, "maya_process/ProcessQueue", Layer.PROCESS, "append primitives as one job",
+    ("maya_dashboard",), ("process_controller",), heard=True,
+    asks=Operation.PROPOSE,
+)  # fmt: skip
+STOP_QUEUE = Row(
+    "/stop_queue", Kind.TOPIC, "std_msgs/Empty", Layer.PROCESS,
+    "stop all motion, homing included, and cancel all jobs; from a role without `clear`: stop, and pause the queue",
+    ("maya_dashboard",), ("process_controller",), heard=True,
+    asks=Operation.STOP,
+)  # fmt: skip
+QUEUE_STATUS = Row(
+    "/queue_status", Kind.TOPIC, "std_msgs/String", Layer.PROCESS, "the state of the queue, as JSON",
+    ("process_controller",), ("maya_dashboard",), latch=True, queue_size=10, manual=False,
+)  # fmt: skip
+RESUME_QUEUE = Row(
+    "/resume_queue", Kind.SERVICE, "std_srvs/Trigger", Layer.PROCESS, "continue a paused queue",
+    ("process_controller",), ("maya_dashboard",), manual=False,
+    asks=Operation.RESUME,
+)  # fmt: skip
+RECOVER_QUEUE = Row(
+    "/recover_queue", Kind.SERVICE, "maya_process/RecoverQueue", Layer.PROCESS, "decide about an interrupted job",
+    ("process_controller",), ("maya_dashboard",), manual=False,
+    asks=Operation.RESTART,
+)  # fmt: skip
+STEP_COMMAND = Row(
+    "/step_command", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "a step of a process, as JSON",
+    ("ros_coms",), ("firebase_bridge",), heard=True,
+    asks=Operation.WISH,
+)  # fmt: skip
+STEP_RESULT = Row(
+    "/step_result", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "how a step ended, as JSON",
+    ("firebase_bridge",), ("ros_coms",),
+)  # fmt: skip
+STEP_STATUS = Row(
+    "/step_status", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "a step is accepted or begins, as JSON",
+    ("firebase_bridge",), ("ros_coms",), manual=False,
+)  # fmt: skip
+STEP_ROBOT = Row(
+    "/step_robot", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "which robot carries out steps, as JSON",
+    ("firebase_bridge",), ("ros_coms",), latch=True, queue_size=1, manual=False,
+)  # fmt: skip
+
+TABLE = (
+    EVENT, POSITION, SENSORS, PRIMITIVE, SEND_TASK, START_QUEUE, STOP_QUEUE, STEP_COMMAND, STEP_RESULT,
+    STEP_STATUS, STEP_ROBOT,
+    GRIPPER, MAYA_COMMAND, STOP, RECOVER, HOME, MOVE, FOLLOW, TASK,
+    JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT, QUEUE_STATUS, RESUME_QUEUE, RECOVER_QUEUE,
+)  # fmt: skip
+"""The whole graph: first what the manual names, then what is ours."""
+
+
+def rows(*floors: Layer) -> tuple[Row, ...]:
+    """Return the rows of some floors."""
+    return tuple(row for row in TABLE if row.floor in floors)
+
+
+def asked_by_topic(topic: str) -> Operation:
+    """Return the operation that publishing on a topic needs, or sending an action's goal.
+
+    A cancel is a stop. Publishing on a topic of Maya's own, or on one that Maya does not hear, needs `GRAPH`.
+    """
+    row = _BY_NAME.get(topic)
+    if row is not None and row.form is Kind.TOPIC:
+        return Operation.GRAPH if row.asks is None else row.asks
+    name, _, part = topic.rpartition("/")
+    if part not in ("goal", "cancel"):
+        return Operation.GRAPH
+    action = asked_by_call(name, Kind.ACTION)
+    return Operation.STOP if part == "cancel" and action is not Operation.GRAPH else action
+
+
+def type_of_topic(topic: str) -> str | None:
+    """Return the type of a topic of the table, or of one of the five of an action in it; None for any other."""
+    row = _BY_NAME.get(topic)
+    if row is not None:
+        return row.type if row.form is Kind.TOPIC else None
+    name, _, part = topic.rpartition("/")
+    action = _BY_NAME.get(name)
+    if action is None or action.form is not Kind.ACTION:
+        return None
+    return {
+        "goal": f"{action.type}ActionGoal",
+        "cancel": "actionlib_msgs/GoalID",
+        "status": "actionlib_msgs/GoalStatusArray",
+        "feedback": f"{action.type}ActionFeedback",
+        "result": f"{action.type}ActionResult",
+    }.get(part)
+
+
+def asked_by_call(name: str, form: Kind) -> Operation:
+    """Return the operation that calling a service or an action needs."""
+    row = _BY_NAME.get(name)
+    return Operation.GRAPH if row is None or row.form is not form else row.asks or Operation.GRAPH
+
+
+_BY_NAME = {row.name: row for row in TABLE}

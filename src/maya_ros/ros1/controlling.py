@@ -1,0 +1,64 @@
+"""What the two nodes of the controller floor have in common: its door, its log, and taking over a homing."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+
+import rospy
+
+from maya_ros.graph.permissions import PermittedGraph
+from maya_ros.graph.servers.controller import ControllerServer
+from maya_ros.graph.table import POSITION
+from maya_ros.ros1.node import RosNode
+from maya_ros.ros1.rights import rights_of_node
+from maya_un.assembly import ControllerAssembly
+from maya_un.config import Config
+from maya_un.errors import MayaError
+from maya_un.events import Connected, ControllerEvent, Disconnected, Event
+
+_WRITE = {
+    logging.DEBUG: rospy.logdebug,
+    logging.INFO: rospy.loginfo,
+    logging.WARNING: rospy.logwarn,
+    logging.ERROR: rospy.logerr,
+}
+
+
+def ros_time() -> float:
+    """Return the time that messages are stamped with [s]."""
+    return rospy.Time.now().to_sec()
+
+
+def log_event(event: Event) -> None:
+    """Write an event to the log of this node."""
+    _WRITE[event.level]("%s", f"{event} [{event.code}]" if event.code else event)
+
+
+def log_own_event(event: Event) -> None:
+    """Write an event of a floor above the controller's; what that tells, its own node has in its log already."""
+    news = isinstance(event, Connected | Disconnected)  # whether the node is there, which only others notice
+    if news or not isinstance(event, ControllerEvent):
+        log_event(event)
+
+
+def fast_enough(config: Config, speed: float) -> Config:
+    """Return the configuration with as many records as /maya_position needs while the clock runs at `speed`."""
+    rate = max(config.controller.stream_rate, POSITION.rate / max(1.0, speed))
+    return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": rate})})
+
+
+async def offered(node: RosNode, floor: ControllerAssembly, *, skip_home: bool) -> None:
+    """Offer a controller floor to the graph until cancelled; with `skip_home` take over the homing that it bears.
+
+    Where that is refused the graph stays up, and motion is refused until a homing.
+    """
+    door = ControllerServer(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
+    async with rights_of_node(node.speed) as rights, door.open(PermittedGraph(node.graph, rights.permit)):
+        await node.say_ready(f"The controller at {floor.address} is offered to the graph.")
+        if skip_home:
+            try:
+                await floor.controller.skip_home()
+            except MayaError as refusal:
+                node.warn(f"skip_home: error {refusal.code}: {refusal}")
+        await asyncio.Event().wait()

@@ -1,0 +1,34 @@
+"""Prints the robot's description for launch files: `describe.py MACROS`, in the configuration that `maya` would read.
+
+It needs no master. Where xacro is not installed it says so and fails, as a launch without a description should.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from maya_ros.graph.description import describe
+from maya_un.config import load
+from maya_un.errors import MayaError, RosMissing
+
+
+def main() -> int:
+    """Print the description made by the file that the argument names; return 1 where it cannot be, 2 without one."""
+    if len(sys.argv) != 2:
+        print("usage: describe.py MACROS", file=sys.stderr)
+        return 2
+    try:
+        print(_described(Path(sys.argv[1])))
+    except MayaError as error:
+        print(f"{error.code} {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _described(macros: Path) -> str:
+    try:
+        return describe(macros, load())
+    except ModuleNotFoundError as missing:
+        reason = f"{missing.name} is not installed, which makes the robot's description"
+        raise RosMissing(reason=reason) from missing

@@ -1,0 +1,120 @@
+"""A real ROS graph, by rospy; whatever talks to a graph talks to this one as to the one in a process (`graph.bus`)."""
+
+from __future__ import annotations
+
+import asyncio
+
+from maya_ros.graph.protocol import (
+    Act,
+    Answer,
+    Feedback,
+    GoalResult,
+    GraphHandle,
+    Heard,
+    Message,
+    Publisher,
+    Quick,
+    Request,
+    Subscription,
+)
+from maya_ros.ros1.actions import ActionClient, RosAction
+from maya_ros.ros1.master import REACH, LoopCalls, Registrar, RosDirectory, RosParameters, whole
+from maya_ros.ros1.services import Calls, RosService
+from maya_ros.ros1.topics import LINGER, RosPublisher, RosSubscription
+from maya_un.errors import InvalidRequest, NodeGone, UnknownInterface
+
+
+class RosGraph:
+    """The graph that this process's node takes part in (`graph.protocol.Graph`), in the running loop.
+
+    The node must have been made (`rospy.init_node`). Names are the manual's (`ros.names`). `speed` is how fast the
+    loop's clock runs. Nothing here waits in the loop for the master: topics, services and actions are registered a
+    moment later, in order (`registered`).
+    """
+
+    def __init__(self, *, speed: float = 1.0) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._post = LoopCalls(self._loop)
+        self._speed = speed
+        self._registrar = Registrar(speed)
+        self._directory = RosDirectory(self._registrar.settled)
+        self._parameters = RosParameters()
+        self._calls = Calls()
+        self._clients: dict[tuple[str, str], ActionClient] = {}
+        self._actions: list[RosAction] = []
+        self._served: dict[str, RosService] = {}
+
+    async def registered(self) -> None:
+        """Wait until the master knows all registrations; without a master, until it is back."""
+        await self._registrar.settled()
+
+    @property
+    def directory(self) -> RosDirectory:
+        """What there is in it."""
+        return self._directory
+
+    @property
+    def parameters(self) -> RosParameters:
+        """Its parameters."""
+        return self._parameters
+
+    def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
+        """Take a topic to publish on."""
+        return RosPublisher(self._registrar, whole(topic), kind, latch=latch, queue_size=queue_size)
+
+    def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
+        """Subscribe to a topic, whose type must be given: this does not call the master (`directory` does)."""
+        if not kind:
+            raise UnknownInterface(form="topic", name=topic)
+        name = whole(topic)
+        return RosSubscription(self._registrar, self._post, name, kind, lambda message, _: heard(message), queue_size)
+
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
+        """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled.
+
+        Raises `InvalidRequest` where this node serves one of that name already.
+        """
+        name = whole(service)
+        if name in self._served and self._served[name].open:
+            raise InvalidRequest(key="service", reason=f"{name} is served already")
+        held = self._served[name] = RosService(self._registrar, self._loop, service, kind, answer, quick)
+        return held
+
+    async def call(self, service: str, request: Request, kind: str = "") -> Message:
+        """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
+        if not kind:
+            await self._registrar.settled(REACH)  # it may be one of ours, begun a moment ago
+        return await self._calls.call(service, request, kind)
+
+    def expect(self, *services: str) -> None:
+        """Look up services that will be called, in a thread; later calls of theirs need no master."""
+        self._calls.expect(*services)
+
+    def act(self, action: str, kind: str, act: Act) -> GraphHandle:
+        """Be the server of an action; raises `InvalidRequest` where this node is that already."""
+        name = whole(action)
+        if any(one.name == name and one.open for one in self._actions):
+            raise InvalidRequest(key="action", reason=f"{name} is served already")
+        self._actions.append(RosAction(self._registrar, self._post, name, kind, act, self._speed))
+        return self._actions[-1]
+
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
+        """Have a goal carried out and return how it ended; raises `NodeGone` where nobody serves the action."""
+        key = (whole(action), kind)
+        client = self._clients.get(key)
+        if client is None:
+            client = self._clients[key] = ActionClient(self._registrar, self._post, *key, self._speed)
+        try:
+            return await client.do(goal, feedback)
+        except NodeGone:
+            if self._clients.get(key) is client and not client.busy:
+                self._clients.pop(key).close()  # its topics would look as if there were such an action
+            raise
+
+    async def close(self) -> None:
+        """End what runs here, and let what was said last go out."""
+        for action in self._actions:
+            action.close()
+        await asyncio.gather(*(action.ended for action in self._actions))
+        self._calls.close()
+        await asyncio.sleep(LINGER * self._speed)

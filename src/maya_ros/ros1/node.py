@@ -1,0 +1,334 @@
+"""A node: one in a process, with rospy beside an asyncio loop; its checks at the start, its log, its end."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import signal
+import socket
+import sys
+import threading
+import traceback
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from logging.handlers import QueueHandler, QueueListener
+from queue import Full, Queue
+from types import FrameType
+from typing import Any, cast
+from urllib.parse import urlsplit
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+from rospy.impl.rosout import RosOutHandler
+
+from dmc41x3.listening import reserve_descriptors
+from dmc41x3.loops import ScaledLoop
+from maya_ros import graph
+from maya_ros.ros1.graph import RosGraph
+from maya_ros.ros1.master import (
+    NO_ANSWER,
+    REACH,
+    BoundedTransport,
+    LoopCalls,
+    in_thread,
+    master,
+    settle_namespace,
+    whole,
+)
+from maya_un.errors import AlreadyRunning, InternalError, InvalidValue, MasterGone, MayaError
+from maya_un.interpreter import prompt_loop
+
+_CALLER = "/maya"
+"""The name under which a program asks that is no node yet."""
+
+
+def require_master() -> None:
+    """Raise `MasterGone` where no master answers; rospy would wait for one for ever."""
+    try:
+        master(_CALLER).getPid()
+    except (*NO_ANSWER, rosgraph.MasterException):
+        raise MasterGone(uri=rosgraph.get_master_uri()) from None
+
+
+def require_sole(name: str) -> None:
+    """Raise `AlreadyRunning` where the node that this one would be lives, or hangs; `name` may be given another.
+
+    The master would end that one as soon as this one is there, be it able to do its work or not.
+    """
+    own = rospy.resolve_name(rospy.names.get_mappings().get("__name", name))
+    try:
+        uri = master(_CALLER).lookupNode(own)
+        at = urlsplit(uri)
+        socket.create_connection((at.hostname or "", at.port or 80), REACH).close()
+    except (*NO_ANSWER, rosgraph.MasterException):
+        return
+    try:
+        with ServerProxy(uri, BoundedTransport()) as other:
+            _, _, process = cast("tuple[int, str, int]", other.getPid(_CALLER))
+    except TimeoutError:
+        raise AlreadyRunning(pid="?") from None
+    except NO_ANSWER:
+        return  # somebody else's port by now
+    raise AlreadyRunning(pid=process)
+
+
+PATIENCE = 12.0
+"""A node that is told to end has ended after this time [s], be it by force: roslaunch waits for 15 s."""
+
+
+class NodeShutdown:
+    """Is told that the node is to end, from any thread and at any time, and tells the loop once there is one."""
+
+    def __init__(self) -> None:
+        self.over = threading.Event()
+        self._wanted = False
+        self._asked: asyncio.Event | None = None
+        self._post: LoopCalls | None = None
+
+    def listen(self) -> None:
+        """Take signals from now on; in the main thread."""
+        for kind in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(kind, self._signalled)
+
+    async def asked(self) -> None:
+        """Wait until the node is to end."""
+        self._post = LoopCalls(asyncio.get_running_loop())
+        self._asked = asyncio.Event()
+        if self._wanted:
+            self._asked.set()
+        await self._asked.wait()
+
+    def ask(self) -> None:
+        """Ask for the end; the second time changes nothing."""
+        if self._wanted:
+            return
+        self._wanted = True
+        force = threading.Timer(PATIENCE, os._exit, (1,))
+        force.daemon = True
+        force.start()
+        if self._post is not None and self._asked is not None:
+            self._post(self._asked.set)
+
+    def ask_and_wait(self) -> None:
+        """Request the end and wait for it; for rospy, which releases everything when this returns."""
+        leave()
+        self.ask()
+        self.over.wait(PATIENCE)
+
+    def _signalled(self, _number: int, _frame: FrameType | None) -> None:
+        self.ask()
+
+
+_WAITING = 1000
+"""Most lines that wait for /rosout; further lines appear only on the screen and in the node's file."""
+
+_LOG = logging.getLogger("rosout")
+
+
+class _LogQueue(QueueHandler):
+    """Passes lines to a thread, and drops lines if the queue is full."""
+
+    def enqueue(self, record: logging.LogRecord) -> None:
+        """Put a line into the queue, unless it is full."""
+        with suppress(Full):
+            self.queue.put_nowait(record)
+
+
+def write_in_thread() -> None:
+    """Write to /rosout in a thread from now on, so no line waits for the master; call after `rospy.init_node`."""
+    slow = [handler for handler in _LOG.handlers if isinstance(handler, RosOutHandler)]
+    if not slow:
+        return
+    waiting: Queue[logging.LogRecord] = Queue(_WAITING)
+    listener = QueueListener(waiting, *slow)
+    listener.start()  # a daemon: it ends with the program
+    for handler in slow:
+        _LOG.removeHandler(handler)
+    _LOG.addHandler(_LogQueue(waiting))
+
+
+def leave() -> None:
+    """Write nothing more to /rosout, because that would end another node of this name."""
+    for handler in [handler for handler in _LOG.handlers if isinstance(handler, RosOutHandler | _LogQueue)]:
+        _LOG.removeHandler(handler)
+
+
+DONE = 0
+"""The node ended because it was told to."""
+
+FAILED = 1
+"""It ended because the machine did something unexpected, or by a defect."""
+
+REFUSED = 2
+"""It did not begin: a parameter, the configuration, or what it needs is wrong or missing."""
+
+SPEED = "/maya/speed"
+"""The parameter with the factor of the twin's clock; of the machine it is 1."""
+
+FASTEST = 1000.0
+"""Largest factor of the twin's clock."""
+
+SIMULATED = "/maya/sim_mode"
+"""The parameter that tells whether the robot is the twin."""
+
+
+@dataclass(frozen=True, slots=True)
+class RosNode:
+    """What a node has: its graph, and how fast its clock runs (1 but for the twin)."""
+
+    graph: RosGraph
+    speed: float
+
+    def say(self, sentence: str) -> None:
+        """Write a line to the log: on the screen, in the node's file, on /rosout."""
+        rospy.loginfo("%s", sentence)
+
+    async def say_ready(self, sentence: str) -> None:
+        """Write a line to the log once other nodes can find all that this node offers."""
+        await self.graph.registered()
+        self.say(sentence)
+
+    def warn(self, sentence: str) -> None:
+        """Write a line about what a person should look at."""
+        rospy.logwarn("%s", sentence)
+
+    def complain(self, error: MayaError) -> None:
+        """Write an error, with its code."""
+        rospy.logerr("error %d: %s", error.code, error)
+
+    async def parameter(self, name: str, default: Any) -> Any:
+        """Return a parameter of this node ("~NAME") where it is set, else /maya/NAME, else `default`."""
+        found = await self.graph.parameters.get(f"~{name}")
+        return await self.graph.parameters.get(f"/maya/{name}", default) if found is None else found
+
+    async def flag(self, name: str, *, default: bool = False) -> bool:
+        """Return a parameter that is true or false; raises `InvalidValue`."""
+        return _flag(name, await self.parameter(name, default))
+
+    async def number(self, name: str, default: int) -> int:
+        """Return a parameter that is a whole number; raises `InvalidValue`."""
+        found = await self.parameter(name, default)
+        if type(found) is not int:
+            raise InvalidValue(key=name, value=repr(found), reason="it is a whole number")
+        return found
+
+
+Serve = Callable[[RosNode], Awaitable[None]]
+"""What a node does until it is cancelled."""
+
+
+def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
+    """Be the node `name` (roslaunch may give another) until it is told to end; return the exit code.
+
+    A node that is an edge is not `scaled`: its clock is that of the wall, whatever the twin's. Asked for help it says
+    what it is, and needs no master for that.
+    """
+    if not {"-h", "--help"}.isdisjoint(sys.argv[1:]):
+        print((sys.modules[serve.__module__].__doc__ or name).strip())
+        return DONE
+    ending = NodeShutdown()
+    ending.listen()
+    try:
+        reserve_descriptors()
+        prompt_loop()
+        settle_namespace()
+        require_master()
+        require_sole(name)
+        rospy.init_node(name, disable_signals=True)
+        write_in_thread()
+        rospy.on_shutdown(ending.ask_and_wait)
+        logging.getLogger(graph.__name__).addHandler(_Shown(logging.WARNING))
+        speed, serve = _clocked(serve) if scaled else (1.0, serve)
+        with asyncio.Runner(loop_factory=lambda: ScaledLoop(speed)) as runner:
+            return runner.run(_live(serve, ending, speed))
+    except MayaError as error:
+        return _refused(error)
+    except rospy.ROSInitException as error:
+        return _refused(InternalError(reason=str(error)))
+
+
+class _Shown(logging.Handler):
+    """Shows what the graph warns of, like a refused wish on a topic, where the lines of a node are shown."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        rospy.logwarn("%s", record.getMessage())
+
+
+def clock_factor() -> float:
+    """Return how fast the clock runs: what `SPEED` says of the twin, 1 of the machine. Raises `InvalidValue`."""
+    simulated = _flag(SIMULATED, rospy.get_param(whole(SIMULATED), default=True))
+    speed = rospy.get_param(whole(SPEED), 1.0) if simulated else 1.0
+    if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
+        raise InvalidValue(key=SPEED, value=repr(speed), reason=f"it is above 0 and at most {FASTEST:g}")
+    return float(speed)
+
+
+def _flag(name: str, found: object) -> bool:
+    """Return a parameter that was found, where it is true or false: the text "false" would count as true."""
+    if not isinstance(found, bool):
+        raise InvalidValue(key=name, value=repr(found), reason="it is true or false")
+    return found
+
+
+def _clocked(serve: Serve) -> tuple[float, Serve]:
+    """Return how fast the clock runs, and what to do; where no clock can run so, that is to say so and end."""
+    try:
+        return clock_factor(), serve
+    except InvalidValue as refusal:
+        error = refusal
+
+    async def refuse(_: RosNode) -> None:
+        raise error
+
+    return 1.0, refuse
+
+
+async def _live(serve: Serve, ending: NodeShutdown, speed: float) -> int:
+    asyncio.get_running_loop().set_exception_handler(_defect)
+    ours = RosGraph(speed=speed)
+    work = asyncio.ensure_future(serve(RosNode(ours, speed)))
+    asked = asyncio.ensure_future(ending.asked())
+    await asyncio.wait({work, asked}, return_when=asyncio.FIRST_COMPLETED)
+    asked.cancel()
+    work.cancel()
+    await asyncio.wait({work})
+    code = _code(work)
+    await ours.close()
+    ending.over.set()
+    await in_thread(lambda: rospy.signal_shutdown("ended"))
+    for _ in range(20):  # another thread may be at it
+        if rospy.is_shutdown():
+            break
+        await asyncio.sleep(0.1 * speed)
+    return code
+
+
+def _code(work: asyncio.Future[None]) -> int:
+    """Return the exit code of what a node did, and say why it ended where nobody told it to."""
+    error = None if work.cancelled() else work.exception()
+    if error is None:
+        return DONE
+    if isinstance(error, MayaError):
+        return _refused(error)
+    rospy.logfatal("%s", "".join(traceback.format_exception(error)))
+    return _refused(InternalError(reason=repr(error)))
+
+
+def _refused(error: MayaError) -> int:
+    """Say why a node ends, and return its exit code."""
+    with suppress(OSError):
+        if rospy.core.is_initialized():
+            rospy.logfatal("error %d: %s", error.code, error)
+        else:
+            print(f"maya: error {error.code}: {error}", file=sys.stderr, flush=True)
+    return REFUSED if 4000 <= error.code < 5999 else FAILED
+
+
+def _defect(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Write what went wrong where nobody waits for it."""
+    error = context.get("exception")
+    trace = "" if error is None else "".join(traceback.format_exception(error))
+    rospy.logerr("%s\n%s", context.get("message", "a defect"), trace)

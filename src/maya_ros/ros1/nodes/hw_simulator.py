@@ -1,0 +1,51 @@
+"""Node hw_simulator: the controller floor on the virtual twin, and what its sensors show.
+
+Parameters, private or under /maya: speed (the clock's factor), skip_home, address (sim, or HOST:PORT of a twin that is
+served elsewhere), take_over (take that one, at rest, from another program that owns it), seed (where the twin powers
+up), table (a job file whose parts stand on its table) and parts (others by name and place). Its service ~twin tells
+what the twin's mechanics know.
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+"""
+
+from __future__ import annotations
+
+from dmc41x3.address import SIM
+from maya_ros.graph.servers.sensors import SensorServer
+from maya_ros.ros1.configuration import checked, configured
+from maya_ros.ros1.controlling import fast_enough, log_event, offered, ros_time
+from maya_ros.ros1.node import RosNode, run
+from maya_ros.ros1.parts import on_the_table
+from maya_ros.ros1.twin_inspection import witness
+from maya_un.assembly import controller_floor, staffed
+from maya_un.errors import SpeedOnRealMachine
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("hw_simulator", serve)
+
+
+async def serve(node: RosNode) -> None:
+    """Offer the twin until cancelled; raises what `assembly.controller_floor` raises."""
+    address = checked(await node.parameter("address", SIM))
+    if address != SIM and node.speed != 1.0:
+        raise SpeedOnRealMachine(address=address)
+    async with configured(node.graph.parameters) as config:
+        job, named = str(await node.parameter("table", "")), await node.parameter("parts", {})
+        with staffed(config) as staff:
+            staff.own.warm()
+            async with controller_floor(
+                fast_enough(config, node.speed),
+                address,
+                take_over=await node.flag("take_over"),
+                seed=await node.number("seed", 0),
+                parts=on_the_table(config, job, named),
+                speed=node.speed,
+                heard=lambda events: events.heard_by(log_event),
+                workers=staff.own,
+            ) as floor:
+                if floor.twin is not None:
+                    witness(node.graph, floor.twin)
+                sensors = SensorServer(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
+                async with sensors.open(node.graph):
+                    await offered(node, floor, skip_home=await node.flag("skip_home"))

@@ -1,0 +1,25 @@
+"""Node primitive_server: serves /task, and has the robot floor carry it out.
+
+If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from maya_ros.graph.distributed import tasks_handed_on
+from maya_ros.graph.permissions import PermittedGraph
+from maya_ros.ros1.node import RosNode, run
+from maya_ros.ros1.rights import rights_of_node
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("primitive_server", serve)
+
+
+async def serve(node: RosNode) -> None:
+    """Hand tasks on until cancelled."""
+    async with rights_of_node(node.speed) as rights, tasks_handed_on(PermittedGraph(node.graph, rights.permit)):
+        await node.say_ready("Primitives are done by /task.")
+        await asyncio.Event().wait()

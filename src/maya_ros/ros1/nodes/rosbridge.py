@@ -1,0 +1,45 @@
+"""Node rosbridge: the endpoint of `maya up --rosbridge`, over the real graph; any topic, service and action of it.
+
+In a namespace it serves only the names there, under the manual's names. Parameters, private or under /maya: port (9090,
+in a namespace any free one; 0 for any), origins (pages that may command besides those of this machine). It writes its
+address into the parameter `URL`. It listens on the loopback only, and its clock is that of the wall, however fast the
+twin's runs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import nullcontext
+
+from maya_ros.ros1.controlling import ros_time
+from maya_ros.ros1.node import RosNode, run
+from maya_ros.ros1.rights import looked
+from maya_ros.rosbridge.endpoint import PORT, Endpoint
+from maya_un.http.listeners import bound_socket
+from maya_un.http.middleware.origin import OriginPolicy, host_of, origin_of
+from maya_un.namespace import namespace
+
+URL = "/rosbridge/url"
+"""The parameter with the address of rosbridge; the launch file sets it to "" first."""
+
+
+def main() -> int:
+    """Be the node; return the exit code."""
+    return run("rosbridge", serve, scaled=False)
+
+
+async def serve(node: RosNode) -> None:
+    """Serve until cancelled; raises `AddressInUse`, `InvalidValue` and `StorageDamaged`."""
+    door = bound_socket(await node.number("port", 0 if namespace() else PORT))
+    url = "ws://{}:{}".format(*door.getsockname()[:2])
+    async with looked() as users:
+        endpoint = Endpoint(lambda _: nullcontext(node.graph), ros_time, await _edge(node), admission=users)
+        async with endpoint.serving(door):
+            await node.graph.parameters.set(URL, url)
+            node.say(f"rosbridge is served at {url}.")
+            await asyncio.Event().wait()
+
+
+async def _edge(node: RosNode) -> OriginPolicy:
+    origins = frozenset(origin_of(str(page)) for page in await node.parameter("origins", []))
+    return OriginPolicy(hosts=frozenset(map(host_of, origins)), origins=origins)

@@ -1,0 +1,274 @@
+"""Services of a real graph: answered in the loop, or at once in rospy's own thread; and called without blocking.
+
+The address of a known service is kept, so it can be called without a master.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import select
+import threading
+from ast import literal_eval
+from collections import defaultdict
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from typing import Any
+
+import genpy
+import rosgraph
+import rospy
+
+from maya_ros.graph.protocol import Answer, Message, Quick, Request, by_name
+from maya_ros.graph.table import ABORT, PAUSE, STOP
+from maya_ros.ros1.convert import MessageClass, ServiceClass, converter_of, service_class
+from maya_ros.ros1.master import REACH, Registrar, in_thread, service_type, told, whole
+from maya_un.errors import MasterGone, MayaError, ServiceFailed, UnknownInterface
+
+_LOOKUP = 0.3
+"""Longest wait for the master's address of a known service [s]; then the former address is used."""
+
+_LOOK = 0.2
+"""A caller that hung up is noticed within this time [s]."""
+
+_ANYHOW = frozenset({ABORT.name, PAUSE.name, STOP.name})
+"""Services that are carried out also for who has hung up: who asks for a stop may be gone before it is heard."""
+
+_HUNG_UP = select.POLLRDHUP | select.POLLHUP | select.POLLERR | select.POLLNVAL
+
+
+class RosService:
+    """A service that is answered until it is closed (`graph.protocol.GraphHandle`)."""
+
+    def __init__(
+        self,
+        registrar: Registrar,
+        loop: asyncio.AbstractEventLoop,
+        service: str,
+        kind: str,
+        answer: Answer,
+        quick: Quick | None,
+    ) -> None:
+        found = service_class(kind)
+        self._registrar = registrar
+        self._loop = loop
+        self._plain = converter_of(found.request).plain
+        self._made = converter_of(found.response).made
+        self._answer = answer
+        self._quick = quick
+        self._anyhow = service in _ANYHOW
+        self._open = True
+        self._held: _AwaitedService | None = None
+        registrar(lambda: self._register(service, found.kind))
+
+    @property
+    def open(self) -> bool:
+        """Whether it has not been closed."""
+        return self._open
+
+    def close(self) -> None:
+        """Answer no more."""
+        if self._open:
+            self._open = False
+            self._registrar(self._given_back)
+
+    def _register(self, service: str, kind: type[genpy.Service]) -> None:
+        if self._open:
+            self._held = _AwaitedService(whole(service), kind, self._handle)
+
+    def _given_back(self) -> None:
+        if self._held is not None:
+            self._held.shutdown("closed")
+
+    def _handle(self, request: MessageClass) -> MessageClass:
+        """Answer a request, in the thread that rospy has for who asks."""
+        if not self._open:
+            raise rospy.ServiceException("it is no longer served")
+        plain = self._plain(request)
+        try:
+            said = None if self._quick is None else self._quick(plain)
+            return self._made(self._answered(plain) if said is None else said)
+        except MayaError as error:
+            raise rospy.ServiceException(f"{error} [{error.code}]") from None
+        except CancelledError:
+            raise rospy.ServiceException("it is no longer wanted") from None
+
+    def _answered(self, request: Message) -> Message:
+        """Have the loop answer; who hangs up, be it before it was heard, no longer wants what he asked for."""
+        if self._unwanted:
+            raise CancelledError
+        future = asyncio.run_coroutine_threadsafe(_awaited(self._answer, request), self._loop)
+        while True:
+            try:
+                return future.result(_LOOK)
+            except TimeoutError:
+                if future.done():
+                    raise  # it is the answer's own
+                if self._unwanted or self._loop.is_closed():
+                    future.cancel()
+
+    @property
+    def _unwanted(self) -> bool:
+        return not self._anyhow and _AwaitedService.asked_by_nobody()
+
+
+async def _awaited(answer: Answer, request: Message) -> Message:
+    return await answer(request)
+
+
+class _AwaitedService(rospy.Service):
+    """A service whose handler can look whether anybody still waits for its answer."""
+
+    _asking = threading.local()
+
+    @classmethod
+    def asked_by_nobody(cls) -> bool:
+        """Tell whether who asked in this thread has hung up."""
+        return _hung_up(cls._asking.transport)
+
+    def _handle_request(self, transport: Any, request: MessageClass) -> None:
+        self._asking.transport = transport
+        super()._handle_request(transport, request)
+
+
+def _hung_up(transport: Any) -> bool:
+    """Tell whether the other end of a connection of rospy's is gone."""
+    socket = transport.socket
+    if socket is None:
+        return True
+    poll = select.poll()
+    poll.register(socket.fileno(), select.POLLRDHUP)
+    return any(event & _HUNG_UP for _, event in poll.poll(0))
+
+
+class Calls:
+    """Calls services over connections that are kept for the next call.
+
+    A new connection costs ten times what a call costs. There are as many to a service as calls were under way at once.
+    """
+
+    def __init__(self) -> None:
+        self._idle: defaultdict[tuple[str, str], list[_Proxy]] = defaultdict(list)
+        self._busy: set[_Proxy] = set()
+        self._addresses: dict[str, str] = {}
+        self._open = True
+
+    def expect(self, *services: str) -> None:
+        """Find services while the master is there; where they cannot be found now, a call will look again."""
+
+        def look() -> None:
+            for service in map(whole, services):
+                with suppress(MasterGone, rosgraph.MasterException):
+                    _located(service, self._addresses)
+
+        threading.Thread(target=look, name="maya-expect", daemon=True).start()
+
+    async def call(self, service: str, request: Request, kind: str) -> Message:
+        """Return the answer of a service; raises `ServiceFailed`, `UnknownInterface`, `InvalidMessage`.
+
+        Being cancelled, it hangs up, by which the server knows.
+        """
+        kind = kind or await in_thread(lambda: service_type(service))
+        if not kind:
+            raise UnknownInterface(form="service", name=service)
+        found = service_class(kind)
+        made = converter_of(found.request).made(by_name(kind, tuple(found.request.__slots__), request))
+        key = (service, kind)
+        proxy = self._taken(key, found)
+        try:
+            answer = await in_thread(lambda: proxy(made), f"maya-call {service}")
+        except BaseException as error:
+            self._dropped(proxy)
+            if isinstance(error, rospy.ServiceException | rospy.ROSException | OSError):
+                raise ServiceFailed(service=service, reason=_reason(error)) from None
+            raise
+        self._given_back(key, proxy)
+        return converter_of(found.response).plain(answer)
+
+    def close(self) -> None:
+        """Hang up everywhere."""
+        self._open = False
+        for proxy in (*self._busy, *(one for idle in self._idle.values() for one in idle)):
+            proxy.drop()
+        self._idle.clear()
+
+    def _taken(self, key: tuple[str, str], found: ServiceClass) -> _Proxy:
+        """Take a connection whose server is still there, or the promise of a new one."""
+        proxy = None
+        while self._idle[key] and proxy is None:
+            proxy = self._idle[key].pop()
+            if _hung_up(proxy.transport):
+                proxy.close()
+                proxy = None
+        if proxy is None:
+            proxy = _Proxy(key[0], found.kind, self._addresses)
+        self._busy.add(proxy)
+        return proxy
+
+    def _given_back(self, key: tuple[str, str], proxy: _Proxy) -> None:
+        self._busy.discard(proxy)
+        if self._open:
+            self._idle[key].append(proxy)
+        else:
+            proxy.close()
+
+    def _dropped(self, proxy: _Proxy) -> None:
+        self._busy.discard(proxy)
+        proxy.drop()
+
+
+class _Proxy(rospy.ServiceProxy):
+    """A connection to a service that is kept; where no master answers, it is made to where the service was last.
+
+    rospy connects within a call. One that is dropped meanwhile is closed when it stands, before the request is sent.
+    """
+
+    def __init__(self, service: str, kind: type[genpy.Service], addresses: dict[str, str]) -> None:
+        self._link: Any = None
+        self._dropped = False
+        super().__init__(whole(service), kind, persistent=True)
+        self._addresses = addresses
+
+    @property
+    def transport(self) -> Any:
+        """The connection, None while there is none."""
+        return self._link
+
+    @transport.setter
+    def transport(self, link: Any) -> None:
+        self._link = link
+        if self._dropped and link is not None:
+            link.close()
+
+    def drop(self) -> None:
+        """Hang up, for good; a call that is being made fails."""
+        self._dropped = True
+        self.close()
+
+    def _get_service_uri(self, request: MessageClass) -> str:
+        """Return where the service is; raises `rospy.ServiceException`."""
+        del request
+        try:
+            return _located(self.resolved_name, self._addresses)
+        except rosgraph.MasterException:
+            raise rospy.ServiceException("nobody serves it") from None
+        except MasterGone as gone:
+            if self.resolved_name not in self._addresses:
+                raise rospy.ServiceException(str(gone)) from None
+            return self._addresses[self.resolved_name]
+
+
+def _located(service: str, addresses: dict[str, str]) -> str:
+    """Return where the master says that a service is, and keep it in `addresses`; raises as `master.told` does."""
+    patience = _LOOKUP if service in addresses else REACH
+    addresses[service] = told(lambda at: at.lookupService(service), patience)
+    return addresses[service]
+
+
+def _reason(error: BaseException) -> str:
+    """Return why a call failed, in the server's words where it said some."""
+    before, said, quoted = str(error).partition("responded with an error: ")
+    if not said:
+        return before
+    with suppress(ValueError, SyntaxError):
+        quoted = bytes(literal_eval(quoted)).decode(errors="replace")
+    return quoted.removeprefix("service cannot process request: ")

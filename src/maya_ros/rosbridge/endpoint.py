@@ -1,0 +1,156 @@
+"""The endpoint: who is let in, one session for each, and the end of all of them."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AbstractContextManager, ExitStack, asynccontextmanager
+from dataclasses import replace
+from functools import partial
+
+from starlette.datastructures import Headers
+
+from dmc41x3.listening import DescriptorShares, Listener
+from maya_ros.graph.protocol import Graph, Publisher
+from maya_ros.rosbridge.client import RosbridgeClient
+from maya_ros.rosbridge.guest import Guest, TokenChecker
+from maya_ros.rosbridge.limits import CLIENTS
+from maya_ros.rosbridge.outgoing import MessageEncoder
+from maya_ros.rosbridge.restricted import RestrictedGraph
+from maya_ros.rosbridge.rosapi import Rosapi
+from maya_ros.rosbridge.sending import MessageScheduler, Sender
+from maya_ros.rosbridge.session import RosbridgeSession
+from maya_ros.rosbridge.wire import GOING, RosbridgeWire
+from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
+from maya_un.http.authentication import LEASE, Rights
+from maya_un.http.language import language_of
+from maya_un.http.middleware.origin import OriginPolicy
+from maya_un.service.access import tokens
+from maya_un.service.access.operations import ROS, Caller
+
+PORT = 9090
+"""The usual port of rosbridge."""
+
+NODE = "rosbridge"
+"""The name under which clients take part in the graph."""
+
+CLIENT_COUNT = "/client_count"
+"""The topic with the number of clients."""
+
+Seat = Callable[[Guest], AbstractContextManager[Graph]]
+"""Gives a client its place in a graph, for as long as the client is there."""
+
+
+class Everybody:
+    """Admits every client as the principal `ROS`, for a graph without users."""
+
+    async def caller(
+        self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool, alone: Caller = ROS
+    ) -> Caller:
+        """Return `alone`."""
+        del authorization, source, loopback, stopping
+        return replace(alone, lease=lease)
+
+    async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
+        """Return the same."""
+        return list(asked)
+
+    def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Ignore the listener: rights never change."""
+        del listener
+        return lambda: None
+
+
+class Endpoint:
+    """Serves clients, each on its own seat. `now` returns the date [s since the epoch], `edge` is the origin policy.
+
+    `admission` authenticates them. A client that loses rights is disconnected at once.
+    """
+
+    def __init__(
+        self,
+        seat: Seat,
+        now: Callable[[], float],
+        edge: OriginPolicy | None = None,
+        most: int = CLIENTS,
+        admission: TokenChecker | None = None,
+    ) -> None:
+        self._seat = seat
+        self._admission = admission or Everybody()
+        self._rights = Rights(self._admission)
+        self._edge = edge or OriginPolicy()
+        self._most = most
+        self._press = MessageEncoder(now)
+        self._turns = MessageScheduler()
+        self._sessions: dict[RosbridgeWire, tuple[RosbridgeSession, ExitStack]] = {}
+        self._ending: set[asyncio.Task[None]] = set()
+        self._count: Publisher | None = None
+
+    @property
+    def clients(self) -> int:
+        """How many there are."""
+        return len(self._sessions)
+
+    @asynccontextmanager
+    async def serving(self, door: socket.socket) -> AsyncIterator[None]:
+        """Serve at `door` while the block runs; whoever is there at its end is told that the service ends."""
+        with self._seat(Guest()) as graph:
+            self._count = graph.advertise(CLIENT_COUNT, "std_msgs/Int32", latch=True)
+            self._tell_count()
+            server = Listener([door], lambda: RosbridgeWire(self), DescriptorShares.now().far)
+            try:
+                yield
+            finally:
+                server.close()
+                for wire in tuple(self._sessions):
+                    wire.end(GOING, "the service ends")
+                    self.leave(wire)
+                await asyncio.gather(*self._ending)
+                self._count.close()
+
+    def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
+        """Return why a client is not let in."""
+        refusal = self._edge.refusal(headers, local=local)
+        if refusal is None and len(self._sessions) >= self._most:
+            return InvalidRequest(key="connection", reason=f"at most {self._most} clients are served at once")
+        return refusal
+
+    def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> RosbridgeSession:
+        """Begin the session of a client with these headers."""
+        guest = Guest(source, local=local, lease=headers.get(LEASE, ""))
+        with ExitStack() as stack:
+            graph = RestrictedGraph(stack.enter_context(self._seat(guest)), guest)
+            client = RosbridgeClient(graph, Sender(wire), self._press, language_of(headers))
+            stack.enter_context(self._rights.watched(lambda: guest.known, partial(_look, wire, guest)))
+            stack.callback(setattr, guest, "left", True)
+            entry = partial(guest.introduce, self._admission)
+            session = RosbridgeSession(client, Rosapi(graph, self._press.now), self._turns, entry)
+            self._sessions[wire] = (session, stack.pop_all())
+        session.begin(tokens.of_header(headers.get("authorization")))
+        self._tell_count()
+        return session
+
+    def leave(self, wire: RosbridgeWire) -> None:
+        """End a session: what it began is ended."""
+        found = self._sessions.pop(wire, None)
+        if found is not None:
+            self._tell_count()
+            task = asyncio.get_running_loop().create_task(_ended(*found), name="end of a rosbridge session")
+            self._ending.add(task)
+            task.add_done_callback(self._ending.discard)
+
+    def _tell_count(self) -> None:
+        if self._count is not None:
+            self._count.publish({"data": len(self._sessions)})
+
+
+def _look(wire: RosbridgeWire, guest: Guest, now: Caller | MayaError) -> None:
+    """Apply changed rights of a client; disconnect it if it has lost some."""
+    if not guest.outlasts(now):
+        wire.end(NotSignedIn.code, "your rights have changed; connect again")
+
+
+async def _ended(session: RosbridgeSession, stack: ExitStack) -> None:
+    with stack:
+        await session.close()

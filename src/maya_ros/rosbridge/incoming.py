@@ -1,0 +1,310 @@
+"""Messages from clients: split into objects, joined from fragments, decoded, and their fields checked."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from maya_ros.graph.table import ABORT, STOP, asked_by_topic
+from maya_ros.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, LONGEST_SPLIT, MOST_FRAGMENTS
+from maya_un.errors import InvalidRequest
+from maya_un.process.spec.documents import require_few
+from maya_un.service.access.operations import Operation
+
+LONGEST = 255
+
+_GOOD = re.compile(r"/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*")
+_TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*/([A-Za-z]+/)?[A-Za-z][A-Za-z0-9_]*")
+
+
+def resolved(name: str, key: str) -> str:
+    """Return the whole name of what a client calls `name` under `key`; raises `InvalidRequest`."""
+    if len(name) > LONGEST or not _GOOD.fullmatch(name):
+        raise InvalidRequest(key=key, reason="it is a name like /maya_event")
+    return name if name.startswith("/") else f"/{name}"
+
+
+def type_of(text: str, key: str) -> str:
+    """Return a type as ROS 1 names it; raises `InvalidRequest`.
+
+    Newer clients write "std_msgs/msg/String"; the part in the middle is left out.
+    """
+    if len(text) > LONGEST or not _TYPE.fullmatch(text):
+        raise InvalidRequest(key=key, reason="it is a type like std_msgs/String")
+    package, *_, name = text.split("/")
+    return f"{package}/{name}"
+
+
+LONGEST_ID = 1_000
+
+
+class Fields:
+    """What a client said. Everything raises `InvalidRequest` for what is not as it should be.
+
+    A field that is null counts as left out, as clients in JavaScript send what they do not set.
+    """
+
+    def __init__(self, message: Mapping[str, Any]) -> None:
+        self._message = message
+
+    @property
+    def id(self) -> str | float | None:
+        """What the client calls this message, None where it does not say."""
+        found = self._message.get("id")
+        if found is None or (isinstance(found, str) and len(found) <= LONGEST_ID):
+            return found
+        if isinstance(found, int | float) and not isinstance(found, bool) and abs(found) < 2**63:
+            return found
+        raise InvalidRequest(key="id", reason=f"it is a text of at most {LONGEST_ID} characters")
+
+    def get(self, key: str) -> Any:
+        """Return whatever stands there, None where nothing does."""
+        return self._message.get(key)
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return a text; without a `default` there has to be one."""
+        found = self._message.get(key)
+        if found is None and default is not None:
+            return default
+        if not isinstance(found, str):
+            raise InvalidRequest(key=key, reason="it is a text")
+        return found
+
+    def one_of(self, key: str, known: tuple[str, ...], default: str) -> str:
+        """Return one of some words."""
+        found = self.text(key, default)
+        if found not in known:
+            raise InvalidRequest(key=key, reason=f"it is one of {', '.join(known)}")
+        return found
+
+    def name(self, key: str) -> tuple[str, str]:
+        """Return a name of the graph as the client writes it, and in whole."""
+        said = self.text(key)
+        return said, resolved(said, key)
+
+    def kind(self, key: str = "type", *, needed: bool = True) -> str:
+        """Return a type, "" where one is not `needed` and not there."""
+        said = self.text(key, None if needed else "")
+        return type_of(said, key) if said or needed else ""
+
+    def whole(self, key: str, default: int, least: int, most: int) -> int:
+        """Return a whole number of at least `least`, and `most` for a greater one."""
+        found = self._message.get(key)
+        if found is None:
+            return default
+        if isinstance(found, float) and found.is_integer():
+            found = int(found)
+        if not isinstance(found, int) or isinstance(found, bool) or found < least:
+            raise InvalidRequest(key=key, reason=f"it is a whole number from {least}")
+        return min(found, most)
+
+    def flag(self, key: str, default: bool | None = None) -> bool:
+        """Return true or false."""
+        found = self._message.get(key)
+        if found is None and default is not None:
+            return default
+        if not isinstance(found, bool):
+            raise InvalidRequest(key=key, reason="it is true or false")
+        return found
+
+    def record(self, key: str) -> dict[str, Any]:
+        """Return an object; what is left out, and an empty list, is an empty one."""
+        found = self._message.get(key)
+        if found is None or found == []:
+            return {}
+        if not isinstance(found, dict):
+            raise InvalidRequest(key=key, reason="it is an object")
+        return found
+
+
+def decoded(text: str | bytes) -> dict[str, Any]:
+    """Return the object that a client sent; raises `InvalidRequest` for whatever is none.
+
+    Half a character is refused here: nobody behind this could send it on. So are bytes that are no text: what a client
+    says is JSON, though it may be told CBOR. NaN and Infinity, which Python and some JavaScript write, are understood.
+    """
+    try:
+        value = parsed(text)
+    except ValueError as error:
+        raise not_json(error) from error
+    return as_object(value)
+
+
+def parsed(text: str | bytes) -> Any:
+    """Parse JSON; raises `ValueError`, and `InvalidRequest` if it nests too deeply."""
+    require_few(text, "message")
+    try:
+        value = json.loads(text)
+        if "\\u" in (text if isinstance(text, str) else text.decode()):
+            json.dumps(value, ensure_ascii=False).encode()
+    except RecursionError as error:
+        raise InvalidRequest(key="message", reason="it is nested too deeply") from error
+    return value
+
+
+def not_json(error: ValueError) -> InvalidRequest:
+    """Return the error for a text that is not JSON."""
+    return InvalidRequest(key="message", reason=f"it is not JSON ({error})")
+
+
+def as_object(value: Any) -> dict[str, Any]:
+    """Return a value that is an object; raises `InvalidRequest` for another."""
+    if not isinstance(value, dict):
+        raise InvalidRequest(key="message", reason="it is not a JSON object")
+    return value
+
+
+_MARK = re.compile(r'\\.|["{}\\]', re.DOTALL)
+
+
+class Objects:
+    """Finds objects by their braces. Skips text between objects, and keeps an incomplete object."""
+
+    def __init__(self) -> None:
+        self._parts: list[str] = []
+        self._kept = 0
+        self._depth = 0
+        self._quoted = False
+        self._escaped = False
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether an object has begun that has not ended."""
+        return self._depth > 0
+
+    def forget(self) -> None:
+        """Drop an incomplete object."""
+        self._parts.clear()
+        self._kept = self._depth = 0
+        self._quoted = self._escaped = False
+
+    def add(self, text: str) -> list[str]:
+        """Return the objects that end in the next text; raises `InvalidRequest` if it is too long.
+
+        Every character is read once, even if an object spans many texts.
+        """
+        if len(text) > LONGEST_SPLIT or self._kept + len(text) > LONGEST_MESSAGE:
+            self.forget()
+            raise InvalidRequest(key="message", reason=f"it is no JSON within {LONGEST_SPLIT} characters")
+        found: list[str] = []
+        begin = 0
+        mark = ""
+        for one in _MARK.finditer(text, 1 if self._escaped else 0):
+            mark = one[0] if self._quoted else one[0][-1]
+            before, self._depth = self._depth, self._after(mark)
+            if self._depth > before == 0:
+                begin = one.end() - 1
+            elif before > self._depth == 0:
+                found.append("".join((*self._parts, text[begin : one.end()])))
+                self.forget()
+        if self._depth:
+            self._parts.append(text[begin:])
+            self._kept += len(text) - begin
+        self._escaped = self._quoted and mark == "\\"
+        return found
+
+    def _after(self, mark: str) -> int:
+        """Return the number of open objects after a mark; marks within quotes or outside objects do not count."""
+        if mark == '"':
+            self._quoted = self._depth > 0 and not self._quoted
+        elif not self._quoted and mark == "{":
+            return self._depth + 1
+        elif not self._quoted and mark == "}" and self._depth:
+            return self._depth - 1
+        return self._depth
+
+
+_numbers = itertools.count(1)
+
+
+def cut(text: str, size: int, name: str | float | None = None) -> list[str]:
+    """Return `text`, or where it has more than `size` characters fragments of it, as texts to send.
+
+    `name` is the id under which they belong together; without one they get a new one.
+    """
+    if len(text) <= size:
+        return [text]
+    pieces = [text[begin : begin + size] for begin in range(0, len(text), size)]
+    head = {"op": "fragment", "id": f"fragment:{next(_numbers)}" if name is None else name}
+    return [
+        json.dumps({**head, "data": piece, "num": number, "total": len(pieces)}) for number, piece in enumerate(pieces)
+    ]
+
+
+@dataclass(slots=True)
+class _Gathered:
+    total: int
+    form: str
+    pieces: dict[int, str] = field(default_factory=dict[int, str])
+    size: int = 0
+    latest: float = 0.0
+
+
+class FragmentCollector:
+    """The incomplete messages of one client."""
+
+    def __init__(self) -> None:
+        self._open: dict[str | float, _Gathered] = {}
+
+    def add(self, fields: Fields, form: str, now: float) -> str | None:
+        """Add a piece that came at `now` [s] and return the whole text where it was the last one missing.
+
+        `form` is the op of all pieces of a message. Raises `InvalidRequest`; then the whole message is forgotten.
+        """
+        name = fields.id
+        if name is None:
+            raise InvalidRequest(key="id", reason="fragments need one, to belong together")
+        self._forget_old(now)
+        try:
+            return self._added(name, fields, form, now)
+        except InvalidRequest:
+            self._open.pop(name, None)
+            raise
+
+    def _added(self, name: str | float, fields: Fields, form: str, now: float) -> str | None:
+        data = fields.text("data")
+        total = fields.whole("total", 0, 1, MOST_FRAGMENTS + 1)
+        number = fields.whole("num", -1, 0, MOST_FRAGMENTS)
+        if total > MOST_FRAGMENTS:
+            raise InvalidRequest(key="total", reason=f"a message comes in at most {MOST_FRAGMENTS} fragments")
+        gathered = self._open.get(name)
+        if gathered is None:
+            if len(self._open) >= GATHERED:
+                raise InvalidRequest(key="id", reason=f"at most {GATHERED} messages may be incomplete")
+            gathered = self._open[name] = _Gathered(total, form)
+        if total != gathered.total or form != gathered.form or not 0 <= number < total:
+            raise InvalidRequest(key="num", reason="it does not fit the other fragments")
+        gathered.size += len(data) - len(gathered.pieces.get(number, ""))
+        gathered.pieces[number] = data
+        gathered.latest = now
+        if gathered.size > LONGEST_MESSAGE:
+            raise InvalidRequest(key="data", reason=f"the message has more than {LONGEST_MESSAGE} bytes")
+        if len(gathered.pieces) < total:
+            return None
+        del self._open[name]
+        return "".join(gathered.pieces[index] for index in range(total))
+
+    def _forget_old(self, now: float) -> None:
+        for name in [name for name, one in self._open.items() if now - one.latest > FRAGMENT_PATIENCE]:
+            del self._open[name]
+
+
+def stop_in(text: str | bytes) -> str | None:
+    """Return the service of the stop that a message requests, None for other messages."""
+    try:
+        fields = Fields(decoded(text))
+        match fields.get("op"):
+            case "call_service":
+                _, service = fields.name("service")
+                return service if service in (STOP.name, ABORT.name) else None
+            case "publish":
+                _, topic = fields.name("topic")
+                return STOP.name if asked_by_topic(topic) is Operation.STOP else None
+            case _:
+                return None
+    except InvalidRequest:
+        return None

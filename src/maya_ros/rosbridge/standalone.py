@@ -1,0 +1,121 @@
+"""The manual's graph without ROS: a bus in the server's loop, the doors of all floors on it, and the endpoint."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import AsyncIterator, Iterator
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+from dmc41x3.address import SIM
+from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.protocol import Graph
+from maya_ros.graph.queue import GraphQueue
+from maya_ros.graph.servers.controller import ControllerServer
+from maya_ros.graph.servers.process import ProcessServer
+from maya_ros.graph.servers.robot import RobotServer
+from maya_ros.graph.servers.sensors import SensorServer
+from maya_ros.graph.servers.steps import TaskServer
+from maya_ros.graph.servers.tasks import Clock
+from maya_ros.graph.table import POSITION
+from maya_ros.rosbridge.endpoint import NODE, Endpoint
+from maya_ros.rosbridge.guest import Guest
+from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEvents, echoed
+from maya_un.assembly import Stack
+from maya_un.config import Config
+from maya_un.http import dates
+from maya_un.http.bridge import Bridge
+from maya_un.http.middleware.origin import OriginPolicy
+from maya_un.steps.store import StepStore
+
+
+class EndpointOptions(NamedTuple):
+    """Where the endpoint is served, to whom, and the file that keeps which steps were carried out."""
+
+    door: socket.socket
+    edge: OriginPolicy
+    steps: Path
+
+
+@asynccontextmanager
+async def endpoint(
+    stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0, now: Clock = dates.epoch
+) -> AsyncIterator[Endpoint]:
+    """Serve rosbridge for `stack` at a place, on the graph that `graph_of` makes of it, while the block runs."""
+    async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
+        serving = Endpoint(partial(_seat, bus), now, place.edge, admission=bridge)
+        async with serving.serving(place.door):
+            yield serving
+
+
+@asynccontextmanager
+async def graph_of(
+    stack: Stack, bridge: Bridge, steps: Path, *, speed: float = 1.0, now: Clock = dates.epoch
+) -> AsyncIterator[Bus]:
+    """Yield a graph on which all floors of `stack` are offered, which lives in the bridge's loop at `speed`.
+
+    The file `steps` keeps which steps were carried out; `now` is the date [s since the epoch] that messages are stamped
+    with. At the end everything that was wished here is at rest. Raises `StorageInUse` and its kin.
+    """
+    bus = Bus(now)
+    await _describe(bus, stack, speed)
+    async with AsyncExitStack() as held:
+        store = await StepStore.open(steps)
+        held.push_async_callback(store.close)
+        echo = await held.enter_async_context(echoed(bridge, speed))
+        for name, door in _doors(stack, bridge, echo, now):
+            await _open(held, bus, name, door)
+        name = stack.config.coms.name
+        await _open(held, bus, "firebase_bridge", TaskServer(store, dates.now, clock=now, name=name))
+        yield bus
+
+
+class _LayerServer(Protocol):
+    def open(self, graph: Graph, /) -> AbstractAsyncContextManager[object]: ...
+
+
+def _doors(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple[tuple[str, _LayerServer], ...]:
+    """Return what is offered, by the nodes that offer it in a graph of ROS."""
+    floor = ControllerProxy(stack, bridge, echo)
+    hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
+    queue = GraphQueue(bridge.carry, lambda: echo.view, stack.controller)
+    return (
+        (hardware, ControllerServer(floor, address=stack.address, clock=now)),
+        (sensor, SensorServer(floor, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
+        ("robot_controller", RobotServer(RobotProxy(stack, bridge, echo), clock=now)),
+        ("process_controller", ProcessServer(queue, clock=now)),
+    )
+
+
+async def _open(held: AsyncExitStack, bus: Bus, name: str, door: _LayerServer) -> None:
+    node = bus.node(name)
+    held.callback(node.close)
+    await held.enter_async_context(door.open(node))
+
+
+async def _describe(bus: Bus, stack: Stack, speed: float) -> None:
+    """Set the parameters that the nodes of a real graph have."""
+    values = {
+        "config": stack.config.model_dump(mode="json"),
+        "speed": speed,
+        "sim_mode": stack.address == SIM,
+        "address": stack.address,
+    }
+    await bus.parameters.set("/maya", values)
+
+
+@contextmanager
+def _seat(bus: Bus, guest: Guest) -> Iterator[Graph]:
+    node: BusNode = bus.node(NODE, lambda: guest.caller)
+    try:
+        yield node
+    finally:
+        node.close()
+
+
+def told_often(config: Config, speed: float) -> Config:
+    """Return the configuration with as many records as /maya_position needs while the clock runs at `speed`."""
+    rate = max(config.controller.stream_rate, POSITION.rate / max(1.0, speed))
+    return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": rate})})

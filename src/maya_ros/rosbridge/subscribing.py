@@ -1,0 +1,205 @@
+"""Topics that a client subscribes to: how often, how many may wait, in which form."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable
+from typing import NamedTuple
+
+from maya_ros.graph.protocol import Message, Subscription
+from maya_ros.rosbridge.client import ROWS, Id, RosbridgeClient, StatusLevel, other_type
+from maya_ros.rosbridge.incoming import Fields
+from maya_ros.rosbridge.limits import LONGEST_MESSAGE, LONGEST_QUEUE, REQUESTS, SMALLEST_FRAGMENT, TOPICS, WAITING
+from maya_ros.rosbridge.outgoing import COMPRESSIONS, MessageFormat, Outgoing
+from maya_ros.rosbridge.sending import Backlog
+from maya_un.errors import InvalidRequest
+
+_LONGEST_THROTTLE = 86_400_000
+
+
+class SubscribeRequest(NamedTuple):
+    """What one subscribe message asked for: messages at least `throttle` [s] apart, so many waiting, of this form."""
+
+    throttle: float
+    queue: int
+    fragment: int
+    compression: str
+
+    @classmethod
+    def of(cls, fields: Fields) -> SubscribeRequest:
+        """Return what is asked for; raises `InvalidRequest`."""
+        return cls(
+            fields.whole("throttle_rate", 0, 0, _LONGEST_THROTTLE) / 1000.0,
+            fields.whole("queue_length", 0, 0, LONGEST_QUEUE),
+            fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE),
+            fields.one_of("compression", COMPRESSIONS, "none"),
+        )
+
+
+class TopicReading:
+    """One topic that a client hears under the name that it used.
+
+    Of several requests the least throttle, queue and fragment count, and the strongest compression, as in rosbridge.
+    """
+
+    def __init__(self, client: RosbridgeClient, said: str, topic: str, kind: str) -> None:
+        self._client = client
+        self._said = said
+        self._topic = topic
+        self.kind = kind
+        self.requests: dict[Id, SubscribeRequest] = {}
+        self._throttle, self._queue, self._form = 0.0, 0, MessageFormat(said)
+        self._backlog = Backlog(WAITING)
+        self._pending: deque[Outgoing] = deque()
+        self._due = 0.0
+        self._timer: asyncio.TimerHandle | None = None
+        self._latest: Outgoing | None = None
+        self._loop = asyncio.get_running_loop()
+        self._taken: Subscription | None = None
+
+    def open(self) -> None:
+        """Begin to hear; raises what the graph raises."""
+        self._client.press.join(self._topic, self.kind)
+        try:
+            self._taken = self._client.graph.subscribe(self._topic, self.kind, self._heard)
+        except BaseException:
+            self._client.press.leave(self._topic, self.kind)
+            raise
+
+    def add(self, name: Id, request: SubscribeRequest) -> None:
+        """Add a request, or take it for an older one of the same name.
+
+        Whoever comes later to a latched topic is shown its latest message, as on a topic of its own.
+        """
+        later = bool(self.requests) and name not in self.requests
+        self.requests[name] = request
+        self._settle()
+        row = ROWS.get(self._topic)
+        if later and row is not None and row.latch and self._latest is not None:
+            self._client.sender.send(self._backlog, self._latest.frames(self._form))
+
+    def remove(self, name: Id) -> None:
+        """Take a request back, all of them for None."""
+        if name is None:
+            self.requests.clear()
+        else:
+            self.requests.pop(name, None)
+        if self.requests:
+            self._settle()
+
+    def close(self) -> None:
+        """Hear nothing any more."""
+        if self._timer is not None:
+            self._timer.cancel()
+        if self._taken is not None:
+            self._taken.close()
+            self._client.press.leave(self._topic, self.kind)
+            self._taken = None
+        self._client.sender.forget(self._backlog)
+
+    def _settle(self) -> None:
+        requests = self.requests.values()
+        pieces = [one.fragment for one in requests if one.fragment]
+        strongest = max(COMPRESSIONS.index(one.compression) for one in requests)
+        self._throttle = min(one.throttle for one in requests)
+        self._queue = min(one.queue for one in requests)
+        self._form = MessageFormat(self._said, COMPRESSIONS[strongest], min(pieces, default=0))
+        self._backlog.most = self._queue or WAITING
+        self._pending = deque(self._pending, maxlen=self._queue)
+
+    def _heard(self, message: Message) -> None:
+        outgoing = self._latest = self._client.press.outgoing(self._topic, self.kind, message)
+        if not self._throttle:
+            self._client.sender.send(self._backlog, outgoing.frames(self._form))
+            return
+        now = self._loop.time()
+        if not self._pending and now >= self._due:
+            self._send(outgoing, now)
+        elif self._queue:
+            self._pending.append(outgoing)
+            self._wait()
+
+    def _send(self, outgoing: Outgoing, now: float) -> None:
+        self._due = now + self._throttle
+        self._client.sender.send(self._backlog, outgoing.frames(self._form))
+
+    def _wait(self) -> None:
+        if self._timer is None:
+            self._timer = self._loop.call_at(self._due, self._next)
+
+    def _next(self) -> None:
+        self._timer = None
+        if self._pending:
+            self._send(self._pending.popleft(), self._loop.time())
+        if self._pending:
+            self._wait()
+
+
+class ClientSubscriptions:
+    """The subscriptions of one client, by the names that it uses."""
+
+    def __init__(self, client: RosbridgeClient) -> None:
+        self._client = client
+        self._readings: dict[str, TopicReading] = {}
+        self.ops = {"subscribe": self.subscribe, "unsubscribe": self.unsubscribe}
+
+    def hears(self, topic: str) -> bool:
+        """Tell whether the client hears a topic."""
+        return any(name in self._readings for name in (topic, topic.removeprefix("/")))
+
+    def subscribe(self, fields: Fields) -> Awaitable[None] | None:
+        """Carry out `subscribe`, at once unless the type of the topic must be requested from the graph."""
+        said, topic = fields.name("topic")
+        request, kind, name = SubscribeRequest.of(fields), fields.kind(needed=False), fields.id
+        reading = self._readings.get(said)
+        if reading is not None:
+            self._join(reading, said, kind, request, name)
+            return None
+        asked = self._client.require(topic, kind) if kind else self._client.type_of(topic)
+        if asked is not None:
+            return self._find_out(said, topic, kind, request, name, asked)
+        self._begin(said, topic, kind, request, name)
+        return None
+
+    async def _find_out(
+        self, said: str, topic: str, kind: str, request: SubscribeRequest, name: Id, asked: Awaitable[str | None]
+    ) -> None:
+        found = await asked
+        self._begin(said, topic, kind or found or "", request, name)
+
+    def _begin(self, said: str, topic: str, kind: str, request: SubscribeRequest, name: Id) -> None:
+        if len(self._readings) >= TOPICS:
+            raise InvalidRequest(key="topic", reason=f"a client subscribes to at most {TOPICS}")
+        reading = TopicReading(self._client, said, topic, kind)
+        reading.add(name, request)
+        reading.open()
+        self._readings[said] = reading
+        self._client.tell(StatusLevel.info, f"subscribed to {said}", name)
+
+    def _join(self, reading: TopicReading, said: str, kind: str, request: SubscribeRequest, name: Id) -> None:
+        if kind and kind != reading.kind:
+            raise other_type(said, reading.kind)
+        if len(reading.requests) >= REQUESTS:
+            raise InvalidRequest(key="id", reason=f"at most {REQUESTS} subscriptions stand on a topic")
+        reading.add(name, request)
+        self._client.tell(StatusLevel.info, f"subscribed to {said}", name)
+
+    def unsubscribe(self, fields: Fields) -> None:
+        """Carry out `unsubscribe`."""
+        said, _ = fields.name("topic")
+        reading = self._readings.get(said)
+        if reading is None:
+            self._client.tell(StatusLevel.warning, f"{said} is not subscribed to", fields.id)
+            return
+        reading.remove(fields.id)
+        if not reading.requests:
+            del self._readings[said]
+            reading.close()
+        self._client.tell(StatusLevel.info, f"unsubscribed from {said}", fields.id)
+
+    def close(self) -> None:
+        """Hear nothing any more."""
+        for reading in self._readings.values():
+            reading.close()
+        self._readings.clear()

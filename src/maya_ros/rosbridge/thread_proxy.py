@@ -1,0 +1,201 @@
+"""The floors of a stack that lives in another loop, as the doors of a graph need them in this one.
+
+What is looked at is read where it stands: states and workspaces are never changed, only replaced. Wishes go through the
+bridge and its gate, as those of whoever has them (`graph.principals`). Events and the queue come over by a tap.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from typing import TypeVar, cast
+
+from maya_ros.graph.permissions import caller
+from maya_ros.graph.table import POSITION
+from maya_un.assembly import Stack
+from maya_un.controller.protocol import Preview
+from maya_un.events import Listener
+from maya_un.http.bridge import Bridge
+from maya_un.http.stream.hub import Batch, StreamSource
+from maya_un.kinematics.workspace import Workspace
+from maya_un.motion.path import Route
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.robot import OnPhase
+from maya_un.schema.jobs import QueueMode, QueueView
+from maya_un.service.access.operations import Operation
+from maya_un.service.service import Service
+from maya_un.values import Joints, Progress, State, StopReport
+
+T = TypeVar("T")
+
+Wish = Callable[[Service], Awaitable[T]]
+
+
+class StackEvents:
+    """Events of the stack, heard in this loop; and the queue as it was a moment ago (`view`)."""
+
+    def __init__(self, view: QueueView) -> None:
+        self.view = view
+        self._listeners: list[Listener] = []
+
+    @contextmanager
+    def listening(self, listener: Listener) -> Iterator[None]:
+        """Call `listener` with every event while the block runs, in order."""
+        self._listeners.append(listener)
+        try:
+            yield
+        finally:
+            self._listeners.remove(listener)
+
+    def take(self, batch: Batch) -> None:
+        """Take what is new."""
+        if batch.queue is not None:
+            self.view = cast("QueueView", batch.queue)
+        for event in batch.events:
+            for listener in tuple(self._listeners):
+                listener(event)
+
+
+@asynccontextmanager
+async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
+    """Hear what happens in the stack while the block runs; `speed` is how fast its clock runs."""
+
+    async def begun(service: Service) -> tuple[Service, int, QueueView]:
+        return service, (await service.status()).last_event, service.queue.view()
+
+    loop = asyncio.get_running_loop()
+    service, last, view = await bridge.asked(begun)
+    echo = StackEvents(view)
+
+    async def queue() -> object:
+        return service.queue.view()
+
+    def hand_over(batch: Batch) -> None:
+        loop.call_soon_threadsafe(echo.take, batch)
+
+    tap = StreamSource(service, queue, hand_over, speed)
+    tap.queue_wanted = True
+    tapping = loop.create_task(bridge.within(lambda: tap.run(last)), name="tap of the graph")
+    try:
+        yield echo
+    finally:
+        tapping.cancel()
+        await asyncio.gather(tapping, return_exceptions=True)
+
+
+class ControllerProxy:
+    """The controller floor, for its door and for that of the sensors."""
+
+    def __init__(self, stack: Stack, bridge: Bridge, echo: StackEvents) -> None:
+        self._stack = stack
+        self._bridge = bridge
+        self.events = echo
+
+    @property
+    def state(self) -> State:
+        """Latest state."""
+        return self._stack.controller.state
+
+    @property
+    def workspace(self) -> Workspace:
+        """Where it can go; strokes as measured once homed."""
+        return self._stack.controller.workspace
+
+    async def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and newer ones, looked for twice as often as positions are published."""
+        shown: State | None = None
+        while True:
+            if self.state is shown:
+                await asyncio.sleep(0.5 / POSITION.rate)
+            else:
+                shown = self.state
+                yield shown
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest."""
+        return self.state.progress
+
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
+        """Check `path` and tell what the motion would be."""
+        return self._stack.controller.preview(path, speed=speed)
+
+    async def home(self) -> None:
+        """Find the switches."""
+        await self._wish(Operation.WISH, lambda service: service.direct.home(), "home")
+
+    async def move(self, target: Joints) -> None:
+        """Go to joints (rad, m, m)."""
+        await self._wish(Operation.WISH, lambda service: service.direct.move(target), "move")
+
+    async def follow(self, path: Route, *, speed: float = 1.0) -> None:
+        """Go along a path that starts where the robot is."""
+        await self._wish(Operation.WISH, lambda service: service.direct.follow(path, speed=speed), "follow")
+
+    async def gripper(self, open_: bool) -> None:
+        """Open or close the gripper."""
+        await self._wish(Operation.WISH, lambda service: service.direct.gripper(open_), "gripper")
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once, on the path."""
+        return await self._wish(Operation.STOP, lambda service: service.stop())
+
+    async def abort(self) -> None:
+        """Stop without deceleration."""
+        await self._wish(Operation.ABORT, lambda service: service.abort())
+
+    async def pause(self) -> StopReport:
+        """Brake on the path and hold all motion."""
+        return await self._wish(Operation.PAUSE, lambda service: service.pause())
+
+    async def resume(self) -> None:
+        """Let motion go on after a pause."""
+        await self._wish(Operation.RESUME, lambda service: service.resume())
+
+    async def recover(self) -> None:
+        """Clear a fault."""
+        await self._wish(Operation.RECOVER, lambda service: service.recover())
+
+    async def override(self, ratio: float) -> None:
+        """Scale the speed of all motion."""
+        await self._wish(Operation.SPEED, lambda service: service.speed(ratio), f"{ratio}")
+
+    async def _wish(self, operation: Operation, wish: Wish[T], subject: str = "") -> T:
+        return await self._bridge.carry(caller(), operation, wish, subject)
+
+
+class RobotProxy:
+    """The robot floor, for its door."""
+
+    def __init__(self, stack: Stack, bridge: Bridge, echo: StackEvents) -> None:
+        self._stack = stack
+        self._bridge = bridge
+        self._echo = echo
+
+    @property
+    def state(self) -> State:
+        """Latest state."""
+        return self._stack.controller.state
+
+    @property
+    def can_teleop(self) -> bool:
+        """Whether the robot can take a wish: it can, and no job has its turn."""
+        view = self._echo.view
+        queued = view.running is not None or (bool(view.waiting) and view.mode is QueueMode.RUNNING)
+        return self._stack.robot.can_teleop and not queued and not self._stack.service.direct.doing
+
+    def progress(self) -> Progress | None:
+        """How far the motion under way has come, None at rest."""
+        return self.state.progress
+
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+        """Do a primitive; its phases are told in this loop."""
+        loop = asyncio.get_running_loop()
+
+        def told(phase: str) -> None:
+            if on_phase is not None:
+                loop.call_soon_threadsafe(on_phase, phase)
+
+        await self._bridge.carry(
+            caller(), Operation.WISH, lambda service: service.direct.primitive(primitive, told), primitive.command
+        )

@@ -1,0 +1,244 @@
+"""One websocket of the endpoint: the handshake, what comes in, what goes out, and the end.
+
+The protocol is the library's, without its own reading and writing: messages are carried out as they arrive, frames that
+many clients share go straight to the transport, and nobody is waited for. Compression of the transport is off: it has a
+state for each connection, and what is sent is small.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+from http import HTTPStatus
+from ipaddress import ip_address
+from typing import Protocol, cast
+
+from starlette.datastructures import Headers
+from websockets.frames import Frame, Opcode
+from websockets.http11 import Request
+from websockets.protocol import State
+from websockets.server import ServerProtocol
+
+from maya_ros.rosbridge.limits import LONGEST_MESSAGE, READ_AT_ONCE
+from maya_un.errors import MayaError
+from maya_un.http.language import language_of
+from maya_un.http.stream.wire import HIGH_WATER, KERNEL_BUFFER, LINGER, LOW_WATER, PING_INTERVAL, PING_TIMEOUT, SILENT
+
+HANDSHAKE = 10.0
+"""How long a client may take to ask for a websocket [s]."""
+
+GOING = 1012
+"""Closing code: the service ends (IANA's register of codes, "service restart")."""
+
+_FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
+
+
+class MessageHandler(Protocol):
+    """Who carries out what a client says."""
+
+    on_calm: Callable[[], None] | None
+
+    @property
+    def busy(self) -> bool:
+        """Whether it should hear no more now."""
+        ...
+
+    def take(self, *texts: str | bytes) -> None:
+        """Carry out what came together."""
+        ...
+
+
+class RosbridgeHost(Protocol):
+    """Who lets clients in."""
+
+    def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
+        """Return why a client is not let in."""
+        ...
+
+    def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> MessageHandler:
+        """Begin a conversation."""
+        ...
+
+    def leave(self, wire: RosbridgeWire) -> None:
+        """End it: the connection is over."""
+        ...
+
+
+class RosbridgeWire(asyncio.BufferedProtocol):
+    """One connection; see `sending.SenderWire` for what may be done with it."""
+
+    def __init__(self, host: RosbridgeHost) -> None:
+        self._host = host
+        self._loop = asyncio.get_running_loop()
+        self._conn = ServerProtocol(max_size=LONGEST_MESSAGE, logger=SILENT)
+        self._conversation: MessageHandler | None = None
+        self._parts: list[bytes] = []
+        self._read = bytearray(READ_AT_ONCE)
+        self._timer: asyncio.TimerHandle | None = None
+        self._waiting = b""
+        self._pings = 0
+        self.on_room: Callable[[], None] | None = None
+        self.full = False
+        self._live = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Bound what is kept for a client that is behind, and how long it may say nothing."""
+        self._transport = cast("asyncio.Transport", transport)
+        self._transport.set_write_buffer_limits(HIGH_WATER, LOW_WATER)
+        connection = transport.get_extra_info("socket")
+        if connection is not None:
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BUFFER)
+        self._timer = self._loop.call_later(HANDSHAKE, self._transport.abort)
+
+    def get_buffer(self, sizehint: int) -> bytearray:
+        """Return where to put what comes: no more at once than others can wait for."""
+        del sizehint
+        return self._read
+
+    def buffer_updated(self, nbytes: int) -> None:
+        """Take what came."""
+        self._conn.receive_data(bytes(self._read[:nbytes]))
+        texts: list[bytes] = []
+        for event in self._conn.events_received():
+            if isinstance(event, Request):
+                self._open(event)
+            elif isinstance(event, Frame):
+                texts += self._taken(event)
+        if texts and self._conversation is not None:
+            self._conversation.take(*texts)
+        self._flush()
+        self._live = self._live and self._conn.state is State.OPEN
+        if self._conn.close_expected():
+            self._linger()
+        elif self._conversation is not None and self._conversation.busy:
+            self._transport.pause_reading()
+
+    def eof_received(self) -> bool:
+        """Take the other side's end."""
+        self._conn.receive_eof()
+        self._flush()
+        return False
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End the conversation."""
+        del exc
+        self._live = False
+        self._stop_timer()
+        if self._conversation is not None:
+            self._conversation = None
+            self._host.leave(self)
+
+    def pause_writing(self) -> None:
+        """Be full: the client is behind."""
+        self.full = True
+
+    def resume_writing(self) -> None:
+        """Take more again."""
+        self.full = False
+        if self.on_room is not None:
+            self.on_room()
+
+    def write(self, frames: bytes) -> None:
+        """Send whole frames without waiting; nothing, where the connection is over."""
+        if self._live:
+            self._transport.write(frames)
+
+    def end(self, code: int, reason: str) -> None:
+        """Close with `code` and `reason`; a client that does not take it is cut."""
+        self._live = False
+        if self._conn.state is State.OPEN:
+            self._conn.send_close(code, reason)
+            self._flush()
+            self._transport.resume_reading()
+            self._linger()
+        else:
+            self._transport.abort()
+
+    def _open(self, request: Request) -> None:
+        headers = Headers(
+            raw=[
+                (name.lower().encode(), value.encode("latin-1", "replace"))
+                for name, value in request.headers.raw_items()
+            ]
+        )
+        response = self._conn.accept(request)
+        refusal = self._host.refusal(headers, local=self._is_local(headers))
+        if refusal is not None:
+            text = f"{refusal.code}: {refusal.text(language_of(headers))}\n"
+            response = self._conn.reject(HTTPStatus.FORBIDDEN, text)
+        self._conn.send_response(response)
+        self._flush()
+        if self._conn.state is not State.OPEN:
+            return
+        self._live = True
+        self._stop_timer()
+        self._ping_later()
+        self._conversation = self._host.enter(self, headers, self._source, local=self._is_local(headers))
+        self._conversation.on_calm = self._resume
+
+    def _is_local(self, headers: Headers) -> bool:
+        """Tell whether the client is on this machine; one that was forwarded is not."""
+        try:
+            return ip_address(self._source).is_loopback and not any(name in headers for name in _FORWARDED)
+        except ValueError:
+            return False
+
+    @property
+    def _source(self) -> str:
+        """The address that the client has."""
+        peer = self._transport.get_extra_info("peername")
+        return str(peer[0]) if peer else ""
+
+    def _resume(self) -> None:
+        if not self._transport.is_closing():
+            self._transport.resume_reading()
+
+    def _taken(self, frame: Frame) -> tuple[bytes, ...]:
+        """Return the message that a frame ends, none where it ends none."""
+        match frame.opcode:
+            case Opcode.TEXT | Opcode.BINARY | Opcode.CONT:
+                self._parts.append(bytes(frame.data))
+                if frame.fin:
+                    content, self._parts = b"".join(self._parts), []
+                    return (content,)
+            case Opcode.PONG:
+                self._ponged(bytes(frame.data))
+            case _:
+                pass
+        return ()
+
+    def _flush(self) -> None:
+        """Send what the protocol itself has to say."""
+        for data in self._conn.data_to_send():
+            if self._transport.is_closing():
+                return
+            if data:
+                self._transport.write(data)
+            elif self._transport.can_write_eof():
+                self._transport.write_eof()
+
+    def _ping_later(self) -> None:
+        self._timer = self._loop.call_later(PING_INTERVAL, self._ping)
+
+    def _ping(self) -> None:
+        self._pings += 1
+        self._waiting = b"%d" % self._pings
+        if self._live:
+            self._conn.send_ping(self._waiting)
+            self._flush()
+        self._timer = self._loop.call_later(PING_TIMEOUT, self._transport.abort)
+
+    def _ponged(self, payload: bytes) -> None:
+        if payload == self._waiting and self._conn.state is State.OPEN:
+            self._stop_timer()
+            self._ping_later()
+
+    def _linger(self) -> None:
+        self._stop_timer()
+        self._timer = self._loop.call_later(LINGER, self._transport.abort)
+
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None

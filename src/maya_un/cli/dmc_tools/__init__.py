@@ -1,0 +1,1 @@
+"""`maya dmc`: the tools of `dmc`, with those that know the robot."""

@@ -1,0 +1,200 @@
+"""`maya dmc serve`: a virtual controller for other programs, with a record of its mechanics."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Coroutine, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from typing import NamedTuple, NoReturn
+
+from dmc41x3.address import SIM
+from dmc41x3.cli.bench import bench as on_a_bench
+from dmc41x3.cli.serve import burned, require_line
+from dmc41x3.cli.signals import on_end
+from dmc41x3.files import open_own
+from dmc41x3.listening import reserve_descriptors
+from dmc41x3.loops import ScaledLoop, run
+from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.wire.injection import HOST, FaultControlServer
+from dmc41x3.twin.wire.server import VirtualController
+from maya_un.assembly import Twin, make_twin
+from maya_un.cli import output
+from maya_un.cli.configure import configuration, on_the_table
+from maya_un.cli.dmc_tools.fault import ServedTwin, published
+from maya_un.cli.quantities import clock_factor
+from maya_un.cli.settings import OutputSettings
+from maya_un.errors import FileUnwritable, InvalidCommandLine
+from maya_un.http.dates import epoch
+from maya_un.machine.log_writer import MechanicsRecordWriter
+from maya_un.machine.mechanics import SAMPLE
+from maya_un.values import Point
+
+
+class LineFile:
+    """A regular file that lines are added to; each is with the system before `add` returns."""
+
+    def __init__(self, path: str, descriptor: int) -> None:
+        self._path = path
+        self._descriptor = descriptor
+        self._failure: OSError | None = None
+
+    @classmethod
+    @contextmanager
+    def opened(cls, path: str) -> Iterator[LineFile]:
+        """Open a file for the length of the block; raises `FileUnwritable` also for what is no regular file."""
+        descriptor = open_own(Path(path), os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+        try:
+            yield cls(path, descriptor)
+        finally:
+            os.close(descriptor)
+
+    def add(self, line: str) -> None:
+        """Add a line; write nothing after a failure, so that no line is missing in between."""
+        data = line.encode("utf-8")
+        try:
+            while data and self._failure is None:
+                data = data[os.write(self._descriptor, data) :]
+        except OSError as error:
+            self._failure = error
+
+    def check(self) -> None:
+        """Raise `FileUnwritable` where a line could not be written."""
+        if self._failure is not None:
+            _refuse(self._path, self._failure.strerror or str(self._failure))
+
+
+def _refuse(path: str, reason: str) -> NoReturn:
+    raise FileUnwritable(path=path, reason=reason)
+
+
+class TwinRecord:
+    """The record of the mechanics of `twin`, written to `file` from now on."""
+
+    def __init__(self, twin: Twin, file: LineFile) -> None:
+        self._controller = twin.controller
+        self._file = file
+        born = epoch() - twin.controller.machine.now
+        self._chronicle = MechanicsRecordWriter(twin.mechanics, file.add, born)
+
+    async def keep(self, period: float) -> None:
+        """Write motion every `period` [s] until cancelled, and once more then.
+
+        Raises `FileUnwritable` once a line cannot be written.
+        """
+        try:
+            while True:
+                self._look()
+                await asyncio.sleep(period)
+        finally:
+            self._look()
+
+    def _look(self) -> None:
+        self._controller.look()
+        self._chronicle.look()
+        self._file.check()
+
+
+_COMMAND = "maya dmc serve"
+_MAYAS_AXES = 3
+
+
+class ServeOptions(NamedTuple):
+    """What the command line says. `axes` and `seed` are None where it says nothing."""
+
+    host: str
+    port: int
+    also_ports: Sequence[int] = ()
+    udp: bool = True
+    axes: int | None = None
+    bench: bool = False
+    memory: str | None = None
+    firmware: str | None = None
+    speed: float | None = None
+    seed: int | None = None
+    table: str | None = None
+    record: str | None = None
+
+
+def serve(options: ServeOptions, settings: OutputSettings) -> int:
+    """Serve a virtual controller until Ctrl-C or SIGTERM; prints where it listens once it does.
+
+    Raises `AddressInUse`, `FileUnwritable`, `InvalidCommandLine` and `InvalidValue`.
+    """
+    _check(options)
+    memory = burned(options.memory)
+    reserve_descriptors()
+    factor = clock_factor(options.speed, SIM)
+    parts = on_the_table(options.table, configuration(settings), settings)
+    with nullcontext() if options.record is None else LineFile.opened(options.record) as record:
+        run(_serve(options, memory, parts, record, factor, settings), lambda: ScaledLoop(factor))
+    return output.DONE
+
+
+def _check(options: ServeOptions) -> None:
+    if options.axes not in {None, _MAYAS_AXES} and not options.bench:
+        raise InvalidCommandLine(reason="Maya has three axes; --axes is for --bench", command=_COMMAND)
+    if options.bench and options.table is not None:
+        raise InvalidCommandLine(reason="there is no table on a bench", command=_COMMAND)
+    if options.bench and options.record is not None:
+        raise InvalidCommandLine(reason="a bench has no mechanics to record", command=_COMMAND)
+    require_line(options.firmware)
+
+
+def _made(options: ServeOptions, parts: dict[str, Point], memory: Memory) -> VirtualController | Twin:
+    if not options.bench:
+        return make_twin(seed=options.seed or 0, parts=parts, memory=memory, firmware=options.firmware)
+    return on_a_bench(options.axes or _MAYAS_AXES, memory, options.firmware, options.seed or 0)
+
+
+async def _serve(
+    options: ServeOptions,
+    memory: Memory,
+    parts: dict[str, Point],
+    record: LineFile | None,
+    speed: float,
+    settings: OutputSettings,
+) -> None:
+    made = _made(options, parts, memory)
+    controller = made.controller if isinstance(made, Twin) else made
+    kept = TwinRecord(made, record) if record is not None and isinstance(made, Twin) else None
+    door: FaultControlServer | None = None
+    try:
+        host, port = await controller.serve(options.host, options.port, udp=options.udp)
+        for also in options.also_ports:
+            await controller.serve(options.host, also, udp=options.udp)
+        door = await FaultControlServer.opened(controller.faults)
+        asked = asyncio.Event()
+        end = on_end(asked.set, signal.SIGINT, signal.SIGTERM)
+        with end, published(ServedTwin(host, port, door.port, os.getpid())):
+            _say(host, port, door.port, options, settings)
+            if kept is None:
+                await asked.wait()
+            else:
+                await _until(asked, kept.keep(SAMPLE * max(1.0, speed)))
+    finally:
+        if door is not None:
+            await door.close()
+        await controller.close()
+
+
+async def _until(asked: asyncio.Event, work: Coroutine[None, None, None]) -> None:
+    """Wait for `asked` with `work` beside; raises what `work` raises."""
+    waiting, working = asyncio.create_task(asked.wait()), asyncio.create_task(work)
+    try:
+        await asyncio.wait((waiting, working), return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        waiting.cancel()
+        working.cancel()
+        await asyncio.wait((waiting, working))
+    if not working.cancelled():
+        working.result()
+
+
+def _say(host: str, port: int, control: int, options: ServeOptions, settings: OutputSettings) -> None:
+    address = f"{host}:{port}"
+    also = [f"{host}:{also}" for also in options.also_ports]
+    value = {"address": address, "also": also, "udp": options.udp, "control": control, "pid": os.getpid()}
+    output.answer(value, f"{address}\nmaya dmc fault: {HOST}:{control}", settings)

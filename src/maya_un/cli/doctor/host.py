@@ -1,0 +1,262 @@
+"""Checks of this computer, without any robot: configuration, storage, ports and who listens on them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+import httpx
+
+from maya_un import runtime
+from maya_un.cli.configure import configuration
+from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
+from maya_un.cli.settings import OutputSettings
+from maya_un.config import Config, default_path
+from maya_un.config.state_folder import state_folder
+from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged
+from maya_un.process.journal import backup, file, history
+
+_LISTENS = "0A"
+"""The state of a listening socket in /proc/net/tcp."""
+
+
+class ListeningProcess(NamedTuple):
+    """A process that listens; `pid` is 0 and `name` empty where it is another user's."""
+
+    port: int
+    pid: int
+    name: str
+
+    @property
+    def who(self) -> str:
+        """The process as people know it."""
+        return f"{self.name} (process {self.pid})" if self.pid else "a process of another user"
+
+
+def listeners(proc: Path = Path("/proc")) -> list[ListeningProcess]:
+    """Return who listens on TCP, by port; empty where the system does not tell."""
+    ports = _ports(proc)
+    owners = _owners(proc, set(ports.values()))
+    return [ListeningProcess(port, *owners.get(inode, (0, ""))) for port, inode in sorted(ports.items())]
+
+
+def _ports(proc: Path) -> dict[int, str]:
+    """Return the inode of the socket that listens on each port."""
+    found: dict[int, str] = {}
+    for table in ("tcp", "tcp6"):
+        try:
+            lines = (proc / "net" / table).read_text(encoding="ascii").splitlines()[1:]
+        except OSError:
+            continue
+        for line in lines:
+            fields = line.split()
+            if len(fields) > 9 and fields[3] == _LISTENS:
+                found.setdefault(int(fields[1].rpartition(":")[2], 16), fields[9])
+    return found
+
+
+def _owners(proc: Path, inodes: set[str]) -> dict[str, tuple[int, str]]:
+    wanted = {f"socket:[{inode}]": inode for inode in inodes}
+    found: dict[str, tuple[int, str]] = {}
+    for process in proc.glob("[0-9]*"):
+        for target in _open_files(process):
+            inode = wanted.get(target)
+            if inode is not None:
+                found.setdefault(inode, (int(process.name), _name(process)))
+    return found
+
+
+def _open_files(process: Path) -> list[str]:
+    """Return what a process has open; nothing of another user's."""
+    found: list[str] = []
+    with suppress(OSError):
+        for link in os.listdir(process / "fd"):  # noqa: PTH208 - of every process there is
+            with suppress(OSError):  # closed meanwhile
+                found.append(os.readlink(process / "fd" / link))  # noqa: PTH115 - no path: socket:[123]
+    return found
+
+
+def _name(process: Path) -> str:
+    try:
+        words = (process / "cmdline").read_bytes().split(b"\0")
+        names = [Path(word.decode(errors="replace")).name for word in words[:2] if word]
+    except OSError:
+        return ""
+    interpreted = len(names) > 1 and names[0].startswith("python")
+    return names[1] if interpreted else names[0] if names else ""
+
+
+_LITTLE, _SHORT = 0.2, 2.0
+"""Room on the disk [GB]: with less than the first nothing can be kept soon, less than the second is worth a look."""
+
+_LAG = 60.0
+"""A clock that is so far behind what was written down was set back [s]."""
+
+
+class KnownPort(NamedTuple):
+    """A port that programs around Maya use, and the names of programs that may well have it."""
+
+    number: int
+    use: str
+    usual: tuple[str, ...]
+
+
+PORTS = (
+    KnownPort(4133, "maya up", ("maya",)),
+    KnownPort(5023, "maya dmc serve", ("maya",)),
+    KnownPort(3000, "maya coms", ("maya",)),
+    KnownPort(9090, "rosbridge", ("rosbridge", "maya")),
+    KnownPort(11311, "ROS master", ("rosmaster", "roscore", "roslaunch")),
+)
+"""The ports that are looked at."""
+
+
+def config_file(settings: OutputSettings) -> Path | None:
+    """Return the configuration file in force, None where the manual's values hold."""
+    named = settings.config or os.environ.get("MAYA_CONFIG")
+    place = Path(named) if named else default_path()
+    return place if named or place.exists() else None
+
+
+def config(settings: OutputSettings) -> Iterator[Finding]:
+    """Look whether the configuration in force is good."""
+    place = config_file(settings)
+    try:
+        configuration(settings)
+    except MayaError as error:
+        yield fail("configuration", "config_bad", error=error.text(settings.language))
+        return
+    yield ok("configuration", "config_none") if place is None else ok("configuration", "config_good", path=str(place))
+
+
+def storage(settings: OutputSettings, *, served_by: int) -> Iterator[Finding]:
+    """Look at the file of the queue, whole where nobody uses it; `served_by` is the process that does, 0 for none."""
+    folder = state_folder()
+    path = folder / file.FILE_NAME
+    if not _writable(folder):
+        yield fail("storage", "storage_unwritable", path=str(folder))
+    elif not path.exists():
+        yield ok("storage", "storage_none", path=str(folder))
+    elif served_by:
+        yield ok("storage", "storage_in_use", path=str(path), pid=served_by)
+    else:
+        yield _kept(path, settings)
+
+
+def _kept(path: Path, settings: OutputSettings) -> Finding:
+    try:
+        with backup.reading(path) as connection:
+            file.check(connection, path)
+            runs = connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0]
+    except sqlite3.Error as error:
+        damage = StorageDamaged(path=path, reason=file.sqlite_reason(error))
+        return fail("storage", "storage_bad", error=damage.text(settings.language))
+    except MayaError as error:
+        return fail("storage", "storage_bad", error=error.text(settings.language))
+    return ok("storage", "storage_good", path=str(path), runs=runs, size=path.stat().st_size / 1e6)
+
+
+def _writable(folder: Path) -> bool:
+    """Tell whether a file can be made in a folder, or the folder itself, by the rights that stand there."""
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+
+
+def disk() -> Iterator[Finding]:
+    """Look how much room is left where the queue is kept."""
+    folder = state_folder()
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    free = shutil.disk_usage(there).free / 1e9
+    if free >= _SHORT:
+        yield ok("disk", "disk_room", free=free)
+    else:
+        found = fail if free < _LITTLE else warn
+        yield found("disk", "disk_short", free=free, path=str(folder / "recordings"))
+
+
+def ports(there: Sequence[ListeningProcess]) -> Iterator[Finding]:
+    """Look who has the ports that programs around Maya use."""
+    running = runtime.find()
+    for port in PORTS:
+        held = next((one for one in there if one.port == port.number), None)
+        if held is None:
+            yield ok("ports", "port_free", port=port.number, use=port.use)
+            continue
+        ours = (running is not None and held.pid == running.pid) or held.name.startswith(port.usual)
+        key = "port_ours" if ours else "port_taken"
+        yield (ok if ours else warn)("ports", key, port=port.number, use=port.use, who=held.who)
+
+
+def clock(now: datetime | None = None, root: Path = Path("/")) -> Iterator[Finding]:
+    """Look who keeps the clock, and whether it was set back."""
+    behind = _newest() - (datetime.now(UTC) if now is None else now).timestamp()
+    if behind > _LAG:
+        yield fail("clock", "clock_back", seconds=behind)
+        return
+    keepers = {
+        "systemd-timesyncd": "run/systemd/timesync/synchronized",
+        "chrony": "run/chrony/chronyd.pid",
+        "ntpd": "run/ntpd.pid",
+    }
+    keeper = next((name for name, mark in keepers.items() if (root / mark).exists()), None)
+    yield warn("clock", "clock_alone") if keeper is None else ok("clock", "clock_good", keeper=keeper)
+
+
+def _newest() -> float:
+    """Return the date of the newest event that was kept [s since 1970], 0 where there is none."""
+    with suppress(MayaError, ValueError):
+        for _, row in history.newest_events(state_folder() / file.FILE_NAME, 1):
+            return datetime.fromisoformat(row.date).timestamp()
+    return 0.0
+
+
+def coms(config: Config) -> Iterator[Finding]:
+    """Ask `maya coms` whether it reaches the robot and the supervisors."""
+    url = config.coms.server_address
+    try:
+        status = httpx.get(f"{url}/status", timeout=1.0).json()
+        state, found = str(status["state"]), status.get("name", config.coms.name)
+    except (httpx.HTTPError, ValueError, KeyError, TypeError):
+        yield skipped("supervisors", "coms_none", url=url)
+        return
+    if found != config.coms.name:
+        yield warn("supervisors", "coms_other", url=url, found=found, name=config.coms.name)
+        return
+    if status.get("password_in_clear"):
+        yield warn("supervisors", "coms_clear", where=status["supervisors"]["url"])
+    if state == "connected":
+        yield ok("supervisors", "coms_connected", where=status["supervisors"]["url"])
+    elif state == "idle":
+        yield ok("supervisors", "coms_idle", url=url)
+    else:
+        sides = [status.get(side, {}) for side in ("robot", "supervisors")]
+        waits = "; ".join(str(side["waits_for"]) for side in sides if side.get("waits_for"))
+        taken = any(side.get("code") == SessionTakenOver.code for side in sides)
+        yield (
+            fail("supervisors", "coms_taken", reason=waits)
+            if taken
+            else warn("supervisors", "coms_waits", reason=waits)
+        )
+
+
+def ros() -> Iterator[Finding]:
+    """Look whether ROS is there, and its master."""
+    installed = shutil.which("roscore") or Path("/opt/ros").is_dir()
+    if not installed:
+        yield skipped("ROS", "ros_none")
+        return
+    uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
+    try:
+        place = urlsplit(uri)
+        with socket.create_connection((place.hostname or "localhost", place.port or 11311), timeout=1.0):
+            yield ok("ROS", "ros_master", uri=uri)
+    except (OSError, ValueError):
+        yield warn("ROS", "ros_no_master", uri=uri)

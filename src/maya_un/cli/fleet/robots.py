@@ -1,0 +1,109 @@
+"""`maya fleet list`, `watch` and `send`: the robots at a broker, and single commands to them."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from collections.abc import Sequence
+
+from maya_un.cli import output
+from maya_un.cli.fleet.words import word
+from maya_un.cli.quantities import angle, duration, length
+from maya_un.cli.settings import OutputSettings
+from maya_un.coms.settings import from_environment, where_of
+from maya_un.errors import InvalidCommandLine, UnknownName
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.arguments import Switch
+from maya_un.steps.text import ARGUMENTS, StepEnd
+from maya_un.supervisor import Event, Supervisor
+from maya_un.supervisor.lab import DEADLINE, ONLINE
+from maya_un.supervisor.step import check, progress_of, result_of
+
+
+def list_(url: str | None, settings: OutputSettings) -> int:
+    """List the robots; raises `SupervisorsNotReached`."""
+    found = asyncio.run(_robots(url))
+    lines = [word("presence", settings.language, robot=name, state=state) for name, state in found.items()]
+    none = word("no_robots", settings.language, where=where_of(url or from_environment().supervisors))
+    robots = [{"name": name, "connection": state} for name, state in found.items()]
+    return output.answer({"robots": robots}, "\n".join(lines) or none, settings)
+
+
+async def _robots(url: str | None) -> dict[str, str]:
+    async with Supervisor(url) as lab:
+        return lab.robots
+
+
+def watch(robot: str | None, url: str | None, settings: OutputSettings) -> int:
+    """Show what robots publish until Ctrl-C; raises `SupervisorsNotReached`."""
+    asyncio.run(_watch(robot, url, settings))
+    return output.DONE
+
+
+async def _watch(robot: str | None, url: str | None, settings: OutputSettings) -> None:
+    async with Supervisor(url) as lab:
+        async for event in lab.watch():
+            if robot in {None, event.robot}:
+                output.say(_json(event) if settings.json else _sentence(event, settings.language))
+
+
+def _json(event: Event) -> str:
+    return json.dumps({"robot": event.robot, "kind": event.kind, **event.data}, ensure_ascii=False)
+
+
+def _sentence(event: Event, language: str) -> str:
+    result, progress = result_of(event.data), progress_of(event.data)
+    if result is not None:
+        key = "succeeded" if result.error is None else "failed"
+        return word(key, language, robot=event.robot, id=result.id, error=result.error, code=result.code)
+    if progress is not None:
+        return word(progress.state.value, language, robot=event.robot, id=progress.id)
+    return word("presence", language, robot=event.robot, state=event.data.get("connection"))
+
+
+_COMMAND = "maya fleet send"
+
+
+def send(
+    robot: str, command: str, values: Sequence[str], url: str | None, deadline: str | None, settings: OutputSettings
+) -> int:
+    """Send a step and wait for its result; raises the error by which it failed, and `UnknownName`."""
+    args = _args(command, values)
+    check(command, args)
+    until = DEADLINE if deadline is None else duration(deadline, "--deadline")
+    result = asyncio.run(_send(robot, command, args, url, until, settings))
+    return output.answer(json.loads(result.text), word("done", settings.language, robot=robot), settings)
+
+
+def _args(command: str, values: Sequence[str]) -> dict[str, float]:
+    names = ARGUMENTS.get(command)
+    if names is None:
+        raise UnknownName(name=command, known=", ".join(ARGUMENTS))
+    if len(values) != len(names):
+        needed = " ".join(name.upper() for name in names) or "no values"
+        raise InvalidCommandLine(reason=f"{command} takes {needed}", command=_COMMAND)
+    argument = PRIMITIVES[command].argument
+    if not isinstance(argument, Switch):
+        return {
+            name: (angle if name == "a" else length)(value, name) for name, value in zip(names, values, strict=True)
+        }
+    if values[0] not in {argument.on, argument.off}:
+        raise InvalidCommandLine(reason=f"{command} takes {argument.on} or {argument.off}", command=_COMMAND)
+    return {names[0]: values[0] == argument.on}
+
+
+async def _send(
+    robot: str, command: str, args: dict[str, float], url: str | None, deadline: float, settings: OutputSettings
+) -> StepEnd:
+    async with Supervisor(url, deadline=deadline) as lab:
+        state = lab.robots.get(robot)
+        if state is None:
+            raise UnknownName(name=robot, known=", ".join(lab.robots) or "no robots")
+        if state != ONLINE and not settings.json:
+            print(word("waits_for", settings.language, robot=robot, state=state), file=sys.stderr, flush=True)
+        step = lab.robot(robot).do(command, **args)
+        async for report in step:
+            if not settings.json:
+                output.say(word(report.state.value, settings.language, robot=robot, id=report.id))
+        return await step

@@ -1,0 +1,29 @@
+"""`maya` for as long as whoever started it lives: at the end of standard input it ends as by SIGTERM.
+
+For programs that start a robot of their own and may die without saying so: `python -m maya_un.cli.parent_watch up`.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+
+from maya_un.cli.main import program
+
+
+def _end_with_the_other_side() -> None:
+    while sys.stdin.buffer.read(4096):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def attended() -> int:
+    """Carry out the command line until it ends, or until standard input does."""
+    threading.Thread(target=_end_with_the_other_side, name="attendance", daemon=True).start()
+    return program()
+
+
+if __name__ == "__main__":
+    sys.exit(attended())

@@ -1,0 +1,197 @@
+"""Taught places: `maya teach`, `maya poses`, `maya teach-pallet`, `maya pallets`.
+
+The robot that runs is asked, because it knows where it is and its book is the one its jobs are read with; without one
+everything but teaching a pose is done in the book beside the configuration.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from math import degrees
+from typing import Any, NamedTuple, NoReturn
+
+from maya_un.cli import output
+from maya_un.cli.client import ServiceClient
+from maya_un.cli.configure import configuration, taught_places
+from maya_un.cli.report import table
+from maya_un.cli.settings import OutputSettings
+from maya_un.cli.words import word
+from maya_un.client import requests
+from maya_un.errors import InvalidCommandLine, NameTaken, ServiceNotRunning
+from maya_un.http.dates import now
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.process.spec.pallet import check_counts
+from maya_un.process.spec.poses import PoseStore, checked_name
+from maya_un.schema.encoding import to_data
+from maya_un.service.places import TeachingService
+
+
+class PalletRequest(NamedTuple):
+    """A pallet as asked for; without corners they are asked for one after the other."""
+
+    name: str
+    rows: int
+    columns: int
+    corners: Sequence[str] = ()
+
+
+def teach(name: str, settings: OutputSettings, *, replacing: bool) -> int:
+    """Keep where the running robot is under `name`; raises `ServiceNotRunning` and what the service refuses."""
+    pose = _taught(ServiceClient.find(), name, replacing)
+    return output.answer(pose, _said(pose, settings.language), settings)
+
+
+def keep(client: ServiceClient, name: str, language: str, replacing: bool) -> str:
+    """Keep where the robot behind `client` is under `name`, and return what to say of it; raises as `teach`."""
+    return _said(_taught(client, name, replacing), language)
+
+
+def poses(settings: OutputSettings) -> int:
+    """List all taught poses."""
+    found = _asked(settings, lambda client: client.ask(requests.poses()), TeachingService.poses)
+    return output.answer({"poses": found}, _listed(found, settings.language), settings)
+
+
+def remove(what: str, name: str, settings: OutputSettings) -> int:
+    """Forget a pose or a pallet; raises `NotTaught`, and `InvalidValue` for the corner of a pallet."""
+    forget = TeachingService.forget_pose if what == "poses" else TeachingService.forget_pallet
+    request = requests.forget(name) if what == "poses" else requests.forget_pallet(name)
+    _asked(settings, lambda client: client.ask(request), lambda book: forget(book, name))
+    return output.answer({"forgotten": name}, word("forgotten", settings.language, name=name), settings)
+
+
+def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:
+    """Give a pose or a pallet another name; raises `NotTaught`, `NameTaken` and `InvalidValue`."""
+    change = TeachingService.rename_pose if what == "poses" else TeachingService.rename_pallet
+    request = requests.rename(old, new) if what == "poses" else requests.rename_pallet(old, new)
+    value = _asked(settings, lambda client: client.ask(request), lambda book: change(book, old, new))
+    return output.answer(value, word("renamed", settings.language, old=old, new=new), settings)
+
+
+def pallets(settings: OutputSettings) -> int:
+    """List all taught pallets."""
+    found = _asked(settings, lambda client: client.ask(requests.pallets()), TeachingService.pallets)
+    lines = [_pallet_text(pallet, settings.language) for pallet in found]
+    text = "\n".join(lines) or word("no_pallets", settings.language)
+    return output.answer({"pallets": found}, text, settings)
+
+
+def teach_pallet(grid: PalletRequest, settings: OutputSettings, *, replacing: bool) -> int:
+    """Keep a grid under its name; without corners, ask to drive to each of them and keep them as poses of their own.
+
+    Raises what teaching poses raises, and `InvalidValue` for corners that span no grid.
+    """
+    try:
+        check_counts(grid.rows, grid.columns, len(grid.corners) or 4)
+    except ValueError as error:
+        raise InvalidCommandLine(reason=str(error), command="maya teach-pallet") from error
+    corners = list(grid.corners) or _driven_to(grid, settings, replacing)
+    body: dict[str, object] = {"corners": corners, "rows": grid.rows, "columns": grid.columns}
+    pallet = _asked(
+        settings,
+        lambda client: client.ask(requests.teach_pallet(grid.name, body, replace=replacing)),
+        lambda book: book.teach_pallet(grid.name, body, now(), replacing=replacing),
+    )
+    return output.answer(pallet, _pallet_text(pallet, settings.language), settings)
+
+
+def _driven_to(grid: PalletRequest, settings: OutputSettings, replacing: bool) -> list[str]:
+    """Return the names of the poses that a person has driven to and confirmed; an empty line takes the place as it is.
+
+    A line with a name takes that pose instead; `-` leaves out the last corner of four, which three imply.
+    """
+    client = ServiceClient.find()
+    _require_free(client, checked_name(grid.name), replacing)
+    names: list[str] = []
+    for number, (row, column) in enumerate(_corners(grid)):
+        optional = number == 3
+        said = _heard(word("drive_to_last" if optional else "drive_to", settings.language, row=row, column=column))
+        if optional and said == "-":
+            break
+        name = said or f"{grid.name}.{row}-{column}"
+        if not said:
+            pose = _taught(client, name, replacing)
+            _aside(_said(pose, settings.language), settings)
+        names.append(name)
+    return names
+
+
+def _require_free(client: ServiceClient, name: str, replacing: bool) -> None:
+    """Raise `NameTaken` before anybody has driven anywhere."""
+    known = (place["name"] for request in (requests.poses(), requests.pallets()) for place in client.ask(request))
+    if not replacing and name in known:
+        raise NameTaken(name=name)
+
+
+def _corners(grid: PalletRequest) -> list[tuple[int, int]]:
+    """Return the cells at the corners of a grid, in the order in which one reads, each once."""
+    cells = ((1, 1), (1, grid.columns), (grid.rows, 1), (grid.rows, grid.columns))
+    return list(dict.fromkeys(cells))
+
+
+def _heard(question: str) -> str:
+    """Return the line that a person types, without a word on standard output; the end of input ends the command."""
+    print(question, file=sys.stderr, end=" ", flush=True)
+    try:
+        return input().strip()
+    except EOFError:
+        raise KeyboardInterrupt from None
+
+
+def _aside(text: str, settings: OutputSettings) -> None:
+    if not settings.json:
+        output.say(text)
+
+
+def _taught(client: ServiceClient, name: str, replacing: bool) -> dict[str, Any]:
+    return client.ask(requests.teach(name, replace=replacing))
+
+
+def _asked(
+    settings: OutputSettings, there: Callable[[ServiceClient], Any], here: Callable[[TeachingService], object]
+) -> Any:
+    """Return what the running robot answers, without one what the book beside the configuration does."""
+    client = ServiceClient.running()
+    if client is not None:
+        return there(client)
+    config = configuration(settings)
+    book = PoseStore(Mechanism.of(config), taught_places(settings))
+    return to_data(here(TeachingService(book, config.cell.grasp_height, _nowhere)))
+
+
+def _nowhere() -> NoReturn:
+    raise ServiceNotRunning
+
+
+def _listed(found: Sequence[Mapping[str, Any]], language: str) -> str:
+    if not found:
+        return word("no_poses", language)
+    head = tuple(word(key, language) for key in ("name", "place", "joints", "taught_on"))
+    rows = [(pose["name"], _place(pose["point"]), _joints(pose["joints"]), pose["taught"]) for pose in found]
+    return table(head, rows)
+
+
+def _said(pose: Mapping[str, Any], language: str) -> str:
+    place = f"{_place(pose['point'])} m   {_joints(pose['joints'])}"
+    return word("taught", language, name=pose["name"], place=place)
+
+
+def _place(point: Sequence[float] | None) -> str:
+    return "–" if point is None else " ".join(f"{value:.4f}" for value in point)
+
+
+def _joints(joints: Sequence[float]) -> str:
+    a, b, c = joints
+    return f"a {degrees(a):.2f}°  b {b * 1e3:.1f} mm  c {c * 1e3:.1f} mm"
+
+
+def _pallet_text(pallet: Mapping[str, Any], language: str) -> str:
+    size = {"name": pallet["name"], "rows": pallet["rows"], "columns": pallet["columns"]}
+    if pallet["corners"] is None:
+        return "\n".join((word("pallet", language, **size), *pallet["remarks"]))
+    first, last = pallet["corners"][0], pallet["corners"][3]
+    lines = [f"{word('pallet', language, **size)}: {_place(first)} … {_place(last)} m"]
+    if pallet["remarks"]:
+        lines.append(f"  {word('out_of_shape', language)}: {'; '.join(pallet['remarks'])}")
+    return "\n".join(lines)

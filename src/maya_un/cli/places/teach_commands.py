@@ -1,0 +1,88 @@
+"""The commands about taught places: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from maya_un.cli.settings import settings_of
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="a letter, then letters, digits, dots, hyphens, underscores")]
+Replace = Annotated[bool, typer.Option("--replace", help="replace an existing name")]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    app.command(**how)(teach)
+    app.command("teach-pallet", **how)(teach_pallet)
+    for name, about in (("poses", "Taught poses."), ("pallets", "Taught pallets.")):
+        group = typer.Typer(add_completion=False, rich_markup_mode=None, help=f"{about} Without a command, list them.")
+        group.callback(invoke_without_command=True, **how)(_lister(name))
+        group.command("remove", **how)(_remover(name))
+        group.command("rename", **how)(_renamer(name))
+        app.add_typer(group, name=name)
+
+
+def teach(context: typer.Context, name: Name, replace: Replace = False) -> int:
+    """Store the gripper's position under a name.
+
+    The name is a place from then on: maya pick NAME, and in jobs.
+    """
+    from maya_un.cli.places import teach as command
+
+    return command.teach(name, settings_of(context), replacing=replace)
+
+
+def teach_pallet(
+    context: typer.Context,
+    name: Name,
+    rows: Annotated[int, typer.Option(help="how many")],
+    columns: Annotated[int, typer.Option(help="how many")],
+    corners: Annotated[
+        list[str] | None, typer.Argument(metavar="[POSE]...", help="taught poses; default: asks to drive there")
+    ] = None,
+    replace: Replace = False,
+) -> int:
+    """Keep a grid of places under a name.
+
+    Its corners are the first and the last cell of the first row, then the first and perhaps the last cell of the last
+    row; of a single row or column, its two ends.
+    """
+    from maya_un.cli.places import teach as command
+
+    grid = command.PalletRequest(name, rows, columns, corners or ())
+    return command.teach_pallet(grid, settings_of(context), replacing=replace)
+
+
+def _lister(what: str) -> Any:
+    def lister(context: typer.Context) -> int | None:
+        if context.invoked_subcommand is not None:
+            return None
+        from maya_un.cli.places import teach as command
+
+        return command.poses(settings_of(context)) if what == "poses" else command.pallets(settings_of(context))
+
+    return lister
+
+
+def _remover(what: str) -> Any:
+    def remover(context: typer.Context, name: Name) -> int:
+        """Remove one."""
+        from maya_un.cli.places import teach as command
+
+        return command.remove(what, name, settings_of(context))
+
+    return remover
+
+
+def _renamer(what: str) -> Any:
+    def renamer(
+        context: typer.Context, old: Name, new: Annotated[str, typer.Argument(metavar="NEW", help="its new name")]
+    ) -> int:
+        """Give one another name."""
+        from maya_un.cli.places import teach as command
+
+        return command.rename(what, old, new, settings_of(context))
+
+    return renamer

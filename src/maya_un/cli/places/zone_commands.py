@@ -1,0 +1,56 @@
+"""The commands about zones: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import typer
+
+from maya_un.cli.settings import settings_of
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, - and _")]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    about = "Zones that the running robot keeps out of, for this run. Without a command, list them."
+    group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
+    group.callback(invoke_without_command=True, **how)(_unless_named)
+    group.command("list", **how)(listed)
+    group.command("add", **how)(add)
+    group.command("remove", **how)(remove)
+    app.add_typer(group, name="zones")
+
+
+def _unless_named(context: typer.Context) -> int | None:
+    return listed(context) if context.invoked_subcommand is None else None
+
+
+def listed(context: typer.Context) -> int:
+    """List all zones, as `add` takes them."""
+    from maya_un.cli.places import zones
+
+    return zones.listed(settings_of(context))
+
+
+def add(
+    context: typer.Context,
+    name: Name,
+    kind: Annotated[Literal["box", "cylinder", "half_space"], typer.Argument(metavar="KIND")],
+    values: Annotated[list[str] | None, typer.Argument(metavar="[KEY=VALUE]...", help="low=0,1,0 margin=50mm")] = None,
+) -> int:
+    """Add a zone, until `maya up` ends; replaces a zone of the same name.
+
+    KIND is box (low, high), cylinder (x, y, radius, low, high) or half_space (point, normal). Write permanent zones
+    into the configuration, which also explains the keys.
+    """
+    from maya_un.cli.places import zones
+
+    return zones.add(name, kind, values or (), settings_of(context))
+
+
+def remove(context: typer.Context, name: Name) -> int:
+    """Keep out of a zone no longer, until `maya up` ends."""
+    from maya_un.cli.places import zones
+
+    return zones.remove(name, settings_of(context))

@@ -1,0 +1,52 @@
+"""`maya queue backup|restore|export`: the file of the queue and its history."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from dmc41x3.files import replacing
+from maya_un.cli import output
+from maya_un.cli.queueing.words import word
+from maya_un.cli.settings import OutputSettings
+from maya_un.config.state_folder import state_folder
+from maya_un.errors import InvalidValue
+from maya_un.process.journal import backup as backups
+from maya_un.process.journal import history as exports
+from maya_un.process.journal.file import FILE_NAME
+from maya_un.schema.encoding import to_data
+
+
+def kept() -> Path:
+    """Return where this user's queue is kept."""
+    return state_folder() / FILE_NAME
+
+
+def backup(target: str, settings: OutputSettings) -> int:
+    """Copy the file to `target`, also while it is in use; raises what `backup.make` raises."""
+    made = backups.make(kept(), Path(target))
+    return output.answer(to_data(made), word("backed_up", settings.language, **_shown(made)), settings)
+
+
+def restore(source: str, settings: OutputSettings) -> int:
+    """Put a backup in the file's place, which is kept aside; raises `StorageInUse` while `maya up` runs."""
+    done = backups.restore(Path(source), kept())
+    aside = done.aside or word("kept_nothing", settings.language)
+    text = word("restored", settings.language, **{**_shown(done), "aside": aside})
+    return output.answer(to_data(done), text, settings)
+
+
+def export(target: str, settings: OutputSettings) -> int:
+    """Write all jobs to `target`, as .csv or .jsonl; raises `InvalidValue` for another ending."""
+    path = Path(target)
+    ending = path.suffix.removeprefix(".").lower()
+    if ending not in set(exports.ExportFormat):
+        raise InvalidValue(key="FILE", value=repr(target), reason="it ends in .csv or .jsonl")
+    with replacing(path, newline="") as out:
+        count = exports.export(kept(), out, exports.ExportFormat(ending))
+    text = word("exported", settings.language, path=path, jobs=count)
+    return output.answer({"path": str(path), "jobs": count}, text, settings)
+
+
+def _shown(done: backups.Backup) -> dict[str, object]:
+    size = -(-done.size // 1024)
+    return {"path": done.path, "jobs": done.jobs, "unfinished": done.unfinished, "size": size}

@@ -1,0 +1,81 @@
+"""The commands about recordings: their arguments and their help."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from maya_un.cli.settings import settings_of
+
+Name = Annotated[str, typer.Argument(metavar="FILE", help="a file, or a name that `maya record list` shows")]
+
+
+def register(app: typer.Typer, how: dict[str, Any]) -> None:
+    """Put the commands under `app`; `how` is what all commands have in common."""
+    about = "The flight recorder's recordings. Without a command, list them."
+    group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
+    group.callback(invoke_without_command=True, **how)(_unless_named)
+    for name, command in (("list", listed), ("save", save), ("show", show), ("export", export)):
+        group.command(name, **how)(command)
+    app.add_typer(group, name="record")
+    app.command("replay", **how)(replay)
+
+
+def _unless_named(context: typer.Context) -> int | None:
+    return listed(context) if context.invoked_subcommand is None else None
+
+
+def listed(context: typer.Context) -> int:
+    """List what is kept on this computer, newest first."""
+    from maya_un.cli.recordings import recordings
+
+    return recordings.listed(settings_of(context))
+
+
+def save(context: typer.Context) -> int:
+    """Have the running robot save its last minutes now."""
+    from maya_un.cli.recordings import recordings
+
+    return recordings.save(settings_of(context))
+
+
+def show(context: typer.Context, file: Name) -> int:
+    """Tell why a recording was saved, and what is in it."""
+    from maya_un.cli.recordings import recordings
+
+    return recordings.show(file, settings_of(context))
+
+
+def export(
+    context: typer.Context,
+    file: Name,
+    mcap: Annotated[str | None, typer.Option(metavar="OUT", help="an unchanged copy, for Foxglove and others")] = None,
+    csv: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the states")] = None,
+    wire: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the bytes on the wire")] = None,
+) -> int:
+    """Write a recording to files for other programs."""
+    from maya_un.cli.recordings import recordings
+
+    return recordings.export(file, mcap, csv, wire, settings_of(context))
+
+
+def replay(
+    context: typer.Context,
+    file: Name,
+    counts: Annotated[
+        float | None,
+        typer.Option(help="tolerance of positions  [default: 2 of a whole twin, else 50]"),
+    ] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="tolerance of times  [default: 0.02; 0.1 for a machine]")
+    ] = None,
+    plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of both: .svg, .png or .pdf")] = None,
+) -> int:
+    """Send the commands of a recording to a new twin, and list the differences.
+
+    In virtual time; nothing real moves. Ends with 1 where something differs.
+    """
+    from maya_un.cli.recordings import replay as command
+
+    return command.replay(file, command.ReplayOptions(counts, seconds, plot), settings_of(context))

@@ -1,0 +1,133 @@
+"""`maya record`: recordings listed, saved, shown, and exported."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import TextIO
+
+from dmc41x3 import files
+from maya_un.cli import output
+from maya_un.cli.client import ServiceClient
+from maya_un.cli.report import table
+from maya_un.cli.settings import OutputSettings
+from maya_un.cli.words import word
+from maya_un.client import requests
+from maya_un.config import RecorderConfig
+from maya_un.config.state_folder import state_folder
+from maya_un.errors import FileUnreadable, InvalidCommandLine, NotFound
+from maya_un.recorder.store import RecordingStore
+
+_SAVING = 60.0
+"""Longest wait for a recording to be written [s]."""
+
+
+def folder() -> Path:
+    """Return where recordings are."""
+    return state_folder() / "recordings"
+
+
+def found(name: str) -> Path:
+    """Return the file of a recording: `name` is a path, else the name of one in the folder; raises `NotFound`."""
+    path = Path(name)
+    if path.exists():
+        return path
+    if path.name == name:
+        return shelf(RecorderConfig()).path(name)
+    raise NotFound(what="recording", number=name)
+
+
+def shelf(settings: RecorderConfig) -> RecordingStore:
+    """Return the recordings on this computer, as many as the configuration wants."""
+    return RecordingStore.of(settings, folder(), time.time_ns)
+
+
+def listed(settings: OutputSettings) -> int:
+    """Print the recordings in the folder, newest first; no robot need run."""
+    kept = shelf(RecorderConfig()).list()
+    head = tuple(word(key, settings.language) for key in ("name", "record_reason", "record_size"))
+    rows = [(one.name, one.reason, f"{one.bytes / 1e6:.2f} MB") for one in kept]
+    text = table(head, rows, right=(2,)) if rows else word("no_recordings", settings.language, folder=folder())
+    lines = [{"name": one.name, "date": one.date, "reason": one.reason, "bytes": one.bytes} for one in kept]
+    return output.answer({"folder": str(folder()), "recordings": lines}, text, settings)
+
+
+def save(settings: OutputSettings) -> int:
+    """Have the running robot save its last minutes now; raises `ServiceNotRunning`."""
+    kept = ServiceClient.find().ask(requests.save_recording(), timeout=_SAVING)
+    return output.answer(kept, word("record_saved", settings.language, name=kept["name"]), settings)
+
+
+def show(name: str, settings: OutputSettings) -> int:
+    """Print what a recording is: why and when it was saved, what of, how much is in it; raises `FileUnreadable`."""
+    from maya_un.recorder import mcap_file
+
+    path = found(name)
+    recording = mcap_file.read(path)
+    header = recording.header
+    begin, end = recording.span
+    kinds = Counter(event.kind for event in recording.events)
+    data = {
+        "file": str(path),
+        "reason": header.reason,
+        "date": header.date,
+        "cause": {"seq": header.cause.seq, "kind": header.cause.kind, "code": header.cause.code}
+        | {"message": header.cause.message},
+        "begin": begin,
+        "end": end,
+        "complete": header.complete,
+        "address": header.origin.address,
+        "firmware": header.firmware,
+        "twin": header.origin.twin is not None,
+        "version": header.software.maya_un,
+        "states": len(recording.states),
+        "events": dict(kinds),
+        "wire": {"pieces": len(recording.wire), "bytes": sum(len(piece.data) for piece in recording.wire)},
+    }
+    lines = [
+        word("record_of", settings.language, reason=header.reason, date=header.date, seconds=end - begin),
+        header.cause.message,
+        word("controller", settings.language, address=header.origin.address) + f" · {header.firmware}",
+        word("record_holds", settings.language, states=len(recording.states), wire=len(recording.wire)),
+        ", ".join(f"{kind} {count}" for kind, count in sorted(kinds.items())),
+    ]
+    return output.answer(data, "\n".join(line for line in lines if line), settings)
+
+
+def export(name: str, mcap: str | None, csv: str | None, wire: str | None, settings: OutputSettings) -> int:
+    """Write a recording as MCAP, its states and its wire as CSV, as far as files are named.
+
+    Raises `InvalidCommandLine` where none is, `FileUnreadable` and `FileUnwritable`.
+    """
+    if mcap is None and csv is None and wire is None:
+        raise InvalidCommandLine(reason="--mcap, --csv or --wire is missing", command="maya record export")
+    from maya_un.recorder import mcap_file, tables
+
+    path = found(name)
+    recording = mcap_file.read(path)
+    written: list[str] = []
+    if mcap is not None:
+        written.append(_copy(path, Path(mcap)))
+    if csv is not None:
+        written.append(_table(Path(csv), lambda file: tables.write_states(recording, file)))
+    if wire is not None:
+        written.append(_table(Path(wire), lambda file: tables.write_wire(recording, file)))
+    text = "\n".join(word("config_written", settings.language, path=place) for place in written)
+    return output.answer({"written": written}, text, settings)
+
+
+def _copy(source: Path, target: Path) -> str:
+    try:
+        data = source.read_bytes()
+    except OSError as error:
+        raise FileUnreadable(path=source, reason=error.strerror or str(error)) from error
+    files.write(target, data)
+    return str(target)
+
+
+def _table(path: Path, write: Callable[[TextIO], None]) -> str:
+    with files.replacing(path, newline="") as file:
+        write(file)
+    return str(path)

@@ -1,0 +1,88 @@
+"""Wishes to the running robot: one primitive each, followed to its end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
+from math import degrees
+from typing import Any
+
+from dmc41x3.cli.signals import as_ctrl_c
+from maya_un.cli import output
+from maya_un.cli.client import ANSWER, ServiceClient
+from maya_un.cli.follow import PATIENCE, animate, follow
+from maya_un.cli.progress import chosen
+from maya_un.cli.report import STEP_KEYS
+from maya_un.cli.settings import OutputSettings
+from maya_un.cli.words import word
+from maya_un.client import requests
+
+
+def wish(primitive: Mapping[str, object], settings: OutputSettings) -> int:
+    """Have the running robot carry out a primitive; return the exit code. Ctrl-C and SIGTERM cancel it.
+
+    Raises `ServiceNotRunning` and whatever the service refuses at once.
+    """
+    client = ServiceClient.find()
+    with chosen(settings) as display, as_ctrl_c():
+        since = client.ask(requests.status())["last_event"]
+        accepted = client.ask(requests.task(primitive), timeout=ANSWER)
+        report, interrupted = follow(client, accepted["id"], since, display, settings)
+    step = report["steps"][0]
+    if settings.json:
+        output.emit({key: step[key] for key in STEP_KEYS})
+    elif report["state"] == "done":
+        output.say(word("done", settings.language))
+    return output.INTERRUPTED if interrupted else output.concluded(report, settings)
+
+
+def jog(axis: str, distance: float, settings: OutputSettings) -> int:
+    """Have the robot move along an axis by `distance` (rad or m) and wait for it; Ctrl-C stops it, SIGTERM too."""
+    client = ServiceClient.find()
+    with chosen(settings) as display, as_ctrl_c(), ThreadPoolExecutor(1) as other:
+        jogging = other.submit(client.ask, requests.jog_by(axis, distance))
+        try:
+            while not wait({jogging}, PATIENCE).done:
+                animate(client, display)
+        except KeyboardInterrupt:
+            display.note(word("interrupted", settings.language))
+            client.ask(requests.stop())
+            raise
+    gone = jogging.result()
+    return output.answer(gone, _moved(gone, settings.language), settings)
+
+
+def _moved(gone: Mapping[str, Any], language: str) -> str:
+    way = gone["distance"]
+    text = f"{degrees(way):z.2f}°" if gone["axis"] == "a" else f"{way * 1e3:z.1f} mm"
+    key = "jogged_to_limit" if gone["limit"] else "jogged"
+    return word(key, language, axis=gone["axis"], way=text, reason=gone["reason"])
+
+
+def pause(settings: OutputSettings) -> int:
+    """Have the running robot stop on its path and hold all motion; raises `CannotPause`."""
+    report = ServiceClient.find().ask(requests.pause())
+    key = "pausing" if report["was_moving"] else "paused"
+    return output.answer(report, word(key, settings.language, seconds=report["duration"]), settings)
+
+
+def speed(ratio: float, settings: OutputSettings) -> int:
+    """Scale the speed of all motion of the running robot by `ratio` (0.01 to 1)."""
+    answer = ServiceClient.find().ask(requests.speed(ratio))
+    return output.answer(answer, word("speed", settings.language, percent=100.0 * answer["ratio"]), settings)
+
+
+def recover(settings: OutputSettings, *, take_over: bool) -> int:
+    """Have the running robot clear its fault, and take its controller from another program that owns it."""
+    answer = ServiceClient.find().ask(requests.recover(take_over=take_over))
+    return output.answer(answer, word("recovered", settings.language), settings)
+
+
+def abort(settings: OutputSettings) -> int:
+    """Have the running robot stop without deceleration."""
+    return output.answer(ServiceClient.find().ask(requests.abort()), word("aborted", settings.language), settings)
+
+
+def resume(settings: OutputSettings) -> int:
+    """Have the running robot resume motion after a pause."""
+    return output.answer(ServiceClient.find().ask(requests.resume()), word("resumed", settings.language), settings)

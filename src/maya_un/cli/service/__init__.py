@@ -1,0 +1,1 @@
+"""`maya up` and `maya down`: start, serve and end the robot's service."""

@@ -1,0 +1,117 @@
+"""Addresses, certificates and ports on which `maya up` serves other machines, rosbridge included."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, NamedTuple
+
+from maya_un.errors import InvalidCommandLine, InvalidValue
+from maya_un.http.listeners import ListeningSocket, bound_socket, far_socket, tls_of
+from maya_un.http.middleware.origin import OriginPolicy, host_of, origin_of
+
+if TYPE_CHECKING:
+    from maya_ros.rosbridge.standalone import EndpointOptions
+
+PORT = 4134
+"""The usual port for other machines; loopback has one of its own."""
+
+_COMMAND = "maya up"
+_ANYWHERE = {"0.0.0.0", "::"}
+
+
+class RemoteAccess(NamedTuple):
+    """What the command line says of other machines; `listen` is None where they are not let in."""
+
+    listen: str | None = None
+    certificate: str | None = None
+    key: str | None = None
+    plain: bool = False
+    origins: Sequence[str] = ()
+
+    def check(self) -> None:
+        """Raise `InvalidCommandLine` where what is said does not fit together."""
+        if (self.certificate is None) != (self.key is None):
+            raise InvalidCommandLine(reason="--tls-cert and --tls-key belong together", command=_COMMAND)
+        if self.plain and self.certificate is not None:
+            raise InvalidCommandLine(reason="--plain goes without a certificate", command=_COMMAND)
+        if self.listen is None and (self.plain or self.certificate is not None):
+            reason = "--tls-cert, --tls-key and --plain are for --listen; loopback needs no TLS"
+            raise InvalidCommandLine(reason=reason, command=_COMMAND)
+        if self.listen is not None and not self.plain and self.certificate is None:
+            reason = "--listen needs --tls-cert and --tls-key; say --plain where everybody on the network is trusted"
+            raise InvalidCommandLine(reason=reason, command=_COMMAND)
+
+    def door(self) -> ListeningSocket | None:
+        """Return the open door, None without one; raises `InvalidValue`, `AddressInUse`, `FileUnreadable`."""
+        if self.listen is None:
+            return None
+        host, port = host_and_port(self.listen)
+        tls = None
+        if self.certificate is not None and self.key is not None:
+            tls = tls_of(Path(self.certificate), Path(self.key))
+        return far_socket(host, port, tls)
+
+    def edge(self) -> OriginPolicy:
+        """Return whom the doors let in; raises `InvalidValue`."""
+        origins = frozenset(map(origin_of, self.origins))
+        hosts = {host_of(origin) for origin in origins}
+        if self.listen is not None:
+            host, _ = host_and_port(self.listen)
+            name = socket.gethostname().lower()
+            hosts |= {name, f"{name}.local"} | ({host.lower()} - _ANYWHERE)
+        return OriginPolicy(remote=self.listen is not None, hosts=frozenset(hosts), origins=origins)
+
+
+def require_users(*, kept: bool, listen: str | None) -> None:
+    """Raise `InvalidCommandLine` where other machines are to be let in while nobody is kept who could be told apart."""
+    if listen is not None and not kept:
+        reason = (
+            "other machines are let in once users are kept: start `maya up` without --listen, "
+            "say `maya user add NAME --role admin`, and start it again"
+        )
+        raise InvalidCommandLine(reason=reason, command=_COMMAND)
+
+
+def host_and_port(text: str) -> tuple[str, int]:
+    """Return host and port of HOST, HOST:PORT, [IPV6] or [IPV6]:PORT; raises `InvalidValue`."""
+    if text.startswith("["):
+        host, bracket, rest = text[1:].partition("]")
+        port = rest.removeprefix(":")
+        good = bool(bracket) and (rest == "" or rest.startswith(":"))
+    else:
+        host, colon, port = text.partition(":")
+        good = not colon or bool(port)
+    if not good or not host or (port and not (port.isdecimal() and int(port) < 65536)):
+        raise InvalidValue(key="--listen", value=text, reason="it is HOST, HOST:PORT or [IPV6]:PORT")
+    return host, int(port) if port else PORT
+
+
+STEPS = "steps.db"
+"""The file beside the queue's in which steps of others' processes are kept."""
+
+
+@contextmanager
+def rosbridge_at(port: int | None, journal: Path | None, remote: RemoteAccess) -> Iterator[EndpointOptions | None]:
+    """Yield where the endpoint is to be served, on loopback only, or None without a port.
+
+    Without a `journal` what it keeps ends with the block. Raises `AddressInUse` and `InvalidValue`.
+    """
+    if port is None:
+        yield None
+        return
+    from maya_ros.rosbridge.standalone import EndpointOptions
+
+    with bound_socket(port) as door, TemporaryDirectory(prefix="maya-steps-") as folder:
+        steps = (Path(folder) if journal is None else journal.parent) / STEPS
+        yield EndpointOptions(door, replace(remote.edge(), remote=False), steps)
+
+
+def url_of(place: EndpointOptions) -> str:
+    """Return the URL of the endpoint."""
+    host, port = place.door.getsockname()[:2]
+    return f"ws://{host}:{port}"

@@ -1,0 +1,76 @@
+"""Plans of the resources: the queue, pallets, zones and the control lease. Units are m, s."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from maya_un.client import requests
+from maya_un.client.jobs import JobLike, body_of
+from maya_un.client.request import Request
+from maya_un.client.steps import Plan, ReadClock, Sleep
+from maya_un.client.targets import Spot, plain
+from maya_un.client.transport import HeldLease
+from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError
+from maya_un.schema.people import LeaseTaken, LeaseView
+
+if TYPE_CHECKING:
+    from maya_un.config.model import AnyZone
+    from maya_un.schema.jobs import JobLine, PalletInfo, Recovery
+
+
+def teach_pallet(
+    name: str, corners: Sequence[Spot], rows: int, columns: int, *, replace: bool = False
+) -> Request[PalletInfo]:
+    """Keep a grid under `name`, spanned by three or four corners: names of poses, or points [m]."""
+    grid = {"corners": [plain(corner) for corner in corners], "rows": rows, "columns": columns}
+    return requests.teach_pallet(name, grid, replace=replace)
+
+
+def keep_out(name: str, *, kind: str, **keys: object) -> Request[AnyZone]:
+    """Keep out of one more zone for this run: a "box", "cylinder" or "half_space", with its keys as configured.
+
+    Raises `InvalidRequest` for another kind or a wrong key, and `Busy` while something moves.
+    """
+    return requests.put_zone(name, {"kind": kind, **keys})
+
+
+def recovery() -> Plan[Recovery | None]:
+    """Return the interrupted job that waits for a person, None where there is none."""
+    return (yield from requests.queue()).recovery
+
+
+def change(number: int, *, job: JobLike | None = None, **changes: object) -> Request[JobLine]:
+    """Change a job that has not begun: its priority, notes, depends_on, on_failure, retries, stepwise, or all of it."""
+    return requests.change_job(number, changes if job is None else {**changes, "job": body_of(job)})
+
+
+_SHARE = 1.0 / 3.0
+"""A lease is renewed after this share of the time for which it holds."""
+
+
+def give_back() -> Request[LeaseView]:
+    """Release the lease; raises `LeaseLost`."""
+    return requests.release_lease().urgently()
+
+
+def kept(held: HeldLease, taken: LeaseTaken) -> Plan[None]:
+    """Renew a lease until it is lost; whoever uses the client is told by its next request.
+
+    A service that cannot be asked is asked again until the lease has ended by itself.
+    """
+    until = (yield from ReadClock()) + taken.expires_in
+    while True:
+        yield from Sleep(_SHARE * min(taken.expires_in, until - (yield from ReadClock())))
+        asked = yield from ReadClock()
+        try:
+            yield from requests.renew_lease().within(max(0.1, until - asked)).urgently()
+        except (LeaseLost, LeaseHeld, LeaseNeeded) as error:
+            held.lose(error if isinstance(error, LeaseLost) else LeaseLost(reason=str(error)))
+            return
+        except MayaError as error:
+            if (yield from ReadClock()) >= until - 0.05:
+                held.lose(LeaseLost(reason=f"it could not be renewed: {error}"))
+                return
+        else:
+            until = asked + taken.expires_in

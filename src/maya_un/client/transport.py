@@ -1,0 +1,264 @@
+"""The transport that both drivers share: address, credentials, lease, encoding, errors."""
+
+from __future__ import annotations
+
+import json
+import os
+import ssl
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, NamedTuple, TypeVar, cast
+from urllib.parse import urlsplit
+
+import httpx
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import to_json
+from websockets.exceptions import InvalidStatus, WebSocketException
+
+from maya_un import credentials, runtime
+from maya_un.client.request import Answer, Request, get
+from maya_un.errors import (
+    CertificateRefused,
+    InvalidValue,
+    LeaseLost,
+    MayaError,
+    ServiceNotAnswering,
+    ServiceNotRunning,
+    by_code,
+    from_notice,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceAddress:
+    """The service's address, like "http://127.0.0.1:4133", and what to show there: a token, a control lease.
+
+    Both are "" for none.
+    """
+
+    url: str
+    token: str = ""
+    lease: str = ""
+
+
+Finder = Callable[[], ServiceAddress]
+"""Looks up the address of the service; a restarted `maya up` may have another port."""
+
+
+def finder(url: str | None, token: str | None) -> Finder:
+    """Return what finds the service: at `url`, else $MAYA_URL, else wherever this user's `maya up` runs now.
+
+    The token is `token`, else this user's (`maya_un.credentials`); a lease that was taken in the shell is shown, too.
+    Raises `InvalidValue` for what is no http or https address; to find raises `ServiceNotRunning`.
+    """
+    named = url or os.environ.get("MAYA_URL")
+    checked = _checked(named) if named else None
+
+    def find() -> ServiceAddress:
+        where = _running() if checked is None else checked
+        shown = credentials.token() if token is None else token
+        taken = credentials.held()
+        return ServiceAddress(where, shown, taken.id if taken is not None and taken.url == where else "")
+
+    return find
+
+
+def _running() -> str:
+    found = runtime.find()
+    if found is None:
+        raise ServiceNotRunning
+    return found.url
+
+
+def _checked(url: str) -> str:
+    try:
+        parts = urlsplit(url)
+        usable = parts.scheme in {"http", "https"} and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        usable = False
+    if not usable:
+        raise InvalidValue(key="url", value=repr(url), reason="it is like http://127.0.0.1:4133")
+    return url.rstrip("/")
+
+
+def trusted(ca: str | os.PathLike[str] | None) -> ssl.SSLContext:
+    """Return what checks the service's certificate: the system's authorities, or those of the file `ca` alone.
+
+    Raises `InvalidValue` for a file that holds none.
+    """
+    try:
+        return ssl.create_default_context(cafile=None if ca is None else os.fspath(ca))
+    except OSError as error:
+        raise InvalidValue(key="ca", value=repr(ca), reason=error.strerror or str(error)) from error
+
+
+class HeldLease:
+    """The lease that a client shows, "" while it holds none."""
+
+    def __init__(self) -> None:
+        self.id = ""
+        self._lost: LeaseLost | None = None
+
+    @property
+    def missed(self) -> bool:
+        """Whether it was lost and nobody has been told yet."""
+        return self._lost is not None
+
+    def begin(self, lease: str) -> None:
+        """Show `lease` from now on."""
+        self.id = lease
+        self._lost = None
+
+    def end(self) -> None:
+        """Show none any more."""
+        self.id = ""
+        self._lost = None
+
+    def lose(self, error: LeaseLost) -> None:
+        """Note that it is lost; it is shown until the end, so that nothing is done in another's name."""
+        if self.id:
+            self._lost = error
+
+    def require(self) -> None:
+        """Raise `LeaseLost`, once, where it was lost."""
+        lost, self._lost = self._lost, None
+        if lost is not None:
+            raise lost
+
+
+T = TypeVar("T")
+
+VERSION_HEADER = "Maya"
+"""Every answer of ours has it, so that somebody else at an old port is found out."""
+
+_NOBODY = "somebody else answers in its place"
+
+
+class EncodedRequest(NamedTuple):
+    """A request as it goes over the wire."""
+
+    url: str
+    headers: dict[str, str]
+    content: bytes
+
+
+def identity(token: str) -> dict[str, str]:
+    """Return the headers of somebody who shows this token, "" for none."""
+    return {"Authorization": f"Bearer {token}"} if token else {}
+
+
+def encoded(request: Request[Any], door: ServiceAddress, lease: str) -> EncodedRequest:
+    """Return a request with this control lease, "" for none but that of the service."""
+    headers = {"Accept": "application/json", **identity(door.token)}
+    if lease or door.lease:
+        headers["Maya-Lease"] = lease or door.lease
+    if request.key:
+        headers["Idempotency-Key"] = request.key
+    content = b""
+    if request.body is not None:
+        headers["Content-Type"] = "application/json"
+        content = to_json(request.body)
+    return EncodedRequest(door.url + request.target, headers, content)
+
+
+def decoded(request: Request[T], status: int, headers: Mapping[str, str], content: bytes) -> T:
+    """Return what an answer says.
+
+    Raises the service's own refusal as the error it is, and `ServiceNotAnswering` for the answer of somebody else.
+    """
+    if VERSION_HEADER not in headers:
+        raise ServiceNotAnswering(reason=_NOBODY)
+    if status >= 400:
+        raise _refusal(content)
+    if request.answer is type(None):
+        return cast("T", None)
+    if request.answer is bytes or request.answer is str:
+        return cast("T", content if request.answer is bytes else content.decode())
+    try:
+        return adapter(request.answer).validate_json(content)
+    except ValidationError as error:
+        reason = f"its answer is not understood: {error.errors(include_url=False)[0]['msg']}"
+        raise ServiceNotAnswering(reason=reason) from error
+
+
+def stream_url(door: ServiceAddress, path: str) -> str:
+    """Return the address of a websocket."""
+    return "ws" + door.url.removeprefix("http") + path
+
+
+def decoded_message(text: str | bytes) -> dict[str, Any]:
+    """Return a message of the websocket; raises the error that it is, and `ServiceNotAnswering` for what is none."""
+    try:
+        found: dict[str, Any] = json.loads(text)
+        if found["type"] != "error":
+            return found
+        error = from_notice(int(found["code"]), dict(found["details"]))
+    except (KeyError, TypeError, ValueError) as problem:
+        raise ServiceNotAnswering(reason=f"its message is not understood: {text[:200]!r}") from problem
+    raise error
+
+
+def _refusal(content: bytes) -> MayaError:
+    try:
+        problem: dict[str, Any] = json.loads(content)
+        return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))
+    except (KeyError, TypeError, ValueError):
+        return ServiceNotAnswering(reason=f"its answer is not understood: {content[:200].decode(errors='replace')}")
+
+
+@cache
+def adapter(kind: type[T] | Answer) -> TypeAdapter[T]:
+    """Return what reads values of a kind from JSON."""
+    return TypeAdapter(kind.load() if isinstance(kind, Answer) else kind)
+
+
+def as_error(code: int, message: str) -> MayaError:
+    """Return the error of a report, which has its code and its sentence but not its details.
+
+    One that is not known here is `ServiceNotAnswering`, with the sentence as its reason.
+    """
+    leaf = by_code().get(code)
+    if leaf is None:
+        return ServiceNotAnswering(reason=message)
+    error = leaf()
+    error.args = (message,)
+    return error
+
+
+@contextmanager
+def translated() -> Iterator[None]:
+    """Raise `ServiceNotRunning` where nobody listens, `ServiceNotAnswering` where no answer comes.
+
+    Raises `CertificateRefused` where no secure connection comes about: nothing was sent, and the robot is as it was. A
+    websocket that is refused raises why.
+    """
+    try:
+        yield
+    except InvalidStatus as refusal:
+        answer = refusal.response
+        decoded(get("", type(None)), answer.status_code, answer.headers, bytes(answer.body))
+        raise ServiceNotAnswering(reason=str(refusal)) from refusal
+    except (httpx.TransportError, httpx.InvalidURL, WebSocketException, OSError) as error:
+        if _refused(error):
+            raise ServiceNotRunning from error
+        if any(isinstance(one, ssl.SSLError) for one in _causes(error)):
+            raise CertificateRefused(reason=_secret_reason(error)) from error
+        raise ServiceNotAnswering(reason=str(error) or type(error).__name__) from error
+
+
+def _refused(error: BaseException) -> bool:
+    return any(isinstance(one, ConnectionRefusedError) for one in _causes(error))
+
+
+def _secret_reason(error: BaseException) -> str:
+    """Return what is wrong with a certificate, as OpenSSL says it."""
+    found = [one.verify_message for one in _causes(error) if isinstance(one, ssl.SSLCertVerificationError)]
+    return found[0] if found else str(error)
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__

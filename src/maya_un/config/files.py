@@ -1,0 +1,214 @@
+"""Configuration files: read, written with explanations, and edited key by key."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import tomllib
+from collections.abc import Iterator, Mapping, MutableMapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from dmc41x3.files import sync_folder, writable_place
+from maya_un.config.model import KINDS, Config, flaw
+from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
+from maya_un.manual import default_path
+
+
+def load(path: Path | None = None) -> Config:
+    """Return the configuration of `path`, laid over the manual's defaults.
+
+    Without `path` the default place is read, and the defaults alone serve where no file is there; a file that is
+    named, by `path` or by $MAYA_CONFIG, must be there. Raises `FileUnreadable` (also for broken TOML) and
+    `InvalidConfig` with key, value and reason.
+    """
+    named = path is not None or bool(os.environ.get("MAYA_CONFIG"))
+    return parse(_read(default_path() if path is None else path, missing_is_empty=not named))
+
+
+def _read(place: Path, *, missing_is_empty: bool) -> dict[str, Any]:
+    try:
+        return tomllib.loads(place.read_text(encoding="utf-8"))
+    except OSError as error:
+        if missing_is_empty and isinstance(error, FileNotFoundError):
+            return {}
+        raise FileUnreadable(path=place, reason=error.strerror or str(error)) from error
+    except (ValueError, RecursionError) as error:  # broken TOML, broken UTF-8, numbers and nesting beyond all bounds
+        raise FileUnreadable(path=place, reason=f"it is not TOML: {error}") from error
+
+
+def parse(keys: dict[str, Any]) -> Config:
+    """Return the configuration for nested keys laid over the defaults; raises `InvalidConfig`."""
+    merged = _overlay(Config().model_dump(exclude_none=True), keys)
+    try:
+        return Config.model_validate(merged)
+    except ValidationError as error:
+        raise _refusal(error) from error
+
+
+def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in top.items():
+        below = merged.get(key)
+        merged[key] = _overlay(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def _refusal(error: ValidationError) -> InvalidConfig:
+    found = flaw(error, tuple(KINDS))
+    return InvalidConfig(key=found.key, value=_shown(found.value), reason=found.reason)
+
+
+def to_toml(config: Config, *, commented: bool = False) -> str:
+    """Return the configuration as TOML, every key with its meaning and unit behind it.
+
+    With `commented`, the keys themselves are commented out, which makes a file to start from.
+    """
+    lines: list[str] = []
+    prefix = "# " if commented else ""
+    _write(config, "", lines, prefix)
+    _write_zones(config, lines, prefix)
+    return "\n".join(lines).strip() + "\n"
+
+
+def template() -> str:
+    """Return a configuration file with every key commented out at its default."""
+    head = "# Maya-UN configuration. Uncomment what differs from the manual's machine.\n\n"
+    return head + to_toml(Config(), commented=True)
+
+
+def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
+    fields = type(model).model_fields
+    leaves = {key: getattr(model, key) for key in fields if not isinstance(getattr(model, key), BaseModel | tuple)}
+    if leaves:
+        lines.extend(["", f"[{name}]"])
+    for key, value in leaves.items():
+        note = fields[key].description
+        lines.append(f"# {key}: {note}" if value is None else f"{prefix}{key} = {json.dumps(value)}  # {note}")
+    for key in fields:
+        child = getattr(model, key)
+        if isinstance(child, BaseModel):
+            _write(child, f"{name}.{key}" if name else key, lines, prefix)
+
+
+def _write_zones(config: Config, lines: list[str], prefix: str) -> None:
+    for zone in config.zones:
+        lines.extend(["", f"{prefix}[[zones]]"])
+        for key, field in type(zone).model_fields.items():
+            lines.append(f"{prefix}{key} = {json.dumps(getattr(zone, key))}  # {field.description}")
+    if not config.zones:
+        lines.extend(["", f"# zones: {type(config).model_fields['zones'].description}"])
+        for kind, model in KINDS.items():
+            lines.append(f"#   of kind {kind}:")
+            keys = model.model_fields.items()
+            lines.extend(f"#     {key}: {_meaning(field)}" for key, field in keys if key != "kind")
+
+
+def _meaning(field: FieldInfo) -> str:
+    return f"{field.description}{'' if field.is_required() else f' (default {json.dumps(field.default)})'}"
+
+
+def _shown(value: object) -> str:
+    """Return a refused value for a sentence; whole tables are too long for one."""
+    return "(a table)" if isinstance(value, dict) else json.dumps(value, default=str, ensure_ascii=False)
+
+
+def text_of(path: Path) -> str:
+    """Return a configuration file's text, "" where there is none; raises `FileUnreadable`."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return ""
+    except OSError as error:
+        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+    except UnicodeDecodeError as error:
+        raise FileUnreadable(path=path, reason="it is not UTF-8 text") from error
+
+
+def edited(text: str, values: Mapping[str, float | None]) -> str:
+    """Return TOML with dotted keys set to `values`, or taken out where the value is None.
+
+    Comments, order and spacing stay. Tables that are missing are added. Raises `ValueError` for text that is not TOML
+    and where a table is needed but something else stands.
+    """
+    import tomlkit  # noqa: PLC0415 - only who changes a file needs it
+
+    document = tomlkit.parse(text)
+    for key, value in values.items():
+        *sections, name = key.split(".")
+        table = cast("MutableMapping[str, Any]", document)
+        for depth, section in enumerate(sections):
+            if section not in table:
+                if value is None:
+                    break
+                table[section] = tomlkit.table(is_super_table=depth < len(sections) - 1)
+            table = table[section]
+            if not isinstance(table, MutableMapping):
+                raise ValueError(f"{section} is no table")  # noqa: TRY004 - a parse error like the others
+        else:
+            if value is not None:
+                table[name] = value
+            elif name in table:
+                del table[name]
+    return tomlkit.dumps(document)
+
+
+def written(path: Path) -> Mapping[str, Any]:
+    """Return what a configuration file itself says, nested; nothing where there is none. Raises `FileUnreadable`."""
+    import tomllib  # noqa: PLC0415 - only who changes a file needs it
+
+    try:
+        return tomllib.loads(text_of(path))
+    except ValueError as error:
+        raise FileUnreadable(path=path, reason=f"it is not TOML: {error}") from error
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Keep other processes that ask by this from changing files beside `path` while the block reads and writes them.
+
+    Nobody waits: raises `FileUnwritable` where somebody else is at it.
+    """
+    folder = path.resolve().parent
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError as error:
+        raise FileUnwritable(path=path, reason="somebody else is writing it just now; try again") from error
+    finally:
+        os.close(handle)
+
+
+def replace(path: Path, text: str) -> None:
+    """Write a file whole or not at all, and have it on the disk when this returns; raises `FileUnwritable`.
+
+    A file that stands there keeps its permissions; a link is followed within its folder.
+    """
+    place = writable_place(path)
+    draft = place.with_name(f".{place.name}.new")
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        draft.unlink(missing_ok=True)  # of somebody who was killed
+        try:
+            with draft.open("x", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            if place.exists():
+                draft.chmod(place.stat().st_mode & 0o7777)
+            draft.replace(place)
+        finally:
+            draft.unlink(missing_ok=True)
+        sync_folder(place.parent)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error

@@ -1,0 +1,62 @@
+"""The HTTP interface, version 1: paths to methods of the Service, one to one."""
+
+from __future__ import annotations
+
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+
+from maya_un import __version__
+from maya_un.errors import MayaError
+from maya_un.http import errors
+from maya_un.http.authentication import Rights
+from maya_un.http.bridge import Bridge
+from maya_un.http.metrics import Metrics
+from maya_un.http.middleware.guard import RequestGuard
+from maya_un.http.middleware.origin import OriginPolicy
+from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks
+from maya_un.http.routes.people import add_lease, add_sessions, add_tokens, add_users
+from maya_un.http.routes.places import add_geometry, add_pallets, add_poses, add_zones
+from maya_un.http.routes.queue import add_ordering, add_queue, add_recovery
+from maya_un.http.routes.robot import add_moving
+from maya_un.http.routes.system import add_keeping, add_reading, add_recordings, add_system
+from maya_un.http.routing import Routes
+from maya_un.http.stream.server import add_stream
+
+
+def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metrics | None = None) -> FastAPI:
+    """Return the application that hands every request to the service behind `bridge`.
+
+    `edge` says whom it lets in, `metrics` count. Every error, ours or the framework's, is answered as problem+json with
+    its code.
+    """
+    app = FastAPI(title="Maya-UN", version=__version__, docs_url=None, redoc_url=None, openapi_url=None)
+    app.state.bridge = bridge
+    app.state.rights = Rights(bridge)
+    counted = metrics or Metrics()
+    app.add_middleware(RequestGuard, edge=edge or OriginPolicy(), metrics=counted)
+    app.add_exception_handler(MayaError, errors.on_maya_error)
+    app.add_exception_handler(RequestValidationError, errors.on_validation_error)
+    app.add_exception_handler(HTTPException, errors.on_http_error)
+    routes = Routes(app)
+    add_system(routes, app, bridge, counted)
+    add_reading(routes, bridge)
+    add_geometry(routes)
+    add_jobs(routes)
+    add_previews(routes)
+    add_tasks(routes)
+    add_queue(routes)
+    add_recovery(routes)
+    add_ordering(routes)
+    add_moving(routes)
+    add_lease(routes)
+    add_poses(routes)
+    add_pallets(routes)
+    add_zones(routes)
+    add_sessions(routes, bridge)
+    add_users(routes)
+    add_tokens(routes)
+    add_recordings(routes)
+    add_keeping(routes, bridge)
+    add_stream(app, bridge)
+    return app

@@ -1,0 +1,230 @@
+"""The bridge from the server's real-time loop to the stack's loop, whose clock may be scaled."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
+from typing import TypeVar
+
+from maya_un.cancellation import cancel_once, run_to_rest
+from maya_un.errors import Cancelled, MayaError
+from maya_un.events import EventLog
+from maya_un.process.journal.protocol import Journal
+from maya_un.process.lease import ControlLease
+from maya_un.schema.robot import EventMessage
+from maya_un.service.access.callers import Callers
+from maya_un.service.access.operations import LOCAL, Caller, Operation
+from maya_un.service.gate import Gate
+from maya_un.service.history import MOST_EVENTS
+from maya_un.service.service import Service
+from maya_un.values import Point
+
+SHARE = 0.2
+"""The share of the loop's time for all readers of the past together."""
+
+LONGEST_PAUSE = 0.25
+"""After a turn the next begins no later than this [s]; a turn may have taken long because others took the time."""
+
+
+class LoopShare:
+    """Gives turns, one after the other in the order asked for; behind each the loop is left to others for a while.
+
+    The longer a turn took, the longer the pause, so that all of them have `share` of the time.
+    """
+
+    def __init__(self, share: float = SHARE) -> None:
+        self._rest = 1.0 / share - 1.0
+        self._turn = asyncio.Lock()
+        self._free_at = 0.0
+
+    @asynccontextmanager
+    async def turn(self) -> AsyncIterator[None]:
+        """Wait for a turn, which lasts as long as the block; nobody is to be waited for in it who may never answer."""
+        loop = asyncio.get_running_loop()
+        async with self._turn:
+            await asyncio.sleep(self._free_at - loop.time())
+            began = loop.time()
+            try:
+                yield
+            finally:
+                ended = loop.time()
+                self._free_at = ended + min(self._rest * (ended - began), LONGEST_PAUSE)
+
+
+T = TypeVar("T")
+
+
+class Bridge:
+    """Passes requests through the `gate` to `service`, which lives in `loop`; answers come in the caller's loop.
+
+    Neither loop ever blocks on the other. `callers` tell who asks. Without a gate and callers it is for a service that
+    nobody shares: everybody is `LOCAL`, and no audit log is kept. `parts` tells where the twin's parts stand by its own
+    record; a real machine has none. `journal` is what keeps the queue, where it is to be looked at. `past` is what all
+    readers of the past together take of the server's loop. `missing` names the missing layers, in any thread.
+    """
+
+    def __init__(
+        self,
+        loop: asyncio.AbstractEventLoop,
+        service: Service,
+        parts: Callable[[], Mapping[str, Point]] | None = None,
+        *,
+        gate: Gate | None = None,
+        callers: Callers | None = None,
+        journal: Journal | None = None,
+        missing: Callable[[], Sequence[MayaError]] = list[MayaError],
+    ) -> None:
+        self._loop = loop
+        self._service = service
+        self._gate = _unwatched(service) if gate is None else gate
+        self._callers = callers
+        self.parts = parts
+        self.journal = journal
+        self.missing = missing
+        self.past = LoopShare()
+
+    async def caller(
+        self,
+        authorization: str | None,
+        lease: str,
+        source: str,
+        *,
+        loopback: bool,
+        stopping: bool,
+        alone: Caller = LOCAL,
+    ) -> Caller:
+        """Return who shows these headers; arguments and what is raised are those of `Callers.resolve`."""
+        callers = self._callers
+        if callers is None:
+            return replace(alone, lease=lease)
+        return await self.within(
+            lambda: callers.resolve(authorization, lease, source, loopback, stopping=stopping, alone=alone)
+        )
+
+    async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
+        """Return each caller with the current role, or the error if the rights have ended."""
+        callers = self._callers
+        if callers is None:
+            return list(asked)
+
+        async def looked_at() -> list[Caller | MayaError]:
+            return callers.current_of(asked)
+
+        return await self.within(looked_at)
+
+    def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call `listener` in the running loop after each change of users and tokens; return a function to end this."""
+        callers, here = self._callers, asyncio.get_running_loop()
+        if callers is None:
+            return _nothing
+
+        def told() -> None:
+            with suppress(RuntimeError):  # its loop has ended
+                here.call_soon_threadsafe(listener)
+
+        ends: list[Callable[[], None]] = []
+        self._loop.call_soon_threadsafe(lambda: ends.append(callers.heard_by(told)))
+        return lambda: self._end(ends)
+
+    def _end(self, ends: list[Callable[[], None]]) -> None:
+        def end() -> None:
+            ends.pop()()
+
+        with suppress(RuntimeError):  # the stack's loop has ended
+            self._loop.call_soon_threadsafe(end)
+
+    async def call(
+        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
+    ) -> T:
+        """Return the answer to `wish` of `caller`, carried out in the stack's loop; raises what it and the gate raise.
+
+        `subject` is the subject in the audit log. Cancelling the caller cancels the request.
+        """
+
+        async def carried_out() -> T:
+            return await self._gate.call(caller, operation, wish, subject)
+
+        return await self.within(carried_out)
+
+    async def carry(
+        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
+    ) -> T:
+        """Return as `call` does; a cancellation returns when the request has ended, a motion when it is at rest."""
+        begun: list[asyncio.Future[T]] = []
+        left = False
+
+        async def carried() -> None:
+            if left:
+                return
+            begun.append(asyncio.ensure_future(self._gate.call(caller, operation, wish, subject)))
+            await asyncio.wait(begun)
+            if not begun[0].cancelled():
+                begun[0].exception()
+
+        def leave() -> None:
+            nonlocal left
+            left = True
+            self._loop.call_soon_threadsafe(lambda: begun and cancel_once(begun[0]))
+
+        await run_to_rest(self.within(carried), leave)
+        if begun[0].cancelled():
+            raise Cancelled
+        return begun[0].result()
+
+    async def asked(self, wish: Callable[[Service], Awaitable[T]]) -> T:
+        """Return the answer to a request that needs no caller, like signing in, past the gate."""
+        return await self.within(lambda: wish(self._service))
+
+    async def within(self, work: Callable[[], Awaitable[T]]) -> T:
+        """Return what `work` answers in the stack's loop, past the gate: for what no caller asked for."""
+
+        async def carried_out() -> T:
+            return await work()
+
+        return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(carried_out(), self._loop))
+
+    async def events(
+        self, caller: Caller, since: int, patience: float = 0.0, run: int | None = None, limit: int = MOST_EVENTS
+    ) -> list[EventMessage]:
+        """Return events of a `run`, of the present without one, numbered above `since`; of both, the first `limit`.
+
+        If the present run has none yet, wait up to `patience` [s, real time] for one. Raises `EventsForgotten`.
+        """
+
+        async def past(service: Service) -> list[EventMessage]:
+            present = (await service.status()).run if run is None else run
+            return await service.history.events(present, since, limit)
+
+        async def soon(service: Service) -> None:
+            if run in {None, (await service.status()).run}:
+                await _next_event(service, since)
+
+        found = await self.call(caller, Operation.READ, past)
+        if found or patience <= 0.0:
+            return found
+        try:
+            async with asyncio.timeout(patience):
+                await self.call(caller, Operation.READ, soon)
+        except TimeoutError:
+            return []
+        return await self.call(caller, Operation.READ, past)
+
+
+def _nothing() -> None:
+    """End nothing."""
+
+
+def _unwatched(service: Service) -> Gate:
+    lease = ControlLease(EventLog(lambda: asyncio.get_running_loop().time()))
+    return Gate(service, lease)
+
+
+async def _next_event(service: Service, since: int) -> None:
+    events = service.follow_events(since)
+    try:
+        await anext(events)
+    finally:
+        if isinstance(events, AsyncGenerator):
+            await events.aclose()

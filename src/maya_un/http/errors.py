@@ -1,0 +1,142 @@
+"""Errors as answers: problem+json (RFC 9457) with our stable code, words and details."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from http import HTTPStatus
+
+from fastapi import Request, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic_core import PydanticSerializationError, to_json
+from starlette.exceptions import HTTPException
+from starlette.routing import Match, Route
+
+from maya_un.errors import (
+    EventsForgotten,
+    InternalError,
+    InvalidRequest,
+    MachineError,
+    MayaError,
+    NotAllowed,
+    NotFound,
+    NotSignedIn,
+    NotTaught,
+    StorageFailed,
+    TooManyRequests,
+    TooMuchAsked,
+    WorkerFailed,
+)
+from maya_un.http.language import language_of
+
+_CONFLICTS = {
+    *(1010, 2103, 2104, 2105, 2106, 2108, 2111, 2112, 2201, 2202, 3001, 3002),
+    *(4011, 4012, 4014, 4015, 4022, 4103, 4104, 4105),
+}
+"""Refusals because of how things stand just now, not because of what was asked."""
+
+_STATUSES = {
+    NotFound: HTTPStatus.NOT_FOUND,
+    NotTaught: HTTPStatus.NOT_FOUND,
+    EventsForgotten: HTTPStatus.GONE,
+    NotSignedIn: HTTPStatus.UNAUTHORIZED,
+    NotAllowed: HTTPStatus.FORBIDDEN,
+    TooManyRequests: HTTPStatus.TOO_MANY_REQUESTS,
+    TooMuchAsked: HTTPStatus.TOO_MANY_REQUESTS,
+    StorageFailed: HTTPStatus.SERVICE_UNAVAILABLE,
+    WorkerFailed: HTTPStatus.SERVICE_UNAVAILABLE,
+    InvalidRequest: HTTPStatus.BAD_REQUEST,
+    InternalError: HTTPStatus.INTERNAL_SERVER_ERROR,
+}
+
+
+AGAIN = 1
+"""`Retry-After` of a refusal by the worker processes [s]: a computation ends at any time."""
+
+
+def status_of(kind: type[MayaError]) -> int:
+    """Return the HTTP status of errors of this kind."""
+    if kind in _STATUSES:
+        return _STATUSES[kind]
+    if issubclass(kind, MachineError):
+        return HTTPStatus.SERVICE_UNAVAILABLE
+    return HTTPStatus.CONFLICT if kind.code in _CONFLICTS else HTTPStatus.UNPROCESSABLE_ENTITY
+
+
+def problem(error: MayaError, language: str = "en", status: int | None = None) -> Response:
+    """Return `error` as an answer; `status` where HTTP has a better one than the error's own."""
+    chosen = status_of(type(error)) if status is None else status
+    body = {
+        "type": f"urn:maya:error:{error.code}",
+        "title": title_of(type(error)),
+        "status": chosen,
+        "code": error.code,
+        "detail": error.text(language),
+        "details": error.details,
+    }
+    headers = {"Content-Language": language, "Vary": "Accept-Language"}
+    if isinstance(error, NotSignedIn):
+        headers["WWW-Authenticate"] = 'Bearer realm="Maya"'
+    if (wait := _wait(error)) is not None:
+        headers["Retry-After"] = str(wait)
+    return Response(_encoded(body), chosen, headers, "application/problem+json")
+
+
+def _wait(error: MayaError) -> object | None:
+    """Return after how many seconds a client may try again, None if waiting does not help."""
+    if isinstance(error, TooManyRequests):
+        return error.details["wait"]
+    return AGAIN if isinstance(error, TooMuchAsked | WorkerFailed) else None
+
+
+def _encoded(body: Mapping[str, object]) -> bytes:
+    try:
+        return to_json(body, fallback=str, inf_nan_mode="strings")
+    except PydanticSerializationError:  # half a character in a name; JSON can escape what UTF-8 cannot hold
+        return json.dumps(body, default=str).encode("ascii")
+
+
+def title_of(kind: type[MayaError]) -> str:
+    """Return the name of an error in words."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).capitalize()
+
+
+async def on_maya_error(request: Request, error: Exception) -> Response:
+    """Answer an error of Maya."""
+    assert isinstance(error, MayaError)
+    request.state.code = error.code
+    return problem(error, language_of(request.headers))
+
+
+async def on_validation_error(request: Request, error: Exception) -> Response:
+    """Answer a path or query value of the wrong kind."""
+    assert isinstance(error, RequestValidationError)
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    return problem(InvalidRequest(key=key, reason=first["msg"]), language_of(request.headers))
+
+
+async def on_http_error(request: Request, error: Exception) -> Response:
+    """Answer an unknown path or method, and what may be asked of a path (OPTIONS)."""
+    assert isinstance(error, HTTPException)
+    methods = _methods(request)
+    if methods and request.method == "OPTIONS":
+        return Response(status_code=HTTPStatus.NO_CONTENT, headers={"Allow": methods})
+    refusal = InvalidRequest(key=f"{request.method} {request.url.path}", reason=error.detail)
+    answer = problem(refusal, language_of(request.headers), error.status_code)
+    answer.headers.update(error.headers or {})
+    if methods:
+        answer.headers["Allow"] = methods
+    return answer
+
+
+def _methods(request: Request) -> str:
+    """Return what may be asked of the path of a request, "" where there is no such path."""
+    found: set[str] = set()
+    for route in request.app.routes:
+        if isinstance(route, Route) and route.matches(request.scope)[0] is not Match.NONE:
+            found |= route.methods or set()
+    if "GET" in found:
+        found.add("HEAD")
+    return ", ".join(sorted(found | {"OPTIONS"})) if found else ""

@@ -1,0 +1,117 @@
+"""Input and output of every route: path numbers, bodies read as messages, answers as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
+
+from fastapi import Depends, Path, Request, Response
+from pydantic import TypeAdapter, ValidationError
+
+from maya_un.errors import InvalidRequest, InvalidValue, MayaError
+from maya_un.http.authentication import source_of
+from maya_un.http.bridge import Bridge
+from maya_un.process.spec.documents import decode_object
+from maya_un.schema.encoding import to_json
+
+MOST = 2**53
+"""The greatest number that JSON carries exactly."""
+
+JobNumber = Annotated[int, Path(ge=1, le=MOST, description="number of a job")]
+"""The number of a job."""
+
+
+LONG = 16_384
+"""Longest body that is parsed in the loop [bytes]; only bodies with jobs may be longer."""
+
+
+class BodyReader:
+    """Reads the object that a request carries as one of `kinds`; a route depends on it by `sent`.
+
+    `choose` tells which kind an object is where there are several. With `optional` no body means an empty object.
+    """
+
+    def __init__(self, *kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool) -> None:
+        self.kinds = kinds
+        self.optional = optional
+        self.choose = choose
+        self._adapters: dict[type, TypeAdapter[Any]] = {kind: TypeAdapter(kind) for kind in kinds}
+
+    async def __call__(self, request: Request) -> Any:
+        """Return what the request carries; raises `InvalidRequest` and `InvalidValue`."""
+        body = await request.body()
+        if not body.strip() and self.optional:
+            body = b"{}"
+        found = decode_object(body)
+        kind = self.kinds[0] if self.choose is None else self.choose(found)
+        try:
+            return self._adapters[kind].validate_json(body, strict=True)
+        except ValidationError as error:
+            raise refusal(error) from error
+
+
+def refusal(error: ValidationError) -> MayaError:
+    """Return our error for the first flaw that pydantic found."""
+    first = error.errors(include_url=False)[0]
+    key = ".".join(str(part) for part in first["loc"]) or "body"
+    match first["type"]:
+        case "missing":
+            return InvalidRequest(key=key, reason="it is missing")
+        case "unexpected_keyword_argument" | "extra_forbidden":
+            return InvalidRequest(key=key, reason="there is no such key")
+        case _:
+            words = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
+            return InvalidValue(key=key, value=repr(first["input"])[:64], reason=f"it {words}")
+
+
+def sent(*kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool = False) -> Any:
+    """Return the dependency of a route on the message that its request carries."""
+    return Depends(BodyReader(*kinds, choose=choose, optional=optional), use_cache=False)
+
+
+class RawBody:
+    """Hands on what a request carries, for whoever understands it; `schema` describes it."""
+
+    def __init__(self, schema: Mapping[str, Any]) -> None:
+        self.schema = schema
+
+
+class ParsedBody(RawBody):
+    """Parses the object of a request; a worker parses one longer than `LONG`."""
+
+    async def __call__(self, request: Request) -> dict[str, Any]:
+        """Return what the request carries; raises `InvalidRequest`."""
+        body = await request.body()
+        if len(body) <= LONG:
+            return decode_object(body)
+        bridge: Bridge = request.app.state.bridge
+        return await bridge.asked(lambda service: service.previews.decoded(body, source_of(request)))
+
+
+class LongBody(RawBody):
+    """Parses the object of a request; passes one longer than `LONG` on as bytes, for a worker."""
+
+    async def __call__(self, request: Request) -> dict[str, Any] | bytes:
+        """Return the object, or the bytes; raises `InvalidRequest`."""
+        body = await request.body()
+        return body if len(body) > LONG else decode_object(body)
+
+
+def sent_long(schema: Mapping[str, Any]) -> Any:
+    """Return the dependency of a route on an object that may be long."""
+    return Depends(LongBody(schema), use_cache=False)
+
+
+def sent_as_written(schema: Mapping[str, Any]) -> Any:
+    """Return the dependency of a route on an object that is read further in."""
+    return Depends(ParsedBody(schema), use_cache=False)
+
+
+def answer(value: object, status: int = 200) -> Response:
+    """Return a message as an answer."""
+    return as_json(to_json(value), status)
+
+
+def as_json(data: bytes, status: int = 200) -> Response:
+    """Return an answer from JSON text."""
+    return Response(data, status, media_type="application/json")

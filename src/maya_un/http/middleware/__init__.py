@@ -1,0 +1,1 @@
+"""Middleware: origin policy, limits, access log, and checks before every request."""

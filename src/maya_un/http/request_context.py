@@ -1,0 +1,125 @@
+"""The context of a request: its caller, its operation, and its answer."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Annotated, TypeVar
+
+from fastapi import Depends, Request
+
+from maya_un.errors import Cancelled, InvalidRequest, MayaError
+from maya_un.http.authentication import Rights, caller_of
+from maya_un.http.bridge import Bridge
+from maya_un.http.routing import RouteRule, rule_of
+from maya_un.service.access.operations import Caller, Operation, allowed, require
+from maya_un.service.service import Service
+
+T = TypeVar("T")
+
+
+class RequestContext:
+    """Asks the service on behalf of `caller` for what the route is for; `subject` says in the audit log about what."""
+
+    def __init__(
+        self, request: Request, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...], subject: str
+    ) -> None:
+        self._request = request
+        self._bridge = bridge
+        self._operations = operations
+        self._subject = subject
+        self.caller = caller
+
+    async def __call__(self, wish: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
+        """Return what `wish` answers.
+
+        It is asked for as the first of `operations`, without any of all that the route is for, which the caller's role
+        includes; where it includes none, as the last, which is refused.
+        """
+        of = operations or self._operations
+        chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
+        return await self._bridge.call(self.caller, chosen, wish, self._subject)
+
+    async def unless_left(self, wish: Callable[[Service], Awaitable[T]]) -> T:
+        """Return the answer of `wish`; if the client disconnects, cancel it and raise `Cancelled`.
+
+        The body of the request must have been read.
+        """
+        asked = asyncio.ensure_future(self(wish))
+        left = asyncio.ensure_future(self._left())
+        try:
+            await asyncio.wait({asked, left}, return_when=asyncio.FIRST_COMPLETED)
+            if not asked.done():
+                raise Cancelled
+            return asked.result()
+        finally:
+            asked.cancel()
+            left.cancel()
+            await asyncio.wait({asked, left})
+
+    async def while_allowed(self, answer: Awaitable[T], operation: Operation) -> T:
+        """Return an answer that takes long; raises `NotSignedIn`, `NotAllowed` when the caller's rights end before."""
+        asked = asyncio.ensure_future(answer)
+        ended: asyncio.Future[MayaError] = asyncio.get_running_loop().create_future()
+
+        def changed(now: Caller | MayaError) -> None:
+            refusal = _refusal(now, operation)
+            if refusal is not None and not ended.done():
+                ended.set_result(refusal)
+
+        rights: Rights = self._request.app.state.rights
+        try:
+            with rights.watched(lambda: self.caller, changed):
+                await asyncio.wait({asked, ended}, return_when=asyncio.FIRST_COMPLETED)
+            if not asked.done():
+                raise ended.result()
+            return asked.result()
+        finally:
+            asked.cancel()
+            await asyncio.wait({asked})
+
+    async def _left(self) -> None:
+        while (await self._request.receive())["type"] != "http.disconnect":
+            pass
+
+
+def _refusal(now: Caller | MayaError, operation: Operation) -> MayaError | None:
+    """Return why a caller may not do something any more, None if he may."""
+    if isinstance(now, MayaError):
+        return now
+    try:
+        require(now, operation)
+    except MayaError as refusal:
+        return refusal
+    return None
+
+
+async def _asking(request: Request) -> RequestContext:
+    rule = rule_of(request)
+    bridge: Bridge = request.app.state.bridge
+    caller = await caller_of(request, bridge, rule.operations)
+    request.state.who = caller.name
+    subject = _subject(request)
+    if not any(allowed(caller.role, operation) for operation in rule.operations):
+        await bridge.call(caller, rule.operations[-1], _nothing, subject)  # refused there, before anything is read
+    _refuse_unknown(request, rule)
+    return RequestContext(request, bridge, caller, rule.operations, subject)
+
+
+async def _nothing(_service: Service) -> None:
+    """Ask for nothing."""
+
+
+def _subject(request: Request) -> str:
+    """Return what a request is about, where its path names it: "job 17"."""
+    return " ".join(f"{kind} {name}" for kind, name in request.path_params.items())
+
+
+def _refuse_unknown(request: Request, rule: RouteRule) -> None:
+    for key in request.query_params:
+        if key not in rule.query:
+            raise InvalidRequest(key=f"query.{key}", reason=f"known here: {', '.join(rule.query) or 'none'}")
+
+
+Ask = Annotated[RequestContext, Depends(_asking)]
+"""The context of a request, through which a route calls the service."""

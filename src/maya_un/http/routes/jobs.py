@@ -1,0 +1,239 @@
+"""Routes of jobs: submit, list, show, cancel and preview them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from fastapi import Depends, Header, Query, Response
+from pydantic import Field
+
+from maya_un.errors import (
+    Faulted,
+    InvalidJob,
+    KeyReused,
+    NotConnected,
+    NotFound,
+    TakesTooLong,
+    TooLarge,
+    TooMuchAsked,
+    UnknownName,
+    WorkerFailed,
+)
+from maya_un.http.exchange import MOST, JobNumber, answer, as_json, sent_as_written, sent_long
+from maya_un.http.openapi import JOB, TASK
+from maya_un.http.request_context import Ask
+from maya_un.http.routing import AT_REST, LONGEST_MOTION, Routes
+from maya_un.process.journal.protocol import Filter, JobOptions
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, TaskState
+from maya_un.schema.previews import JobInspection, JobPreview
+from maya_un.service.access.operations import Operation
+from maya_un.service.previews import MOST_SAMPLES
+
+_NUMBER = Annotated[int, Field(ge=1, le=MOST)]
+
+
+async def _options(
+    priority: Annotated[int, Query(ge=-100, le=100, description="the greater goes first")] = 0,
+    held: Annotated[bool, Query(description="waits for somebody to release it")] = False,
+    depends_on: Annotated[
+        list[_NUMBER], Query(max_length=100, description="begins after these jobs are done; may be repeated")
+    ] = [],  # noqa: B006
+    notes: Annotated[str, Query(max_length=1000)] = "",
+    on_failure: Annotated[OnFailure, Query(description="what the queue does after it failed")] = OnFailure.CONTINUE,
+    retries: Annotated[int, Query(ge=0, le=10, description="of a step that is harmless to repeat")] = 0,
+    stepwise: Annotated[bool, Query(description="the queue pauses after every step")] = False,
+) -> JobOptions:
+    return JobOptions(priority, held, tuple(depends_on), notes, on_failure, retries, stepwise)
+
+
+SubmitOptions = Annotated[JobOptions, Depends(_options)]
+"""The options in a request's query."""
+
+IdempotencyKey = Annotated[
+    str,
+    Header(
+        alias="Idempotency-Key",
+        max_length=200,
+        description="the same key and request once more are answered with the job that there is",
+    ),
+]
+"""The key that a request shows, "" without one."""
+
+
+async def _filter(
+    state: Annotated[list[TaskState], Query(max_length=20, description="in these states; may be repeated")] = [],  # noqa: B006
+    owner: Annotated[str | None, Query(max_length=200, description="of this owner")] = None,
+    text: Annotated[str, Query(max_length=200, description="with this in their name or notes")] = "",
+    below: Annotated[int | None, Query(ge=0, le=MOST, description="numbered below")] = None,
+    above: Annotated[int | None, Query(ge=0, le=MOST, description="numbered above")] = None,
+    limit: Annotated[int, Query(ge=1, le=1000, description="so many at most")] = 100,
+    order: Literal["newest", "oldest"] = "newest",
+) -> Filter:
+    return Filter(tuple(state), owner, text, below, above, order == "oldest", limit)
+
+
+Which = Annotated[Filter, Depends(_filter)]
+"""Which jobs a request is to list."""
+
+
+_TAG = "jobs"
+
+JobBody = Annotated[dict[str, Any] | bytes, sent_long(JOB)]
+TaskBody = Annotated[dict[str, Any], sent_as_written(TASK)]
+
+_JOBS = {
+    "one cube": {
+        "name": "one cube",
+        "parts": {"cube": [0.5, 1.1]},
+        "places": {"tray": [1.1, 0.5]},
+        "steps": ["home", {"pick": "cube"}, {"place": "tray"}],
+    }
+}
+_TASKS = {
+    "home": {"command": "home"},
+    "pick": {"command": "pick", "target": [0.5, 1.1]},
+    "a cell": {"command": "place", "target": "tray[1,2]"},
+    "joints": {"command": "move", "joints": [0.5, 1.5, 1.6]},
+    "gripper": {"command": "gripper", "open": True},
+}
+_REFUSED = (InvalidJob, UnknownName)
+_WORKED_OUT = (TooMuchAsked, TakesTooLong, TooLarge, WorkerFailed)
+_BOUNDED = (*_REFUSED, *_WORKED_OUT)
+_NOT_TAKEN = (*_REFUSED, KeyReused, NotConnected, Faulted)
+_SUBMITTING = (Operation.SUBMIT, Operation.PROPOSE)
+
+
+def add_jobs(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add(
+        "POST",
+        "/v1/jobs",
+        *_SUBMITTING,
+        tag=_TAG,
+        gives=JobAccepted,
+        status=202,
+        refuses=(*_NOT_TAKEN, *_WORKED_OUT),
+        examples=_JOBS,
+    )
+    async def submit(ask: Ask, job: JobBody, options: SubmitOptions, key: IdempotencyKey = "") -> Response:
+        """Append a job to the queue; it is stored when the answer comes."""
+        accepted = ask(lambda service: service.submit(job, by=ask.caller, options=options, key=key))
+        return answer(await accepted, 202)
+
+    @routes.add("GET", "/v1/jobs", Operation.READ, tag=_TAG, gives=list[JobLine], client="history.page")
+    async def jobs(ask: Ask, which: Which) -> Response:
+        """Return a page of jobs, including those that ended long ago: newest first by default.
+
+        Filter by states, owner, words in the name or notes, and numbers `below` and `above`.
+        """
+        return answer(await ask(lambda service: service.history.page(which)))
+
+    @routes.add(
+        "GET",
+        "/v1/jobs/{job}",
+        Operation.READ,
+        tag=_TAG,
+        gives=JobReport,
+        refuses=(NotFound, *_WORKED_OUT),
+        client="report",
+    )
+    async def report(ask: Ask, job: JobNumber) -> Response:
+        """Return the report of a job, step by step."""
+        return answer(await ask(lambda service: service.job(job)))
+
+    @routes.add(
+        "GET",
+        "/v1/jobs/{job}/body",
+        Operation.READ,
+        tag=_TAG,
+        gives=dict[str, Any],
+        refuses=(NotFound,),
+        client="history.body",
+    )
+    async def job_body(ask: Ask, job: JobNumber) -> Response:
+        """Return a job as it was submitted, or the primitive that it is."""
+        return answer(await ask(lambda service: service.history.body(job)))
+
+    @routes.add(
+        "DELETE",
+        "/v1/jobs/{job}",
+        Operation.CANCEL,
+        Operation.PROPOSE,
+        tag=_TAG,
+        gives=JobReport,
+        refuses=(NotFound,),
+        client="cancel",
+        patience=AT_REST,
+    )
+    async def cancel(ask: Ask, job: JobNumber) -> Response:
+        """Cancel a job; a running job stops on its path. The answer comes when it is at rest."""
+        return answer(await ask(lambda service: service.cancel(job, by=ask.caller)))
+
+
+def add_previews(routes: Routes) -> None:
+    """Add the paths that tell what a job would be."""
+
+    @routes.add(
+        "POST",
+        "/v1/preview",
+        Operation.PREVIEW,
+        tag=_TAG,
+        gives=JobPreview,
+        refuses=_BOUNDED,
+        examples=_JOBS,
+        patience=AT_REST,
+    )
+    async def preview(ask: Ask, job: JobBody) -> Response:
+        """Return what a job would do, step by step: times, heights, and the first refusal; nothing moves."""
+        return as_json(await ask.unless_left(lambda service: service.previews.preview(job, by=ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/inspect",
+        Operation.PREVIEW,
+        tag=_TAG,
+        gives=JobInspection,
+        refuses=_BOUNDED,
+        examples=_JOBS,
+        patience=AT_REST,
+    )
+    async def inspect(ask: Ask, job: JobBody, samples: Annotated[int, Query(ge=2, le=MOST_SAMPLES)] = 200) -> Response:
+        """Return what a job would do in detail: profiles of the axes, least margins, the longest stop; nothing moves.
+
+        Each motion has so many `samples`.
+        """
+        told = ask.unless_left(lambda service: service.previews.inspect(job, samples=samples, by=ask.caller))
+        return as_json(await told)
+
+
+def add_tasks(routes: Routes) -> None:
+    """Add the path of single primitives."""
+
+    @routes.add(
+        "POST",
+        "/v1/tasks",
+        Operation.WISH,
+        *_SUBMITTING,
+        tag=_TAG,
+        gives=JobReport,
+        status=202,
+        also=(200,),
+        refuses=_NOT_TAKEN,
+        examples=_TASKS,
+        patience=LONGEST_MOTION,
+    )
+    async def task(
+        ask: Ask, primitive: TaskBody, options: SubmitOptions, wait: bool = False, key: IdempotencyKey = ""
+    ) -> Response:
+        """Append a primitive to the queue as a job of one step.
+
+        With `wait`, which needs the control lease, the answer comes when it has ended.
+        """
+        operations = (Operation.WISH,) if wait else _SUBMITTING
+        told = ask(
+            lambda service: service.wish(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations
+        )
+        if not wait:
+            return answer(await told, 202)
+        return answer(await ask.while_allowed(told, Operation.WISH))

@@ -1,0 +1,250 @@
+"""Routes of people: sessions, users, tokens and the control lease."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Request, Response
+
+from maya_un.errors import (
+    LeaseHeld,
+    LeaseLost,
+    LeaseNeeded,
+    NameTaken,
+    NotFound,
+    NotSignedIn,
+    StorageFailed,
+    TooManyRequests,
+    UnknownName,
+)
+from maya_un.http.authentication import source_of
+from maya_un.http.bridge import Bridge
+from maya_un.http.exchange import answer, sent
+from maya_un.http.request_context import Ask
+from maya_un.http.routing import Routes
+from maya_un.schema.bodies import Offering, Removed, SigningIn, Taking, TokenWish, UserChange, UserWish
+from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
+from maya_un.service.access.operations import Operation
+
+_TAG = "lease"
+_OWN_LEASE = (LeaseLost, LeaseNeeded, LeaseHeld)
+
+TakingBody = Annotated[Taking, sent(Taking, optional=True)]
+OfferingBody = Annotated[Offering, sent(Offering)]
+
+
+def add_lease(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/lease", Operation.READ, tag=_TAG, gives=LeaseView, client="lease.view")
+    async def lease(ask: Ask) -> Response:
+        """Return who has the control lease, for how long and why, and whether it is the caller."""
+        return answer(await ask(lambda service: service.lease.view(ask.caller)))
+
+    notes = {"with a note": {"note": "aligning the tray"}, "from whoever holds it": {"force": True}}
+
+    @routes.add(
+        "POST",
+        "/v1/lease",
+        Operation.LEND,
+        Operation.LEASE,
+        tag=_TAG,
+        gives=LeaseTaken,
+        refuses=(LeaseHeld,),
+        examples=notes,
+    )
+    async def take_lease(ask: Ask, body: TakingBody) -> Response:
+        """Take the control lease; show the `id` of the answer as header `Maya-Lease`."""
+        taken = ask(
+            lambda service: service.lease.take(ask.caller, note=body.note, patience=body.patience, force=body.force)
+        )
+        return answer(await taken)
+
+    @routes.add("POST", "/v1/lease/renew", Operation.RENEW, tag=_TAG, gives=LeaseView, refuses=_OWN_LEASE)
+    async def renew_lease(ask: Ask) -> Response:
+        """Renew the control lease."""
+        return answer(await ask(lambda service: service.lease.renew(ask.caller)))
+
+    @routes.add("DELETE", "/v1/lease", Operation.LEASE, tag=_TAG, gives=LeaseView, refuses=_OWN_LEASE)
+    async def release_lease(ask: Ask) -> Response:
+        """Release the control lease."""
+        return answer(await ask(lambda service: service.lease.release(ask.caller)))
+
+    offers = {"to a student": {"to": "ana"}}
+    offering = (LeaseHeld, UnknownName)
+
+    @routes.add(
+        "POST",
+        "/v1/lease/offer",
+        Operation.LEND,
+        tag=_TAG,
+        gives=LeaseView,
+        refuses=offering,
+        examples=offers,
+        client="lease.offer",
+    )
+    async def offer_lease(ask: Ask, body: OfferingBody) -> Response:
+        """Offer the control lease to a user, who may take it within a minute."""
+        return answer(await ask(lambda service: service.lease.offer(body.to, ask.caller)))
+
+    @routes.add("POST", "/v1/lease/ask", Operation.LEASE, tag=_TAG, gives=LeaseView, client="lease.ask")
+    async def ask_for_lease(ask: Ask) -> Response:
+        """Ask the holder for the control lease."""
+        return answer(await ask(lambda service: service.lease.ask(ask.caller)))
+
+
+_ME = "oneself"
+_USERS = "users"
+_OWN = (Operation.USERS, Operation.ME)
+
+SigningInBody = Annotated[SigningIn, sent(SigningIn)]
+UserBody = Annotated[UserWish, sent(UserWish)]
+ChangeBody = Annotated[UserChange, sent(UserChange)]
+TokenBody = Annotated[TokenWish, sent(TokenWish, optional=True)]
+
+
+def add_sessions(routes: Routes, bridge: Bridge) -> None:
+    """Add the paths of whoever asks."""
+
+    @routes.add("GET", "/v1/me", Operation.READ, tag=_ME, gives=Me, client="users.me")
+    async def me(ask: Ask) -> Response:
+        """Return the caller: name, role, token and source."""
+        return answer(await ask(lambda service: service.users.me(ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/session",
+        tag=_ME,
+        gives=NewToken,
+        refuses=(NotSignedIn, TooManyRequests, StorageFailed),
+        examples={"by name and password": {"name": "ana", "password": "correct horse battery"}},
+        client="users.sign_in",
+    )
+    async def sign_in(request: Request, body: SigningInBody) -> Response:
+        """Sign in by name and password; return the token of the session."""
+        source = source_of(request)
+        return answer(await bridge.asked(lambda service: service.users.sign_in(body.name, body.password, source)))
+
+    @routes.add(
+        "DELETE",
+        "/v1/session",
+        Operation.ME,
+        tag=_ME,
+        gives=Removed,
+        refuses=(NotFound, StorageFailed),
+        client="users.sign_out",
+    )
+    async def sign_out(ask: Ask) -> Response:
+        """Sign out: revoke the token shown."""
+        await ask(lambda service: service.users.sign_out(ask.caller))
+        return answer(Removed(ask.caller.token))
+
+
+def add_users(routes: Routes) -> None:
+    """Add the paths of users."""
+
+    @routes.add("GET", "/v1/users", Operation.USERS, tag=_USERS, gives=list[UserLine], client="users.all")
+    async def users(ask: Ask) -> Response:
+        """Return all users."""
+        return answer(await ask(lambda service: service.users.list()))
+
+    @routes.add(
+        "POST",
+        "/v1/users",
+        Operation.USERS,
+        tag=_USERS,
+        gives=NewToken,
+        status=201,
+        refuses=(NameTaken, StorageFailed),
+        examples={"a student": {"name": "ana", "role": "student"}},
+        client="users.add",
+    )
+    async def add_user(ask: Ask, body: UserBody) -> Response:
+        """Add a user; return the first token, which is shown only now."""
+        return answer(await ask(lambda service: service.users.add(body.name, body.role, body.password)), 201)
+
+    @routes.add(
+        "PATCH",
+        "/v1/users/{name}",
+        *_OWN,
+        tag=_USERS,
+        gives=UserLine,
+        refuses=(UnknownName, StorageFailed),
+        examples={
+            "another role": {"role": "operator"},
+            "another password of one's own": {"old": "correct horse battery", "password": "four words are enough"},
+        },
+        client="users.change",
+    )
+    async def change_user(ask: Ask, name: str, body: ChangeBody) -> Response:
+        """Change a user's role or password; every user may change their own password.
+
+        An empty password removes it. Users without the role admin give their `old` password too.
+        """
+        changed = ask(
+            lambda service: service.users.change(
+                name, role=body.role, password=body.password, old=body.old, by=ask.caller
+            )
+        )
+        return answer(await changed)
+
+    @routes.add(
+        "DELETE",
+        "/v1/users/{name}",
+        Operation.USERS,
+        tag=_USERS,
+        gives=Removed,
+        refuses=(UnknownName, StorageFailed),
+        client="users.remove",
+    )
+    async def remove_user(ask: Ask, name: str) -> Response:
+        """Remove a user and all tokens of that user."""
+        await ask(lambda service: service.users.remove(name))
+        return answer(Removed(name))
+
+
+def add_tokens(routes: Routes) -> None:
+    """Add the paths of tokens."""
+
+    @routes.add(
+        "GET",
+        "/v1/users/{name}/tokens",
+        *_OWN,
+        tag=_USERS,
+        gives=list[TokenLine],
+        refuses=(UnknownName,),
+        client="users.tokens",
+    )
+    async def tokens(ask: Ask, name: str) -> Response:
+        """Return the tokens of a user, without their secrets."""
+        return answer(await ask(lambda service: service.users.tokens(name, ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/users/{name}/tokens",
+        *_OWN,
+        tag=_USERS,
+        gives=NewToken,
+        status=201,
+        refuses=(UnknownName, StorageFailed),
+        examples={"for a term": {"note": "notebook", "expires": "2099-01-31"}},
+        client="users.add_token",
+    )
+    async def add_token(ask: Ask, name: str, body: TokenBody) -> Response:
+        """Create a token for a user; it is shown only now."""
+        made = ask(lambda service: service.users.token(name, note=body.note, expires=body.expires, by=ask.caller))
+        return answer(await made, 201)
+
+    @routes.add(
+        "DELETE",
+        "/v1/tokens/{token}",
+        *_OWN,
+        tag=_USERS,
+        gives=Removed,
+        refuses=(NotFound, StorageFailed),
+        client="users.revoke_token",
+    )
+    async def revoke_token(ask: Ask, token: str) -> Response:
+        """Revoke a token at once."""
+        await ask(lambda service: service.users.revoke(token, ask.caller))
+        return answer(Removed(token))

@@ -1,0 +1,260 @@
+"""Routes of places: the workspace, zones, taught poses and pallets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, TypeVar
+
+from fastapi import Query, Response
+
+from maya_un.config import Config
+from maya_un.config.model import AnyZone, ZoneConfig
+from maya_un.errors import (
+    Busy,
+    FileUnreadable,
+    FileUnwritable,
+    InvalidRequest,
+    NameTaken,
+    NotConnected,
+    NotFound,
+    NotHomed,
+    NotTaught,
+    Unreachable,
+)
+from maya_un.http.dates import now
+from maya_un.http.exchange import answer, sent, sent_as_written
+from maya_un.http.openapi import GRID, ZONE
+from maya_un.http.request_context import Ask
+from maya_un.http.routing import Routes
+from maya_un.schema.bodies import Forgotten, Name, Removed
+from maya_un.schema.jobs import PalletInfo, TaughtPose
+from maya_un.schema.previews import Reach
+from maya_un.service.access.operations import Operation
+from maya_un.service.places import TeachingService
+from maya_un.service.service import Service
+from maya_un.values import FARTHEST, Joints, Point
+
+_WORKSPACE = "looking"
+
+Length = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="m")]
+Angle = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="rad")]
+
+
+def add_geometry(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/config", Operation.READ, tag=_WORKSPACE, gives=Config, client="config")
+    async def config(ask: Ask) -> Response:
+        """Return all constants of the machine, with the zones of this run."""
+        return answer(await ask(_in_force))
+
+    @routes.add("GET", "/v1/reach", Operation.READ, tag=_WORKSPACE, gives=Reach, client="reach")
+    async def reach(ask: Ask, x: Length, y: Length, z: Length) -> Response:
+        """Return whether a point [m] can be reached; if not, why, and the nearest point that can."""
+        return answer(await ask.unless_left(lambda service: service.previews.reach(Point(x, y, z), ask.caller)))
+
+    @routes.add("GET", "/v1/fk", Operation.READ, tag=_WORKSPACE, gives=Point, refuses=(Unreachable,), client="fk")
+    async def fk(ask: Ask, a: Angle, b: Length, c: Length) -> Response:
+        """Return the gripper point [m] of joints (rad, m, m)."""
+        return answer(await ask(lambda service: service.previews.fk(Joints(a, b, c), ask.caller)))
+
+    @routes.add("GET", "/v1/ik", Operation.READ, tag=_WORKSPACE, gives=Joints, refuses=(Unreachable,), client="ik")
+    async def ik(ask: Ask, x: Length, y: Length, z: Length) -> Response:
+        """Return the joints (rad, m, m) that hold the gripper at a point [m]."""
+        return answer(await ask(lambda service: service.previews.ik(Point(x, y, z), ask.caller)))
+
+
+async def _in_force(service: Service) -> Config:
+    return service.config().model_copy(update={"zones": tuple(await service.zones())})
+
+
+_ZONES = "zones"
+
+ZoneBody = Annotated[dict[str, Any], sent_as_written(ZONE)]
+
+_BOXES = {"a box": {"kind": "box", "low": [0.1, 1.0, 0.0], "high": [0.3, 1.5, 0.6]}}
+
+
+def add_zones(routes: Routes) -> None:
+    """Add the paths of zones."""
+
+    @routes.add("GET", "/v1/zones", Operation.READ, tag=_ZONES, gives=list[ZoneConfig], client="zones.all")
+    async def zones(ask: Ask) -> Response:
+        """Return the zones that the robot keeps out of."""
+        return answer(await ask(lambda service: service.zones()))
+
+    @routes.add(
+        "PUT", "/v1/zones/{name:path}", Operation.ZONES, tag=_ZONES, gives=AnyZone, refuses=(Busy,), examples=_BOXES
+    )
+    async def put_zone(ask: Ask, name: str, body: ZoneBody) -> Response:
+        """Add a zone to keep out of, for this run.
+
+        It replaces a zone of the same name.
+        """
+        if body.get("name", name) != name:
+            raise InvalidRequest(key="name", reason="it is another than that of the path")
+        return answer(await ask(lambda service: service.set_zone({**body, "name": name})))
+
+    @routes.add(
+        "DELETE",
+        "/v1/zones/{name:path}",
+        Operation.ZONES,
+        tag=_ZONES,
+        gives=Removed,
+        refuses=(NotFound, Busy),
+        client="zones.allow",
+    )
+    async def remove_zone(ask: Ask, name: str) -> Response:
+        """Remove a zone, for this run."""
+        await ask(lambda service: service.remove_zone(name))
+        return answer(Removed(name))
+
+
+T = TypeVar("T")
+
+NameBody = Annotated[Name, sent(Name)]
+GridBody = Annotated[dict[str, Any], sent_as_written(GRID)]
+
+_NAMES = {"another name": {"name": "shelf"}}
+_GRIDS = {"three by four": {"corners": ["pose", [0.6, 1.0, 0.4], [0.4, 1.2, 0.4]], "rows": 3, "columns": 4}}
+_READING = (FileUnreadable,)
+_ONE = (NotTaught, FileUnreadable)
+_TAKING = (NameTaken, FileUnreadable, FileUnwritable)
+
+
+def add_poses(routes: Routes) -> None:
+    """Add the paths of poses."""
+    tag = "poses"
+
+    @routes.add(
+        "GET", "/v1/poses", Operation.READ, tag=tag, gives=list[TaughtPose], refuses=_READING, client="poses.all"
+    )
+    async def poses(ask: Ask) -> Response:
+        """Return all taught poses, in the order in which they were taught."""
+        return answer(await _taught(ask, TeachingService.poses))
+
+    @routes.add(
+        "GET", "/v1/poses/{name:path}", Operation.READ, tag=tag, gives=TaughtPose, refuses=_ONE, client="poses.get"
+    )
+    async def pose(ask: Ask, name: str) -> Response:
+        """Return a taught pose; raises `NotTaught`."""
+        return answer(await _taught(ask, lambda book: book.pose(name)))
+
+    teaching = (*_TAKING, NotConnected, NotHomed, Busy)
+
+    @routes.add(
+        "PUT",
+        "/v1/poses/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=TaughtPose,
+        refuses=teaching,
+        client="poses.teach",
+    )
+    async def teach(ask: Ask, name: str, replace: bool = False) -> Response:
+        """Store the present position of the robot under a name.
+
+        Raises `NameTaken` unless `replace` is true.
+        """
+        return answer(await _taught(ask, lambda book: book.teach(name, now(), replacing=replace)))
+
+    @routes.add(
+        "PATCH",
+        "/v1/poses/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=TaughtPose,
+        refuses=(NotTaught, *_TAKING),
+        examples=_NAMES,
+        client="poses.rename",
+    )
+    async def rename(ask: Ask, name: str, body: NameBody) -> Response:
+        """Rename a pose."""
+        return answer(await _taught(ask, lambda book: book.rename_pose(name, body.name)))
+
+    forgetting = (*_ONE, FileUnwritable)
+
+    @routes.add(
+        "DELETE",
+        "/v1/poses/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=Forgotten,
+        refuses=forgetting,
+        client="poses.forget",
+    )
+    async def forget(ask: Ask, name: str) -> Response:
+        """Delete a pose."""
+        await _taught(ask, lambda book: book.forget_pose(name))
+        return answer(Forgotten(name))
+
+
+def add_pallets(routes: Routes) -> None:
+    """Add the paths of pallets."""
+    tag = "pallets"
+
+    @routes.add(
+        "GET", "/v1/pallets", Operation.READ, tag=tag, gives=list[PalletInfo], refuses=_READING, client="pallets.all"
+    )
+    async def pallets(ask: Ask) -> Response:
+        """Return all taught pallets, in the order in which they were taught."""
+        return answer(await _taught(ask, TeachingService.pallets))
+
+    @routes.add(
+        "GET", "/v1/pallets/{name:path}", Operation.READ, tag=tag, gives=PalletInfo, refuses=_ONE, client="pallets.get"
+    )
+    async def pallet(ask: Ask, name: str) -> Response:
+        """Return a taught pallet; raises `NotTaught`."""
+        return answer(await _taught(ask, lambda book: book.pallet(name)))
+
+    @routes.add(
+        "PUT",
+        "/v1/pallets/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=PalletInfo,
+        refuses=(NotTaught, *_TAKING),
+        examples=_GRIDS,
+    )
+    async def teach_pallet(ask: Ask, name: str, grid: GridBody, replace: bool = False) -> Response:
+        """Store a grid, spanned by its corners, under a name."""
+        return answer(await _taught(ask, lambda book: book.teach_pallet(name, grid, now(), replacing=replace)))
+
+    @routes.add(
+        "PATCH",
+        "/v1/pallets/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=PalletInfo,
+        refuses=(NotTaught, *_TAKING),
+        examples=_NAMES,
+        client="pallets.rename",
+    )
+    async def rename_pallet(ask: Ask, name: str, body: NameBody) -> Response:
+        """Rename a pallet."""
+        return answer(await _taught(ask, lambda book: book.rename_pallet(name, body.name)))
+
+    forgetting = (*_ONE, FileUnwritable)
+
+    @routes.add(
+        "DELETE",
+        "/v1/pallets/{name:path}",
+        Operation.TEACH,
+        tag=tag,
+        gives=Forgotten,
+        refuses=forgetting,
+        client="pallets.forget",
+    )
+    async def forget_pallet(ask: Ask, name: str) -> Response:
+        """Delete a pallet; the poses at its corners stay."""
+        await _taught(ask, lambda book: book.forget_pallet(name))
+        return answer(Forgotten(name))
+
+
+async def _taught(ask: Ask, wish: Callable[[TeachingService], T]) -> T:
+    """Carry out a request to the service's teaching in its loop."""
+
+    async def carried_out(service: Service) -> T:
+        return wish(service.teaching)
+
+    return await ask(carried_out)

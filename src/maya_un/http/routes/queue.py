@@ -1,0 +1,239 @@
+"""Routes of the queue: show, pause and reorder it, and decide about interrupted jobs."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable
+from typing import Annotated, Any
+
+from fastapi import Query, Response
+
+from maya_un.errors import (
+    AnswerNeeded,
+    CannotPause,
+    Faulted,
+    InvalidJob,
+    JobChanged,
+    NotConnected,
+    NotFound,
+    NotHomed,
+    PathRefused,
+    UnknownName,
+    Unreachable,
+    WrongState,
+)
+from maya_un.http.exchange import JobNumber, answer, sent, sent_as_written
+from maya_un.http.openapi import CHANGES
+from maya_un.http.request_context import Ask
+from maya_un.http.routing import AT_REST, Routes
+from maya_un.schema.bodies import Again, Moving, Pausing, Recovering
+from maya_un.schema.jobs import JobLine, QueueView, Recovery
+from maya_un.service.access.operations import Operation
+from maya_un.service.service import Service
+
+_QUEUE = "queue"
+_JOBS = "jobs"
+_CHANGING = (Operation.CHANGE_JOB, Operation.PROPOSE)
+_NO_SUCH = (NotFound, WrongState)
+
+PausingBody = Annotated[Pausing, sent(Pausing, optional=True)]
+RecoveringBody = Annotated[Recovering, sent(Recovering)]
+MovingBody = Annotated[Moving, sent(Moving)]
+AgainBody = Annotated[Again, sent(Again, optional=True)]
+Version = Annotated[str, Query(max_length=64, description="of the report of this job; another is not released")]
+ChangesBody = Annotated[dict[str, Any], sent_as_written(CHANGES)]
+
+
+def add_queue(routes: Routes) -> None:
+    """Add the paths of the queue as a whole."""
+
+    @routes.add("GET", "/v1/queue", Operation.READ, tag=_QUEUE, gives=QueueView, client="queue.view")
+    async def queue(ask: Ask) -> Response:
+        """Return the queue now, with the first 50 waiting jobs."""
+        return answer(await ask(_view))
+
+    waits = {"after the step under way": {"when": "after step"}, "now": {"when": "now"}}
+
+    @routes.add(
+        "POST",
+        "/v1/queue/pause",
+        Operation.PAUSE,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(CannotPause,),
+        examples=waits,
+        client="queue.pause",
+        patience=AT_REST,
+    )
+    async def pause_queue(ask: Ask, body: PausingBody) -> Response:
+        """Pause the queue after the step under way.
+
+        With `when` "now", brake on the path and hold the step under way too.
+        """
+        return answer(await ask(lambda service: service.queue.pause(ask.caller, when=body.when)))
+
+    @routes.add(
+        "POST",
+        "/v1/queue/resume",
+        Operation.RESUME,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(AnswerNeeded,),
+        client="queue.resume",
+    )
+    async def resume_queue(ask: Ask) -> Response:
+        """Resume the queue, and the step that is held.
+
+        Raises `AnswerNeeded` while an interrupted job waits for a choice.
+        """
+        return answer(await ask(lambda service: service.queue.resume(ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/queue/step",
+        Operation.STEP,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(AnswerNeeded,),
+        client="queue.step",
+    )
+    async def step_queue(ask: Ask) -> Response:
+        """Carry out one step, then pause.
+
+        Raises `AnswerNeeded` while an interrupted job waits for a choice.
+        """
+        return answer(await ask(lambda service: service.queue.step(ask.caller)))
+
+    @routes.add(
+        "POST", "/v1/queue/clear", Operation.CLEAR, tag=_QUEUE, gives=QueueView, client="queue.clear", patience=AT_REST
+    )
+    async def clear_queue(ask: Ask) -> Response:
+        """Cancel all waiting jobs, including held ones; the job under way goes on."""
+        return answer(await ask(lambda service: service.queue.clear(ask.caller)))
+
+
+def add_recovery(routes: Routes) -> None:
+    """Add the paths of a job that was under way when this program last ended."""
+
+    @routes.add("GET", "/v1/queue/recovery", Operation.READ, tag=_QUEUE, gives=Recovery, refuses=(NotFound,))
+    async def recovery(ask: Ask) -> Response:
+        """Return the interrupted job that waits for a person, and the choices."""
+
+        async def found(service: Service) -> Recovery:
+            waiting = service.queue.view().recovery
+            if waiting is None:
+                raise NotFound(what="job", number="that was interrupted")
+            return waiting
+
+        return answer(await ask(found))
+
+    choices = {"again": {"choice": "redo", "holding": False}, "give it up": {"choice": "abort"}}
+
+    @routes.add(
+        "POST",
+        "/v1/queue/recovery",
+        Operation.RESTART,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(NotFound, AnswerNeeded, NotHomed, PathRefused, Unreachable),
+        examples=choices,
+        client="queue.recover",
+        patience=AT_REST,
+    )
+    async def choose_recovery(ask: Ask, body: RecoveringBody) -> Response:
+        """Choose what happens to the interrupted job: resume, redo, skip or abort.
+
+        `holding` tells whether the gripper holds a part, where only a person can see it. Raises `AnswerNeeded` if it is
+        needed, `NotFound` if nothing was interrupted, and the errors of motion.
+        """
+        chosen = ask(
+            lambda service: service.queue.recover(
+                body.choice, holding=body.holding, resume_queue=body.resume_queue, by=ask.caller
+            )
+        )
+        return answer(await chosen)
+
+
+def add_ordering(routes: Routes) -> None:
+    """Add the paths that change one job of the queue."""
+
+    @routes.add(
+        "PATCH",
+        "/v1/jobs/{job}",
+        *_CHANGING,
+        tag=_JOBS,
+        gives=JobLine,
+        refuses=(*_NO_SUCH, InvalidJob, UnknownName),
+        examples={"sooner": {"priority": 10, "notes": "before the visit"}},
+    )
+    async def change_job(ask: Ask, job: JobNumber, changes: ChangesBody) -> Response:
+        """Change a job: how it is queued, or its steps that have not begun."""
+        return answer(await ask(lambda service: service.queue.change(job, changes, ask.caller)))
+
+    @routes.add(
+        "POST", "/v1/jobs/{job}/hold", *_CHANGING, tag=_JOBS, gives=JobLine, refuses=_NO_SUCH, client="queue.hold"
+    )
+    async def hold_job(ask: Ask, job: JobNumber) -> Response:
+        """Hold a waiting job."""
+        return answer(await ask(lambda service: service.queue.hold(job, ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/jobs/{job}/release",
+        Operation.APPROVE,
+        tag=_JOBS,
+        gives=JobLine,
+        refuses=(*_NO_SUCH, JobChanged),
+        client="queue.release",
+    )
+    async def release_job(ask: Ask, job: JobNumber, version: Version = "") -> Response:
+        """Release a held job; for a proposal, this is the approval.
+
+        `version` is that of the report that was read: if the job has changed since, this raises `JobChanged`.
+        """
+        return answer(await ask(lambda service: service.queue.release(job, ask.caller, version=version)))
+
+    places = {"first of all": {"to": "first"}, "before another": {"before": 7}}
+
+    @routes.add(
+        "POST",
+        "/v1/jobs/{job}/move",
+        Operation.CHANGE_JOB,
+        tag=_JOBS,
+        gives=JobLine,
+        refuses=_NO_SUCH,
+        examples=places,
+        client="queue.move",
+    )
+    async def move_job(ask: Ask, job: JobNumber, body: MovingBody) -> Response:
+        """Move a waiting job `before` or `after` another one, or `to` the first or last place.
+
+        Give one of the three.
+        """
+
+        def moved(service: Service) -> Awaitable[JobLine]:
+            return service.queue.move(job, before=body.before, after=body.after, to=body.to, by=ask.caller)
+
+        return answer(await ask(moved))
+
+    @routes.add(
+        "POST",
+        "/v1/jobs/{job}/again",
+        Operation.SUBMIT,
+        Operation.PROPOSE,
+        tag=_JOBS,
+        gives=JobLine,
+        status=202,
+        refuses=(*_NO_SUCH, NotConnected, Faulted),
+        examples={"from the third step": {"from_step": 3}},
+        client="queue.again",
+    )
+    async def repeat_job(ask: Ask, job: JobNumber, body: AgainBody) -> Response:
+        """Queue an ended job once more, as a new job.
+
+        It begins at a step (from 1); by default, at the first that was not done.
+        """
+        return answer(await ask(lambda service: service.queue.again(job, from_step=body.from_step, by=ask.caller)), 202)
+
+
+async def _view(service: Service) -> QueueView:
+    return service.queue.view()

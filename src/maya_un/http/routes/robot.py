@@ -1,0 +1,139 @@
+"""Routes that move the robot, stop it or change its speed."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import Query, Response
+
+from maya_un.errors import (
+    Busy,
+    CannotPause,
+    ControllerMoves,
+    ControllerOwned,
+    Faulted,
+    NotConnected,
+    NothingToRecover,
+    NotHomed,
+    NotPaused,
+    PathRefused,
+    Stopped,
+    UnknownName,
+    Unreachable,
+)
+from maya_un.http.exchange import answer, sent
+from maya_un.http.request_context import Ask
+from maya_un.http.routing import AT_REST, HURRY, LONGEST_MOTION, Routes
+from maya_un.schema.bodies import Aborted, JogBy, JogHold, JogRelease, Recovered, Released, Resumed, Speed, kind_of_jog
+from maya_un.schema.robot import HeldJog, Jogged
+from maya_un.service.access.operations import Operation
+from maya_un.values import StopReport
+
+TakeOver = Annotated[bool, Query(description="take the controller, at rest, from the program that owns it")]
+_TAG = "moving"
+
+AnyJog = Annotated[JogBy | JogHold | JogRelease, sent(JogBy, JogHold, JogRelease, choose=kind_of_jog)]
+SpeedBody = Annotated[Speed, sent(Speed)]
+
+_JOGS = {
+    "by a distance": {"axis": "r", "distance": 0.02},
+    "while a key is held": {"axis": "r", "direction": 1, "hold": True},
+    "let go": {"hold": False},
+}
+_NO_MOTION = (UnknownName, NotConnected, Faulted, NotHomed, Busy, Stopped, Unreachable, PathRefused)
+
+
+def add_moving(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add(
+        "POST",
+        "/v1/jog",
+        Operation.JOG,
+        tag=_TAG,
+        gives=Jogged | HeldJog | Released,
+        refuses=_NO_MOTION,
+        examples=_JOGS,
+        patience=LONGEST_MOTION,
+    )
+    async def jog(ask: Ask, body: AnyJog) -> Response:
+        """Move along one axis by a distance, or for as long as the request is repeated.
+
+        The answer to a jog by a distance comes at its end.
+        """
+        if isinstance(body, JogBy):
+            how = body
+            moved = ask(lambda service: service.jog(how.axis, how.distance, speed=how.speed, clip=how.clip))
+            return answer(await moved)
+        if isinstance(body, JogHold):
+            held = body
+            return answer(await ask(lambda service: service.jog_hold(held.axis, held.direction, speed=held.speed)))
+        await ask(lambda service: service.jog_release())
+        return answer(Released())
+
+    @routes.add("POST", "/v1/stop", Operation.STOP, tag=_TAG, gives=StopReport, refuses=(NotConnected,), patience=HURRY)
+    async def stop(ask: Ask) -> Response:
+        """Stop on the path now; return how long and how far the robot still moves.
+
+        The queue is paused if jobs wait in it.
+        """
+        return answer(await ask(lambda service: service.stop()))
+
+    @routes.add("POST", "/v1/abort", Operation.ABORT, tag=_TAG, gives=Aborted, refuses=(NotConnected,), patience=HURRY)
+    async def abort(ask: Ask) -> Response:
+        """Stop without deceleration; the motors may go off, then `recover`."""
+        await ask(lambda service: service.abort())
+        return answer(Aborted())
+
+    pausing = (NotConnected, Faulted, CannotPause)
+
+    @routes.add("POST", "/v1/pause", Operation.PAUSE, tag=_TAG, gives=StopReport, refuses=pausing, client="pause")
+    async def pause(ask: Ask) -> Response:
+        """Stop on the path and hold all motion until `resume`.
+
+        Return how long and how far the robot still moves.
+        """
+        return answer(await ask(lambda service: service.pause()))
+
+    @routes.add(
+        "POST",
+        "/v1/resume",
+        Operation.RESUME,
+        tag=_TAG,
+        gives=Resumed,
+        refuses=(NotConnected, NotPaused),
+        client="resume",
+    )
+    async def resume(ask: Ask) -> Response:
+        """Resume motion after a pause."""
+        await ask(lambda service: service.resume())
+        return answer(Resumed())
+
+    @routes.add(
+        "POST", "/v1/speed", Operation.SPEED, tag=_TAG, gives=Speed, examples={"half": {"ratio": 0.5}}, client="speed"
+    )
+    async def speed(ask: Ask, body: SpeedBody) -> Response:
+        """Scale the speed of all motion by `ratio` (0.01 to 1), also of the motion under way."""
+        await ask(lambda service: service.speed(body.ratio))
+        return answer(body)
+
+    recovering = (NotConnected, NothingToRecover, ControllerOwned, ControllerMoves)
+
+    @routes.add(
+        "POST",
+        "/v1/recover",
+        Operation.RECOVER,
+        tag=_TAG,
+        gives=Recovered,
+        refuses=recovering,
+        client="recover",
+        patience=AT_REST,
+    )
+    async def recover(ask: Ask, take_over: TakeOver = False) -> Response:
+        """Clear a fault once its cause is gone; nothing moves.
+
+        If another program owns the controller, this raises `ControllerOwned`; `take_over` takes the controller from
+        that program instead, at rest.
+        """
+        await ask(lambda service: service.recover(take_over=take_over))
+        return answer(Recovered())

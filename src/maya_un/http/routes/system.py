@@ -1,0 +1,257 @@
+"""Routes of the system: readiness, status, events, metrics, recordings, audit log and backups."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated
+
+from fastapi import FastAPI, Query, Request, Response
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse
+
+from maya_un import __version__
+from maya_un.errors import (
+    EventsForgotten,
+    FileUnwritable,
+    MayaError,
+    NotConnected,
+    NotFound,
+    ServiceNotAnswering,
+    StorageDamaged,
+    StorageFailed,
+)
+from maya_un.http.bridge import Bridge
+from maya_un.http.dates import now
+from maya_un.http.exchange import MOST, answer
+from maya_un.http.language import language_of
+from maya_un.http.metrics import CONTENT_TYPE, JournalHealth, Metrics
+from maya_un.http.openapi import document
+from maya_un.http.request_context import Ask
+from maya_un.http.routing import AT_REST, Routes
+from maya_un.process.journal import backup
+from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.schema.encoding import to_json
+from maya_un.schema.jobs import QueueView
+from maya_un.schema.people import AuditLine
+from maya_un.schema.robot import EventMessage, Health, Kept, Readiness, Status, Table
+from maya_un.service.access.operations import Operation
+from maya_un.service.history import MOST_EVENTS
+from maya_un.service.service import Service
+from maya_un.values import Mode, Notice
+
+READINESS_TIMEOUT = 1.0
+"""The robot's loop answers within so long, or it is not ready [s, real time]."""
+
+
+async def readiness(bridge: Bridge, language: str) -> Readiness:
+    """Return how the robot is; answers within `PATIENCE` also where its loop hangs."""
+    found = [*bridge.missing()]
+    try:
+        async with asyncio.timeout(READINESS_TIMEOUT):
+            found += await bridge.asked(_obstacles)
+    except TimeoutError:
+        found += [ServiceNotAnswering(reason=f"the robot's loop is busy for more than {READINESS_TIMEOUT:g} s")]
+    failing = await _failing(bridge)
+    if failing:
+        found.append(StorageFailed(reason=failing))
+    reasons = tuple(Notice(error.code, error.text(language)) for error in found)
+    return Readiness(not reasons, reasons)
+
+
+async def _failing(bridge: Bridge) -> str:
+    """Return why the journal cannot be written, "" if it can; checked also when no request writes."""
+    if not isinstance(bridge.journal, SqliteJournal):
+        return ""
+    try:
+        async with asyncio.timeout(READINESS_TIMEOUT):
+            return await bridge.asked(lambda service: service.check_storage())
+    except TimeoutError:
+        return bridge.journal.failing or f"the disk does not answer within {READINESS_TIMEOUT:g} s"
+
+
+def storage_of(bridge: Bridge) -> JournalHealth:
+    """Return how the journal is; one in memory never fails."""
+    journal = bridge.journal
+    return JournalHealth(journal.failing, journal.commits) if isinstance(journal, SqliteJournal) else JournalHealth()
+
+
+async def _obstacles(service: Service) -> list[MayaError]:
+    mode = (await service.status()).state.mode
+    return [NotConnected()] if mode is Mode.DISCONNECTED else []
+
+
+LONGEST_WAIT = 60.0
+"""Longest wait for a new event [s, real time]."""
+
+FEW_EVENTS = 100
+"""So many are answered at once; for more, whoever asks waits for a turn."""
+
+_STATUS = "looking"
+
+
+def add_reading(routes: Routes, bridge: Bridge) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/status", Operation.READ, tag=_STATUS, gives=Status, client="status")
+    async def status(ask: Ask) -> Response:
+        """Return everything about now: the machine, the motion under way, the queue."""
+        return answer(await ask(lambda service: service.status()))
+
+    @routes.add("GET", "/v1/events", Operation.READ, tag=_STATUS, gives=list[EventMessage], refuses=(EventsForgotten,))
+    async def events(
+        ask: Ask,
+        since: Annotated[int, Query(ge=0, le=MOST, description="numbered above")] = 0,
+        wait: Annotated[float, Query(ge=0, le=LONGEST_WAIT, description="for one, where there is none [s]")] = 0.0,
+        run: Annotated[int | None, Query(ge=1, le=MOST, description="of this run; without it, of the present")] = None,
+        limit: Annotated[int, Query(ge=1, le=MOST_EVENTS, description="so many at most")] = MOST_EVENTS,
+    ) -> Response:
+        """Return the events numbered above `since`, oldest first.
+
+        Without any, wait up to `wait` seconds for one.
+        """
+        asked = bridge.events(ask.caller, since, wait, run, min(limit, FEW_EVENTS))
+        few = await (ask.while_allowed(asked, Operation.READ) if wait else asked)
+        if len(few) < FEW_EVENTS or limit == FEW_EVENTS:
+            return answer(few)
+        async with bridge.past.turn():
+            return answer(await bridge.events(ask.caller, since, 0.0, run, limit))
+
+    @routes.add("GET", "/v1/twin", Operation.READ, tag=_STATUS, gives=Table, refuses=(NotFound,))
+    async def twin(ask: Ask) -> Response:
+        """Return where the parts stand on the twin's table [m], by its own record."""
+
+        async def looked_at(_service: Service) -> Table:
+            if bridge.parts is None:
+                raise NotFound(what="twin", number="on a real machine")
+            return Table(dict(bridge.parts()))
+
+        return answer(await ask(looked_at))
+
+
+_RECORDINGS = "recordings"
+_MCAP = "application/vnd.mcap"
+
+
+def add_recordings(routes: Routes) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/recordings", Operation.READ, tag=_RECORDINGS, gives=list[Kept], client="recordings.all")
+    async def recordings(ask: Ask) -> Response:
+        """Return the recordings that are kept, newest first."""
+
+        async def listed(service: Service) -> list[Kept]:
+            return service.recorder.list()
+
+        return answer(await ask(listed))
+
+    @routes.add(
+        "POST",
+        "/v1/recordings",
+        Operation.RECORD,
+        tag=_RECORDINGS,
+        gives=Kept,
+        status=201,
+        refuses=(FileUnwritable,),
+        client="recordings.save",
+        patience=AT_REST,
+    )
+    async def save_recording(ask: Ask) -> Response:
+        """Save the last minutes as a recording now."""
+        return answer(await ask(lambda service: service.recorder.save(ask.caller)), 201)
+
+    @routes.add(
+        "GET", "/v1/recordings/{name}", Operation.RECORD, tag=_RECORDINGS, gives=bytes, media=_MCAP, refuses=(NotFound,)
+    )
+    async def recording(ask: Ask, name: str) -> Response:
+        """Return the file of a recording (MCAP)."""
+
+        async def found(service: Service) -> FileResponse:
+            return FileResponse(service.recorder.path(name), media_type=_MCAP, filename=name)
+
+        return await ask(found)
+
+
+_ADMIN = "keeping"
+_SQLITE = "application/vnd.sqlite3"
+
+
+def add_keeping(routes: Routes, bridge: Bridge) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/audit", Operation.AUDIT, tag=_ADMIN, gives=list[AuditLine], client="history.audit")
+    async def audit(
+        ask: Ask,
+        below: Annotated[int | None, Query(ge=0, le=MOST, description="numbered below")] = None,
+        limit: Annotated[int, Query(ge=1, le=1000, description="so many at most")] = 100,
+    ) -> Response:
+        """Return requests and their results, newest first, numbered below `below`."""
+        return answer(await ask(lambda service: service.history.audit(below, limit)))
+
+    refuses = (NotFound, FileUnwritable, StorageDamaged)
+
+    @routes.add(
+        "POST",
+        "/v1/backup",
+        Operation.BACKUP,
+        tag=_ADMIN,
+        gives=bytes,
+        media=_SQLITE,
+        refuses=refuses,
+        patience=AT_REST,
+    )
+    async def back_up(ask: Ask) -> Response:
+        """Send a copy of the journal's file as it is at this instant: the queue, its history, users, the audit log."""
+
+        async def kept(_service: Service) -> Path:
+            if not isinstance(bridge.journal, SqliteJournal):
+                raise NotFound(what="journal", number="in a file")
+            return bridge.journal.path
+
+        return await _copied(await ask(kept))
+
+
+async def _copied(journal: Path) -> Response:
+    folder = TemporaryDirectory(prefix="maya-backup-")
+    copy = Path(folder.name) / journal.name
+    try:
+        await asyncio.get_running_loop().run_in_executor(None, backup.make, journal, copy)
+    except BaseException:
+        folder.cleanup()
+        raise
+    name = f"maya-{now()[:19].replace(':', '-')}.db"
+    return FileResponse(copy, media_type=_SQLITE, filename=name, background=BackgroundTask(folder.cleanup))
+
+
+_SYSTEM = "server"
+
+
+def add_system(routes: Routes, app: FastAPI, bridge: Bridge, metrics: Metrics) -> None:
+    """Add the paths."""
+
+    @routes.add("GET", "/v1/health", tag=_SYSTEM, gives=Health)
+    async def health() -> Response:
+        """Answer that the process lives. The robot is not asked: the answer is the same while its loop hangs."""
+        return answer(Health("ok", __version__))
+
+    @routes.add("GET", "/v1/ready", tag=_SYSTEM, gives=Readiness, also=(503,))
+    async def ready(request: Request) -> Response:
+        """Ask the robot's loop, for 1 s at most, whether commands can be carried out; tell what prevents it."""
+        found = await readiness(bridge, language_of(request.headers))
+        return answer(found, 200 if found.ready else 503)
+
+    @routes.add("GET", "/metrics", Operation.READ, tag=_SYSTEM, gives=str, media=CONTENT_TYPE)
+    async def prometheus(ask: Ask) -> Response:
+        """Tell Prometheus what is counted."""
+        status, queue = await ask(_standing)
+        return Response(metrics.text(status, queue, storage_of(bridge)), media_type=CONTENT_TYPE)
+
+    @routes.add("GET", "/v1/openapi.json", tag=_SYSTEM, gives=dict[str, object])
+    async def openapi() -> Response:
+        """Tell what can be asked here, as an OpenAPI document."""
+        return Response(to_json(document(app)), media_type="application/json")
+
+
+async def _standing(service: Service) -> tuple[Status, QueueView]:
+    return await service.status(), service.queue.view()

@@ -1,0 +1,323 @@
+"""The hub of the stream: its source in the stack's loop, and frames encoded once for all readers."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import suppress
+from typing import NamedTuple, Protocol
+
+from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
+from maya_un.http.stream.messages import content, event_frame, queue_frame, state_frame
+from maya_un.http.stream.reader import EventRing, StreamReader
+from maya_un.schema.robot import EventMessage
+from maya_un.values import State
+
+QUEUE_PERIOD = 0.1
+"""The queue is looked at no more often than this [s, real time]."""
+
+QUEUE_LOOK = 2.0
+"""While somebody wants to see the queue, it is looked at so often without an event too, for predictions [s]."""
+
+_STIRRING = (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged)
+"""Events after which the queue is another."""
+
+
+class StreamedService(Protocol):
+    """The part of the service that the tap needs."""
+
+    def watch(self) -> AsyncIterator[State]:
+        """Yield the state now and every newer one; a slow reader skips to the newest."""
+        ...
+
+    def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
+        """Yield every event numbered above `seq`, those past first, then as they come."""
+        ...
+
+
+class Batch(NamedTuple):
+    """New data: events in order, the latest state, the latest view of the queue; None for unchanged ones."""
+
+    events: list[Event]
+    state: State | None
+    queue: object
+
+
+class StreamSource:
+    """Lives in the stack's loop and looks at `source`; `hand_over` is called there with every batch.
+
+    `view` answers how the queue stands. `speed` is how fast the loop's clock runs. Any thread may read `latest`, the
+    newest state, and set `queue_wanted`, whether somebody wants to see the queue.
+    """
+
+    def __init__(
+        self,
+        source: StreamedService,
+        view: Callable[[], Awaitable[object]],
+        hand_over: Callable[[Batch], None],
+        speed: float = 1.0,
+    ) -> None:
+        self._source = source
+        self._view = view
+        self._hand_over = hand_over
+        self._speed = max(1.0, speed)
+        self._events: list[Event] = []
+        self._state: State | None = None
+        self._told: object = None
+        self._wanted = True
+        self._queue: object = None
+        self._flushing = False
+        self._stirred = asyncio.Event()
+        self._stirred.set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self.latest: State | None = None
+        self.queue_wanted = False
+
+    async def run(self, since: int) -> None:
+        """Look until cancelled; events are those numbered above `since`."""
+        self._loop = asyncio.get_running_loop()
+        async with asyncio.TaskGroup() as group:
+            group.create_task(self._follow_states())
+            group.create_task(self._follow_events(since))
+            group.create_task(self._follow_queue())
+
+    def want(self) -> None:
+        """Have the next state handed over that says something else than the newest of now; from any thread.
+
+        Read `latest` after this call, because states in between are not handed over.
+        """
+        state = self.latest
+        self._told = None if state is None else content(state)
+        self._wanted = True
+
+    def look_at_queue(self) -> None:
+        """Hand the queue over as it stands, soon; from any thread."""
+        if self._loop is not None:
+            with suppress(RuntimeError):  # the stack's loop has ended
+                self._loop.call_soon_threadsafe(self._stirred.set)
+
+    async def _follow_states(self) -> None:
+        async for state in self._source.watch():
+            self.latest = state
+            if self._wanted and content(state) != self._told:
+                self._wanted = False
+                self._told = content(state)
+                self._state = state
+                self._flush_soon()
+
+    async def _follow_events(self, since: int) -> None:
+        async for event in self._source.follow_events(since):
+            self._events.append(event)
+            self._flush_soon()
+            if isinstance(event, _STIRRING):
+                self._stirred.set()
+
+    async def _follow_queue(self) -> None:
+        while True:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(QUEUE_LOOK * self._speed if self.queue_wanted else None):
+                    await self._stirred.wait()
+            self._stirred.clear()
+            if self.queue_wanted:
+                self._queue = await self._view()
+                self._flush_soon()
+                await asyncio.sleep(QUEUE_PERIOD * self._speed)
+
+    def _flush_soon(self) -> None:
+        """Hand over at the end of this turn of the loop, with whatever else comes in it."""
+        if not self._flushing:
+            self._flushing = True
+            asyncio.get_running_loop().call_soon(self._flush)
+
+    def _flush(self) -> None:
+        self._flushing = False
+        batch = Batch(self._events, self._state, self._queue)
+        self._events, self._state, self._queue = [], None, None
+        with suppress(RuntimeError):  # the server's loop has ended
+            self._hand_over(batch)
+
+
+HEARTBEAT = 10.0
+"""A state that says nothing new is sent again after so long [s]."""
+
+TOLERANCE = 0.1
+"""By so much of its period a state may be early: those that come at just the rate wanted are shown as they come."""
+
+
+class StateFrame(NamedTuple):
+    """A state as it goes out: what it says, and its frame."""
+
+    content: object
+    frame: bytes
+
+
+class RateGroup:
+    """Readers that want states at one rate: they see the same ones at the same time.
+
+    `latest` answers the newest state there is, `want` asks to be offered the next that says something new.
+    """
+
+    def __init__(self, rate: float, latest: Callable[[], StateFrame | None], want: Callable[[], None]) -> None:
+        self._period = (1.0 - TOLERANCE) / rate
+        self._latest = latest
+        self._want = want
+        self._shown: object = None
+        self._idle = True
+        self._timer: asyncio.TimerHandle | None = None
+        self.readers: set[StreamReader] = set()
+
+    def join(self, reader: StreamReader) -> None:
+        """Show a reader the state of now, and every new one from here on."""
+        self.readers.add(reader)
+        if self._idle and self._look():
+            return
+        latest = self._latest()
+        if latest is not None:
+            reader.show("state", latest.frame)
+
+    def offer(self) -> None:
+        """Show what is new, unless the last was shown too short a time ago."""
+        if self._idle:
+            self._look()
+
+    def close(self) -> None:
+        """Show nothing any more."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _look(self) -> bool:
+        """Show what is new, or be offered what comes; asking before looking leaves no gap between the two."""
+        self._want()
+        latest = self._latest()
+        if latest is None or latest.content == self._shown:
+            return False
+        self._show(latest)
+        return True
+
+    def _show(self, snapshot: StateFrame) -> None:
+        self._shown = snapshot.content
+        for reader in self.readers:
+            reader.show("state", snapshot.frame)
+        self._idle = False
+        self._again(self._period, self._due)
+
+    def _due(self) -> None:
+        self._idle = True
+        if not self._look():
+            self._again(HEARTBEAT, self._beat)
+
+    def _beat(self) -> None:
+        latest = self._latest()
+        assert latest is not None
+        self._show(latest)
+
+    def _again(self, after: float, what: Callable[[], None]) -> None:
+        self.close()
+        self._timer = asyncio.get_running_loop().call_later(after, what)
+
+
+class StreamHub:
+    """Sends what a tap hands over to all readers of one `run`; lives in the server's loop."""
+
+    def __init__(self, run: int, ring: EventRing) -> None:
+        self.run = run
+        self.ring = ring
+        self._tap: StreamSource | None = None
+        self._paces: dict[float, RateGroup] = {}
+        self._followers: set[StreamReader] = set()
+        self._watchers: set[StreamReader] = set()
+        self._queue: bytes | None = None
+        self._snapshot: tuple[State | None, StateFrame | None] = (None, None)
+
+    def open(self, tap: StreamSource) -> None:
+        """Send what `tap` hands over from now on."""
+        self._tap = tap
+
+    def close(self) -> None:
+        """Send nothing any more."""
+        for pace in self._paces.values():
+            pace.close()
+        self._paces.clear()
+
+    def take(self, batch: Batch) -> None:
+        """Encode what is new, and send it."""
+        if batch.events:
+            for event in batch.events:
+                self.ring.add(event_frame(self.run, EventMessage.of(event)))
+            for reader in tuple(self._followers):
+                self._further(reader)
+        if batch.state is not None:
+            for pace in tuple(self._paces.values()):
+                pace.offer()
+        if batch.queue is not None:
+            self._show_queue(queue_frame(batch.queue))
+
+    def _further(self, reader: StreamReader) -> None:
+        if reader.lost:
+            self._followers.discard(reader)
+            reader.on_lost()
+        else:
+            reader.pump()
+
+    def _show_queue(self, frame: bytes) -> None:
+        if frame != self._queue:
+            self._queue = frame
+            for reader in self._watchers:
+                reader.show("queue", frame)
+
+    def show_states(self, reader: StreamReader, rate: float | None) -> None:
+        """Show states at `rate` [Hz], or with None no longer."""
+        for wanted, pace in tuple(self._paces.items()):
+            pace.readers.discard(reader)
+            if not pace.readers:
+                pace.close()
+                del self._paces[wanted]
+        reader.forget("state")
+        if rate is not None:
+            if rate not in self._paces:
+                self._paces[rate] = RateGroup(rate, self._latest, self._want)
+            self._paces[rate].join(reader)
+
+    def show_queue(self, reader: StreamReader, *, wanted: bool) -> None:
+        """Show how the queue stands, now and whenever that changes, or no longer."""
+        if wanted:
+            self._watchers.add(reader)
+            if self._queue is not None:
+                reader.show("queue", self._queue)
+        else:
+            self._watchers.discard(reader)
+            reader.forget("queue")
+        assert self._tap is not None
+        self._tap.queue_wanted = bool(self._watchers)
+        if not self._watchers:
+            self._queue = None
+        elif self._queue is None:
+            self._tap.look_at_queue()
+
+    def send_events(self, reader: StreamReader) -> None:
+        """Send a reader the events behind the last that it has seen, as far as the ring has them, then as they come."""
+        self._followers.add(reader)
+        reader.pump()
+
+    def stop_events(self, reader: StreamReader) -> None:
+        """Send a reader no events any more."""
+        self._followers.discard(reader)
+
+    def leave(self, reader: StreamReader) -> None:
+        """Send a reader nothing any more."""
+        self.stop_events(reader)
+        self.show_states(reader, None)
+        if reader in self._watchers:
+            self.show_queue(reader, wanted=False)
+
+    def _latest(self) -> StateFrame | None:
+        """Return the newest state, encoded once however many paces show it."""
+        state = None if self._tap is None else self._tap.latest
+        if state is not None and self._snapshot[0] is not state:
+            self._snapshot = (state, StateFrame(content(state), state_frame(self.run, state)))
+        return self._snapshot[1]
+
+    def _want(self) -> None:
+        if self._tap is not None:
+            self._tap.want()

@@ -1,0 +1,153 @@
+"""The websocket /v1/stream: states at a chosen rate, events without a gap, the queue as it stands."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from starlette.websockets import WebSocket
+
+from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
+from maya_un.http.authentication import Rights, is_local, source_of
+from maya_un.http.bridge import Bridge
+from maya_un.http.language import language_of
+from maya_un.http.log import written_down
+from maya_un.http.protocol import ConnectionSlots
+from maya_un.http.stream.hub import Batch, StreamHub, StreamSource
+from maya_un.http.stream.reader import MOST_EVENTS, EventRing
+from maya_un.http.stream.session import StreamHandshake, StreamSession, refuse
+from maya_un.http.stream.wire import WIRE, StreamWire
+from maya_un.service.access.operations import Caller
+from maya_un.service.service import Service
+
+NEAR_CLIENTS = 256
+"""So many of this machine's own programs may read the stream at once."""
+
+FAR_CLIENTS, FAR_CLIENTS_EACH = 128, 16
+"""So many of other machines, and of each of them, whether they have said yet who they are or not."""
+
+INTRODUCTION = 10.0
+"""How long a client may take to say who it is [s]."""
+
+
+def add_stream(app: FastAPI, bridge: Bridge, most_behind: int = MOST_EVENTS) -> None:
+    """Add /v1/stream, for a server whose websockets are a `StreamWire`; readers may be `most_behind` events behind."""
+    stream = StreamServer(bridge, most_behind)
+    app.add_api_websocket_route("/v1/stream", stream.serve)
+
+
+class StreamServer:
+    """All clients of the stream; what they share lives from the first to the last."""
+
+    def __init__(self, bridge: Bridge, most_behind: int) -> None:
+        self._bridge = bridge
+        self._most_behind = most_behind
+        self._opening = asyncio.Lock()
+        self._hub: StreamHub | None = None
+        self._tapping: asyncio.Task[None] | None = None
+        self._clients = 0
+        self._wires: set[StreamWire] = set()
+        self._rights = Rights(bridge)
+        self._near = ConnectionSlots(NEAR_CLIENTS, NEAR_CLIENTS)
+        self._far = ConnectionSlots(FAR_CLIENTS, FAR_CLIENTS_EACH)
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Serve one client from its handshake to its end."""
+        wire = socket.scope["extensions"][WIRE]
+        assert isinstance(wire, StreamWire)
+        language = language_of(socket.headers)
+        await socket.accept()
+        try:
+            await self._serve(socket, wire, language)
+        except MayaError as refusal:
+            refuse(wire, refusal, language)
+        except Exception as defect:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the rest
+            refuse(wire, written_down(defect), language)
+
+    async def _serve(self, socket: WebSocket, wire: StreamWire, language: str) -> None:
+        places, address = self._near if is_local(socket) else self._far, source_of(socket)
+        if not places.take(address):
+            raise TooManyRequests(limit="no more streams", seconds=1, wait=1)
+        self._wires.add(wire)
+        try:
+            entrance = StreamHandshake(socket, self._bridge)
+            caller = await _introduced(entrance)
+            if caller is not None:
+                async with self._entered() as hub:
+                    session = StreamSession(socket, wire, self._bridge, hub, entrance, caller, language)
+                    with self._rights.watched(lambda: session.caller, session.take_rights):
+                        await session.converse()
+        finally:
+            self._wires.discard(wire)
+            places.give_back(address)
+
+    @asynccontextmanager
+    async def _entered(self) -> AsyncIterator[StreamHub]:
+        self._clients += 1
+        try:
+            async with self._opening:
+                if self._hub is None:
+                    self._hub = await self._open()
+            yield self._hub
+        finally:
+            self._clients -= 1
+            if self._clients == 0:
+                self._close()
+
+    async def _open(self) -> StreamHub:
+        """Begin to take from the service."""
+        service, run, last, speed = await self._bridge.asked(_facts)
+        hub = StreamHub(run, EventRing(last, self._most_behind))
+        loop = asyncio.get_running_loop()
+
+        async def view() -> object:
+            return service.queue.view()
+
+        def hand_over(batch: Batch) -> None:
+            loop.call_soon_threadsafe(self._take, hub, batch)
+
+        tap = StreamSource(service, view, hand_over, speed)
+        hub.open(tap)
+        self._tapping = loop.create_task(self._bridge.within(lambda: tap.run(last)), name="stream")
+        self._tapping.add_done_callback(self._tapped)
+        return hub
+
+    def _take(self, hub: StreamHub, batch: Batch) -> None:
+        try:
+            hub.take(batch)
+        except Exception as defect:  # noqa: BLE001 - nobody else is told
+            self._fail(defect)
+
+    def _tapped(self, done: asyncio.Task[None]) -> None:
+        if not done.cancelled() and (defect := done.exception()) is not None:
+            self._fail(defect)
+
+    def _fail(self, defect: BaseException) -> None:
+        """Write a defect down and end all connections: they would wait for ever, or miss something."""
+        crash = written_down(defect)
+        for wire in tuple(self._wires):
+            refuse(wire, crash, "en")
+
+    def _close(self) -> None:
+        if self._tapping is not None:
+            self._tapping.cancel()
+            self._tapping = None
+        if self._hub is not None:
+            self._hub.close()
+            self._hub = None
+
+
+async def _introduced(entrance: StreamHandshake) -> Caller | None:
+    try:
+        async with asyncio.timeout(INTRODUCTION):
+            return await entrance.introduced()
+    except TimeoutError:
+        raise NotSignedIn(reason=f"nobody said `hello` with a token for {INTRODUCTION:g} s") from None
+
+
+async def _facts(service: Service) -> tuple[Service, int, int, float]:
+    """Return the service itself, its run, the number of its last event, and how fast its clock runs."""
+    status = await service.status()
+    return service, status.run, status.last_event, status.speed

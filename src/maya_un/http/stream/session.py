@@ -1,0 +1,303 @@
+"""One client of the stream: its handshake, the replay of missed events, and its messages."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+from starlette.websockets import WebSocket
+
+from maya_un import __version__
+from maya_un.errors import EventsForgotten, InvalidRequest, MayaError, NotSignedIn, StreamLagging
+from maya_un.http.authentication import is_local, source_of
+from maya_un.http.bridge import Bridge, LoopShare
+from maya_un.http.log import written_down
+from maya_un.http.stream.hub import StreamHub
+from maya_un.http.stream.messages import (
+    PROTOCOL,
+    ReplayStart,
+    decoded,
+    error_frame,
+    event_frame,
+    kind_of,
+    plain_frame,
+    subscription,
+)
+from maya_un.http.stream.reader import CHUNK, StreamReader
+from maya_un.http.stream.wire import StreamWire
+from maya_un.schema.robot import EventMessage
+from maya_un.service.access.operations import Caller, Operation
+
+
+async def received(socket: WebSocket) -> str | bytes | None:
+    """Return the next message of a client, None where the connection is over."""
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        return None
+    text: str | bytes | None = message.get("text")
+    return message["bytes"] if text is None else text
+
+
+class StreamHandshake:
+    """Names the client of `socket`; called again for every message, since a token may be revoked."""
+
+    def __init__(self, socket: WebSocket, bridge: Bridge) -> None:
+        self._socket = socket
+        self._bridge = bridge
+        self._shown = socket.headers.get("authorization")
+
+    async def caller(self) -> Caller:
+        """Return who is there; raises `NotSignedIn`, `TooManyRequests`."""
+        source, local = source_of(self._socket), is_local(self._socket)
+        return await self._bridge.caller(self._shown, "", source, loopback=local, stopping=False)
+
+    async def introduced(self) -> Caller | None:
+        """Return who is there, by the request or the first message; None where the connection is over.
+
+        Raises `NotSignedIn`, `TooManyRequests`, `InvalidRequest`.
+        """
+        try:
+            return await self.caller()
+        except NotSignedIn:
+            if self._shown is not None:
+                raise
+        text = await received(self._socket)
+        return None if text is None else await self.meet(decoded(text))
+
+    async def meet(self, message: Mapping[str, Any]) -> Caller:
+        """Return who says `hello`, by its token where it shows one; raises as `introduced` does."""
+        if kind_of(message) != "hello":
+            raise NotSignedIn(reason="the first message is not `hello` with a token")
+        if message.get("protocol", PROTOCOL) != PROTOCOL:
+            raise InvalidRequest(key="protocol", reason=f"this is version {PROTOCOL}")
+        token = message.get("token")
+        if token is not None and not isinstance(token, str):
+            raise InvalidRequest(key="token", reason="it is a text")
+        if token is not None:
+            self._shown = f"Bearer {token}"
+        return await self.caller()
+
+
+PAGE = 250
+"""So many past events are looked up at once."""
+
+NEAR = 250
+"""A client that is at most this many events behind gets them at once, and then the new ones."""
+
+LookUp = Callable[[int, int], Awaitable[list[EventMessage]]]
+"""Answers events of this run numbered above the first number, at most as many as the second, oldest first."""
+
+
+async def catch_up(
+    reader: StreamReader, hub: StreamHub, look_up: LookUp, room: Callable[[], Awaitable[object]], share: LoopShare
+) -> None:
+    """Send a reader the events that it lacks, out of the hub's ring or looked up, and let the hub go on from there.
+
+    `room` is awaited before every piece. Raises `EventsForgotten` where one is missing, and what `look_up` raises.
+    """
+    ring = hub.ring
+    reader.catching = True
+    while reader.seen is not None and not (ring.reaches(reader.seen) and ring.last - reader.seen <= NEAR):
+        await room()
+        async with share.turn():
+            if ring.reaches(reader.seen):
+                upto, frames = ring.after(reader.seen, CHUNK)
+            else:
+                page = await look_up(reader.seen, PAGE)
+                if not page or page[0].seq != reader.seen + 1:
+                    raise EventsForgotten(since=reader.seen, oldest=page[0].seq if page else ring.first)
+                upto, frames = page[-1].seq, b"".join(event_frame(hub.run, event) for event in page)
+            reader.send_past(upto, frames)
+    reader.catching = False
+    hub.send_events(reader)
+
+
+MOST_MESSAGES, BURST = 100.0, 200
+"""How many messages of a client are answered in a second, and how many at once where it was silent before."""
+
+PAST_COSTS = 0.5
+"""A client that asks for past events is not read for this much longer after it has used its allowance [s]."""
+
+_DEFECT = 1011
+"""Closing code of a defect of ours (RFC 6455, 7.4.1)."""
+
+
+def refuse(wire: StreamWire, error: MayaError, language: str) -> None:
+    """Tell why a connection ends, and end it with the code of the error."""
+    wire.write(error_frame(error, language))
+    wire.end(error.code if 4000 <= error.code < 5000 else _DEFECT, type(error).__name__)
+
+
+class StreamSession:
+    """Converses with `caller` on `socket`, to whom `hub` sends by `wire`."""
+
+    def __init__(
+        self,
+        socket: WebSocket,
+        wire: StreamWire,
+        bridge: Bridge,
+        hub: StreamHub,
+        entrance: StreamHandshake,
+        caller: Caller,
+        language: str,
+    ) -> None:
+        self._socket = socket
+        self._entrance = entrance
+        self._wire = wire
+        self._bridge = bridge
+        self._hub = hub
+        self._caller = caller
+        self._language = language
+        self._reader = StreamReader(wire, hub.ring, self._lag)
+        self._catching: asyncio.Task[None] | None = None
+        self._bound = ""
+        self._heard_until = 0.0
+
+    async def converse(self) -> None:
+        """Greet the client and answer what it says, until one side ends."""
+        self._greet({})
+        try:
+            while (text := await received(self._socket)) is not None:
+                await self._wire.writable.wait()  # a client that does not read is not listened to either
+                await self._hear(text)
+                await self._breathe()
+        finally:
+            self._stop_catching_up()
+            self._wire.on_room = None
+            self._hub.leave(self._reader)
+            await self._let_go()
+
+    @property
+    def caller(self) -> Caller:
+        """The caller."""
+        return self._caller
+
+    def take_rights(self, now: Caller | MayaError) -> None:
+        """Apply changed rights of the client; disconnect it if they have ended."""
+        if isinstance(now, MayaError):
+            refuse(self._wire, now, self._language)
+        else:
+            self._caller = now
+
+    async def _breathe(self) -> None:
+        """Wait before the next message of a client that says too much: it waits, and nobody else does."""
+        self._charge(1.0 / MOST_MESSAGES)
+        now = asyncio.get_running_loop().time()
+        if self._heard_until > now:
+            await asyncio.sleep(self._heard_until - now)
+
+    def _charge(self, cost: float) -> None:
+        """Have the client be heard later by `cost` [s]; of what he did not use before, he has a burst left."""
+        now = asyncio.get_running_loop().time()
+        self._heard_until = max(self._heard_until, now - BURST / MOST_MESSAGES) + cost
+
+    async def _hear(self, text: str | bytes) -> None:
+        message: dict[str, Any] = {}
+        try:
+            message = decoded(text)
+            kind = kind_of(message)
+            if kind == "hello":
+                self._caller = await self._entrance.meet(message)
+                self._greet(message)
+                return
+            self._caller = await self._entrance.caller()
+            match kind:
+                case "subscribe":
+                    await self._subscribe(message)
+                case "renew":
+                    await self._renew(message)
+                case _:
+                    self._wire.write(plain_frame("pong", message))
+        except NotSignedIn:
+            raise
+        except MayaError as error:
+            self._wire.write(error_frame(error, self._language, message))
+
+    def _greet(self, about: Mapping[str, Any]) -> None:
+        who = {"name": self._caller.name, "role": self._caller.role.word}
+        facts = {"version": __version__, "protocol": PROTOCOL, "run": self._hub.run, "last_event": self._hub.ring.last}
+        self._wire.write(plain_frame("hello", about, **facts, who=who))
+
+    async def _subscribe(self, message: Mapping[str, Any]) -> None:
+        wanted = subscription(message)
+        if wanted.past is not None:
+            self._charge(PAST_COSTS)
+        past = await self._past(wanted.past)
+        self._wire.write(plain_frame("subscribed", message, run=self._hub.run))
+        if "state" in wanted.named:
+            self._hub.show_states(self._reader, wanted.rate)
+        if "queue" in wanted.named:
+            self._hub.show_queue(self._reader, wanted=wanted.queue)
+        if "events" in wanted.named:
+            self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
+
+    async def _past(self, wanted: ReplayStart | None) -> int | None:
+        """Return behind which event to begin, None where none are wanted; raises `InvalidRequest`."""
+        if wanted is None:
+            return None
+        if wanted.run is not None and wanted.run != self._hub.run:
+            return 0
+        if wanted.since is None:
+            return self._hub.ring.last
+        if wanted.since > self._hub.ring.last:  # it may have been told of an event that is on its way here
+            last = (await self._bridge.asked(lambda service: service.status())).last_event
+            if wanted.since > last:
+                raise InvalidRequest(key="events.since", reason=f"the last event of this run has number {last}")
+        return wanted.since
+
+    def _send_events(self, since: int | None, *, restarted: bool) -> None:
+        self._stop_catching_up()
+        self._hub.stop_events(self._reader)
+        if restarted:
+            self._wire.write(plain_frame("restart", run=self._hub.run))
+        self._reader.seen = since
+        if since is not None:
+            self._catching = asyncio.get_running_loop().create_task(self._catch_up(), name="past events")
+
+    async def _catch_up(self) -> None:
+        try:
+            await catch_up(self._reader, self._hub, self._look_up, self._wire.writable.wait, self._bridge.past)
+        except MayaError as error:
+            self._reader.seen = None
+            self._wire.write(error_frame(error, self._language))
+        except Exception as defect:  # noqa: BLE001 - nobody awaits this task; the client and the log are told
+            refuse(self._wire, written_down(defect), self._language)
+
+    async def _look_up(self, above: int, most: int) -> list[EventMessage]:
+        run = self._hub.run
+        return await self._bridge.call(
+            self._caller, Operation.READ, lambda service: service.history.events(run, above, most)
+        )
+
+    def _stop_catching_up(self) -> None:
+        if self._catching is not None:
+            self._catching.cancel()
+            self._catching = None
+            self._reader.catching = False
+
+    def _lag(self) -> None:
+        seen = self._reader.seen or 0
+        refuse(self._wire, StreamLagging(behind=self._hub.ring.last - seen, since=seen), self._language)
+
+    async def _renew(self, message: Mapping[str, Any]) -> None:
+        """Renew a lease; one that is `bound` is given back when this connection ends."""
+        lease, bound = message.get("lease"), message.get("bound", False)
+        if not isinstance(lease, str) or not lease:
+            raise InvalidRequest(key="lease", reason="it is the id that taking the lease answered")
+        if not isinstance(bound, bool):
+            raise InvalidRequest(key="bound", reason="it is true or false")
+        holder = replace(self._caller, lease=lease)
+        view = await self._bridge.call(holder, Operation.RENEW, lambda service: service.lease.renew(holder))
+        self._bound = lease if bound else ""
+        self._wire.write(plain_frame("renewed", message, expires_in=view.expires_in, bound=bound))
+
+    async def _let_go(self) -> None:
+        if self._bound:
+            holder = replace(self._caller, lease=self._bound)
+            with suppress(MayaError):  # it has ended already
+                await self._bridge.call(
+                    holder, Operation.LEASE, lambda service: service.lease.release(holder, lost=True)
+                )

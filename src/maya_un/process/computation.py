@@ -1,0 +1,427 @@
+"""Compute jobs before anything moves: their tasks, previews, margins and refusals.
+
+With a worker (`maya_un.workers`), no computation blocks the loop. Without one, as in a dry run, the loop computes, and
+runs other tasks between two steps.
+
+Long lists of tasks cross to the worker in pieces, because reading a long list at once would block the caller's loop.
+`taught` is a pickle of the taught places, or of the error why they cannot be read.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import pickle
+from collections.abc import Generator, Iterable, Sequence
+from functools import lru_cache
+from math import inf
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+from maya_un.config import Config, Units
+from maya_un.controller.inspection import Closest, Inspection
+from maya_un.controller.protocol import Controller
+from maya_un.errors import MayaError, RequestError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
+from maya_un.kinematics.workspace import Workspace
+from maya_un.process.spec.documents import decode_object
+from maya_un.process.spec.job import Job
+from maya_un.process.spec.poses import TaughtPlaces
+from maya_un.process.spec.stored_job import Body, StoredJob, expanded, write_job
+from maya_un.process.spec.tasks import Expansion, Recall, Task, expand
+from maya_un.robot.plan import ActionDetail, Pose, PrimitivePreview
+from maya_un.robot.plan_cache import on_paper
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.robot import Robot
+from maya_un.schema.previews import Band, JobInspection, JobPreview, Nearest, Refusal, Samples, StepPreview
+from maya_un.values import Notice, Point
+from maya_un.workers import Work, WorkerSet
+
+
+class JobOutlook(NamedTuple):
+    """The preview of a job and its end position, or its refusal."""
+
+    preview: JobPreview
+    end: Pose
+
+
+class PreviewSource(Protocol):
+    """A source of previews of primitives: a robot, or its planner."""
+
+    @property
+    def config(self) -> Config:
+        """The machine's constants."""
+        ...
+
+    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
+        """Return the preview of `primitive` from `start`; raises what running it would."""
+        ...
+
+
+def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
+    """Return what `tasks` will be from `start`, and where they end; yields after every step, so that others may run."""
+    units = Units.of(robot.config)
+    pose = start
+    steps: list[StepPreview] = []
+    refusal: Refusal | None = None
+    for task in tasks:
+        try:
+            step = robot.preview(task.primitive, pose)
+        except RequestError as error:
+            refusal = Refusal(task.index, task.key, task.label, Notice(error.code, str(error)))
+            break
+        steps.append(_step(task, step, units))
+        pose = step.end
+        yield
+    return JobOutlook(_preview(steps, refusal), pose)
+
+
+def joined_outlook(courses: Sequence[JobOutlook], start: Pose) -> JobOutlook:
+    """Return courses, each from the end of the one before, as one; without any it ends at `start`."""
+    if len(courses) == 1:
+        return courses[0]
+    steps = [step for course in courses for step in course.preview.steps]
+    refusal = courses[-1].preview.refusal if courses else None
+    return JobOutlook(_preview(steps, refusal), courses[-1].end if courses else start)
+
+
+def _preview(steps: Sequence[StepPreview], refusal: Refusal | None) -> JobPreview:
+    return JobPreview(
+        duration=sum(step.duration for step in steps if step.duration is not None),
+        lowest=min((step.lowest for step in steps if step.lowest is not None), default=None),
+        highest=max((step.highest for step in steps if step.highest is not None), default=None),
+        steps=tuple(steps),
+        refusal=refusal,
+    )
+
+
+def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:
+    return StepPreview(
+        index=task.index,
+        key=task.key,
+        step=task.label,
+        duration=step.duration,
+        phases=step.phases,
+        lowest=step.lowest,
+        highest=step.highest,
+        end_counts=None if step.end.joints is None else units.to_counts(step.end.joints),
+    )
+
+
+class InspectionSource(PreviewSource, Protocol):
+    """A source of details of primitives."""
+
+    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+        """Return the details of every action of `primitive` from `start`, and where it ends."""
+        ...
+
+
+def inspect_tasks(
+    robot: InspectionSource, tasks: Sequence[Task], start: Pose, samples: int, most: float = inf
+) -> Generator[None, None, JobInspection]:
+    """Return the details of `tasks` from `start` up to the first that is refused; yields after every step.
+
+    Every motion has so many `samples`. Raises `TooLarge` for more than `most` in all.
+    """
+    preview = (yield from preview_tasks(robot, tasks, start)).preview
+    found = _Collected()
+    pose = start
+    for task in tasks[: len(preview.steps)]:
+        details, pose = robot.inspect(task.primitive, pose, samples)
+        for detail in details:
+            found.add(task.index, detail)
+        if len(found.inspections) * samples > most:
+            raise TooLarge(most=f"{most} samples")
+        yield
+    return JobInspection(
+        preview,
+        tuple(found.bands),
+        _least(found.closest),
+        max((motion.stopping.time for motion in found.inspections), default=0.0),
+        max((motion.stopping.distance for motion in found.inspections), default=0.0),
+        tuple(found.motions),
+    )
+
+
+class _Collected:
+    """The results of a job's actions, one after the other."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.bands: list[Band] = []
+        self.closest: list[Nearest] = []
+        self.motions: list[Samples] = []
+        self.inspections: list[Inspection] = []
+
+    def add(self, step: int, detail: ActionDetail) -> None:
+        """Add an action that begins now."""
+        if detail.motion is not None:
+            self._add_motion(step, detail.motion)
+        for name, duration in detail.phases:
+            end = self.now + (duration or 0.0)
+            self.bands.append(Band(step, name, self.now, end))
+            self.now = end
+
+    def _add_motion(self, step: int, motion: Inspection) -> None:
+        self.inspections.append(motion)
+        self.closest += [_of_job(near, step, self.now) for near in motion.closest]
+        joints = [(a, b, c) for a, b, c in motion.trajectory.joints.tolist()]
+        velocity = [(a, b, c) for a, b, c in motion.trajectory.velocity.tolist()]
+        times = (self.now + motion.trajectory.time).tolist()
+        self.motions.append(Samples(step, tuple(times), tuple(joints), tuple(velocity)))
+
+
+def _of_job(near: Closest, step: int, begun: float) -> Nearest:
+    return Nearest(near.name, near.margin, near.unit, near.zone, step, begun + near.time)
+
+
+def _least(found: Iterable[Nearest]) -> tuple[Nearest, ...]:
+    """Return the least of every name, limits first, in the order in which the motions name them."""
+    least: dict[tuple[bool, str], Nearest] = {}
+    for near in found:
+        known = least.get((near.zone, near.name))
+        if known is None or near.margin < known.margin:
+            least[near.zone, near.name] = near
+    return tuple(sorted(least.values(), key=lambda near: near.zone))
+
+
+MOST_SAMPLED = 200_000
+"""Most samples of all motions of a job together; enough for 990 motions of 200 samples."""
+
+PIECE = 50
+"""Number of tasks in one message."""
+
+
+class ExpansionRest(NamedTuple):
+    """An expansion without its tasks."""
+
+    parts: dict[str, Point | None]
+    remarks: tuple[str, ...]
+
+
+class WrittenJob(NamedTuple):
+    """A written job without its tasks."""
+
+    name: str
+    body: Body
+    rest: ExpansionRest
+
+
+def decoded(body: bytes) -> Generator[None, None, dict[str, Any]]:
+    """Return a JSON object; raises as `decode_object` does."""
+    yield
+    return decode_object(body)
+
+
+def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, None, WrittenJob]:
+    """Yield the tasks of a job, and return its stored form; raises as `write_job` and `Job.parse` do."""
+    yield
+    written = write_job(parsed(job), grasp_height, recalled(taught))
+    yield from _pieces(written.expansion.tasks)
+    return WrittenJob(written.name, written.body, ExpansionRest(written.expansion.parts, written.expansion.remarks))
+
+
+def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, ExpansionRest]:
+    """Yield the tasks of a stored job, and return the rest; raises as `written.expanded` does."""
+    yield
+    expansion = expanded(body, grasp_height)
+    yield from _pieces(expansion.tasks)
+    return ExpansionRest(expansion.parts, expansion.remarks)
+
+
+def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
+    """Return the preview of some tasks from `start`."""
+    return (yield from preview_tasks(on_paper(workspace), tasks, start))
+
+
+def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Pose]:
+    """Return the end of some tasks; raises the error of the first task that would be refused."""
+    pose = start
+    for task in tasks:
+        pose = on_paper(workspace).preview(task.primitive, pose).end
+        yield
+    return pose
+
+
+def preview(
+    workspace: Workspace, job: object, taught: bytes, grasp_height: float, start: Pose
+) -> Generator[None, None, JobPreview]:
+    """Return the preview of a job."""
+    yield
+    tasks = expand(parsed(job), grasp_height, recalled(taught)).tasks
+    return (yield from preview_tasks(on_paper(workspace), tasks, start)).preview
+
+
+def inspect(
+    workspace: Workspace,
+    job: object,
+    taught: bytes,
+    grasp_height: float,
+    start: Pose,
+    samples: int,
+) -> Generator[None, None, JobInspection]:
+    """Return a job in detail; raises `TooLarge` for more than `MOST_SAMPLED` samples."""
+    yield
+    tasks = expand(parsed(job), grasp_height, recalled(taught)).tasks
+    return (yield from inspect_tasks(on_paper(workspace), tasks, start, samples, MOST_SAMPLED))
+
+
+def parsed(job: object) -> Job:
+    """Return a job from a `Job`, plain data, or JSON in bytes; raises `InvalidJob`, `InvalidRequest`."""
+    if isinstance(job, Job):
+        return job
+    return Job.parse(decode_object(job) if isinstance(job, bytes) else job)
+
+
+def recalled(taught: bytes) -> Recall:
+    """Return who tells what is taught, or why he cannot."""
+
+    def recall() -> TaughtPlaces:
+        found = _unpickled(taught)
+        if isinstance(found, MayaError):
+            raise found
+        return found
+
+    return recall
+
+
+@lru_cache(maxsize=2)
+def _unpickled(taught: bytes) -> TaughtPlaces | MayaError:
+    return pickle.loads(taught)
+
+
+def _pieces(tasks: Sequence[Task]) -> Generator[Sequence[Task], None, None]:
+    for begin in range(0, len(tasks), PIECE):
+        yield tasks[begin : begin + PIECE]
+
+
+T = TypeVar("T")
+
+CHECK = "check"
+"""Principal of the computation of the job that begins next."""
+
+REPORT = "report"
+"""Principal of the computation of a job that somebody reads."""
+
+SUBMITTED = 128
+"""Most jobs of one principal that may be parsed at once; more are refused."""
+
+_LONG = 200
+"""A job of more steps is expanded in a thread if there is no worker."""
+
+
+class JobComputer:
+    """Computes jobs for a robot, with `staff` if there is any."""
+
+    def __init__(
+        self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, staff: WorkerSet | None
+    ) -> None:
+        self._robot = robot
+        self._controller = controller
+        self._grasp_height = grasp_height
+        self._recall = recall
+        self._staff = staff
+        self._sealed: tuple[TaughtPlaces | None, bytes] = (None, b"")
+
+    async def written(self, job: object, *, whose: str) -> StoredJob:
+        """Return a job of somebody ready to be queued, which comes as `desk.parsed` reads it.
+
+        Raises as `Job.parse` and `write_job` do, and as `Workers.run`.
+        """
+        if self._staff is None:
+            return write_job(parsed(job), self._grasp_height, self._recall)
+        asked = (job, self.taught(), self._grasp_height)
+        answer = await self._staff.people.run(write, *asked, whose=f"submit {whose}", each=SUBMITTED)
+        name, body, rest = answer.value
+        return StoredJob(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
+
+    async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
+        """Return what a kept job of so many `steps` comes to; raises as `written.expanded` does, and `Workers.run`."""
+        if self._staff is not None and "wish" not in body:
+            worker = self._staff.people if whose == REPORT else self._staff.own
+            answer = await worker.run(expand_kept, body, self._grasp_height, whose=whose, each=SUBMITTED)
+            return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)
+        return await self._expanded_here(body, steps)
+
+    async def expanded_anyway(self, body: Body) -> Expansion:
+        """Return what a kept job comes to, also where no worker can be had: what it has done must not be forgotten.
+
+        Raises as `written.expanded` does.
+        """
+        try:
+            return await self.expanded(body)
+        except (WorkerFailed, TakesTooLong, TooLarge, TooMuchAsked):
+            return await self._expanded_here(body, _LONG + 1)
+
+    async def _expanded_here(self, body: Body, steps: int) -> Expansion:
+        if steps <= _LONG:
+            return expanded(body, self._grasp_height)
+        return await asyncio.get_running_loop().run_in_executor(None, expanded, body, self._grasp_height)
+
+    async def walk(self, tasks: Sequence[Task], start: Pose, *, whose: str = CHECK) -> JobOutlook:
+        """Return what `tasks` will be from `start`, and where they end; sends nothing, and lets others run meanwhile.
+
+        Raises as `Workers.run` does.
+        """
+        if self._staff is None:
+            return await _slowly(preview_tasks(self._robot, tasks, start))
+        pose, courses = start, list[JobOutlook]()
+        for begin in range(0, len(tasks), PIECE):
+            some = list(tasks[begin : begin + PIECE])
+            courses.append(await self._asked(walk, some, pose, whose=whose))
+            pose = courses[-1].end
+            if courses[-1].preview.refusal is not None:
+                break
+        return joined_outlook(courses, start)
+
+    async def require(self, tasks: Sequence[Task], start: Pose) -> None:
+        """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
+        pose = start
+        for begin in range(0, len(tasks), PIECE):
+            some = list(tasks[begin : begin + PIECE])
+            if self._staff is not None:
+                pose = await self._asked(require, some, pose, whose=CHECK)
+                continue
+            for task in some:
+                pose = self._robot.preview(task.primitive, pose).end
+                await asyncio.sleep(0)
+
+    async def preview(self, job: Job, start: Pose) -> JobPreview:
+        """Return what `job` would be from `start`; raises as `written` does for what it says; sends nothing."""
+        if self._staff is None:
+            tasks = expand(job, self._grasp_height, self._recall).tasks
+            return (await _slowly(preview_tasks(self._robot, tasks, start))).preview
+        return await self._asked(preview, job, self.taught(), self._grasp_height, start, whose=CHECK)
+
+    async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
+        """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
+        if self._staff is None:
+            tasks = expand(job, self._grasp_height, self._recall).tasks
+            return await _slowly(inspect_tasks(self._robot, tasks, start, samples))
+        asked = (job, self.taught(), self._grasp_height, start, samples)
+        return await self._asked(inspect, *asked, whose=CHECK)
+
+    def taught(self) -> bytes:
+        """Return a pickle of what is taught, or of the error why nobody can tell."""
+        try:
+            taught = self._recall()
+        except MayaError as error:
+            return pickle.dumps(error)
+        if taught is not self._sealed[0]:
+            self._sealed = (taught, pickle.dumps(taught, pickle.HIGHEST_PROTOCOL))
+        return self._sealed[1]
+
+    async def _asked(self, work: Work[..., T], *args: object, whose: str) -> T:
+        assert self._staff is not None
+        return (await self._staff.own.run(work, self._controller.workspace, *args, whose=whose)).value
+
+
+async def _slowly(work: Generator[None, None, T]) -> T:
+    """Return what work comes to, done in this loop; others run at each of its steps."""
+    while True:
+        try:
+            next(work)
+        except StopIteration as end:
+            return end.value
+        await asyncio.sleep(0)
+
+
+def _joined(parts: Sequence[Sequence[Task]]) -> tuple[Task, ...]:
+    return tuple(task for part in parts for task in part)

@@ -1,0 +1,282 @@
+"""Changes of the queue by people: hold, release, reorder, edit, clear, cancel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+
+from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, WrongState
+from maya_un.process.computation import JobComputer
+from maya_un.process.journal.protocol import ClearedJobs, JobOptions, JobRow
+from maya_un.process.queue.changes import Changes
+from maya_un.process.queue.entries import QueueEntries, QueueEntry
+from maya_un.process.queue.report import JobRecord
+from maya_un.process.queue.submission import DependencyStatus, JobSubmitter, read_options
+from maya_un.process.queue.transaction_log import Transaction, TransactionLog
+from maya_un.process.spec.stored_job import StoredJob
+from maya_un.process.spec.tasks import Expansion
+from maya_un.schema.jobs import TaskState
+from maya_un.values import Notice
+
+_WAITING = frozenset({TaskState.QUEUED, TaskState.HELD})
+_AT_A_TIME = 200
+_BETWEEN = frozenset({TaskState.PAUSED, TaskState.INTERRUPTED})
+
+
+class JobEditor:
+    """Changes jobs that have not begun, and what is left of those that have."""
+
+    def __init__(
+        self,
+        items: QueueEntries,
+        ledger: TransactionLog,
+        changes: Changes,
+        submitting: JobSubmitter,
+        foresight: JobComputer,
+    ) -> None:
+        self._items = items
+        self._ledger = ledger
+        self._changes = changes
+        self._submitting = submitting
+        self._foresight = foresight
+
+    async def hold(self, number: int) -> None:
+        """Put a job aside that waits; raises `NotFound`, `WrongState`, `StorageFailed`."""
+
+        def propose() -> list[Transaction]:
+            item = self._waiting(number, "held")
+            if item.row.state is TaskState.HELD:
+                return []
+            return _unsure(self._changes.job(item, TaskState.HELD))
+
+        await self._ledger.write(propose)
+
+    async def release(self, number: int, by: str, require: Callable[[JobRow], None]) -> None:
+        """Let a job wait for its turn that was held, whatever became of those on which it depends.
+
+        `require` looks at the job as it is released: what was approved may have been changed just before. Raises what
+        it raises, `NotFound`, `WrongState`, `StorageFailed`.
+        """
+
+        def propose() -> list[Transaction]:
+            item = self._waiting(number, "released")
+            if item.row.state is TaskState.QUEUED:
+                return []
+            require(item.row)
+            approved = by if item.row.proposal else item.row.approved_by
+            alive = frozenset(one for one in item.waits_for if self._items.alive(one))
+            entries = self._changes.job(item, TaskState.QUEUED, approved_by=approved)
+            return _unsure([Transaction((), lambda: self._items.depend(item, alive)), *entries])
+
+        await self._ledger.write(propose)
+
+    async def move(self, number: int, beside: int, *, behind: bool) -> None:
+        """Put a job before or `behind` the job `beside`; raises `NotFound`, `WrongState`, `StorageFailed`."""
+        await self._ledger.write(lambda: self._moved(number, beside, behind=behind))
+
+    async def move_to(self, number: int, *, last: bool) -> None:
+        """Put a job first, or `last`; raises as `move` does."""
+
+        def propose() -> list[Transaction]:
+            self._waiting(number, "moved")
+            beside = self._items.order.outermost(number, last=last)
+            return [] if beside is None else self._moved(number, beside, behind=last)
+
+        await self._ledger.write(propose)
+
+    async def change(self, number: int, changes: Mapping[str, object], *, approved: bool) -> None:
+        """Change the options of a job, or its body (`job`); what is not `approved` is a proposal after it.
+
+        Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `StorageFailed`.
+        """
+        item = self._changeable(number)
+        rest = {key: value for key, value in changes.items() if key != "job"}
+        if "held" in rest:
+            raise InvalidRequest(key="held", reason="hold and release a job by the operations for it")
+        asked = read_options(rest, item.row.options).depends_on
+        standing = await self._submitting.standing(asked) if "depends_on" in rest else None
+
+        written = await self._foresight.written(changes["job"], whose=item.row.owner.name) if "job" in changes else None
+        begun = await self._foresight.expanded(item.row.body) if written is not None and item.begun else None
+
+        def propose() -> list[Transaction]:
+            self._changeable(number)
+            options = read_options(rest, item.row.options)
+            if written is not None:
+                self._require_same(item, written, begun)
+            self._require_no_loop(number, options.depends_on)
+            depends_anew = options.depends_on != item.row.options.depends_on
+            changed = self._changed(item, options, written, standing if depends_anew else None, approved=approved)
+            return _unsure(changed)
+
+        await self._ledger.write(propose)
+        await self._submitting.hold_where_failed(item)
+
+    async def unapprove(self, owner: str) -> None:
+        """Have all that waits of somebody be proposals again, who may not queue any more; also where it is not written.
+
+        Raises `StorageFailed`.
+        """
+
+        def propose() -> list[Transaction]:
+            parked = [self._items.get(number) for number in self._ledger.journal.waiting_of(owner)]
+            items = {*self._items, *parked}
+            rows = ((item, item.row) for item in items if item.row.owner.name == owner and not item.begun)
+            return [
+                self._changes.row(item, replace(row, state=TaskState.HELD, proposal=True, approved_by=""))
+                for item, row in rows
+                if row.state in _WAITING
+            ]
+
+        await self._ledger.write(propose)
+
+    async def cancel(self, number: int, error: MayaError, unless: Callable[[], bool] = lambda: False) -> None:
+        """End a job that is not under way, `unless` it has begun meanwhile; where it has ended, nothing happens.
+
+        Raises `StorageFailed`.
+        """
+
+        def propose() -> list[Transaction]:
+            item = self._items.get(number)
+            return [] if item.row.state.ended or unless() else _unsure(self.cancelled(item, error))
+
+        await self._ledger.write(propose)
+
+    async def clear(self, error: MayaError) -> ClearedJobs | None:
+        """End all waiting jobs, held ones too; return the events that remain to be sent. Raises `StorageFailed`.
+
+        Most end by one change. Those in memory end some at a time, so other tasks can run.
+        """
+        cleared: ClearedJobs | None = None
+
+        def at_once() -> list[Transaction]:
+            nonlocal cleared
+            numbers = tuple(number for number in self._items.parked if not self._items.needed(number))
+            if not numbers:
+                return []
+            notice = Notice(error.code, str(error))
+            cleared = ClearedJobs(numbers, TaskState.CANCELLED, notice.code, notice.message, self._submitting.date())
+            return [self._changes.cleared(cleared)]
+
+        await self._ledger.write(at_once)
+        await self._clear_rest(error)
+        return cleared
+
+    async def tell_cleared(self, row: ClearedJobs) -> None:
+        """Announce the end of every job of `row`, some at a time, so other tasks can run."""
+        numbers = sorted(row.numbers)
+        for begin in range(0, len(numbers), _AT_A_TIME):
+            some = await self._ledger.journal.names_of(numbers[begin : begin + _AT_A_TIME])
+            self._changes.tell_cleared(row, some)
+
+    async def _clear_rest(self, error: MayaError) -> None:
+        numbers = list(self._items.order)
+        for begin in range(0, len(numbers), _AT_A_TIME):
+            some = numbers[begin : begin + _AT_A_TIME]
+
+            def propose(some: list[int] = some) -> list[Transaction]:
+                items = {self._items.get(number): None for number in some if number in self._items.order}
+                return [entry for item in items for entry in _unsure(self.cancelled(item, error, items.keys()))]
+
+            await self._ledger.write(propose)
+
+    def cancelled(self, item: QueueEntry, error: MayaError, among: Collection[QueueEntry] = ()) -> list[Transaction]:
+        """Return the changes that end a job which is not under way, `among` others that end with it."""
+        notice = Notice(error.code, str(error))
+        steps = [] if item.record is None else item.record.steps
+        interrupted = [step for step in steps if step.state is TaskState.INTERRUPTED]
+        entries = [
+            self._changes.step(item, step, step.become(TaskState.CANCELLED, notice), sure=False) for step in interrupted
+        ]
+        ended = self._submitting.date()
+        return [*entries, *self._changes.job(item, TaskState.CANCELLED, notice, among, ended=ended)]
+
+    def _moved(self, number: int, beside: int, *, behind: bool) -> list[Transaction]:
+        self._waiting(number, "moved")
+        self._waiting(beside, "a neighbour")
+        if number == beside:
+            return []
+        places = self._items.order.moved(number, beside, behind=behind)
+        return [self._placed(place.number, place.priority, place.position) for place in places]
+
+    def _waiting(self, number: int, wish: str) -> QueueEntry:
+        item = self._items.get(number)
+        if item.row.state not in _WAITING or item.begun:
+            raise WrongState(number=number, state=item.row.state.value, wish=wish)
+        return item
+
+    def _changeable(self, number: int) -> QueueEntry:
+        item = self._items.get(number)
+        if item.row.state not in _WAITING | _BETWEEN:
+            raise WrongState(number=number, state=item.row.state.value, wish="changed")
+        return item
+
+    def _placed(self, number: int, priority: int, position: float) -> Transaction:
+        item = self._items.get(number)
+        options = replace(item.row.options, priority=priority)
+        return self._changes.row(item, replace(item.row, options=options, position=position), sure=False)
+
+    def _require_same(self, item: QueueEntry, written: StoredJob, before: Expansion | None) -> None:
+        """Raise `InvalidJob` if a new body changes begun steps of a job; `before` is the old body."""
+        if not item.begun:
+            return
+        old = before if item.record is None else item.record.expansion
+        if old is None:  # it has begun just now
+            raise WrongState(number=item.number, state=item.row.state.value, wish="changed")
+        steps = [] if item.record is None else item.record.steps
+        begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
+        new = [task.primitive for task in written.expansion.tasks[:begun]]
+        if new != [task.primitive for task in old.tasks[:begun]]:
+            raise InvalidJob(key="steps", reason=f"{begun} have begun, and these must stay as they are")
+
+    def _changed(
+        self,
+        item: QueueEntry,
+        options: JobOptions,
+        written: StoredJob | None,
+        standing: DependencyStatus | None,
+        *,
+        approved: bool,
+    ) -> list[Transaction]:
+        row = replace(item.row, options=options)
+        if not approved:
+            held = TaskState.HELD if row.state is TaskState.QUEUED else row.state
+            row = replace(row, proposal=True, approved_by="", state=held)
+        entries: list[Transaction] = []
+        if written is not None:
+            record = _rewritten_record(item, written)
+            row = replace(row, name=written.name, body=written.body, steps=len(written.expansion.tasks))
+            entries.append(Transaction((), lambda: setattr(item, "record", record)))
+        if standing is not None:
+            entries.append(
+                Transaction((), lambda: self._items.depend(item, self._submitting.not_done(standing.waits_for)))
+            )
+            if standing.notice is not None and row.state is TaskState.QUEUED:
+                code, message = standing.notice.code, standing.notice.message
+                row = replace(row, state=TaskState.HELD, code=code, message=message)
+        return [*entries, self._changes.row(item, row)]
+
+    def _require_no_loop(self, number: int, depends_on: tuple[int, ...]) -> None:
+        """Raise `InvalidValue` where a job would wait for itself."""
+        ahead, seen = list(depends_on), set[int]()
+        while ahead:
+            one = ahead.pop()
+            if one == number:
+                raise InvalidValue(key="depends_on", value=list(depends_on), reason="the job would wait for itself")
+            item = self._items.find(one)
+            if item is not None and one not in seen:
+                seen.add(one)
+                ahead.extend(item.row.options.depends_on)
+
+
+def _rewritten_record(item: QueueEntry, written: StoredJob) -> JobRecord | None:
+    """Return the record of a job that has begun, with its new steps."""
+    if item.record is None:
+        return None
+    begun = [step.row for step in item.record.steps if step.state is not TaskState.QUEUED]
+    return JobRecord.kept(written.expansion, begun)
+
+
+def _unsure(entries: list[Transaction]) -> list[Transaction]:
+    """Return changes that are not made where they cannot be written: somebody asked for them, and is told so."""
+    return [entry._replace(sure=False) for entry in entries]

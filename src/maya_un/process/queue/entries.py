@@ -1,0 +1,314 @@
+"""The jobs that the queue knows: those that have not ended, in order, and the last that have."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from weakref import WeakValueDictionary
+
+from maya_un.errors import MayaError, NotFound
+from maya_un.process.journal.protocol import ClearedJobs, JobRow, Journal
+from maya_un.process.queue.report import JobRecord
+from maya_un.process.queue_order import MayBegin, QueueOrder, QueuePosition
+from maya_un.schema.jobs import TaskState
+
+AT_HAND = 100
+"""Number of waiting jobs in memory; the others stay in the journal."""
+
+REMEMBERED = 200
+"""Jobs that have ended and are still known with all they left; the journal has the others."""
+
+_LINED_UP = {TaskState.QUEUED, TaskState.HELD}
+_GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
+
+
+@dataclass(slots=True, eq=False, weakref_slot=True)
+class QueueEntry:
+    """A job in the queue: what is kept of it, and what only this run knows.
+
+    `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` job is a
+    command to be done now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt`
+    it is to end as interrupted instead. `moving` tells that its runner may be cancelled, `checking` that it still works
+    out the job, `concludes` that it is over for its runner, which writes that down. `began` is loop time [s] of this
+    run. `finished` tells that its end has been announced, of which `ended` wakes those who wait.
+    """
+
+    row: JobRow
+    record: JobRecord | None = None
+    waits_for: frozenset[int] = frozenset()
+    direct: bool = False
+    end_by: MayaError | None = None
+    interrupt: bool = False
+    moving: bool = False
+    checking: bool = False
+    concludes: bool = False
+    began: float | None = None
+    finished: bool = False
+    ended: asyncio.Event | None = None
+
+    @property
+    def number(self) -> int:
+        """The job's number."""
+        return self.row.id
+
+    def finish(self) -> None:
+        """Let those go on who wait for its end."""
+        self.finished = True
+        if self.ended is not None:
+            self.ended.set()
+
+    async def wait(self) -> None:
+        """Wait until its end has been announced, or the queue is closed."""
+        if not self.finished:
+            self.ended = self.ended or asyncio.Event()
+            await self.ended.wait()
+
+    @property
+    def may_begin(self) -> bool:
+        """Whether it may begin, or go on, when its turn comes."""
+        going_on = self.begun and self.row.state in _GOING_ON
+        return going_on or (self.row.state is TaskState.QUEUED and not self.waits_for)
+
+    @property
+    def begun(self) -> bool:
+        """Whether a step of it has begun, in this run or before."""
+        return self.row.began != ""
+
+
+class QueueEntries:
+    """All jobs that have not ended, the order of those that wait, and the last that have ended.
+
+    Of a waiting job far behind, only the place is in memory; the `journal` has the rest.
+    `on_change` is called after every change.
+    """
+
+    def __init__(self, journal: Journal) -> None:
+        self._journal = journal
+        self._looked_at: WeakValueDictionary[int, QueueEntry] = WeakValueDictionary()
+        self._alive: dict[int, QueueEntry] = {}
+        self._ended: dict[int, QueueEntry] = {}
+        self._order = QueueOrder()
+        self._under_way: list[int] = []
+        self._interrupted: list[int] = []
+        self._direct: list[int] = []
+        self._dependents: defaultdict[int, set[int]] = defaultdict(set)
+        self._counts: Counter[TaskState] = Counter()
+        self.on_change: Callable[[], None] = lambda: None
+
+    def __iter__(self) -> Iterator[QueueEntry]:
+        """Yield the jobs in memory: begun, dependent, recently read or recently ended ones."""
+        yield from self._ended.values()
+        yield from self._alive.values()
+        yield from (item for number, item in tuple(self._looked_at.items()) if self._is_parked(number))
+
+    @property
+    def parked(self) -> list[int]:
+        """The numbers of waiting jobs of which only the place is in memory."""
+        return [number for number in self._order if number not in self._alive]
+
+    def _is_parked(self, number: int) -> bool:
+        return number not in self._alive and number in self._order
+
+    def take_up(self, waiting: QueueOrder) -> None:
+        """Restore the waiting jobs, before any other."""
+        self._order = waiting
+        self._counts[TaskState.QUEUED] += waiting.ready_count
+        self._counts[TaskState.HELD] += len(waiting) - waiting.ready_count
+        if len(waiting):
+            self.on_change()
+
+    def park(self, item: QueueEntry) -> None:
+        """Keep only the place of a waiting job far behind, if no caller waits for its end."""
+        plain = not (item.waits_for or item.direct or item.begun or item.record or item.ended)
+        place = self._order.place_of(item.number)
+        if plain and place is not None and place > AT_HAND and self._alive.get(item.number) is item:
+            del self._alive[item.number]
+            self._looked_at[item.number] = item
+
+    def cleared(self, row: ClearedJobs) -> list[QueueEntry]:
+        """End many waiting jobs at once; return those that are in memory by now."""
+        gone = {number for number in row.numbers if self._is_parked(number)}
+        queued = sum(self._order.is_ready(number) for number in gone)
+        self._counts[TaskState.QUEUED] -= queued
+        self._counts[TaskState.HELD] -= len(gone) - queued
+        self._order.drop_all(gone)
+        changed = [self._alive[number] for number in row.numbers if number not in gone and number in self._alive]
+        seen = [item for number, item in tuple(self._looked_at.items()) if number in gone]
+        for item in changed:
+            self.replace(item, _ended_by(row, item.row))
+        for item in seen:
+            item.row = _ended_by(row, item.row)
+        self.on_change()
+        return [*changed, *seen]
+
+    def needed(self, number: int) -> bool:
+        """Tell whether another job waits for a job."""
+        return bool(self._dependents.get(number))
+
+    def _item(self, number: int) -> QueueEntry | None:
+        """Return a job that has not ended; read it if only its place is in memory.
+
+        All holders share one object, which is dropped with the last of them unless it changes.
+        """
+        item = self._alive.get(number)
+        if item is None and self._is_parked(number):
+            item = self._looked_at.get(number)
+            row = None if item is not None else self._journal.waiting_job(number)
+            if row is not None:
+                item = self._looked_at[number] = QueueEntry(row)
+        return item
+
+    def _hold(self, item: QueueEntry) -> None:
+        """Keep all of a job in memory from now on, because it is near its turn, or changes."""
+        if self._is_parked(item.number):
+            self._alive[item.number] = item
+
+    @property
+    def order(self) -> QueueOrder:
+        """Those that wait for their turn, or are held."""
+        return self._order
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many jobs that have not ended are in which state."""
+        return {state.value: count for state, count in self._counts.items() if count and not state.ended}
+
+    @property
+    def interrupted(self) -> QueueEntry | None:
+        """The first job that waits for a person to say what becomes of it."""
+        return self._alive[self._interrupted[0]] if self._interrupted else None
+
+    @property
+    def anything_waits(self) -> bool:
+        """Whether anything would begin by itself, now or when its turn comes."""
+        return bool(self._under_way or self._interrupted or self._counts[TaskState.QUEUED])
+
+    @property
+    def all_ended(self) -> bool:
+        """Whether nothing is left, held jobs included."""
+        return not self._alive and not len(self._order)
+
+    def get(self, number: int) -> QueueEntry:
+        """Return a job that has not ended, or has ended lately; raises `NotFound`."""
+        item = self.find(number)
+        if item is None:
+            raise NotFound(what="job", number=number)
+        return item
+
+    def find(self, number: int) -> QueueEntry | None:
+        """Return a job that has not ended, or has ended lately, None where it is not known."""
+        return self._item(number) or self._ended.get(number)
+
+    def in_memory(self, number: int) -> QueueEntry | None:
+        """Return a job as `find` does, None for one of which only the place is in memory: nothing is read."""
+        if self._is_parked(number):
+            return self._looked_at.get(number)
+        return self._alive.get(number) or self._ended.get(number)
+
+    def alive(self, number: int) -> bool:
+        """Tell whether a job has not ended."""
+        return number in self._alive or number in self._order
+
+    def waiting(self, count: int) -> list[QueueEntry]:
+        """Return the first that wait, held ones among them, in the order of the queue."""
+        going_on = [self._alive[number] for number in (*self._interrupted, *self._under_way)]
+        left = max(0, count - len(going_on))
+        return [*going_on, *(self._known(number) for number in self._order.first(left))][:count]
+
+    def going_on(self) -> QueueEntry | None:
+        """Return the job that has begun and is to go on before any other begins."""
+        return self._alive[self._under_way[0]] if self._under_way else None
+
+    def next(self, may_begin: MayBegin) -> QueueEntry | None:
+        """Return the job whose turn it is."""
+        number = self._order.next(may_begin)
+        return None if number is None else self._known(number)
+
+    def _known(self, number: int) -> QueueEntry:
+        """Return a job of those at hand."""
+        item = self._item(number)
+        assert item is not None
+        self._hold(item)
+        return item
+
+    def next_direct(self, may_begin: MayBegin) -> QueueEntry | None:
+        """Return the first direct command."""
+        items = (self._alive[number] for number in self._direct)
+        return next((item for item in items if item.may_begin and may_begin(item.row.owner.name)), None)
+
+    def add(self, item: QueueEntry) -> None:
+        """Put a new job in."""
+        self._alive[item.number] = item
+        for number in item.waits_for:
+            self._dependents[number].add(item.number)
+        self._counts[item.row.state] += 1
+        self._line_up(item)
+
+    def replace(self, item: QueueEntry, row: JobRow) -> None:
+        """Put a newer version of a job in the place of the one that there is."""
+        self._hold(item)
+        self._counts[item.row.state] -= 1
+        self._counts[row.state] += 1
+        item.row = row
+        if row.state.ended:
+            self._end(item)
+        self._line_up(item)
+
+    def depend(self, item: QueueEntry, numbers: frozenset[int]) -> None:
+        """Have a job wait for others."""
+        self._hold(item)
+        for number in item.waits_for:
+            self._dependents[number].discard(item.number)
+        item.waits_for = numbers
+        for number in numbers:
+            self._dependents[number].add(item.number)
+        self._line_up(item)
+
+    def dependents(self, number: int) -> list[QueueEntry]:
+        """Return the jobs that wait for a job, in the order they came."""
+        return [self._alive[one] for one in sorted(self._dependents.get(number, ())) if one in self._alive]
+
+    def no_longer_direct(self) -> list[QueueEntry]:
+        """Make direct commands ordinary jobs, and return those that still waited."""
+        items = [self._alive[number] for number in self._direct]
+        for item in items:
+            item.direct = False
+        self._direct.clear()
+        return items
+
+    def _line_up(self, item: QueueEntry) -> None:
+        """See that a job stands where its state says, and nowhere else."""
+        row, number = item.row, item.number
+        going_on = not row.state.ended and item.begun
+        if row.state in _LINED_UP and not going_on:
+            place = QueuePosition.of(row.options.priority, row.position, number)
+            self._order.put(place, row.owner.name, ready=row.state is TaskState.QUEUED and not item.waits_for)
+        else:
+            self._order.drop(number)
+        _keep(self._under_way, number, among=going_on and row.state in _GOING_ON)
+        _keep(self._interrupted, number, among=row.state is TaskState.INTERRUPTED)
+        _keep(self._direct, number, among=item.direct and row.state is TaskState.QUEUED)
+        self.on_change()
+
+    def _end(self, item: QueueEntry) -> None:
+        del self._alive[item.number]
+        for number in item.waits_for:
+            self._dependents[number].discard(item.number)
+        self._dependents.pop(item.number, None)
+        self._ended[item.number] = item
+        while len(self._ended) > REMEMBERED:
+            del self._ended[next(iter(self._ended))]
+
+
+def _ended_by(end: ClearedJobs, row: JobRow) -> JobRow:
+    return replace(row, state=end.state, code=end.code, message=end.message, ended=end.ended)
+
+
+def _keep(numbers: list[int], number: int, *, among: bool) -> None:
+    """See that a number is in a list, or is not."""
+    if among and number not in numbers:
+        numbers.append(number)
+    elif not among and number in numbers:
+        numbers.remove(number)

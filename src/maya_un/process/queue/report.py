@@ -1,0 +1,300 @@
+"""Reports: the record that the queue keeps of a job, and frozen copies of it.
+
+Long lists are built in slices, so that no reader blocks the robot's loop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+from maya_un.process.journal.protocol import JobRow, StepRow
+from maya_un.process.spec.tasks import Expansion, Task
+from maya_un.robot.plan import Pose
+from maya_un.schema.jobs import JobLine, JobReport, StepResult, TaskState, advance
+from maya_un.schema.previews import JobPreview
+from maya_un.values import Notice, Point, State
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+SLICE = 100
+"""Number of entries that are made at a time: about 1 ms of work."""
+
+
+class Slices:
+    """Gives one reader after the other a `turn`: those that come together hold the loop no longer than one alone."""
+
+    def __init__(self) -> None:
+        self.turn = asyncio.Lock()
+
+    async def each(self, make: Callable[[S], T], things: Sequence[S]) -> list[T]:
+        """Return what `make` returns for each of some things, made in a turn."""
+        async with self.turn:
+            return await map_in_slices(make, things)
+
+
+async def map_in_slices(make: Callable[[S], T], things: Sequence[S]) -> list[T]:
+    """Return what `make` returns for each of some things; others use the loop between two slices."""
+    found: list[T] = []
+    for begin in range(0, len(things), SLICE):
+        if begin:
+            await asyncio.sleep(0)
+        found += map(make, things[begin : begin + SLICE])
+    return found
+
+
+@dataclass(slots=True)
+class Edition:
+    """Counts the changes of a job's steps."""
+
+    number: int = 0
+
+
+class StepRecord:
+    """The present data of one step; the `edition` of the job's steps counts every change of its `row`."""
+
+    __slots__ = ("_edition", "_row", "task")
+
+    def __init__(self, task: Task, row: StepRow, edition: Edition) -> None:
+        self.task = task
+        self._row = row
+        self._edition = edition
+
+    @property
+    def row(self) -> StepRow:
+        """Its row in the journal."""
+        return self._row
+
+    @row.setter
+    def row(self, row: StepRow) -> None:
+        self._row = row
+        self._edition.number += 1
+
+    @property
+    def state(self) -> TaskState:
+        """Its state."""
+        return self.row.state
+
+    def become(self, state: TaskState, notice: Notice | None = None) -> StepRow:
+        """Return its row after it has gone on to `state`, because of `notice` where there is one."""
+        code, message = (0, "") if notice is None else (notice.code, notice.message)
+        return replace(self.row, state=advance(self.row.state, state), code=code, message=message)
+
+
+def result_of(task: Task, row: StepRow) -> StepResult:
+    """Return a step as a value."""
+    end = row.end or {}
+    counts, point = end.get("counts"), end.get("point")
+    return StepResult(
+        index=task.index,
+        key=task.key,
+        step=task.label,
+        state=row.state,
+        code=row.code,
+        message=row.message,
+        predicted=row.predicted,
+        duration=row.duration,
+        end_counts=None if counts is None else (counts[0], counts[1], counts[2]),
+        end_point=None if point is None else Point(*point),
+        phase=row.phase,
+    )
+
+
+def where(state: State) -> dict[str, object]:
+    """Return where a step has ended, as it is kept."""
+    return {"counts": list(state.counts), "point": None if state.point is None else list(state.point)}
+
+
+@dataclass(frozen=True, slots=True)
+class StepCounts:
+    """The steps of a job, counted: `done`, and those that remain, in order.
+
+    `predicted` is the sum of what those take that are predicted [s]; `homings` are the others.
+    """
+
+    done: int
+    remaining: tuple[StepRecord, ...]
+    predicted: float
+    homings: int
+
+    @classmethod
+    def of(cls, steps: Sequence[StepRecord]) -> StepCounts:
+        """Count some steps."""
+        remaining = tuple(step for step in steps if not step.state.ended)
+        predicted = [step.row.predicted for step in remaining if step.row.predicted is not None]
+        done = sum(step.state is TaskState.DONE for step in steps)
+        return cls(done, remaining, sum(predicted), len(remaining) - len(predicted))
+
+
+@dataclass(slots=True)
+class JobRecord:
+    """The present data of the steps of one job.
+
+    `preview` is what its last check predicted, `end` where that leaves the robot. `current` is the index of the step
+    under way, 0 between two, begun at loop time `current_since` [s].
+    """
+
+    expansion: Expansion
+    steps: list[StepRecord] = field(init=False)
+    preview: JobPreview | None = None
+    end: Pose | None = None
+    current: int = 0
+    current_since: float = 0.0
+    _edition: Edition = field(default_factory=Edition)
+    _counted: tuple[int, StepCounts] | None = None
+
+    def __post_init__(self) -> None:
+        self.steps = [
+            StepRecord(task, StepRow(task.index, TaskState.QUEUED), self._edition) for task in self.expansion.tasks
+        ]
+
+    @classmethod
+    def kept(cls, expansion: Expansion, rows: Iterable[StepRow]) -> JobRecord:
+        """Return the record of a job of which `rows` are known."""
+        record = cls(expansion)
+        for row in rows:
+            if 0 < row.index <= len(record.steps):
+                record.steps[row.index - 1].row = row
+        return record
+
+    @property
+    def tally(self) -> StepCounts:
+        """The steps counted, once for all who look between two changes: a job may have thousands."""
+        if self._counted is None or self._counted[0] != self._edition.number:
+            self._counted = (self._edition.number, StepCounts.of(self.steps))
+        return self._counted[1]
+
+    @property
+    def done(self) -> int:
+        """How many steps are done."""
+        return self.tally.done
+
+    @property
+    def under_way(self) -> StepRecord | None:
+        """The step under way, None between two."""
+        return self.steps[self.current - 1] if self.current else None
+
+    @property
+    def begun(self) -> bool:
+        """Whether a step of it was tried."""
+        return any(step.row.duration is not None for step in self.steps)
+
+    @property
+    def remaining(self) -> tuple[StepRecord, ...]:
+        """The steps that have not ended, in order."""
+        return self.tally.remaining
+
+    def skip_rest(self) -> None:
+        """Count the steps that have not begun as skipped: the job has ended."""
+        for step in self.steps:
+            if step.state is TaskState.QUEUED:
+                step.row = step.become(TaskState.SKIPPED)
+
+    def previewed(self, preview: JobPreview, end: Pose) -> None:
+        """Keep what the check of the steps that remain predicted."""
+        self.preview, self.end = preview, end
+        for step in preview.steps:
+            record = self.steps[step.index - 1]
+            record.row = replace(record.row, predicted=step.duration)
+
+
+def parts_of(expansion: Expansion, rows: Sequence[StepRow]) -> dict[str, Point | None]:
+    """Return where the steps done so far have put the parts; a step that ended early may have taken its part."""
+    parts: dict[str, Point | None] = dict.fromkeys(expansion.parts)
+    for task, row in zip(expansion.tasks, rows, strict=True):
+        if task.part is not None and row.state not in {TaskState.QUEUED, TaskState.SKIPPED}:
+            parts[task.part] = task.put if row.state is TaskState.DONE else None
+    return parts
+
+
+@dataclass(frozen=True, slots=True)
+class JobSnapshot:
+    """A job at one instant: its line, what it comes to, and a row for every step; `preview` is that of its check."""
+
+    line: JobLine
+    expansion: Expansion
+    rows: Sequence[StepRow]
+    version: str
+    preview: JobPreview | None = None
+
+    @classmethod
+    def of(cls, line: JobLine, record: JobRecord, version: str) -> JobSnapshot:
+        """Return how a job stands now of which all is known."""
+        preview = None if line.state.ended and not record.begun else record.preview
+        return cls(line, record.expansion, [step.row for step in record.steps], version, preview)
+
+    @classmethod
+    def kept(cls, line: JobLine, expansion: Expansion, known: Iterable[StepRow], version: str) -> JobSnapshot:
+        """Return how a job stands of which some rows are `known`; the steps of one that ended count as skipped."""
+        state = TaskState.SKIPPED if line.state.ended else TaskState.QUEUED
+        rows = [StepRow(task.index, state) for task in expansion.tasks]
+        for row in known:
+            if 0 < row.index <= len(rows) and not (line.state.ended and row.state is TaskState.QUEUED):
+                rows[row.index - 1] = row
+        return cls(line, expansion, rows, version)
+
+
+async def report_of(job: JobSnapshot) -> JobReport:
+    """Return a job as a value; others use the loop meanwhile, for it may have thousands of steps."""
+    line, preview = job.line, job.preview
+    steps = await map_in_slices(lambda pair: result_of(*pair), list(zip(job.expansion.tasks, job.rows, strict=True)))
+    await asyncio.sleep(0)
+    return JobReport(
+        id=line.id,
+        name=line.name,
+        state=line.state,
+        code=line.code,
+        message=line.message,
+        predicted=line.predicted,
+        duration=line.duration,
+        lowest=None if preview is None else preview.lowest,
+        highest=None if preview is None else preview.highest,
+        steps=tuple(steps),
+        parts=parts_of(job.expansion, job.rows),
+        remarks=job.expansion.remarks,
+        line=line,
+        version=job.version,
+    )
+
+
+def line_of(
+    row: JobRow,
+    *,
+    position: int | None = None,
+    eta: float | None = None,
+    done: int | None = None,
+    predicted: float | None = None,
+    direct: bool = False,
+) -> JobLine:
+    """Return a job's line; `done` and `predicted` where more is known than was kept."""
+    options = row.options
+    return JobLine(
+        id=row.id,
+        name=row.name,
+        state=row.state,
+        code=row.code,
+        message=row.message,
+        owner=row.owner.name,
+        source=row.owner.source,
+        priority=options.priority,
+        position=position,
+        notes=options.notes,
+        depends_on=options.depends_on,
+        done=row.done if done is None else done,
+        steps=row.steps,
+        predicted=predicted if row.predicted is None else row.predicted,
+        duration=row.duration,
+        eta=eta,
+        submitted=row.submitted,
+        began=row.began,
+        ended=row.ended,
+        proposal=row.proposal,
+        approved_by=row.approved_by,
+        on_failure=options.on_failure,
+        retries=options.retries,
+        stepwise=options.stepwise,
+        direct=direct,
+    )

@@ -1,0 +1,368 @@
+"""Views of the queue: lines, queue views and reports, with the expected end of each waiting job.
+
+`Forecast` computes the ends in the background, each from where the job before it ends. It computes an end again only if
+the job or its start has changed. Nothing is sent, and the loop is not blocked (`process.computation`). No plan contains
+the duration of a homing: `HomingTime` takes it from the last homing, and before the first one from a bound.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from maya_un.config import Config, Units
+from maya_un.errors import MayaError, NotFound
+from maya_un.events import Event, EventLog, HomingBegun, HomingDone
+from maya_un.process.computation import REPORT, JobComputer, JobOutlook
+from maya_un.process.journal.protocol import Filter, JobRow, Journal, StepRow
+from maya_un.process.queue.entries import QueueEntries, QueueEntry
+from maya_un.process.queue.interrupted import JobRecoverer
+from maya_un.process.queue.report import JobSnapshot, Slices, line_of, report_of
+from maya_un.process.queue.runner import RunnerContext
+from maya_un.process.queue.scheduler import Scheduler
+from maya_un.process.spec.stored_job import Body, as_written, version_of
+from maya_un.process.spec.tasks import Task
+from maya_un.robot.plan import Pose
+from maya_un.robot.robot import Robot
+from maya_un.schema.jobs import JobLine, JobReport, QueueMode, QueueView, TaskState
+
+_STROKES = 2.0
+"""So often each line passes its stroke, the ways between the switches and the slow approaches included."""
+
+
+class HomingTime:
+    """Watches homings; `seconds` is what the next one will about take [s], at any speed override."""
+
+    def __init__(self, config: Config, events: EventLog) -> None:
+        self.seconds = _bound(config)
+        self._began: float | None = None
+        events.heard_by(self._hear)
+
+    def _hear(self, event: Event) -> None:
+        if isinstance(event, HomingBegun):
+            self._began = event.time
+        elif isinstance(event, HomingDone) and self._began is not None:
+            self.seconds = event.time - self._began
+            self._began = None
+
+
+def _bound(config: Config) -> float:
+    a, b, c = config.axes.a, config.axes.b, config.axes.c
+    lines = (b.maximum - b.minimum) + (c.maximum - c.minimum)
+    turn = (a.maximum - a.minimum) * Units.of(config).per_unit[0] / a.speed_counts
+    return _STROKES * lines / config.homing.speed + turn
+
+
+AHEAD = 50
+"""So many jobs that wait are predicted."""
+
+_WHOSE = "forecast"
+
+
+class Etas(NamedTuple):
+    """When which jobs will have ended [s from now], and whether homings among them make that an estimate."""
+
+    at: dict[int, float]
+    estimated: bool
+
+
+class _Known(NamedTuple):
+    """The plan of a job, and the start position for which it was computed."""
+
+    body: Body
+    left: int
+    start: Pose
+    course: JobOutlook
+
+
+class Forecast:
+    """Predicts the first jobs that wait; `under_way` tells which job runs.
+
+    Held jobs, and jobs that wait for them, do not count: nobody knows when they begin. How long a homing takes is
+    estimated (`homing`).
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        items: QueueEntries,
+        foresight: JobComputer,
+        under_way: Callable[[], QueueEntry | None],
+        homing: HomingTime,
+    ) -> None:
+        self._robot = robot
+        self._items = items
+        self._foresight = foresight
+        self._under_way = under_way
+        self._homing = homing
+        self._known: dict[int, _Known] = {}
+        self._task: asyncio.Task[None] | None = None
+        self._stale = False
+        self._closed = False
+
+    def renew(self) -> None:
+        """Work it out again, because something has changed."""
+        self._stale = True
+        if self._task is None and len(self._items.order) and not self._closed:
+            self._task = asyncio.get_running_loop().create_task(self._work(), name="forecast")
+
+    def predicted(self, item: QueueEntry) -> float | None:
+        """Return how long a job will take [s], homings apart; None where it is not worked out, or would be refused."""
+        known = self._known.get(item.number)
+        if known is None or known.body is not item.row.body or known.course.preview.refusal is not None:
+            return None
+        return known.course.preview.duration
+
+    def etas(self, now: float) -> Etas:
+        """Return when jobs will have ended, from loop time `now` [s] on, at full speed; those that can be told."""
+        passed, homings = 0.0, 0
+        found: dict[int, float] = {}
+        running = self._under_way()
+        if running is not None:
+            left = self._left(running, now)
+            if left is None:
+                return Etas(found, estimated=False)
+            found[running.number] = passed = left
+            homings = _homings_left(running)
+        for item in self._in_turn(running):
+            duration = self.predicted(item)
+            if duration is None:
+                break
+            known = sum(step.duration is None for step in self._known[item.number].course.preview.steps)
+            passed += duration + known * self._homing.seconds
+            homings += known
+            found[item.number] = passed
+        return Etas(found, estimated=homings > 0)
+
+    def _in_turn(self, running: QueueEntry | None) -> list[QueueEntry]:
+        """Return the jobs that will begin without anybody's word, in that order: what is held does not."""
+        ahead = [item for item in self._items.waiting(AHEAD) if item is not running]
+        ahead = [item for item in ahead if item.row.state is not TaskState.HELD]
+        over = set[int]() if running is None else {running.number}
+        turns: list[QueueEntry] = []
+        while (item := next((one for one in ahead if one.waits_for <= over), None)) is not None:
+            turns.append(item)
+            over.add(item.number)
+            ahead.remove(item)
+        return turns
+
+    def _left(self, item: QueueEntry, now: float) -> float | None:
+        """Return how long the job under way will still take [s], None before it has been checked."""
+        record = item.record
+        if record is None or record.preview is None:
+            return None
+        tally, step = record.tally, record.under_way
+        current = 0.0
+        if step is not None and not step.state.ended:
+            current = self._homing.seconds if step.row.predicted is None else step.row.predicted
+        whole = tally.predicted + tally.homings * self._homing.seconds
+        return max(0.0, whole - min(now - record.current_since, current))
+
+    async def close(self) -> None:
+        """Work out nothing more."""
+        self._closed = True
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.wait({self._task})
+
+    async def _work(self) -> None:
+        try:
+            while self._stale:
+                self._stale = False
+                await self._ahead()
+        finally:
+            self._task = None
+
+    async def _ahead(self) -> None:
+        """Work out job after job; ends early where something changes, to begin again."""
+        running = self._under_way()
+        end = None if running is None or running.record is None else running.record.end
+        pose = self._robot.pose if end is None else end
+        waiting = [item for item in self._items.waiting(AHEAD) if item is not running]
+        self._known = {item.number: self._known[item.number] for item in waiting if item.number in self._known}
+        turns = self._in_turn(running)
+        for item in turns:
+            course = await self._course(item, pose)
+            if self._stale or course is None:
+                return
+            pose = course.end
+        for item in waiting:
+            if item not in turns and (self._stale or await self._course(item, pose) is None):
+                return
+
+    async def _course(self, item: QueueEntry, start: Pose) -> JobOutlook | None:
+        """Return what a job comes to from `start`, None where that cannot be told."""
+        left = -1 if item.record is None else len(item.record.remaining)
+        known = self._known.get(item.number)
+        if known is not None and known.body is item.row.body and (known.left, known.start) == (left, start):
+            return known.course
+        try:
+            course = await self._foresight.walk(await self._tasks(item), start, whose=_WHOSE)
+        except MayaError:
+            return None
+        if not self._stale:
+            self._known[item.number] = _Known(item.row.body, left, start, course)
+        return course
+
+    async def _tasks(self, item: QueueEntry) -> list[Task]:
+        if item.record is not None:
+            return [step.task for step in item.record.remaining]
+        return list((await self._foresight.expanded(item.row.body, item.row.steps, whose=_WHOSE)).tasks)
+
+
+def _homings_left(item: QueueEntry) -> int:
+    """Return how many homings are ahead of the job under way, the one that goes on included."""
+    return 0 if item.record is None else item.record.tally.homings
+
+
+SHOWN = AHEAD
+"""So many jobs that wait are shown: those that are predicted."""
+
+_NO_ETAS: Mapping[int, float] = MappingProxyType({})
+
+
+class QueueViews:
+    """Shows `items`, and what the `journal` keeps of others. `speed` is how fast the loop's clock runs."""
+
+    def __init__(
+        self,
+        shared: RunnerContext,
+        items: QueueEntries,
+        turns: Scheduler,
+        recovering: JobRecoverer,
+        *,
+        speed: float,
+    ) -> None:
+        self._shared = shared
+        self._items = items
+        self._turns = turns
+        self._recovering = recovering
+        self._speed = speed
+        self.slices = Slices()
+        homing = HomingTime(shared.robot.config, shared.controller.events)
+        self._forecast = Forecast(shared.robot, items, shared.foresight, lambda: turns.running, homing)
+        items.on_change = self._forecast.renew
+
+    @property
+    def _journal(self) -> Journal:
+        return self._shared.ledger.journal
+
+    @property
+    def mode(self) -> QueueMode:
+        """Whether jobs begin."""
+        if not self._shared.pausing.paused:
+            return QueueMode.RUNNING
+        running = self._turns.running
+        return QueueMode.PAUSING if running is not None and not running.direct else QueueMode.PAUSED
+
+    @property
+    def reason(self) -> str:
+        """Why the queue is paused, "" while it runs."""
+        return self._shared.pausing.row.reason
+
+    def line(self, number: int) -> JobLine:
+        """Return the line of a job that has not ended, or ended lately; raises `NotFound`."""
+        return self._line(self._items.get(number))
+
+    def lines(self) -> list[JobLine]:
+        """Return a line for every job that has not ended, or ended lately, in the order they came."""
+        parked = [self._items.get(number) for number in self._items.parked]
+        return [self._line(item) for item in sorted({*self._items, *parked}, key=lambda item: item.number)]
+
+    def line_of(self, row: JobRow) -> JobLine:
+        """Return the line of a kept job, as it is now where more is known than was kept."""
+        item = self._items.in_memory(row.id)
+        if item is None:
+            return line_of(row, position=self._items.order.place_of(row.id))
+        return self._line(item)
+
+    async def page(self, which: Filter) -> list[JobLine]:
+        """Return the lines of a page of jobs."""
+        return await self.slices.each(self.line_of, await self._journal.page(which))
+
+    async def found_line(self, number: int) -> JobLine:
+        """Return the line of any job, also of one long ended; raises `NotFound`."""
+        row, _ = await self.found(number)
+        return self.line_of(row)
+
+    def first_lines(self) -> tuple[JobLine, ...]:
+        """Return the job under way and the first that wait."""
+        etas, running = self._etas().at, self._turns.running
+        under_way = () if running is None else (self._line(running, etas),)
+        return (*under_way, *self._waiting(etas))
+
+    def view(self) -> QueueView:
+        """Return the queue now."""
+        row, running = self._shared.pausing.row, self._turns.running
+        etas, estimated = self._etas()
+        return QueueView(
+            mode=self.mode,
+            reason=row.reason,
+            by=row.by,
+            since=row.since,
+            running=None if running is None else self._line(running, etas),
+            waiting=self._waiting(etas),
+            counts=self._items.counts,
+            finish_at=self._shared.dates(max(etas.values()) / self._speed) if etas else None,
+            recovery=self._recovering.view(),
+            estimated=estimated,
+        )
+
+    async def found(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]]:
+        """Return a job with its steps, from memory or from the journal; raises `NotFound`."""
+        item = self._items.find(number)
+        if item is not None:
+            return item.row, () if item.record is None else tuple(step.row for step in item.record.steps)
+        known = await self._journal.job(number)
+        if known is None:
+            raise NotFound(what="job", number=number)
+        return known
+
+    async def report(self, number: int) -> JobReport:
+        """Return what is known of a job now, also of one long ended; raises `NotFound`."""
+        item = self._items.find(number)
+        row, steps = await self.found(number)
+        expansion = None
+        if item is None or item.record is None:
+            expansion = await self._shared.foresight.expanded(row.body, whose=REPORT)
+        async with self.slices.turn:
+            if item is not None and item.record is not None:
+                snapshot = JobSnapshot.of(self._line(item), item.record, version_of(item.row.body))
+            else:
+                assert expansion is not None
+                snapshot = JobSnapshot.kept(self.line_of(row), expansion, steps, version_of(row.body))
+            return await report_of(snapshot)
+
+    async def body(self, number: int) -> Body:
+        """Return a job as it was written; raises `NotFound`."""
+        row, _ = await self.found(number)
+        return as_written(row.body)
+
+    async def close(self) -> None:
+        """Predict nothing more."""
+        await self._forecast.close()
+
+    def _waiting(self, etas: Mapping[int, float]) -> tuple[JobLine, ...]:
+        running = self._turns.running
+        return tuple(self._line(item, etas) for item in self._items.waiting(SHOWN) if item is not running)
+
+    def _etas(self) -> Etas:
+        """Return when jobs will have ended [s, loop time from now], none while the queue is paused."""
+        if self._shared.pausing.paused:
+            return Etas({}, estimated=False)
+        ratio = self._shared.controller.state.override
+        etas = self._forecast.etas(asyncio.get_running_loop().time())
+        return Etas({number: eta / ratio for number, eta in etas.at.items()}, etas.estimated)
+
+    def _line(self, item: QueueEntry, etas: Mapping[int, float] = _NO_ETAS) -> JobLine:
+        done = None if item.record is None else item.record.done
+        return line_of(
+            item.row,
+            position=self._items.order.place_of(item.number),
+            done=done,
+            eta=etas.get(item.number),
+            predicted=None if item.row.state.ended else self._forecast.predicted(item),
+            direct=item.direct,
+        )

@@ -1,0 +1,343 @@
+"""Jobs as people write them, in YAML or JSON: names for parts and places, steps, repetitions.
+
+    name: one cube
+    parts:                      where named parts stand at the start, [x, y] or [x, y, z] in metres;
+      cube: [0.50, 1.10]        z is the cell's grasp height where it is left out
+    places:
+      tray: [1.10, 0.50, 0.40]
+    pallets:                    grids of places, spanned by their corners
+      box: {corners: [[0.3, 1.0], [0.5, 1.0], [0.3, 1.2]], rows: 3, columns: 4}
+    steps:                      home · pick · place · approach · line · gripper: open|close · move: {a, b, c}
+      - home
+      - pick: cube
+      - place: tray
+      - for_each: box           every cell, row by row
+        do:
+          - approach: box[each]
+    repeat: 1
+
+The order of the keys does not matter; parts, places, pallets and repeat may be left out, and so may the name: a job
+from a file is then called as the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import isnan, nan
+from pathlib import Path
+from reprlib import repr
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainValidator,
+    StrictBool,
+    Tag,
+    ValidationError,
+    create_model,
+    model_validator,
+)
+
+from maya_un.errors import InvalidJob, InvalidValue
+from maya_un.process.spec.documents import read_document
+from maya_un.process.spec.pallet import MOST_CELLS, check_counts
+from maya_un.robot.primitives import PRIMITIVES
+from maya_un.robot.primitives.arguments import Argument, JointTarget, Switch, Target, read_joints, read_point
+from maya_un.values import Joints, Point
+
+T = TypeVar("T")
+
+Coordinates = tuple[float, ...]
+"""x, y and perhaps z [m]."""
+
+
+def point_of(coordinates: Coordinates, grasp_height: float) -> Point:
+    """Return coordinates as a point; z left out means `grasp_height` [m]."""
+    x, y, *z = coordinates
+    return Point(x, y, *(z or [grasp_height]))
+
+
+def _explained(read: Callable[[], T]) -> T:
+    try:
+        return read()
+    except InvalidValue as error:
+        value = error.details["value"]
+        place = str(error.details["key"]).removeprefix("it").removeprefix(".")
+        raise ValueError(f"{place + ': ' * bool(place)}{error.details['reason']}, not {value}") from error
+
+
+def _coordinates(value: object) -> Coordinates:
+    point = _explained(lambda: read_point(value, "it", nan))
+    return (point.x, point.y) if isnan(point.z) else tuple(point)
+
+
+def _spot(value: object) -> str | Coordinates:
+    return value if isinstance(value, str) else _coordinates(value)
+
+
+def _joints(value: object) -> Joints:
+    return _explained(lambda: read_joints(value, "it"))
+
+
+def _goal(value: object) -> str | Joints:
+    return value if isinstance(value, str) else _joints(value)
+
+
+def _whole(value: object) -> object:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise ValueError(f"it must be a whole number, not {repr(value)}")  # noqa: TRY004 - pydantic's way
+    return value
+
+
+def _printable(name: str) -> str:
+    if not name.isprintable():
+        raise ValueError("a name is made of characters that can be printed")
+    return name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=64), AfterValidator(_printable)]
+"""A name that a job gives."""
+
+Spot = Annotated[str | Coordinates, PlainValidator(_spot)]
+"""A place: by its name, or as [x, y] or [x, y, z] in m."""
+
+Place = Annotated[Coordinates, PlainValidator(_coordinates)]
+"""A place as [x, y] or [x, y, z] in m."""
+
+Goal = Annotated[str | Joints, PlainValidator(_goal)]
+"""Joints: by the name of a taught pose, or as [a, b, c] in rad and m."""
+
+JointValues = Annotated[Joints, PlainValidator(_joints)]
+"""Joints as [a, b, c] in rad and m."""
+
+Whole = Annotated[int, BeforeValidator(_whole)]
+"""A whole number; neither 2.0 nor true is one."""
+
+
+class Grid(BaseModel):
+    """A pallet as written: two to four corners in the order in which one reads, how many rows and columns.
+
+    Corners are places or names of places; `Pallet.spanned` tells how many a grid needs.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    corners: Annotated[tuple[Spot, ...], Field(min_length=1)]
+    rows: Whole
+    columns: Whole
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        check_counts(self.rows, self.columns, len(self.corners))
+        return self
+
+
+COMMANDS = tuple(name for name, primitive in PRIMITIVES.items() if primitive.in_jobs)
+"""The kinds of steps, besides a loop."""
+
+BARE = frozenset(name for name in COMMANDS if not PRIMITIVES[name].argument.key)
+"""Steps that may be written as a word alone."""
+
+
+class _Step(BaseModel):
+    """One step: exactly one of its keys is set.
+
+    The place of a primitive may be a name: of a part, a place, a cell of a pallet like `tray[1,2]` or a taught pose.
+    Joints may be the name of a taught pose.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @property
+    def command(self) -> str:
+        """Which of the keys is set."""
+        return next(iter(self.model_fields_set))
+
+    @property
+    def argument(self) -> Any:
+        """The value of the key."""
+        return getattr(self, self.command)
+
+    def __str__(self) -> str:
+        argument = self.argument
+        if argument is True:
+            return self.command
+        shown = argument if isinstance(argument, str) else " ".join(f"{number:g}" for number in argument)
+        return f"{self.command} {shown}"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_command(cls, data: object) -> object:
+        if isinstance(data, str) and data in BARE:
+            return {data: True}
+        if not isinstance(data, Mapping) or len(data) != 1:
+            raise ValueError(f"a step is one of {', '.join(COMMANDS)}, like `pick: cube`, not {repr(data)}")
+        ((command, argument),) = data.items()
+        if argument is None and command in BARE:
+            return {command: True}
+        if argument is None and command in COMMANDS:
+            raise ValueError(f"{command} needs a value")
+        return dict(data)
+
+
+def _type_of(argument: Argument) -> Any:
+    match argument:
+        case Target():
+            return Spot
+        case JointTarget():
+            return Goal
+        case Switch(on=on, off=off):
+            return Literal[on, off]
+        case _:
+            return Literal[True]
+
+
+if TYPE_CHECKING:
+    Step = _Step
+else:
+    Step = create_model(
+        "Step",
+        __base__=_Step,
+        __doc__=_Step.__doc__,
+        __module__=__name__,
+        **{name: (_type_of(PRIMITIVES[name].argument) | None, None) for name in COMMANDS},
+    )
+
+
+class ForEach(BaseModel):
+    """The steps of `do` for every cell of a pallet, row by row; in them `tray[each]` is that cell.
+
+    `for_each` names the pallet, or cells of it: `tray`, `tray[2,*]` for a row, `tray[*,1]` for a column.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    for_each: Name
+    do: Annotated[tuple[Step, ...], Field(min_length=1, max_length=1000)]
+
+
+def _kind(data: object) -> str:
+    return "loop" if isinstance(data, ForEach) or (isinstance(data, Mapping) and "for_each" in data) else "step"
+
+
+AnyStep = Annotated[Annotated[Step, Tag("step")] | Annotated[ForEach, Tag("loop")], Discriminator(_kind)]
+"""A step or a loop; pydantic names which in the place of an error."""
+
+
+MOST_TASKS = 3_000
+"""Steps times repeat of one job; on Maya that is a day and a half, and accepting it never holds the loop."""
+
+
+MOST_NAMES = 1_000
+"""Most parts, places and pallets each of a job, and most steps."""
+
+
+class JobPallet(Grid):
+    """A pallet that a job brings along; with `full`, a part stands on every cell at the start."""
+
+    full: StrictBool = False
+
+
+class Job(BaseModel):
+    """A job as written; `Job.parse` reads plain data. Names are resolved by `tasks.expand`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    name: Name = "job"
+    parts: Annotated[dict[Name, Place], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
+    places: Annotated[dict[Name, Place], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
+    pallets: Annotated[dict[Name, JobPallet], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
+    steps: Annotated[tuple[AnyStep, ...], Field(min_length=1, max_length=1000)]
+    repeat: Annotated[Whole, Field(ge=1, le=10_000)] = 1
+
+    @classmethod
+    def parse(cls, data: object) -> Self:
+        """Return the job that plain data describes; raises `InvalidJob` with the dotted key of the first error."""
+        if not isinstance(data, Mapping):
+            raise InvalidJob(key="job", reason=f"it must be a mapping with {', '.join(cls.model_fields)}")
+        try:
+            return cls.model_validate(dict(data))
+        except ValidationError as error:
+            raise _refusal(error) from error
+
+    def part_points(self, grasp_height: float) -> dict[str, Point]:
+        """Return where the named parts stand at the start [m]; `tasks.starting_parts` adds those on full pallets."""
+        return {name: point_of(place, grasp_height) for name, place in self.parts.items()}
+
+    def place_points(self, grasp_height: float) -> dict[str, Point]:
+        """Return the named places [m]."""
+        return {name: point_of(place, grasp_height) for name, place in self.places.items()}
+
+    @model_validator(mode="after")
+    def _sensible(self) -> Self:
+        seen: dict[str, str] = {}
+        for kind, names in (("part", self.parts), ("place", self.places), ("pallet", self.pallets)):
+            for name in sorted(names):
+                if name in seen:
+                    raise ValueError(f"{name!r} is both a {seen[name]} and a {kind}")
+                seen[name] = kind
+        if sum(grid.rows * grid.columns for grid in self.pallets.values() if grid.full) > MOST_CELLS:
+            raise ValueError(f"more than {MOST_CELLS} parts stand on its full pallets")
+        if sum(len(step.do) if isinstance(step, ForEach) else 1 for step in self.steps) * self.repeat > MOST_TASKS:
+            raise ValueError(TOO_MANY)
+        return self
+
+
+TOO_MANY = f"steps times repeat is more than {MOST_TASKS}"
+"""Why a job is refused that comes to too many tasks."""
+
+_REASONS = {
+    "missing": "it is missing",
+    "invalid_key": "a key must be a text",
+    "dict_type": "it must be a mapping of names to places",
+    "tuple_type": "it must be a list",
+    "string_type": "it must be a text",
+    "string_too_short": "it is empty",
+    "string_too_long": "it is longer than 64 letters",
+    "too_short": "it is empty",
+    "too_long": "it has more than 1000 steps",
+    "model_type": "it must be a mapping with corners, rows and columns",
+    "bool_type": "it must be true or false",
+}
+
+
+def _refusal(error: ValidationError) -> InvalidJob:
+    first = error.errors(include_url=False)[0]
+    location = [str(part) for part in first["loc"] if part != "[key]"]
+    looped = location[0:1] == ["steps"] and location[2:3] == ["loop"]
+    if location[0:1] == ["steps"]:
+        del location[2:3]  # pydantic's mark of a step or a loop
+    kind, words = first["type"], first["msg"].removeprefix("Value error, ")
+    if kind == "too_long" and len(location) == 1 and location != ["steps"]:
+        words, kind = f"it has more than {MOST_NAMES} entries", ""
+    if kind == "extra_forbidden":
+        words = f"there is no such key; known are {', '.join(_known(location, looped=looped))}"
+    elif kind == "literal_error":
+        words = f"it must be {first.get('ctx', {}).get('expected', 'something else')}, not {repr(first['input'])}"
+    elif kind in {"greater_than_equal", "less_than_equal"}:
+        words = "it must lie between 1 and 10000"
+    return InvalidJob(key=".".join(location) or "job", reason=_REASONS.get(kind, words))
+
+
+def _known(location: list[str], *, looped: bool) -> tuple[str, ...]:
+    if location[0] == "pallets":
+        return tuple(JobPallet.model_fields)
+    if location[0] != "steps":
+        return tuple(Job.model_fields)
+    return tuple(ForEach.model_fields) if looped and len(location) == 3 else COMMANDS
+
+
+def load_job(path: Path) -> Job:
+    """Return the job of a file; one without a name is called as the file.
+
+    Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` for what it says.
+    """
+    return Job.parse(_named(read_document(path), path))
+
+
+def _named(data: Any, path: Path) -> Any:
+    if not isinstance(data, dict) or "name" in data:
+        return data
+    return {**data, "name": path.stem.encode(errors="replace").decode()[:64]}

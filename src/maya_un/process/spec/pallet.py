@@ -1,0 +1,253 @@
+"""Pallets: grids of places spanned by their corners, and the names of their cells.
+
+With corners p11, p1C, pR1 and pRC, cell (row, column) of an R x C grid lies at
+
+    p = (1 - v) ((1 - u) p11 + u p1C) + v ((1 - u) pR1 + u pRC),   u = (column - 1) / (C - 1),  v = (row - 1) / (R - 1)
+
+which meets every corner and spaces the cells of each row evenly, and those of each column too. Without the fourth
+corner, it is p1C + pR1 - p11, and the grid is a parallelogram.
+
+`tray[1,2]` is row 1, column 2; `tray[next]` the next cell; `tray[each]` that of a loop. Loops choose more than
+one cell: `tray` all of them, `tray[2,*]` a row, `tray[*,1]` a column.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import acos, degrees, dist, pi, radians, sqrt
+from typing import NamedTuple, Self
+
+from maya_un.values import FARTHEST, Point
+
+MOST_CELLS = 1_000
+"""Cells of the largest pallet."""
+
+FLAT = 0.002
+"""A corner farther than this from the plane of all four [m] is told; chosen, for nobody knows what a grasp forgives."""
+
+SQUARE = radians(1.0)
+"""An angle of the grid farther than this from a right one [rad] is told: 9 mm on a side of half a metre."""
+
+_COINCIDE = 1e-4
+"""Neighbours nearer than this [m] cannot be told apart: a count of the boom is as much, far out."""
+
+_FLAT_CORNER = 2e-6
+"""Twice the square of the smallest angle between two sides [rad²]."""
+
+Vector = tuple[float, float, float]
+
+
+class Cell(NamedTuple):
+    """Row and column of a place on a pallet, both from 1."""
+
+    row: int
+    column: int
+
+
+@dataclass(frozen=True, slots=True)
+class RectangleError:
+    """How far four corners are from a rectangle.
+
+    `flatness` is how far each of them lies from the plane in their midst [m], `squareness` by how much the angle
+    that differs most from a right one does [rad].
+    """
+
+    flatness: float
+    squareness: float
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Deviations beyond tolerance, in words; the grid is used as it is taught."""
+        flat = f"its corners are {self.flatness * 1e3:.1f} mm off a plane"
+        square = f"its corners are {degrees(self.squareness):.1f} degrees off a right angle"
+        return (flat,) * (self.flatness > FLAT) + (square,) * (self.squareness > SQUARE)
+
+
+@dataclass(frozen=True, slots=True)
+class Pallet:
+    """A grid of `rows` x `columns` places.
+
+    `corners` are cells (1, 1), (1, columns), (rows, 1) and (rows, columns), in the order in which one reads [m].
+    """
+
+    corners: tuple[Point, Point, Point, Point]
+    rows: int
+    columns: int
+
+    @classmethod
+    def spanned(cls, corners: Sequence[Point], rows: int, columns: int) -> Self:
+        """Return the grid of the corners that are given, in the order in which one reads.
+
+        A grid of several rows and columns needs three of them or four, one row or one column its two ends (more are
+        accepted), a single cell itself. Raises `ValueError` for counts out of range, too few or too many corners,
+        and corners that span no grid.
+        """
+        check_counts(rows, columns, len(corners))
+        pallet = cls(_four(corners, rows, columns), rows, columns)
+        pallet._check_corners()
+        return pallet
+
+    def __len__(self) -> int:
+        return self.rows * self.columns
+
+    @property
+    def extent(self) -> str:
+        """Which cells there are, in words."""
+        return f"it has rows 1 to {self.rows} and columns 1 to {self.columns}"
+
+    def cells(self) -> Iterator[Cell]:
+        """Yield every cell, row by row."""
+        return (Cell(row, column) for row in range(1, self.rows + 1) for column in range(1, self.columns + 1))
+
+    def place(self, cell: Cell) -> Point:
+        """Return where a cell is [m]; raises `ValueError`, which tells the range, for one that is not there."""
+        if not (1 <= cell.row <= self.rows and 1 <= cell.column <= self.columns):
+            raise ValueError(self.extent)
+        v, u = _share(cell.row, self.rows), _share(cell.column, self.columns)
+        first, right, low, last = self.corners
+        p, q, r, s = (1.0 - v) * (1.0 - u), (1.0 - v) * u, v * (1.0 - u), v * u
+        corners = zip(first, right, low, last, strict=True)
+        return Point(*(p * one + q * two + r * three + s * four for one, two, three, four in corners))
+
+    @property
+    def shape(self) -> RectangleError:
+        """How far the corners are from a rectangle; a single row or column has no shape."""
+        if self.rows == 1 or self.columns == 1:
+            return RectangleError(0.0, 0.0)
+        first, right, low, last = self.corners
+        twist = _difference(_difference(last, low), _difference(right, first))
+        return RectangleError(
+            abs(_dot(twist, _unit(self._normal()))) / 4.0, max(abs(pi / 2 - turn) for turn in self._turns())
+        )
+
+    def _sides(self) -> tuple[tuple[Vector, Vector], ...]:
+        """Return at every corner the side along its row and the one along its column, both as cells are counted."""
+        first, right, low, last = self.corners
+        top, bottom = _difference(right, first), _difference(last, low)
+        left, far = _difference(low, first), _difference(last, right)
+        return (top, left), (top, far), (bottom, left), (bottom, far)
+
+    def _turns(self) -> Iterator[float]:
+        return (acos(max(-1.0, min(1.0, _dot(_unit(row), _unit(column))))) for row, column in self._sides())
+
+    def _normal(self) -> Vector:
+        """Return a normal of the plane in the midst of the corners: the product of the diagonals, as long as that."""
+        first, right, low, last = self.corners
+        return _cross(_difference(last, first), _difference(low, right))
+
+    def _check_corners(self) -> None:
+        first, right, low, last = self.corners
+        if not all(abs(value) <= FARTHEST for corner in self.corners for value in corner):
+            raise ValueError(f"a corner lies more than {FARTHEST:g} m away")
+        along_rows = ((self.columns, first, right), (self.columns, low, last))
+        along_columns = ((self.rows, first, low), (self.rows, right, last))
+        for count, one, other in (*along_rows, *along_columns):
+            if count > 1 and dist(one, other) < _COINCIDE * (count - 1):
+                raise ValueError("two of its cells would stand in the same place")
+        if self.rows > 1 and self.columns > 1:
+            self._check_order()
+
+    def _check_order(self) -> None:
+        """Refuse corners in another order, or on one line: seen from either side, no corner may turn the other way."""
+        normal = self._normal()
+        for row, column in self._sides():
+            if _dot(_cross(row, column), normal) <= _FLAT_CORNER * _dot(row, row) * _dot(column, column):
+                raise ValueError(
+                    "its corners span no grid; they are the first and the last cell of the first row, "
+                    "then the first and the last cell of the last row"
+                )
+
+
+def check_counts(rows: int, columns: int, corners: int) -> None:
+    """Raise `ValueError` for a grid that cannot be, or not with so many `corners`, wherever they are."""
+    if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
+        raise ValueError(f"a pallet has 1 to {MOST_CELLS} cells, not {rows} x {columns}")
+    least = 1 + (rows > 1) + (columns > 1)
+    if not least <= corners <= 4:
+        raise ValueError(f"{rows} x {columns} cells have {least} to 4 corners, not {corners}")
+
+
+def _four(corners: Sequence[Point], rows: int, columns: int) -> tuple[Point, Point, Point, Point]:
+    """Return all four corners of a grid of which some are given; a side of one cell has no length."""
+    first, *others = corners
+    if len(others) == 3 and rows > 1 and columns > 1:
+        right, low, last = others
+        return first, right, low, last
+    right = others[0] if columns > 1 else first
+    low = others[:2][-1] if rows > 1 else first
+    return first, right, low, Point(*(a + b - c for a, b, c in zip(right, low, first, strict=True)))
+
+
+def _share(number: int, count: int) -> float:
+    return (number - 1) / (count - 1) if count > 1 else 0.0
+
+
+def _difference(to: Vector, of: Vector) -> Vector:
+    return to[0] - of[0], to[1] - of[1], to[2] - of[2]
+
+
+def _dot(one: Vector, other: Vector) -> float:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+
+def _cross(one: Vector, other: Vector) -> Vector:
+    return (
+        one[1] * other[2] - one[2] * other[1],
+        one[2] * other[0] - one[0] * other[2],
+        one[0] * other[1] - one[1] * other[0],
+    )
+
+
+def _unit(vector: Vector) -> Vector:
+    length = sqrt(_dot(vector, vector))
+    return vector[0] / length, vector[1] / length, vector[2] / length
+
+
+NEXT = "next"
+"""The next cell in reading order: for a pick the first that the job has not picked from, for a place alike."""
+
+EACH = "each"
+"""The cell that the loop has come to."""
+
+_REFERENCE = re.compile(r"(.+?) *\[ *(?:(next|each)|([0-9]{1,4}|\*) *, *([0-9]{1,4}|\*)) *\]")
+
+
+class CellReference(NamedTuple):
+    """A name with brackets behind it; `which` is `next`, `each`, or row and column, None for all of them (`*`)."""
+
+    pallet: str
+    which: str | tuple[int | None, int | None]
+
+    @property
+    def cell(self) -> Cell | None:
+        """The one cell that it names by its numbers, None where it names another number of them."""
+        if isinstance(self.which, str) or self.which[0] is None or self.which[1] is None:
+            return None
+        return Cell(self.which[0], self.which[1])
+
+
+def read_reference(text: str) -> CellReference | None:
+    """Return what a text names by brackets, None where it has none that are understood."""
+    found = _REFERENCE.fullmatch(text)
+    if found is None:
+        return None
+    pallet, word, row, column = found.groups()
+    return CellReference(pallet, word or (_number(row), _number(column)))
+
+
+def _number(text: str) -> int | None:
+    return None if text == "*" else int(text)
+
+
+def chosen_cells(reference: CellReference, pallet: Pallet) -> tuple[Cell, ...]:
+    """Return the cells that a reference by numbers chooses, row by row; empty where there are none of that number."""
+    assert not isinstance(reference.which, str)
+    row, column = reference.which
+    return tuple(cell for cell in pallet.cells() if row in {None, cell.row} and column in {None, cell.column})
+
+
+def cell_text(pallet: str, cell: Cell) -> str:
+    """Return the name of a cell."""
+    return f"{pallet}[{cell.row},{cell.column}]"

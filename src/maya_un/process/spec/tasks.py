@@ -1,0 +1,392 @@
+"""Expand a job to its tasks: one for each step, cell and round, with names resolved to points.
+
+Names are looked up in this order: parts, places, cells of pallets, taught poses.
+
+A part is where it stood at the start until it is placed, then where it was placed; so a job may be repeated, and
+a part may be picked by name wherever the job itself put it.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from math import dist
+from typing import NamedTuple, NoReturn
+
+from maya_un.errors import InvalidJob, InvalidValue, UnknownName
+from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Job, Step, point_of
+from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
+from maya_un.process.spec.poses import TaughtPlaces
+from maya_un.robot.primitives import PRIMITIVES, Primitive
+from maya_un.robot.primitives.arguments import JointTarget, Switch, Target
+from maya_un.robot.primitives.primitive import PartEffect
+from maya_un.values import Joints, Point
+
+SAME_PLACE = 1e-6
+"""Places nearer to each other than this [m] are one: less than a count of any axis moves the gripper."""
+
+_GRAIN = 1e-4
+_FAR = 1e6
+"""Parts that are farther away than this [m] are out of reach, and are told apart by their distance alone."""
+
+_Square = tuple[int, ...]
+
+
+class PartMap:
+    """Parts by their names and by their places [m]; `parts` holds None for a part that nobody knows the place of."""
+
+    def __init__(self, parts: dict[str, Point | None]) -> None:
+        self.parts = parts
+        self._order = {name: number for number, name in enumerate(parts)}
+        self._there: defaultdict[_Square, set[str]] = defaultdict(set)
+        for name, place in parts.items():
+            self._enter(name, place)
+
+    def at(self, place: Point) -> str | None:
+        """Return the part that stands at a place, however that was computed; of several the first that was named."""
+        around = product(*({_square(value - SAME_PLACE), _square(value + SAME_PLACE)} for value in place))
+        near = (name for square in around for name in self._there.get(square, ()))
+        return min((name for name in near if self._stands(name, place)), key=self._order.__getitem__, default=None)
+
+    def put(self, name: str, place: Point | None) -> None:
+        """Have a part stand somewhere else, or nobody know where."""
+        old = self.parts[name]
+        if old is not None:
+            self._there[tuple(map(_square, old))].discard(name)
+        self.parts[name] = place
+        self._enter(name, place)
+
+    def _enter(self, name: str, place: Point | None) -> None:
+        if place is not None:
+            self._there[tuple(map(_square, place))].add(name)
+
+    def _stands(self, name: str, place: Point) -> bool:
+        here = self.parts[name]
+        return here is not None and dist(here, place) < SAME_PLACE
+
+
+def _square(value: float) -> int:
+    return round(max(-_FAR, min(_FAR, value)) / _GRAIN)
+
+
+Recall = Callable[[], TaughtPlaces]
+"""Tells what has been taught; asked only for a name that the job does not explain."""
+
+
+class NamedPlace(NamedTuple):
+    """A place and how it is called."""
+
+    point: Point
+    name: str
+
+
+class PalletLoop(NamedTuple):
+    """The cell that a loop over the pallet has come to."""
+
+    pallet: str
+    cell: Cell
+
+
+class NameResolver:
+    """Finds what the names of one job stand for, and remembers which cells it has used."""
+
+    def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
+        self._job = job
+        self._grasp_height = grasp_height
+        self._recall = recall
+        self._places = job.place_points(grasp_height)
+        self._pallets: dict[str, Pallet] = {}
+        self._used: defaultdict[tuple[str, str], set[Cell]] = defaultdict(set)
+        self._ahead: dict[tuple[str, str], Iterator[Cell]] = {}
+
+    @cached_property
+    def _taught(self) -> TaughtPlaces:
+        return self._recall()
+
+    def parts(self) -> dict[str, Point | None]:
+        """Return where parts stand at the start: those named, and those on full pallets under their cells' names.
+
+        Raises `InvalidJob` where both are called alike.
+        """
+        parts: dict[str, Point | None] = {**self._job.part_points(self._grasp_height)}
+        for name, grid in self._job.pallets.items():
+            if grid.full:
+                pallet = self._pallet(name, f"pallets.{name}")
+                cells = {cell_text(name, cell): pallet.place(cell) for cell in pallet.cells()}
+                for both in sorted(cells.keys() & parts.keys()):
+                    raise InvalidJob(key=f"parts.{both}", reason="a cell of a full pallet is called so")
+                parts |= cells
+        return parts
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Remarks about the shapes of the used pallets."""
+        pallets = self._pallets.items()
+        return tuple(f"{name}: {remark}" for name, pallet in pallets for remark in pallet.shape.remarks)
+
+    def joints(self, name: str, key: str) -> Joints:
+        """Return the joints of a taught pose (rad, m, m); raises `UnknownName`."""
+        if name not in self._taught.poses:
+            raise UnknownName(name=name, known=", ".join(self._taught.poses) or "no taught poses", key=key)
+        return self._taught.poses[name].joints
+
+    def cells(self, text: str, key: str) -> tuple[PalletLoop, ...]:
+        """Return what a loop goes through; raises `InvalidJob` and `UnknownName`."""
+        reference = read_reference(text) or CellReference(text, (None, None))
+        if reference.pallet not in self._job.pallets and reference.pallet not in self._taught.pallets:
+            known = (*self._job.pallets, *self._taught.pallets)
+            raise UnknownName(name=text, known=", ".join(known) or "no pallets", key=key)
+        pallet = self._pallet(reference.pallet, key)
+        if isinstance(reference.which, str):
+            raise InvalidJob(key=key, reason=f"a loop goes through {reference.pallet}, not through {text}")
+        found = chosen_cells(reference, pallet)
+        if not found:
+            raise InvalidJob(key=key, reason=f"there is no {text}: {pallet.extent}")
+        return tuple(PalletLoop(reference.pallet, cell) for cell in found)
+
+    def spot(
+        self, text: str, parts: Mapping[str, Point | None], loop: PalletLoop | None, key: str, command: str
+    ) -> NamedPlace:
+        """Return the place that a name stands for in a step `command`, where `parts` are where they are now.
+
+        Raises `UnknownName`, and `InvalidJob` for a part that nobody knows the place of and for a cell that is not
+        there.
+        """
+        if text in self._job.parts:
+            return NamedPlace(self._part(text, parts[text], key), text)
+        if text in self._places:
+            return NamedPlace(self._places[text], text)
+        reference = read_reference(text)
+        if reference is not None and self._is_pallet(reference.pallet):
+            return self._on_pallet(reference, self._cell(reference, loop, key, command), key, command)
+        return NamedPlace(self._pose(text, key), text)
+
+    def _on_pallet(self, reference: CellReference, cell: Cell, key: str, command: str) -> NamedPlace:
+        self._used[reference.pallet, command].add(cell)
+        name = cell_text(reference.pallet, cell)
+        try:
+            return NamedPlace(self._pallet(reference.pallet, key).place(cell), name)
+        except ValueError as error:
+            raise InvalidJob(key=key, reason=f"there is no {name}: {error}") from error
+
+    def _part(self, name: str, place: Point | None, key: str) -> Point:
+        if place is None:
+            raise InvalidJob(key=key, reason=f"nobody knows where {name!r} is since the gripper was opened on it")
+        return place
+
+    def _pose(self, name: str, key: str) -> Point:
+        if self._is_pallet(name):
+            raise InvalidJob(key=key, reason=f"{name} is a pallet; name a cell: {name}[1,1] or {name}[{NEXT}]")
+        if name not in self._taught.poses:
+            self._unknown(name, key)
+        point = self._taught.poses[name].point
+        if point is None:
+            raise InvalidJob(key=key, reason=f"the lines of {name!r} cannot meet; teach it again")
+        return point
+
+    def _unknown(self, name: str, key: str) -> NoReturn:
+        pallets = (f"{pallet}[row,column]" for pallet in (*self._job.pallets, *self._taught.pallets))
+        known = (*self._job.parts, *self._job.places, *pallets, *self._taught.poses)
+        raise UnknownName(name=name, known=", ".join(known) or "no parts and no places", key=key)
+
+    def _is_pallet(self, name: str) -> bool:
+        return name in self._job.pallets or name in self._taught.pallets
+
+    def _pallet(self, name: str, key: str) -> Pallet:
+        if name not in self._pallets:
+            self._pallets[name] = self._spanned(name, key)
+        return self._pallets[name]
+
+    def _spanned(self, name: str, key: str) -> Pallet:
+        try:
+            if name not in self._job.pallets:
+                return self._taught.pallet(name, self._grasp_height)
+            grid = self._job.pallets[name]
+            corners = [self._corner(corner, f"pallets.{name}.corners.{n}") for n, corner in enumerate(grid.corners)]
+            return Pallet.spanned(corners, grid.rows, grid.columns)
+        except (ValueError, InvalidValue) as error:
+            reason = error.details["reason"] if isinstance(error, InvalidValue) else str(error)
+            raise InvalidJob(key=f"pallets.{name}" if name in self._job.pallets else key, reason=str(reason)) from error
+
+    def _corner(self, corner: str | Coordinates, key: str) -> Point:
+        if not isinstance(corner, str):
+            return point_of(corner, self._grasp_height)
+        return self._places[corner] if corner in self._places else self._pose(corner, key)
+
+    def _cell(self, reference: CellReference, loop: PalletLoop | None, key: str, command: str) -> Cell:
+        name = reference.pallet
+        if reference.which == EACH:
+            if loop is None or loop.pallet != name:
+                raise InvalidJob(key=key, reason=f"{name}[{EACH}] is for the steps of a loop over {name}")
+            return loop.cell
+        if reference.which == NEXT:
+            return self._next(name, key, command)
+        cell = reference.cell
+        if cell is None:
+            raise InvalidJob(key=key, reason=f"a step goes to one cell of {name}; * is for loops")
+        return cell
+
+    def _next(self, name: str, key: str, command: str) -> Cell:
+        """Return the first cell of a pallet that no step `command` has been to."""
+        if PRIMITIVES[command].harmless():
+            raise InvalidJob(key=key, reason=f"{name}[{NEXT}] is for pick and place, which count their cells apart")
+        pallet = self._pallet(name, key)
+        ahead = self._ahead.setdefault((name, command), pallet.cells())
+        used = self._used[name, command]
+        free = next((cell for cell in ahead if cell not in used), None)
+        if free is None:
+            raise InvalidJob(key=key, reason=f"all {len(pallet)} cells of {name} have had their {command} already")
+        return free
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One step of one round: `index` counts from 1 over all rounds, `key` is its place in the file.
+
+    `part` is the named part that it takes or lets go, `put` where it puts that down [m], None where nobody knows.
+    """
+
+    index: int
+    key: str
+    label: str
+    primitive: Primitive
+    part: str | None = None
+    put: Point | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Expansion:
+    """All tasks of a job, and where its named parts are when all are done; None where nobody knows.
+
+    `remarks` say what of its pallets is out of shape.
+    """
+
+    tasks: tuple[Task, ...]
+    parts: dict[str, Point | None]
+    remarks: tuple[str, ...] = ()
+
+
+def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expansion:
+    """Return the tasks of `job`; a place without z is at `grasp_height` [m], `recall` tells what has been taught.
+
+    Raises `UnknownName` for a name that stands for nothing, `InvalidJob` for the pick of a part that the job dropped
+    somewhere, for cells that are not there, and for more than `MOST_TASKS` tasks.
+    """
+    table = _PartTracker(job, grasp_height, recall)
+    tasks: list[Task] = []
+    for planned in table.rounds():
+        if len(tasks) == MOST_TASKS:
+            raise InvalidJob(key="job", reason=TOO_MANY)
+        tasks.append(table.task(planned, len(tasks) + 1))
+    return Expansion(tuple(tasks), table.parts, table.remarks)
+
+
+def starting_parts(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> dict[str, Point]:
+    """Return where the parts of a job stand at its start [m]; raises as `expand`."""
+    parts = NameResolver(job, grasp_height, recall).parts()
+    return {name: place for name, place in parts.items() if place is not None}
+
+
+def single(primitive: Primitive) -> Expansion:
+    """Return the one task of a direct command."""
+    return Expansion((Task(1, "task", primitive.words, primitive),), {})
+
+
+class _Planned(NamedTuple):
+    """A step on its turn: its place in the file, and the cell of the loop around it."""
+
+    step: Step
+    key: str
+    loop: PalletLoop | None = None
+
+
+class _PartTracker:
+    """Positions of the parts while the steps are walked through."""
+
+    def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
+        self._job = job
+        self._names = NameResolver(job, grasp_height, recall)
+        self._standing = PartMap(self._names.parts())
+        self._grasp_height = grasp_height
+        self._held: str | None = None
+
+    @property
+    def parts(self) -> dict[str, Point | None]:
+        """Present positions of the parts [m]."""
+        return self._standing.parts
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Deviations of the used pallets, in words."""
+        return self._names.remarks
+
+    def rounds(self) -> Iterator[_Planned]:
+        """Yield every step of every round, those of a loop once for each of its cells."""
+        for _ in range(self._job.repeat):
+            for number, step in enumerate(self._job.steps):
+                key = f"steps.{number}"
+                if isinstance(step, Step):
+                    yield _Planned(step, key)
+                else:
+                    yield from self._looped(step, key)
+
+    def _looped(self, loop: ForEach, key: str) -> Iterator[_Planned]:
+        for cell in self._names.cells(loop.for_each, f"{key}.for_each"):
+            for number, step in enumerate(loop.do):
+                yield _Planned(step, f"{key}.do.{number}", cell)
+
+    def task(self, planned: _Planned, index: int) -> Task:
+        """Return the task of a step and remember what it does to the parts."""
+        held, key = self._held, planned.key
+        primitive, label = self._primitive(planned)
+        if primitive.part is PartEffect.TAKES:
+            return Task(index, key, label, primitive, part=self._held)
+        if held is None or self._held is not None:
+            return Task(index, key, label, primitive)
+        return Task(index, key, label, primitive, part=held, put=self.parts[held])
+
+    def _primitive(self, planned: _Planned) -> tuple[Primitive, str]:
+        """Return what a step does and how it is called, with the cells of pallets by their numbers."""
+        step = planned.step
+        primitive = PRIMITIVES[step.command]
+        label, value = str(step), step.argument
+        match primitive.argument:
+            case Target():
+                value, label = self._spot(step.argument, planned)
+            case JointTarget() if isinstance(value, str):
+                value = self._names.joints(value, f"{planned.key}.{step.command}")
+            case Switch(on=on):
+                value = value == on
+            case _:
+                pass
+        task = primitive(**{primitive.argument.key: value}) if primitive.argument.key else primitive()
+        self._handle(task)
+        return task, label
+
+    def _handle(self, task: Primitive) -> None:
+        """Remember what a task does to the parts."""
+        match task.part:
+            case PartEffect.TAKES:
+                self._held = self._standing.at(task.value)
+            case PartEffect.PUTS:
+                self._let_go(task.value)
+            case PartEffect.SETS_GRIPPER if task.value:
+                self._let_go(None)
+            case _:
+                pass
+
+    def _let_go(self, where: Point | None) -> None:
+        if self._held is not None:
+            self._standing.put(self._held, where)
+        self._held = None
+
+    def _spot(self, spot: str | Coordinates, planned: _Planned) -> tuple[Point, str]:
+        step = planned.step
+        if not isinstance(spot, str):
+            return point_of(spot, self._grasp_height), str(step)
+        key = f"{planned.key}.{step.command}"
+        point, name = self._names.spot(spot, self.parts, planned.loop, key, step.command)
+        return point, f"{step.command} {name}"

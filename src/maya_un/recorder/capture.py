@@ -1,0 +1,248 @@
+"""Capture: transports that record what passes, and the ring that keeps the last minutes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, TypeAlias
+
+from dmc41x3.wire.transcript import Side, WirePiece
+from dmc41x3.wire.transport import Datagrams, Transport
+from maya_un.errors import MachineError
+from maya_un.events import Event
+from maya_un.values import State
+
+WIRE_COST = 192
+"""Bytes of memory counted for a piece of the wire beside its data: the entry, the time, the bytes object."""
+
+STATE_COST = 1_536
+"""Bytes of memory counted for a state with its tuples."""
+
+EVENT_COST = 1_024
+"""Bytes of memory counted for an event with its details."""
+
+_SHARE = 64
+"""A full ring drops a 64th part of its bounds at once, so that dropping costs next to nothing for each entry."""
+
+
+class WireDirection(NamedTuple):
+    """The place of a piece of the wire: the connection and the side it comes from; or its begin or end (`event`)."""
+
+    link: int
+    side: Side
+    event: str = ""
+
+
+_Wire: TypeAlias = tuple[float, bytes, WireDirection]
+_Other: TypeAlias = tuple[float, int, State | Event]
+Entry: TypeAlias = _Wire | _Other
+"""An entry as it is held: when, what it costs, and what it is; `RecorderRing.contents` sorts them out."""
+
+
+@dataclass(frozen=True, slots=True)
+class RingContents:
+    """The content of a ring, oldest first; `dropped` tells whether more came before it, `whole` from when on [s]."""
+
+    states: tuple[State, ...]
+    events: tuple[Event, ...]
+    wire: tuple[WirePiece, ...]
+    dropped: bool
+    whole: float
+
+
+class RecorderRing:
+    """Keeps the newest entries: at most so many `seconds` of the loop's time and so many bytes, both above 0.
+
+    Old entries are removed when a state or an event comes: a piece of the wire must cost next to nothing.
+    """
+
+    __slots__ = ("_began", "_bytes", "_dropped", "_entries", "_most", "_oldest", "_overdue", "_seconds", "_time")
+
+    def __init__(self, seconds: float, most_bytes: int) -> None:
+        self._time = asyncio.get_running_loop().time
+        self._began = self._time()
+        self._seconds = seconds
+        self._most = most_bytes
+        self._entries: deque[Entry] = deque()
+        self._bytes = 0
+        self._oldest = self._began
+        self._overdue = seconds + seconds / _SHARE
+        self._dropped = False
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    @property
+    def size(self) -> int:
+        """Bytes counted for everything in it."""
+        return self._bytes
+
+    def piece(self, way: WireDirection, data: bytes = b"") -> None:
+        """Keep what passes now."""
+        self._entries.append((self._time(), data, way))
+        self._bytes += len(data) + WIRE_COST
+        if self._bytes > self._most:
+            self._drop(self._time())
+
+    def state(self, state: State) -> None:
+        """Keep a state."""
+        self._keep(state.time, STATE_COST, state)
+
+    def event(self, event: Event) -> None:
+        """Keep an event."""
+        self._keep(event.time, EVENT_COST, event)
+
+    def entries(self) -> list[Entry]:
+        """Return what it holds now, for `contents` to sort out when there is time."""
+        return list(self._entries)
+
+    def contents(self, entries: Iterable[Entry] | None = None) -> RingContents:
+        """Return what it holds, or `entries` that it held before, by kind; may be called in another thread."""
+        held = self.entries() if entries is None else list(entries)
+        states: list[State] = []
+        events: list[Event] = []
+        wire: list[WirePiece] = []
+        for entry in held:
+            time, _, thing = entry
+            if isinstance(thing, WireDirection):
+                wire.append(WirePiece(time, thing.link, thing.side, _data(entry), thing.event))
+            elif isinstance(thing, State):
+                states.append(thing)
+            else:
+                events.append(thing)
+        whole = held[0][0] if self._dropped and held else self._began
+        return RingContents(tuple(states), tuple(events), tuple(wire), self._dropped, whole)
+
+    def _keep(self, time: float, cost: int, value: State | Event) -> None:
+        self._entries.append((time, cost, value))
+        self._bytes += cost
+        if self._bytes > self._most or time - self._oldest > self._overdue:
+            self._drop(time)
+
+    def _drop(self, now: float) -> None:
+        """Let go of what is too old or too much, and a little more.
+
+        Every entry goes this way, at half of what it costs at all: nothing is looked up or called for each.
+        """
+        entries, held, before = self._entries, self._bytes, len(self._entries)
+        enough = self._most - self._most // _SHARE if held > self._most else self._most
+        oldest = now - self._seconds
+        while held > enough or (entries and entries[0][0] < oldest):
+            cost = entries.popleft()[1]
+            held -= cost if isinstance(cost, int) else len(cost) + WIRE_COST
+        self._bytes = held
+        self._dropped = self._dropped or len(entries) < before
+        self._oldest = entries[0][0] if entries else now
+
+
+def _data(entry: Entry) -> bytes:
+    held = entry[1]
+    return held if isinstance(held, bytes) else b""
+
+
+class PieceSink(Protocol):
+    """Takes a piece of the wire."""
+
+    def __call__(self, way: WireDirection, data: bytes = b"") -> None:
+        """Keep what passes now; without data, that the connection begins or ends."""
+        ...
+
+
+class RecordedTransport:
+    """A transport whose bytes, begin and end go to `note` as connection number `link`."""
+
+    __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
+
+    def __init__(self, inner: Transport, note: PieceSink, link: int) -> None:
+        self._inner = inner
+        self._note = note
+        self._link = link
+        self._sent, self._received = WireDirection(link, "client"), WireDirection(link, "controller")
+        self._ended = False
+        note(WireDirection(link, "client", "open"))
+
+    @property
+    def peer(self) -> str:
+        """Whom this leads to, as shown to people."""
+        return self._inner.peer
+
+    async def read(self) -> bytes:
+        """Return what has come, or `b""` at the end; raises as the transport itself."""
+        try:
+            data = await self._inner.read()
+        except MachineError:
+            self._end("controller")
+            raise
+        if data:
+            self._note(self._received, data)
+        else:
+            self._end("controller")
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Hand over bytes at once; raises as the transport itself."""
+        self._note(self._sent, data)
+        self._inner.write(data)
+
+    async def close(self) -> None:
+        """End the connection; again is harmless."""
+        self._end("client")
+        await self._inner.close()
+
+    def _end(self, side: Side) -> None:
+        if not self._ended:
+            self._ended = True
+            self._note(WireDirection(self._link, side, "end"))
+
+
+class RecordedDatagrams:
+    """A way for datagrams, such as data records that come by themselves (DR), whose traffic goes to `note`.
+
+    Its number `link` is negative: what comes there answers nothing.
+    """
+
+    __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
+
+    def __init__(self, inner: Datagrams, note: PieceSink, link: int) -> None:
+        self._inner = inner
+        self._note = note
+        self._link = link
+        self._sent, self._received = WireDirection(link, "client"), WireDirection(link, "controller")
+        self._ended = False
+        note(WireDirection(link, "client", "open"))
+
+    @property
+    def peer(self) -> str:
+        """Whom this leads to, as shown to people."""
+        return self._inner.peer
+
+    async def read(self) -> bytes:
+        """Return the next datagram, or `b""` at the end; raises as the way itself."""
+        data = await self._inner.read()
+        if data:
+            self._note(self._received, data)
+        return data
+
+    def deliver(self, taker: Callable[[bytes], None]) -> None:
+        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        note, received = self._note, self._received
+
+        def take(data: bytes) -> None:
+            note(received, data)
+            taker(data)
+
+        self._inner.deliver(take)
+
+    def write(self, data: bytes) -> None:
+        """Send one datagram."""
+        self._note(self._sent, data)
+        self._inner.write(data)
+
+    async def close(self) -> None:
+        """Give back what it held; again is harmless."""
+        if not self._ended:
+            self._ended = True
+            self._note(WireDirection(self._link, "client", "end"))
+        await self._inner.close()

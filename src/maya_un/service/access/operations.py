@@ -1,0 +1,181 @@
+"""Callers, roles, and the table of operations with the role that each needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from typing import NamedTuple
+
+from maya_un.errors import InvalidValue, NotAllowed
+from maya_un.schema.bodies import RoleName
+
+
+class Role(IntEnum):
+    """Roles; each includes the rights of the ones before it.
+
+    A viewer looks, and may stop. A student proposes jobs, and drives while an operator lends him the lease. An operator
+    drives, keeps the queue and approves. An administrator keeps users as well.
+    """
+
+    VIEWER = 1
+    STUDENT = 2
+    OPERATOR = 3
+    ADMIN = 4
+
+    @property
+    def word(self) -> str:
+        """Its name as people write it."""
+        return self.name.lower()
+
+    @classmethod
+    def of(cls, word: str) -> Role:
+        """Return the role that people write like this; raises `InvalidValue`."""
+        for role in cls:
+            if role.word == word:
+                return role
+        known = ", ".join(role.word for role in cls)
+        raise InvalidValue(key="role", value=repr(word), reason=f"it is one of {known}")
+
+
+assert set(RoleName.__args__) == {role.word for role in Role}
+
+
+@dataclass(frozen=True, slots=True)
+class Caller:
+    """One who asks.
+
+    `name` is the principal's, `source` where the request came from ("127.0.0.1", "ros", "cli"). `lease` is the control
+    lease that it shows, "" where none. An `implicit` caller has no lease and takes the free lease for the length of a
+    command: the local user while no users exist, and the ROS graph. `token` is the public part of the token it signed
+    in with, "" where with none.
+    """
+
+    name: str
+    role: Role
+    source: str = ""
+    lease: str = ""
+    implicit: bool = False
+    token: str = ""
+
+
+LOCAL = Caller("local", Role.ADMIN, "local", implicit=True)
+"""The local user while no users exist: has full access, and needs no lease."""
+
+ROS = Caller("ros", Role.OPERATOR, "ros", implicit=True)
+"""The ROS graph and rosbridge: one principal, which takes the free lease for each command."""
+
+BYSTANDER = Caller("local", Role.VIEWER, "local")
+"""A client on this machine without a token, though users exist: may only stop and abort."""
+
+RESERVED = frozenset({LOCAL.name, ROS.name, "maya", "queue", "unknown"})
+"""Names that no user can have."""
+
+
+class Operation(StrEnum):
+    """Everything that can be asked of a running Maya, by the name that the audit log shows."""
+
+    READ = "read"
+    PREVIEW = "preview"
+    STOP = "stop"
+    PROPOSE = "propose"
+    SUBMIT = "submit"
+    CHANGE_JOB = "change job"
+    CANCEL = "cancel"
+    APPROVE = "approve"
+    PAUSE = "pause"
+    ABORT = "abort"
+    WISH = "wish"
+    JOG = "jog"
+    RESUME = "resume"
+    SPEED = "speed"
+    RECOVER = "recover"
+    STEP = "step"
+    GRAPH = "graph"
+    RESTART = "restart"
+    CLEAR = "clear"
+    ZONES = "zones"
+    TEACH = "teach"
+    LEASE = "lease"
+    RENEW = "renew"
+    LEND = "drive"
+    BREAK = "break"
+    RECORD = "record"
+    BACKUP = "backup"
+    AUDIT = "audit"
+    USERS = "users"
+    ME = "me"
+
+
+class AccessRule(NamedTuple):
+    """The requirements of an operation: at least this role, and the control lease if it `drives`."""
+
+    role: Role
+    drives: bool = False
+    meaning: str = ""
+
+
+RULES: dict[Operation, AccessRule] = {
+    Operation.READ: AccessRule(Role.VIEWER, meaning="look at the state, the queue, its history, places, zones, events"),
+    Operation.PREVIEW: AccessRule(Role.VIEWER, meaning="work out what a job would be"),
+    Operation.STOP: AccessRule(Role.VIEWER, meaning="stop on the path"),
+    Operation.ABORT: AccessRule(Role.VIEWER, meaning="stop without deceleration"),
+    Operation.ME: AccessRule(Role.VIEWER, meaning="see oneself, change one's password, sign out"),
+    Operation.PROPOSE: AccessRule(
+        Role.STUDENT, meaning="submit a job that waits for approval; change and cancel one's own"
+    ),
+    Operation.PAUSE: AccessRule(Role.STUDENT, meaning="pause on the path, or after this step"),
+    Operation.LEASE: AccessRule(Role.STUDENT, meaning="ask for the lease, take what is offered, release one's own"),
+    Operation.RENEW: AccessRule(Role.STUDENT, meaning="say that one still drives"),
+    Operation.SUBMIT: AccessRule(Role.OPERATOR, meaning="submit a job that begins when its turn comes"),
+    Operation.CHANGE_JOB: AccessRule(Role.OPERATOR, meaning="reorder, hold, release, edit any job"),
+    Operation.CANCEL: AccessRule(Role.OPERATOR, meaning="cancel any job"),
+    Operation.APPROVE: AccessRule(Role.OPERATOR, meaning="approve or decline a proposal"),
+    Operation.LEND: AccessRule(Role.OPERATOR, meaning="take the lease, hand it over"),
+    Operation.TEACH: AccessRule(Role.OPERATOR, meaning="teach poses and pallets"),
+    Operation.RECORD: AccessRule(Role.OPERATOR, meaning="save and fetch recordings"),
+    Operation.WISH: AccessRule(Role.STUDENT, drives=True, meaning="one primitive, now"),
+    Operation.JOG: AccessRule(Role.STUDENT, drives=True, meaning="jog"),
+    Operation.RESUME: AccessRule(Role.STUDENT, drives=True, meaning="go on after a pause"),
+    Operation.SPEED: AccessRule(Role.STUDENT, drives=True, meaning="scale the speed"),
+    Operation.STEP: AccessRule(Role.STUDENT, drives=True, meaning="do one step"),
+    Operation.RECOVER: AccessRule(Role.OPERATOR, drives=True, meaning="clear a fault"),
+    Operation.RESTART: AccessRule(Role.OPERATOR, drives=True, meaning="say what becomes of an interrupted job"),
+    Operation.CLEAR: AccessRule(Role.OPERATOR, meaning="cancel everything that waits"),
+    Operation.ZONES: AccessRule(Role.OPERATOR, drives=True, meaning="change the zones of this run"),
+    Operation.GRAPH: AccessRule(Role.OPERATOR, meaning="take part in the graph: publish, serve, set its parameters"),
+    Operation.BREAK: AccessRule(Role.ADMIN, meaning="take the lease from whoever holds it"),
+    Operation.BACKUP: AccessRule(Role.ADMIN, meaning="back the queue and its history up"),
+    Operation.AUDIT: AccessRule(Role.ADMIN, meaning="read the audit log"),
+    Operation.USERS: AccessRule(Role.ADMIN, meaning="keep users and tokens"),
+}
+"""The requirements of every operation. Stop and abort need neither a lease nor more than a valid token."""
+
+
+STOPPING = frozenset({Operation.STOP, Operation.ABORT})
+"""Operations that need no token on this machine, whether users exist or not."""
+
+
+def allowed(role: Role, operation: Operation) -> bool:
+    """Tell whether `role` may ask for `operation`, the lease aside."""
+    return role >= RULES[operation].role
+
+
+def require(caller: Caller, operation: Operation) -> None:
+    """Raise `NotAllowed` where the role of `caller` does not include `operation`."""
+    if not allowed(caller.role, operation):
+        needed = RULES[operation].role.word
+        raise NotAllowed(who=caller.name, role=caller.role.word, operation=operation.value, needed=needed)
+
+
+OWN = frozenset({Operation.CHANGE_JOB, Operation.CANCEL})
+"""Operations on one's own jobs that the right to propose includes."""
+
+
+def require_over(caller: Caller, operation: Operation, owner: str) -> None:
+    """Raise `NotAllowed` where `caller` may not do this to a job of `owner`: by his role, or because it is his own.
+
+    Whether the job is in a state for it is another question.
+    """
+    own = operation in OWN and caller.name == owner and allowed(caller.role, Operation.PROPOSE)
+    if not own:
+        require(caller, operation)

@@ -1,0 +1,217 @@
+"""Direct commands for callers who do not queue: one at a time, held jogs included."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
+from maya_un.controller.planner import LONGEST
+from maya_un.controller.protocol import Controller
+from maya_un.controller.run import OnVia
+from maya_un.errors import Busy, Cancelled, InvalidValue, MayaError, NotConnected
+from maya_un.motion.path import Route
+from maya_un.process.process import Process
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.robot import OnPhase, Robot
+from maya_un.schema.robot import HeldJog, Jogged
+from maya_un.values import Joints
+
+PATIENCE = 0.5
+"""A held jog that is not renewed for so long stops [s]."""
+
+_REFUSED_WITHIN = 0.05
+_ROUNDING = 1e-6
+
+
+class _Key(NamedTuple):
+    """The held key."""
+
+    axis: str
+    direction: int
+    speed: float
+
+
+class HeldJogs:
+    """At most one held jog of a controller; renewed within `patience` [s, the loop's] it goes on."""
+
+    def __init__(self, controller: Controller, patience: float = PATIENCE) -> None:
+        self._controller = controller
+        self._patience = patience
+        self._key: _Key | None = None
+        self._halted = False
+        self._until = 0.0
+        self._task: asyncio.Task[Jogged] | None = None
+        self._moved: _Key | None = None
+        self._watch: asyncio.TimerHandle | None = None
+        self._turn = asyncio.Lock()
+
+    async def hold(self, axis: str, direction: int, speed: float) -> HeldJog:
+        """Begin a held jog, or renew it; another axis, direction or speed lets the one before come to rest first.
+
+        Answers as soon as it moves. Raises what motion raises, `InvalidValue` for a direction other than 1 and -1.
+        """
+        if direction not in (1, -1):
+            raise InvalidValue(key="direction", value=direction, reason="it is 1 or -1")
+        key = _Key(axis, direction, speed)
+        if key == self._key:
+            self._renew()
+            return self._answer(key)
+        self._brake()
+        self._key = key
+        self._halted = False
+        self._renew()
+        await self._begin(key)
+        return self._answer(key)
+
+    async def release(self) -> None:
+        """Let go: stop on the path and return at rest; where nothing is held, nothing happens."""
+        self._key = None
+        if self._watch is not None:
+            self._watch.cancel()
+            self._watch = None
+        self._brake()
+        if self._task is not None:
+            await asyncio.wait({self._task})
+
+    def halt(self) -> None:
+        """Begin to stop on the path; a key that is still held begins nothing new until it has been let go."""
+        self._halted = True
+        self._brake()
+
+    def _brake(self) -> None:
+        if self._task is not None and not self._task.done() and not self._task.cancelling():
+            self._task.cancel()
+
+    async def _begin(self, key: _Key) -> None:
+        """Begin once the jog before is at rest, unless there was a halt, or the key was let go or changed meanwhile."""
+        async with self._turn:
+            if self._task is not None:
+                await asyncio.wait({self._task})
+            if self._halted or key != self._key or asyncio.get_running_loop().time() > self._until:
+                return
+            jog = self._controller.jog(key.axis, key.direction * LONGEST, speed=key.speed, clip=True)
+            self._task = asyncio.get_running_loop().create_task(jog, name="held jog")
+            self._task.add_done_callback(_retrieved)
+            self._moved = key
+            # A refusal comes without any wait for the machine to move.
+            await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
+            if key == self._key:
+                self._renew()
+
+    def _answer(self, key: _Key) -> HeldJog:
+        """Return how the jog of a key stands; raises what ended it unless that is the border."""
+        task = self._task
+        if task is None or key != self._moved or task.cancelling() or task.cancelled():
+            return HeldJog(key.axis, key.direction, moving=False)
+        if not task.done():
+            return HeldJog(key.axis, key.direction, moving=True)
+        gone = task.result()
+        return HeldJog(key.axis, key.direction, moving=False, limit=gone.limit, reason=gone.reason)
+
+    def _renew(self) -> None:
+        loop = asyncio.get_running_loop()
+        self._until = loop.time() + self._patience
+        if self._watch is None:
+            self._watch = loop.call_at(self._until, self._expired)
+
+    def _expired(self) -> None:
+        """Stop what was not renewed, or look again when it is due."""
+        loop = asyncio.get_running_loop()
+        self._watch = None
+        if loop.time() < self._until - _ROUNDING:
+            self._watch = loop.call_at(self._until, self._expired)
+        else:
+            self._key = None
+            self._brake()
+
+
+def _retrieved(task: asyncio.Task[Jogged]) -> None:
+    """Take notice of how a jog ended; whoever renews it is told, and nobody else asks."""
+    if not task.cancelled() and not isinstance(task.exception(), MayaError | None):
+        task.get_loop().call_exception_handler({"message": "a held jog failed", "exception": task.exception()})
+
+
+class DirectCommands:
+    """Carries out direct commands past the queue of `process`; `halt_jogs` stops held jogs.
+
+    Every command raises the errors of its layer. Cancelling it stops on the path.
+    """
+
+    def __init__(self, process: Process, robot: Robot, controller: Controller, halt_jogs: Callable[[], None]) -> None:
+        self._process = process
+        self._robot = robot
+        self._controller = controller
+        self._halt_jogs = halt_jogs
+        self._doing = ""
+        self._task: asyncio.Task[None] | None = None
+
+    @property
+    def doing(self) -> str:
+        """The running command, or ""."""
+        return self._doing
+
+    def require_free(self) -> None:
+        """Raise `Busy` while a direct command is running."""
+        if self._doing:
+            raise Busy(doing=self._doing)
+
+    async def home(self) -> None:
+        """Find the switches, define the counts, measure the strokes."""
+        await self._do("home", self._controller.home())
+
+    async def move(self, target: Joints) -> None:
+        """Go to `target` (rad, m, m), straight in the joints."""
+        await self._do("move", self._controller.move(target))
+
+    async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
+        """Go along `path`, whose first point is where the robot is."""
+        await self._do("follow", self._controller.follow(path, speed=speed, on_via=on_via))
+
+    async def gripper(self, open_: bool) -> None:
+        """Open or close the gripper."""
+        await self._do("gripper", self._controller.gripper(open_))
+
+    async def primitive(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+        """Do a primitive, and tell its phases."""
+        await self._do(primitive.command, self._robot.run(primitive, on_phase))
+
+    async def end_all(self) -> None:
+        """Cancel every movement (of a job, a direct command, a homing or a jog) and all waiting jobs.
+
+        It brakes at once; this returns when the robot is at rest and the queue is empty. A job that an earlier end of
+        the program interrupted still waits for a person. Raises `StorageFailed`.
+        """
+        self._process.end_running()
+        self._halt_jogs()
+        cancel_once(self._task)
+        try:
+            with suppress(NotConnected):
+                await self._controller.stop()
+        finally:
+            await self._process.end_all()
+        if self._task is not None:
+            await asyncio.wait({self._task})
+
+    async def _do(self, name: str, work: Coroutine[Any, Any, None]) -> None:
+        try:
+            self.require_free()
+            with self._process.turns.aside(name):
+                await self._carried(name, work)
+        finally:
+            work.close()
+
+    async def _carried(self, name: str, work: Coroutine[Any, Any, None]) -> None:
+        """Carry out a command in a separate task; the caller returns when it has ended, cancelled or not."""
+        self._doing = name
+        self._task = task = asyncio.get_running_loop().create_task(work, name=f"direct {name}")
+        try:
+            await run_to_rest(task)
+        except asyncio.CancelledError:
+            if is_caller_cancelled():
+                raise
+            raise Cancelled from None
+        finally:
+            self._doing, self._task = "", None

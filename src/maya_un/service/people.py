@@ -1,0 +1,236 @@
+"""Users and their tokens for the service. Secrets are shown once, where they are made; only their hashes are kept."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+from maya_un.errors import InvalidValue, NotAllowed, NotFound, NotSignedIn, UnknownName
+from maya_un.schema.people import Me, NewToken, TokenLine, UserLine
+from maya_un.service.access import tokens
+from maya_un.service.access.control import AccessControl, require_note
+from maya_un.service.access.operations import LOCAL, RESERVED, Caller, Operation, Role, allowed, require
+from maya_un.service.access.users import Change, Token, User
+
+SESSION = 12 * 3600.0
+"""How long somebody who signed in with a password stays so [s]."""
+
+MOST_TOKENS = 100
+"""Tokens of one user."""
+
+MOST_SESSIONS = 20
+"""Sessions of one user; the oldest gives way."""
+
+_NAME = re.compile(r"[a-z][a-z0-9._-]{0,31}", re.ASCII)
+_DATE = re.compile(
+    r"(\d{4}-(?:0[1-9]|1[0-2])-(?:0[1-9]|[12]\d|3[01]))(?:T([01]\d|2[0-3])(:[0-5]\d:[0-5]\d)(?:Z|\+00:00))?", re.ASCII
+)
+_PASSWORD = range(12, 257)
+_DIFFERENT = 5
+
+OnEnded = Callable[[str, str, str], None]
+"""Told that a token is valid no more, or with "" that a user may not drive any more: token, name, why."""
+
+
+class UserService:
+    """Keeps the users of an `entrance`; `ended` is told of whose rights end."""
+
+    def __init__(self, entrance: AccessControl, ended: OnEnded) -> None:
+        self._register = entrance.register
+        self._callers = entrance.callers
+        self._calendar = entrance.calendar
+        self._hasher = entrance.hasher
+        self._ended = ended
+
+    async def me(self, by: Caller) -> Me:
+        """Return who asks."""
+        return Me(by.name, by.role.word, by.token, by.source, bool(self._register.users))
+
+    async def list(self) -> list[UserLine]:
+        """Return all users, by name."""
+        return [self._line(user) for _, user in sorted(self._register.users.items())]
+
+    async def add(self, name: str, role: str, password: str | None = None) -> NewToken:
+        """Add a user and return his first token; the first user is an administrator.
+
+        Raises `InvalidValue`, `StorageFailed`.
+        """
+        chosen = Role.of(role)
+        checked_name(name)
+        hashed = "" if password is None else await self._password(password)
+        async with self._register.turn:
+            if name in self._register.users:
+                raise InvalidValue(key="name", value=repr(name), reason="there is a user of this name")
+            if not self._register.users and chosen is not Role.ADMIN:
+                raise InvalidValue(key="role", value=repr(role), reason="the first user is an administrator (admin)")
+            first = not self._register.users
+            made = await self._give(User(name, chosen, self._calendar.now(), hashed), "first", "", new=True)
+        if first:
+            self._ended("", LOCAL.name, "users are kept now")
+        return made
+
+    async def change(
+        self, name: str, *, role: str | None = None, password: str | None = None, old: str = "", by: Caller
+    ) -> UserLine:
+        """Change the role of a user, or the password ("" for none), which ends all sessions.
+
+        An administrator does; others change a password of their own, and say the `old` one, so that a stolen token is
+        not enough. The last administrator stays one. Raises `UnknownName`, `NotAllowed`, `NotSignedIn` for a wrong old
+        password, `TooManyRequests`, `InvalidValue`, `StorageFailed`.
+        """
+        if role is not None or name != by.name:
+            require(by, Operation.USERS)
+        elif password is not None and not allowed(by.role, Operation.USERS):
+            await self._callers.signed_in(name, old, by.source)
+        chosen = None if role is None else Role.of(role)
+        hashed = None if password is None else await self._password(password) if password else ""
+        async with self._register.turn:
+            user = self._user(name)
+            if chosen is not None and chosen is not Role.ADMIN:
+                self._require_another_admin(user)
+            changed = replace(user, role=chosen or user.role, password=user.password if hashed is None else hashed)
+            sessions = () if password is None else tuple(one.id for one in self._register.of(name) if one.session)
+            await self._register.change(Change(users=(changed,), without_tokens=sessions))
+        for session in sessions:
+            self._ended(session, name, "the password was changed")
+        if changed.role < user.role:
+            self._ended("", name, f"{name} is {changed.role.word} now")
+        return self._line(changed)
+
+    async def remove(self, name: str) -> None:
+        """Remove a user with all tokens; raises `UnknownName`, `StorageFailed`, and `NotAllowed` for the last admin."""
+        async with self._register.turn:
+            self._require_another_admin(self._user(name))
+            self._ended("", name, f"{name} was removed")
+            await self._register.change(Change(without_users=(name,)))
+
+    async def tokens(self, name: str, by: Caller) -> list[TokenLine]:
+        """Return the tokens of a user, oldest first: one's own, or as an administrator anybody's.
+
+        Raises `UnknownName`, `NotAllowed`.
+        """
+        if name != by.name:
+            require(by, Operation.USERS)
+        self._user(name)
+        return [self._token_line(token) for token in self._register.of(name)]
+
+    async def token(self, name: str, *, note: str = "", expires: str = "", by: Caller) -> NewToken:
+        """Make a token for a user; `expires` is a date in UTC, or a date and time, "" for never.
+
+        An administrator makes them for everybody; others one more for themselves, which lasts no longer than the one
+        they show. Raises `UnknownName`, `NotAllowed`, `InvalidValue`, `StorageFailed`.
+        """
+        until = self._date(expires)
+        require_note(note)
+        if not allowed(by.role, Operation.USERS):
+            if name != by.name:
+                require(by, Operation.USERS)
+            own = self._register.tokens.get(by.token)
+            limit = "" if own is None else own.expires
+            if limit and (not until or until > limit):
+                raise InvalidValue(key="expires", value=repr(expires), reason=f"the token shown ends at {limit}")
+        async with self._register.turn:
+            user = self._user(name)
+            if sum(not token.session for token in self._register.of(name)) >= MOST_TOKENS:
+                raise InvalidValue(key="tokens", value=MOST_TOKENS, reason="revoke some first")
+            return await self._give(user, note, until)
+
+    async def revoke(self, token: str, by: Caller) -> None:
+        """Make a token invalid at once, by its id: one's own, or as an administrator anybody's.
+
+        Raises `NotFound`, the same where it is somebody else's, and `StorageFailed`: then it is invalid all the same
+        until the next start.
+        """
+        async with self._register.turn:
+            found = self._register.tokens.get(token)
+            if found is None or (found.user != by.name and not allowed(by.role, Operation.USERS)):
+                raise NotFound(what="token", number=token)
+            self._ended(token, found.user, "its token was revoked")
+            await self._register.change(Change(without_tokens=(token,)))
+
+    async def sign_in(self, name: str, password: str, source: str) -> NewToken:
+        """Return a token for a session; raises `NotSignedIn` whatever was wrong, `TooManyRequests`, `StorageFailed`."""
+        user = await self._callers.signed_in(name, password, source)
+        async with self._register.turn:
+            if self._register.users.get(name) is not user:
+                raise NotSignedIn(reason="the user was changed meanwhile")
+            sessions = [token.id for token in self._register.of(name) if token.session]
+            spare = tuple(sessions[: max(0, len(sessions) - MOST_SESSIONS + 1)])
+            return await self._give(user, source, self._calendar.after(SESSION), session=True, instead_of=spare)
+
+    async def sign_out(self, by: Caller) -> None:
+        """End the session, or revoke the token, that was shown; raises `NotFound` where none was, `StorageFailed`."""
+        await self.revoke(by.token, by)
+
+    async def _give(
+        self,
+        user: User,
+        note: str,
+        expires: str,
+        *,
+        session: bool = False,
+        new: bool = False,
+        instead_of: tuple[str, ...] = (),
+    ) -> NewToken:
+        """Make a token, keep it, and take it for known."""
+        shown = tokens.new()
+        while shown.id in self._register.tokens:
+            shown = tokens.new()
+        hashed = await self._hasher.hashed(shown.secret)
+        token = Token(shown.id, user.name, hashed, note, self._calendar.now(), expires, session=session)
+        users = (user,) if new else ()
+        await self._register.change(Change(users=users, tokens=(token,), without_tokens=instead_of))
+        self._callers.know(shown)
+        return NewToken(token.id, user.name, user.role.word, shown.text, note, expires)
+
+    async def _password(self, password: str) -> str:
+        if len(password) not in _PASSWORD:
+            reason = f"it needs {_PASSWORD.start} to {_PASSWORD.stop - 1} characters"
+            raise InvalidValue(key="password", value="…", reason=reason)
+        if len(set(password)) < _DIFFERENT:
+            raise InvalidValue(key="password", value="…", reason=f"it needs at least {_DIFFERENT} different characters")
+        return await self._hasher.hashed(password)
+
+    def _user(self, name: str) -> User:
+        user = self._register.users.get(name)
+        if user is None:
+            raise UnknownName(name=name, known=", ".join(sorted(self._register.users)) or "none")
+        return user
+
+    def _require_another_admin(self, user: User) -> None:
+        """Raise `NotAllowed` where `user` is the only administrator: nobody could undo it."""
+        admins = [name for name, one in self._register.users.items() if one.role is Role.ADMIN]
+        if admins == [user.name]:
+            raise NotAllowed(who=user.name, role="the last administrator", operation="this", needed="another one first")
+
+    def _date(self, text: str) -> str:
+        """Return a date as it is kept; raises `InvalidValue` for what is none, or is past."""
+        found = _DATE.fullmatch(text)
+        if text and found is None:
+            reason = "it is a date in UTC, like 2027-01-31 or 2027-01-31T12:00:00Z"
+            raise InvalidValue(key="expires", value=repr(text), reason=reason)
+        date = "" if found is None else f"{found[1]}T{found[2] or '00'}{found[3] or ':00:00'}+00:00"
+        if date and date <= self._calendar.now():
+            raise InvalidValue(key="expires", value=repr(text), reason="it is past")
+        return date
+
+    def _line(self, user: User) -> UserLine:
+        mine = [self._token_line(token) for token in self._register.of(user.name)]
+        used = max((line.used for line in mine), default="")
+        valid = sum(line.valid for line in mine)
+        return UserLine(user.name, user.role.word, user.created, bool(user.password), valid, used)
+
+    def _token_line(self, token: Token) -> TokenLine:
+        valid = not token.expires or token.expires > self._calendar.now()
+        return TokenLine(
+            token.id, token.user, token.note, token.created, token.expires, token.used, token.session, valid
+        )
+
+
+def checked_name(name: str) -> str:
+    """Return what a user can be called; raises `InvalidValue` for anything else."""
+    if _NAME.fullmatch(name) is None or name in RESERVED:
+        reason = "it has up to 32 of a to z, 0 to 9, . _ and -, begins with a letter, and is not kept for ourselves"
+        raise InvalidValue(key="name", value=repr(name), reason=reason)
+    return name

@@ -1,0 +1,163 @@
+"""Places for the service: zones, taught poses and pallets. Units are m and rad."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from pydantic import ValidationError
+
+from maya_un.config.model import MOST_ZONES, AnyZone, parse_zone
+from maya_un.controller.protocol import Controller
+from maya_un.errors import Busy, InvalidRequest, InvalidValue, NotConnected, NotFound, NotHomed, NotTaught
+from maya_un.kinematics.zones import Zone, written, zone_of
+from maya_un.process.spec.job import Grid
+from maya_un.process.spec.poses import PoseStore, TaughtPallet
+from maya_un.schema.jobs import PalletInfo, TaughtPose
+from maya_un.values import Joints, Mode
+
+
+def zones_of(controller: Controller) -> list[AnyZone]:
+    """Return the zones in force."""
+    return [written(zone) for zone in controller.zones]
+
+
+def put_zone(controller: Controller, data: Mapping[str, object]) -> AnyZone:
+    """Keep out of one more zone, which takes the place of one of its name; return it as it is taken.
+
+    Raises `InvalidRequest` with the key that makes it none, and where there are `MOST_ZONES`; `Busy` while something
+    moves.
+    """
+    new = parse_zone(data)
+    zones = {zone.name: zone for zone in controller.zones} | {new.name: zone_of(new)}
+    if len(zones) > MOST_ZONES:
+        raise InvalidRequest(key="zone", reason=f"at most {MOST_ZONES} zones may exist; remove one first")
+    controller.set_zones(list(zones.values()))
+    return new
+
+
+def drop_zone(controller: Controller, name: str) -> None:
+    """Keep out of a zone no longer; raises `NotFound`, and `Busy` while something moves."""
+    left: list[Zone] = [zone for zone in controller.zones if zone.name != name]
+    if len(left) == len(controller.zones):
+        raise NotFound(what="zone", number=name)
+    controller.set_zones(left)
+
+
+_AT_REST = {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
+
+
+def at_rest(controller: Controller) -> Joints:
+    """Return where the robot stands (rad, m, m); raises `NotConnected`, `NotHomed`, and `Busy` while it moves."""
+    state = controller.state
+    if state.mode is Mode.DISCONNECTED:
+        raise NotConnected
+    if state.mode not in _AT_REST or state.moving:
+        raise Busy(doing=state.mode.value)
+    if not state.homed or state.joints is None:
+        raise NotHomed
+    return state.joints
+
+
+class TeachingService:
+    """Asks and changes `book`.
+
+    `here` tells the joints of the place that is taught and raises why there is none; a corner without z is at
+    `grasp_height` [m]. Every method raises `FileUnreadable` for a book that cannot be understood, those that change it
+    `FileUnwritable`.
+    """
+
+    def __init__(self, book: PoseStore, grasp_height: float, here: Callable[[], Joints]) -> None:
+        self._book = book
+        self._grasp_height = grasp_height
+        self._here = here
+
+    def poses(self) -> list[TaughtPose]:
+        """Return all poses, in the order in which they were taught."""
+        return list(self._book.taught().poses.values())
+
+    def pose(self, name: str) -> TaughtPose:
+        """Return a pose; raises `NotTaught`."""
+        poses = self._book.taught().poses
+        _require("pose", name, poses)
+        return poses[name]
+
+    def teach(self, name: str, date: str, *, replacing: bool = False) -> TaughtPose:
+        """Keep where the robot is, on `date`, under `name`.
+
+        Raises what `here` raises, `InvalidValue` for what is no name, and `NameTaken`; with `replacing` a pose of that
+        name gives way.
+        """
+        return self._book.teach(name, self._here(), date, replacing=replacing)
+
+    def forget_pose(self, name: str) -> None:
+        """Remove a pose; raises `NotTaught`, and `InvalidValue` where it is the corner of a pallet."""
+        self.pose(name)
+        self._book.forget(name)
+
+    def rename_pose(self, old: str, new: str) -> TaughtPose:
+        """Give a pose another name; raises `NotTaught`, `NameTaken`, and `InvalidValue` for what is no name."""
+        self.pose(old)
+        self._book.rename(old, new)
+        return self.pose(new)
+
+    def pallets(self) -> list[PalletInfo]:
+        """Return all pallets, in the order in which they were taught."""
+        return [self._told(pallet) for pallet in self._book.taught().pallets.values()]
+
+    def pallet(self, name: str) -> PalletInfo:
+        """Return a pallet; raises `NotTaught`."""
+        pallets = self._book.taught().pallets
+        _require("pallet", name, pallets)
+        return self._told(pallets[name])
+
+    def teach_pallet(self, name: str, grid: Mapping[str, object], date: str, *, replacing: bool = False) -> PalletInfo:
+        """Keep a pallet of `corners` (names of poses, or points), `rows` and `columns`, taught on `date`.
+
+        Raises `InvalidRequest` for a key that is missing, extra or wrong, `InvalidValue` for corners that span no grid
+        and what is no name, and `NameTaken`; with `replacing` a pallet of that name gives way.
+        """
+        self._book.teach_pallet(name, _grid(grid), date, self._grasp_height, replacing=replacing)
+        return self.pallet(name)
+
+    def forget_pallet(self, name: str) -> None:
+        """Remove a pallet; the poses at its corners stay. Raises `NotTaught`."""
+        self.pallet(name)
+        self._book.forget(name)
+
+    def rename_pallet(self, old: str, new: str) -> PalletInfo:
+        """Give a pallet another name; raises `NotTaught`, `NameTaken`, and `InvalidValue` for what is no name."""
+        self.pallet(old)
+        self._book.rename(old, new)
+        return self.pallet(new)
+
+    def _told(self, taught: TaughtPallet) -> PalletInfo:
+        name, grid = taught.name, taught.grid
+        try:
+            pallet = self._book.taught().spanned(name, grid, self._grasp_height)
+        except InvalidValue as error:
+            return PalletInfo(name, grid.rows, grid.columns, None, None, None, (str(error),), taught.taught)
+        shape = pallet.shape
+        return PalletInfo(
+            name=name,
+            rows=pallet.rows,
+            columns=pallet.columns,
+            corners=pallet.corners,
+            flatness=shape.flatness,
+            squareness=shape.squareness,
+            remarks=shape.remarks,
+            taught=taught.taught,
+        )
+
+
+def _require(what: str, name: str, known: Mapping[str, object]) -> None:
+    if name not in known:
+        raise NotTaught(what=what, name=name, known=", ".join(known) or "none yet")
+
+
+def _grid(data: Mapping[str, object]) -> Grid:
+    try:
+        return Grid.model_validate(dict(data))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"]) or "pallet"
+        raise InvalidRequest(key=key, reason=first["msg"].removeprefix("Value error, ")) from error

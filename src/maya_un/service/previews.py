@@ -1,0 +1,176 @@
+"""Previews of jobs, and whether points can be reached; nothing moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import Any, TypeVar
+
+from maya_un.config import Config
+from maya_un.controller import offline_planner
+from maya_un.controller.protocol import Controller
+from maya_un.errors import InvalidValue, Unreachable
+from maya_un.kinematics.limits import Limit, unit
+from maya_un.kinematics.workspace import Workspace
+from maya_un.process import computation
+from maya_un.process.computation import JobComputer
+from maya_un.robot.plan import Pose
+from maya_un.schema.encoding import to_json
+from maya_un.schema.previews import Broken, Distance, Reach
+from maya_un.service.access.operations import LOCAL, Caller
+from maya_un.values import Joints, Point
+from maya_un.workers import Work, Workers
+
+
+def reach_of(workspace: Workspace, point: Point) -> Reach:
+    """Return the answer about `point` [m] in `workspace`."""
+    reasons = workspace.all_reasons(point)
+    if reasons:
+        broken = tuple(Broken(one.limit, one.zone, one.excess, one.unit, one.text) for one in reasons)
+        return Reach(False, None, str(reasons[0]), _nearest(workspace, point), broken=broken)
+    joints = workspace.require(point)
+    found = workspace.margins(joints)
+    distances = [Distance(limit, "", margin, unit(limit)) for limit, margin in found.limits.items()]
+    distances += [Distance(Limit.ZONE, zone, clearance, "m") for zone, clearance in found.zones]
+    pulls = (workspace.tension_limit - found.tension_b, workspace.tension_limit - found.tension_c)
+    return Reach(True, joints, None, point, tuple(distances), pulls)
+
+
+def _nearest(workspace: Workspace, point: Point) -> Point | None:
+    try:
+        return workspace.nearest(point)
+    except Unreachable:
+        return None
+
+
+T = TypeVar("T")
+
+MOST_SAMPLES = 10_000
+"""Most samples of one motion that a request may ask for."""
+
+_PIECE = 1 << 18
+
+
+class PreviewService:
+    """Answers for a `controller`, in `workers` if there are any; `start` returns the start of a job.
+
+    Every method raises the errors of the computation (`InvalidJob`, `UnknownName`, `Unreachable` …), and with workers
+    `TooMuchAsked`, `TakesTooLong`, `TooLarge` and `WorkerFailed`.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        foresight: JobComputer,
+        start: Callable[[bool], Pose],
+        config: Config,
+        workers: Workers | None,
+    ) -> None:
+        self._controller = controller
+        self._foresight = foresight
+        self._start = start
+        self._grasp_height = config.cell.grasp_height
+        self._workers = workers
+
+    async def preview(self, job: object, *, from_homed: bool = False, by: Caller = LOCAL) -> bytes:
+        """Return a `JobPreview` as JSON, of a job as `desk.parsed` reads it.
+
+        It starts at the position of the robot, or at the end of homing.
+        """
+        start = self._start(from_homed)
+        if self._workers is None:
+            return to_json(await self._foresight.preview(computation.parsed(job), start))
+        return await self._told(by, preview, job, self._foresight.taught(), self._grasp_height, start)
+
+    async def inspect(self, job: object, *, from_homed: bool = False, samples: int = 200, by: Caller = LOCAL) -> bytes:
+        """Return a `JobInspection` as JSON, of a job as for `preview`; every motion has so many `samples`, 2 to 10 000.
+
+        Raises `InvalidValue`, and `TooLarge` for more samples of all motions than `desk.MOST_SAMPLED`.
+        """
+        require_samples(samples)
+        start = self._start(from_homed)
+        if self._workers is None:
+            return to_json(await self._foresight.inspect(computation.parsed(job), start, samples))
+        return await self._told(by, inspect, job, self._foresight.taught(), self._grasp_height, start, samples)
+
+    async def decoded(self, body: bytes, whose: str) -> dict[str, Any]:
+        """Return a JSON object that is too long to parse in a loop; raises `InvalidRequest`."""
+        if self._workers is None:
+            return computation.decode_object(body)
+        return (await self._workers.run(computation.decoded, body, whose=f"read {whose}")).value
+
+    async def reach(self, point: Point, by: Caller = LOCAL) -> Reach:
+        """Return whether `point` [m] can be reached; if not, the reason and the nearest reachable point."""
+        return await self._asked(by, reach, point)
+
+    async def fk(self, joints: Joints, by: Caller = LOCAL) -> Point:
+        """Return the gripper point of joints (rad, m, m)."""
+        return await self._asked(by, fk, joints)
+
+    async def ik(self, point: Point, by: Caller = LOCAL) -> Joints:
+        """Return the joints that hold the gripper at `point` [m]."""
+        return await self._asked(by, ik, point)
+
+    async def _told(self, by: Caller, work: Work[..., None], *args: object) -> bytes:
+        """Return the pieces of an answer, joined."""
+        assert self._workers is not None
+        answer = await self._workers.run(work, self._controller.workspace, *args, whose=_whose(by))
+        return b"".join(answer.parts)
+
+    async def _asked(self, by: Caller, work: Work[..., T], *args: object) -> T:
+        workspace = self._controller.workspace
+        if self._workers is not None:
+            return (await self._workers.run(work, workspace, *args, whose=_whose(by))).value
+        here = work(workspace, *args)
+        while True:
+            try:
+                next(here)
+            except StopIteration as end:
+                return end.value
+
+
+def require_samples(samples: int) -> None:
+    """Raise `InvalidValue` for a number of samples that is not allowed."""
+    if not 2 <= samples <= MOST_SAMPLES:
+        raise InvalidValue(key="samples", value=samples, reason=f"it must be 2 to {MOST_SAMPLES}")
+
+
+def prepare(config: Config) -> None:
+    """Prepare a worker for a machine; the import of this module loads all that it needs."""
+    offline_planner.prepare(config)
+
+
+def preview(*args: Any) -> Generator[Any, None, None]:
+    """Yield the result of `desk.preview` as JSON."""
+    yield from _pieces(to_json((yield from computation.preview(*args))))
+
+
+def inspect(*args: Any) -> Generator[Any, None, None]:
+    """Yield the result of `desk.inspect` as JSON."""
+    yield from _pieces(to_json((yield from computation.inspect(*args))))
+
+
+def reach(workspace: Workspace, point: Point) -> Generator[None, None, Reach]:
+    """Return the answer about a point."""
+    yield
+    return reach_of(workspace, point)
+
+
+def fk(workspace: Workspace, joints: Joints) -> Generator[None, None, Point]:
+    """Return the gripper point of joints."""
+    yield
+    return workspace.mechanism.fk(workspace.require(joints))
+
+
+def ik(workspace: Workspace, point: Point) -> Generator[None, None, Joints]:
+    """Return the joints of a gripper point."""
+    yield
+    return workspace.require(point)
+
+
+def _pieces(data: bytes) -> Generator[bytes, None, None]:
+    for begin in range(0, len(data), _PIECE):
+        yield data[begin : begin + _PIECE]
+
+
+def _whose(by: Caller) -> str:
+    return f"{by.name} {by.source}"

@@ -1,0 +1,165 @@
+"""The queue for the service: views, pauses, order, and decisions about interrupted jobs.
+
+The gate has looked at everybody's role before; here is looked at whose job it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from maya_un.errors import InvalidRequest, InvalidValue, JobChanged
+from maya_un.process.journal.protocol import JobRow, RequestOwner
+from maya_un.process.lease import ControlLease
+from maya_un.process.process import Process
+from maya_un.process.queue.submission import DEFAULT_OPTIONS, SubmitRequest
+from maya_un.process.spec.stored_job import version_of
+from maya_un.schema.jobs import JobLine, QueueView
+from maya_un.service.access.operations import LOCAL, Caller, Operation, Role, require, require_over
+
+_WHEN = ("after step", "now")
+_ENDS = ("first", "last")
+
+
+class QueueService:
+    """Asks and changes the queue of `process`; every method that changes it returns how that stands then.
+
+    A job of a user who is no operator is a proposal, unless the user drives with the `lease`.
+    """
+
+    def __init__(self, process: Process, lease: ControlLease) -> None:
+        self._process = process
+        self._lease = lease
+
+    def view(self) -> QueueView:
+        """Return the queue now, with the first 50 that wait."""
+        return self._process.shown.view()
+
+    async def pause(self, by: Caller = LOCAL, *, when: str = "after step") -> QueueView:
+        """Begin nothing more: `when` is "after step", or "now" to brake on the path and hold the step under way too.
+
+        Raises `InvalidValue` for another `when`; for "now" `CannotPause` while the robot homes, `NotConnected` and
+        `Faulted`; `StorageFailed` where it cannot be written, and it is paused all the same.
+        """
+        if when not in _WHEN:
+            raise InvalidValue(key="when", value=repr(when), reason=f"it is {' or '.join(_WHEN)}")
+        await self._process.turns.pause(by.name, now=when == "now")
+        return self.view()
+
+    async def resume(self, by: Caller = LOCAL) -> QueueView:
+        """Go on, with the step that is held too; raises `AnswerNeeded` while an interrupted job waits for a choice."""
+        await self._process.turns.resume(by.name)
+        return self.view()
+
+    async def step(self, by: Caller = LOCAL) -> QueueView:
+        """Do one step and pause; while the queue runs, pause after the step under way.
+
+        Raises `AnswerNeeded` as `resume` does.
+        """
+        await self._process.turns.step(by.name)
+        return self.view()
+
+    async def clear(self, by: Caller = LOCAL) -> QueueView:
+        """Cancel all jobs that wait, held ones too; what is under way goes on. Raises `StorageFailed`."""
+        del by  # the audit log has his name
+        await self._process.clear()
+        return self.view()
+
+    async def hold(self, number: int, by: Caller = LOCAL) -> JobLine:
+        """Put a job aside that waits; raises `NotFound`, `WrongState`, `NotAllowed`."""
+        await self.require_over(number, Operation.CHANGE_JOB, by)
+        await self._process.hold(number)
+        return self._process.shown.line(number)
+
+    async def release(self, number: int, by: Caller = LOCAL, *, version: str = "") -> JobLine:
+        """Let a job wait for its turn that was held; for a proposal that is the approval.
+
+        `version` is that of the report that was looked at: another job is not approved. Raises `NotFound`,
+        `WrongState`, `NotAllowed`, `JobChanged`.
+        """
+
+        def allowed(job: JobLine | JobRow) -> None:
+            if job.proposal and not job.approved_by:
+                require(by, Operation.APPROVE)
+
+        def seen(job: JobRow) -> None:
+            allowed(job)
+            if version and version != version_of(job.body):
+                raise JobChanged(number=number)
+
+        line = await self._process.shown.found_line(number)
+        allowed(line)
+        require_over(by, Operation.CHANGE_JOB, line.owner)
+        await self._process.release(number, by.name, seen)
+        return self._process.shown.line(number)
+
+    async def move(
+        self,
+        number: int,
+        *,
+        before: int | None = None,
+        after: int | None = None,
+        to: str | None = None,
+        by: Caller = LOCAL,
+    ) -> JobLine:
+        """Put a job `before` or `after` another that waits, or `to` "first" or "last"; say one of the three.
+
+        It takes the priority that it needs there. Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`,
+        `NotAllowed`: others' jobs wait longer for it.
+        """
+        require(by, Operation.CHANGE_JOB)
+        if sum(one is not None for one in (before, after, to)) != 1:
+            raise InvalidRequest(key="to", reason="say one of before, after and to")
+        if to is not None:
+            if to not in _ENDS:
+                raise InvalidValue(key="to", value=repr(to), reason=f"it is {' or '.join(_ENDS)}")
+            await self._process.move_to(number, last=to == "last")
+        else:
+            beside = before if before is not None else after
+            assert beside is not None
+            await self._process.move(number, beside, behind=after is not None)
+        return self._process.shown.line(number)
+
+    async def change(self, number: int, changes: Mapping[str, object], by: Caller = LOCAL) -> JobLine:
+        """Change a job that has not begun: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
+
+        The steps of a paused or interrupted job that have not begun may be replaced. Raises `NotFound`,
+        `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. An approved job is a
+        proposal again if a student changes it.
+        """
+        line = await self._process.shown.found_line(number)
+        require_over(by, Operation.CHANGE_JOB, line.owner)
+        await self._process.change(number, changes, approved=not self.proposes(by))
+        return self._process.shown.line(number)
+
+    async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL) -> JobLine:
+        """Queue a job that has ended once more, as a new one, from a step (from 1) on: the first that was not done.
+
+        Raises `NotFound`, `WrongState`, `InvalidValue`; `NotConnected` and `Faulted` while nothing can run.
+        """
+        asked = SubmitRequest(RequestOwner(by.name, by.source), DEFAULT_OPTIONS, proposal=self.proposes(by))
+        new = await self._process.again(number, asked, from_step)
+        return await self._process.shown.found_line(new)
+
+    async def recover(
+        self, choice: str, holding: bool | None = None, *, resume_queue: bool = True, by: Caller = LOCAL
+    ) -> QueueView:
+        """Say what becomes of the interrupted job: resume, redo, skip or abort, and whether the gripper holds a part.
+
+        The rest of the job is checked whole from the robot's position, and refused like a motion (`NotHomed`,
+        `PathRefused` and others); then it still waits. The queue goes on with `resume_queue`, though not by an abort.
+        Raises `NotFound` where there is none, `InvalidValue` for what is no choice or contradicts the machine,
+        `AnswerNeeded`.
+        """
+        await self._process.recover(choice, holding, resume_queue=resume_queue, by=by.name)
+        return self.view()
+
+    def proposes(self, by: Caller) -> bool:
+        """Tell whether what `by` wants to be done waits for somebody who approves it."""
+        holder = self._lease.holder
+        drives = holder is not None and holder.name == by.name and not holder.implicit
+        return by.role < Role.OPERATOR and not drives  # that a job of his runs does not make him the driver
+
+    async def require_over(self, number: int, operation: Operation, by: Caller) -> None:
+        """Raise `NotAllowed` where `by` may not do this to the job, `NotFound` where there is none."""
+        line = await self._process.shown.found_line(number)
+        require_over(by, operation, line.owner)

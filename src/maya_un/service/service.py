@@ -1,0 +1,308 @@
+"""The service: what can be asked of a running Maya, by whatever edge. Units are m, rad, s.
+
+Raises leaves of `maya_un.errors`, never anything else; edges show code and sentence as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+
+import maya_un
+from dmc41x3.address import SIM
+from maya_un.config import Config
+from maya_un.config.model import AnyZone
+from maya_un.controller.homing import homed_pose
+from maya_un.controller.protocol import Controller
+from maya_un.errors import Busy, Stopped
+from maya_un.events import Event
+from maya_un.process.journal.protocol import JobOptions, RequestOwner
+from maya_un.process.process import Process
+from maya_un.process.queue.submission import DEFAULT_OPTIONS, SubmitRequest
+from maya_un.process.spec.job import Job
+from maya_un.process.spec.poses import PoseStore
+from maya_un.recorder.recorder import Recorder
+from maya_un.robot.plan import Pose
+from maya_un.robot.primitives import Primitive
+from maya_un.robot.robot import Robot
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
+from maya_un.schema.previews import JobInspection, JobPreview, Reach
+from maya_un.schema.robot import HeldJog, Jogged, Status
+from maya_un.service.access.control import AccessControl
+from maya_un.service.access.operations import LOCAL, Caller, Operation
+from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
+from maya_un.service.history import HistoryService, RecordingService
+from maya_un.service.leasing import LeaseService
+from maya_un.service.people import UserService
+from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
+from maya_un.service.previews import PreviewService, reach_of, require_samples
+from maya_un.service.queueing import QueueService
+from maya_un.values import Joints, Point, State, StopReport
+from maya_un.workers import Workers
+
+
+class Service:
+    """The service of a robot.
+
+    `address` and `speed` are shown in `status`: where the machine is, how fast its clock runs. `teaching` asks and
+    changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one. Requests
+    that move nothing are computed in `workers`, if there are any.
+    """
+
+    def __init__(  # noqa: PLR0913 - every room of the service is a parameter
+        self,
+        process: Process,
+        robot: Robot,
+        controller: Controller,
+        config: Config,
+        *,
+        address: str = SIM,
+        speed: float = 1.0,
+        book: PoseStore | None = None,
+        entrance: AccessControl | None = None,
+        recorder: Recorder | None = None,
+        workers: Workers | None = None,
+    ) -> None:
+        kept = PoseStore(controller.mechanism) if book is None else book
+        self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
+        self.history = HistoryService(process, controller.events)
+        self._process = process
+        self._robot = robot
+        self._controller = controller
+        self._config = config
+        self._address = address
+        self._speed = speed
+        self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
+        self.direct = DirectCommands(process, robot, controller, self._held.halt)
+        shared = AccessControl.alone(controller.events, speed) if entrance is None else entrance
+        self.entrance = shared
+        self.queue = QueueService(process, shared.lease)
+        self.lease = LeaseService(shared, self._held.halt)
+        self.recorder = RecordingService(recorder)
+        self.users = UserService(shared, self._rights_ended)
+        self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
+
+    async def submit(
+        self,
+        job: Job | Mapping[str, object] | bytes,
+        *,
+        by: Caller = LOCAL,
+        options: JobOptions = DEFAULT_OPTIONS,
+        key: str = "",
+    ) -> JobAccepted:
+        """Append a job, which may be JSON, to the queue; when its turn comes, it is checked as a whole and starts.
+
+        It is stored when this returns. The same `key` and request of the same owner gets the existing job. A student's
+        job waits for approval, unless the student drives.
+
+        Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`,
+        `InvalidValue` for options out of range, `FileUnreadable` for a broken book of taught places that it needs, and
+        `NotConnected` or `Faulted` while nothing can run.
+        """
+        number = await self._process.submit(job, self._asked(by, options, key))
+        line = await self._process.shown.found_line(number)
+        return JobAccepted(number, line.name, line.steps)
+
+    async def wish(
+        self,
+        wish: Primitive | Mapping[str, object],
+        *,
+        wait: bool = True,
+        by: Caller = LOCAL,
+        options: JobOptions = DEFAULT_OPTIONS,
+        key: str = "",
+    ) -> JobReport:
+        """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
+
+        Its target may be the name of a taught pose or the cell of a taught pallet, its joints the name of a pose.
+
+        Raises `InvalidRequest`, `UnknownName`, `InvalidValue`, and `NotConnected` or `Faulted`. Later refusals and
+        failures are in the report. It is done at once if the queue is paused and nothing runs, unless `options` are
+        given.
+        """
+        number = await self._process.wish(wish, self._asked(by, options, key))
+        return await (self._process.result(number) if wait else self._process.shown.report(number))
+
+    def _rights_ended(self, token: str, name: str, why: str) -> None:
+        """End what somebody drives whose token ended, or without one, who may do less than before, and his queue."""
+        self.lease.rights_ended(token, name, why)
+        if not token and name != LOCAL.name:
+            self._process.owner_ended(name)
+
+    def _asked(self, by: Caller, options: JobOptions, key: str) -> SubmitRequest:
+        return SubmitRequest(RequestOwner(by.name, by.source), options, key, proposal=self.queue.proposes(by))
+
+    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Jogged:
+        """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m) at `speed` (0 to 1).
+
+        It goes as far as the workspace allows, slowing down before the border, and tells how far that was; with
+        `clip` false more than the workspace allows is refused. Raises `Busy` while a job runs, and what motion raises.
+        """
+        self._require_no_job()
+        return await self._controller.jog(axis, distance, speed=speed, clip=clip)
+
+    async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0) -> HeldJog:
+        """Jog in `direction` (1 or -1) for as long as this is said again at least twice a second; answer at once.
+
+        On a twin whose clock runs faster it counts in the time of whoever asks. Raises as `jog` does.
+        """
+        self._require_no_job()
+        return await self._held.hold(axis, direction, speed)
+
+    async def jog_release(self) -> None:
+        """Stop a held jog on its path; where there is none, nothing happens."""
+        await self._held.release()
+
+    async def check_storage(self) -> str:
+        """Return why the journal cannot be written, "" if it can; if not, the queue pauses."""
+        return await self._process.check_storage()
+
+    async def job(self, number: int) -> JobReport:
+        """Return what is known of a job now, also of one that ended long ago; raises `NotFound`."""
+        return await self._process.shown.report(number)
+
+    async def jobs(self) -> list[JobLine]:
+        """Return one line for every job that has not ended, or ended lately, in the order they came."""
+        return self._process.shown.lines()
+
+    async def wait(self, number: int) -> JobReport:
+        """Wait until a job has ended and return its report; raises `NotFound`."""
+        return await self._process.result(number)
+
+    async def cancel(self, number: int, *, by: Caller = LOCAL) -> JobReport:
+        """End a job early; one that runs stops on its path. Returns when it is at rest.
+
+        Raises `NotFound`, `NotAllowed`, `StorageFailed`.
+        """
+        await self.queue.require_over(number, Operation.CANCEL, by)
+        return await self._process.cancel(number)
+
+    async def stop(self) -> StopReport:
+        """Begin to brake at once; tell how long and how far it takes. The queue is paused where anything waits in it.
+
+        Raises `NotConnected`; the queue is paused all the same.
+        """
+        self._process.turns.halt(Stopped())
+        self._held.halt()
+        return await self._controller.stop()
+
+    async def pause(self) -> StopReport:
+        """Brake on the path and hold all motion until `resume`; tell how long and how far it takes.
+
+        The job under way is paused and goes on from there; one between two motions is held before the next.
+        Raises `CannotPause` where nothing is under way, or a homing; `NotConnected`, `Faulted`.
+        """
+        return await self._process.turns.pause_motion()
+
+    async def resume(self) -> None:
+        """Go on after a pause of motion; raises `NotPaused`, `NotConnected`. The queue stays paused where it is."""
+        await self._process.turns.resume_motion()
+
+    async def speed(self, ratio: float) -> None:
+        """Scale the speed of all motion, also of what is under way, by `ratio` (0.01 to 1); raises `InvalidValue`."""
+        await self._controller.override(ratio)
+
+    async def abort(self) -> None:
+        """Stop without deceleration, and pause the queue where anything waits in it; raises `NotConnected`."""
+        self._process.turns.halt(Stopped())
+        self._held.halt()
+        await self._controller.abort()
+
+    async def recover(self, *, take_over: bool = False) -> None:
+        """Clear a fault once its cause is gone; moves nothing, starts nothing; raises `NothingToRecover`.
+
+        `take_over` takes the controller from another program that owns it; otherwise that raises `ControllerOwned`.
+        """
+        await self._controller.recover(take_over=take_over)
+
+    async def status(self) -> Status:
+        """Return everything about now."""
+        jobs = self._process.shown.first_lines()
+        mode = self._process.shown.mode
+        return Status(
+            version=maya_un.__version__,
+            address=self._address,
+            speed=self._speed,
+            state=self._controller.state,
+            progress=self._controller.progress(),
+            can_teleop=self._robot.can_teleop and not (jobs and mode is QueueMode.RUNNING),
+            holding=self._robot.holding,
+            jobs=jobs,
+            last_event=len(self._controller.events),
+            run=self._controller.events.run,
+            queue=mode,
+            reason=self._process.shown.reason,
+        )
+
+    def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
+        """Yield every event numbered above `seq`, those past first, then as they come; none is left out.
+
+        The first has number 1. Raises `EventsForgotten`.
+        """
+        return self._controller.events.follow(seq)
+
+    def watch(self) -> AsyncIterator[State]:
+        """Yield the state of the machine now and every newer one; a slow reader skips to the newest."""
+        return self._controller.watch()
+
+    async def preview(self, job: Job | Mapping[str, object], *, from_homed: bool = False) -> JobPreview:
+        """Return what a job would be: times, heights, end counts, and the first refusal; sends nothing.
+
+        It starts where the robot is, or with `from_homed` where homing leaves it. Raises `InvalidJob` and
+        `UnknownName`.
+        """
+        parsed = job if isinstance(job, Job) else Job.parse(job)
+        return await self._process.preview(parsed, self._start(from_homed))
+
+    async def inspect(
+        self, job: Job | Mapping[str, object], *, from_homed: bool = False, samples: int = 200
+    ) -> JobInspection:
+        """Return a job in detail: its preview, profiles of the axes, least margins, longest stop; sends nothing.
+
+        Every motion has so many `samples`, 2 to 10 000. Raises as `preview` does, and `InvalidValue`.
+        """
+        require_samples(samples)
+        parsed = job if isinstance(job, Job) else Job.parse(job)
+        return await self._process.inspect(parsed, self._start(from_homed), samples)
+
+    def _start(self, from_homed: bool, /) -> Pose:
+        here = self._robot.pose
+        return here._replace(joints=homed_pose(self._config)) if from_homed else here
+
+    def fk(self, joints: Joints) -> Point:
+        """Return the gripper point of joints (rad, m, m); raises `Unreachable`."""
+        return self._controller.mechanism.fk(self._controller.workspace.require(joints))
+
+    def ik(self, point: Point) -> Joints:
+        """Return the joints that hold the gripper at `point` [m]; raises `Unreachable`."""
+        return self._controller.workspace.require(point)
+
+    def reach(self, point: Point) -> Reach:
+        """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
+        return reach_of(self._controller.workspace, point)
+
+    async def zones(self) -> list[AnyZone]:
+        """Return the zones that the robot keeps out of, as they are written in the configuration."""
+        return zones_of(self._controller)
+
+    async def set_zone(self, zone: Mapping[str, object]) -> AnyZone:
+        """Keep out of one more zone, for this run; it takes the place of one of its name.
+
+        It is taken also where the robot stands in it; then no motion is allowed before it is removed. Raises
+        `InvalidRequest` with the key that makes it none, and `Busy` while a job runs or something moves.
+        """
+        self._require_no_job()
+        return put_zone(self._controller, zone)
+
+    async def remove_zone(self, name: str) -> None:
+        """Keep out of a zone no longer, for this run; raises `NotFound` and `Busy`."""
+        self._require_no_job()
+        drop_zone(self._controller, name)
+
+    def config(self) -> Config:
+        """Return all constants of the machine."""
+        return self._config
+
+    def _require_no_job(self) -> None:
+        if self._process.running is not None:
+            raise Busy(doing=f"job {self._process.running}")
+        self.direct.require_free()
