@@ -15,9 +15,10 @@ from typing import TypeVar
 from fastapi import FastAPI
 
 from dmc41x3.loops import ScaledLoop
-from maya_ros.rosbridge.standalone import EndpointOptions, endpoint
+from maya_ros.rosbridge.standalone import endpoint
 from maya_un.assembly import Stack, stack
 from maya_un.config import load
+from maya_un.edges import EndpointOptions
 from maya_un.http import dates
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge

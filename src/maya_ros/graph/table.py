@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from maya_un.service.access.operations import Operation
+from maya_un.steps.text import COMMAND_TOPIC, RESULT_TOPIC, ROBOT_TOPIC, STATUS_TOPIC, TEXT_TYPE
 
 
 class Kind(StrEnum):
@@ -183,20 +184,20 @@ RECOVER_QUEUE = Row(
     asks=Operation.RESTART,
 )  # fmt: skip
 STEP_COMMAND = Row(
-    "/step_command", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "a step of a process, as JSON",
+    COMMAND_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "a step of a process, as JSON",
     ("ros_coms",), ("firebase_bridge",), heard=True,
     asks=Operation.WISH,
 )  # fmt: skip
 STEP_RESULT = Row(
-    "/step_result", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "how a step ended, as JSON",
+    RESULT_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "how a step ended, as JSON",
     ("firebase_bridge",), ("ros_coms",),
 )  # fmt: skip
 STEP_STATUS = Row(
-    "/step_status", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "a step is accepted or begins, as JSON",
+    STATUS_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "a step is accepted or begins, as JSON",
     ("firebase_bridge",), ("ros_coms",), manual=False,
 )  # fmt: skip
 STEP_ROBOT = Row(
-    "/step_robot", Kind.TOPIC, "std_msgs/String", Layer.BRIDGE, "which robot carries out steps, as JSON",
+    ROBOT_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "which robot carries out steps, as JSON",
     ("firebase_bridge",), ("ros_coms",), latch=True, queue_size=1, manual=False,
 )  # fmt: skip
 

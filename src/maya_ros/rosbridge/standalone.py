@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import AsyncIterator, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from dmc41x3.address import SIM
 from maya_ros.graph.bus import Bus, BusNode
@@ -25,18 +24,10 @@ from maya_ros.rosbridge.guest import Guest
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEvents, echoed
 from maya_un.assembly import Stack
 from maya_un.config import Config
+from maya_un.edges import EndpointOptions
 from maya_un.http import dates
 from maya_un.http.bridge import Bridge
-from maya_un.http.middleware.origin import OriginPolicy
 from maya_un.steps.store import StepStore
-
-
-class EndpointOptions(NamedTuple):
-    """Where the endpoint is served, to whom, and the file that keeps which steps were carried out."""
-
-    door: socket.socket
-    edge: OriginPolicy
-    steps: Path
 
 
 @asynccontextmanager
@@ -115,7 +106,7 @@ def _seat(bus: Bus, guest: Guest) -> Iterator[Graph]:
         node.close()
 
 
-def told_often(config: Config, speed: float) -> Config:
+def configured(config: Config, speed: float) -> Config:
     """Return the configuration with as many records as /maya_position needs while the clock runs at `speed`."""
     rate = max(config.controller.stream_rate, POSITION.rate / max(1.0, speed))
     return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": rate})})

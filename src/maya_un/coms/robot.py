@@ -11,11 +11,10 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
-from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind
 from maya_un.errors import RobotNotReached
-from maya_un.steps.text import RobotIdentity
+from maya_un.steps.text import COMMAND_TOPIC, RESULT_TOPIC, ROBOT_TOPIC, STATUS_TOPIC, TEXT_TYPE, RobotIdentity
 
 LONGEST = 1 << 20
 """Bytes of a message from rosbridge."""
@@ -37,17 +36,17 @@ class RosbridgeLink:
 
     async def ask(self) -> None:
         """Ask which robot is there; `receive` returns its identity, and that of one that replaces it."""
-        await self._say("subscribe", STEP_ROBOT.name, type=STEP_ROBOT.type, queue_length=0)
+        await self._say("subscribe", ROBOT_TOPIC, type=TEXT_TYPE, queue_length=0)
 
     async def prepare(self) -> None:
         """Advertise commands and subscribe to what comes back."""
-        await self._say("advertise", STEP_COMMAND.name, type=STEP_COMMAND.type)
-        for row in (STEP_STATUS, STEP_RESULT):
-            await self._say("subscribe", row.name, type=row.type, queue_length=0)
+        await self._say("advertise", COMMAND_TOPIC, type=TEXT_TYPE)
+        for topic in (STATUS_TOPIC, RESULT_TOPIC):
+            await self._say("subscribe", topic, type=TEXT_TYPE, queue_length=0)
 
     async def send(self, text: str) -> None:
         """Publish a command."""
-        await self._say("publish", STEP_COMMAND.name, msg={"data": text})
+        await self._say("publish", COMMAND_TOPIC, msg={"data": text})
 
     async def receive(self) -> Report | RobotIdentity | str:
         """Return the next report, which robot is there, or the text of a refusal by the rosbridge itself."""
@@ -109,13 +108,13 @@ def _read(message: dict[str, Any], prefix: str) -> Report | RobotIdentity | str 
         text = str(message["msg"]["data"])
         data = json.loads(text)
         topic = message.get("topic")
-        if topic == prefix + STEP_ROBOT.name:
+        if topic == prefix + ROBOT_TOPIC:
             return RobotIdentity(str(data["name"]), str(data["journal"]))
         id_ = data["id"]
         if not isinstance(id_, str):
             return None
-        if topic == prefix + STEP_RESULT.name:
+        if topic == prefix + RESULT_TOPIC:
             return Report(id_, ReportKind.RESULT, text)
-        return Report(id_, ReportKind(data["state"]), text) if topic == prefix + STEP_STATUS.name else None
+        return Report(id_, ReportKind(data["state"]), text) if topic == prefix + STATUS_TOPIC else None
     except (KeyError, RecursionError, TypeError, ValueError):
         return None

@@ -23,6 +23,13 @@ from typing import Any
 from maya_un.errors import InvalidMessage, InvalidRequest, MayaError
 from maya_un.robot.primitives import PRIMITIVES
 
+COMMAND_TOPIC = "/step_command"
+RESULT_TOPIC = "/step_result"
+STATUS_TOPIC = "/step_status"
+ROBOT_TOPIC = "/step_robot"
+TEXT_TYPE = "std_msgs/String"
+"""The ROS type of the four topics: JSON in a string."""
+
 INTERRUPTED = "INTERRUPTED"
 """The code of a step without a result when the program ended: nobody knows how far it came."""
 

@@ -15,7 +15,7 @@ from maya_un.http.listeners import ListeningSocket, bound_socket, far_socket, tl
 from maya_un.http.middleware.origin import OriginPolicy, host_of, origin_of
 
 if TYPE_CHECKING:
-    from maya_ros.rosbridge.standalone import EndpointOptions
+    from maya_un.edges import EndpointOptions
 
 PORT = 4134
 """The usual port for other machines; loopback has one of its own."""
@@ -104,7 +104,7 @@ def rosbridge_at(port: int | None, journal: Path | None, remote: RemoteAccess) -
     if port is None:
         yield None
         return
-    from maya_ros.rosbridge.standalone import EndpointOptions
+    from maya_un.edges import EndpointOptions
 
     with bound_socket(port) as door, TemporaryDirectory(prefix="maya-steps-") as folder:
         steps = (Path(folder) if journal is None else journal.parent) / STEPS

@@ -41,7 +41,7 @@ from maya_un.process.journal.file import remove_new, require_place
 from maya_un.values import Point
 
 if TYPE_CHECKING:
-    from maya_ros.rosbridge.standalone import EndpointOptions
+    from maya_un.edges import EndpointOptions
 
 ROSBRIDGE_PORT = 9090
 """The usual port of rosbridge."""
@@ -126,7 +126,7 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
             doors.enter_context(far.socket)
         rosbridge = doors.enter_context(rosbridge_at(options.rosbridge, journal, options.remote))
         if rosbridge is not None:
-            robot = robot._replace(config=_told_often(config, speed))
+            robot = robot._replace(config=_configured(config, speed))
             if options.coms:
                 doors.enter_context(coms_beside(url_of(rosbridge), config.coms))
         run(_serve(robot, options, _UpListeners(near, far, rosbridge), settings), clock)
@@ -217,15 +217,15 @@ def _beside(
     """Return what is served beside HTTP."""
     if rosbridge is None:
         return nullcontext()
-    from maya_ros.rosbridge.standalone import endpoint
+    from maya_un.edges import edge
 
-    return endpoint(running, bridge, rosbridge, speed=speed)
+    return edge("rosbridge").endpoint(running, bridge, rosbridge, speed=speed)
 
 
-def _told_often(config: Config, speed: float) -> Config:
-    from maya_ros.rosbridge.standalone import told_often
+def _configured(config: Config, speed: float) -> Config:
+    from maya_un.edges import edge
 
-    return told_often(config, speed)
+    return edge("rosbridge").configured(config, speed)
 
 
 def _greeting(running: Stack, robot: _Robot, url: str, doors: _UpListeners, refusal: MayaError | None) -> StartupBanner:

@@ -1,0 +1,47 @@
+"""Edges that other packages add to `maya up`: each is an entry point in the group `maya_un.edges`."""
+
+from __future__ import annotations
+
+from contextlib import AbstractAsyncContextManager
+from importlib.metadata import entry_points
+from pathlib import Path
+from socket import socket
+from typing import NamedTuple, Protocol, cast
+
+from maya_un.assembly import Stack
+from maya_un.config import Config
+from maya_un.errors import UnknownName
+from maya_un.http.bridge import Bridge
+from maya_un.http.middleware.origin import OriginPolicy
+
+GROUP = "maya_un.edges"
+
+
+class EndpointOptions(NamedTuple):
+    """The socket of an edge, its origin policy, and the file that records which steps were carried out."""
+
+    door: socket
+    edge: OriginPolicy
+    steps: Path
+
+
+class Edge(Protocol):
+    """An edge of `maya up`; a module or an object with these two functions."""
+
+    def endpoint(
+        self, stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0
+    ) -> AbstractAsyncContextManager[object]:
+        """Serve `stack` at a place while the block runs; `speed` is how fast the stack's clock runs."""
+        ...
+
+    def configured(self, config: Config, speed: float) -> Config:
+        """Return the configuration that this edge needs."""
+        ...
+
+
+def edge(name: str) -> Edge:
+    """Return the edge that an installed package provides under `name`. Raises `UnknownName`."""
+    found = entry_points(group=GROUP)
+    if name not in found.names:
+        raise UnknownName(name=name, known=", ".join(sorted(found.names)))
+    return cast("Edge", found[name].load())
