@@ -35,8 +35,8 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
     method, route = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     for name, before, text in (
-        ("api/queueing.py", END_OF_CLASS, f"{method}\n"),
-        ("server/queueing.py", END_OF_ROUTES, f"\n{route}"),
+        ("service/queueing.py", END_OF_CLASS, f"{method}\n"),
+        ("http/routes/queue.py", END_OF_ROUTES, f"\n{route}"),
     ):
         file = copy / "src" / "maya_un" / name
         source = file.read_text(encoding="utf-8")
