@@ -20,8 +20,8 @@ from maya_un.http.middleware.origin import FAR, NEAR
 from maya_un.http.openapi import ruled
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_SAMPLED
-from maya_un.process.spec.documents import MOST_VALUES
 from maya_un.process.spec.job import MOST_NAMES
+from maya_un.process.spec.json_object import MOST_VALUES
 from maya_un.service.access.operations import RULES
 from maya_un.service.service import Service
 

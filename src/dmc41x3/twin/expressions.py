@@ -1,4 +1,13 @@
-"""Arguments and expressions of commands, evaluated as a DMC does: left to right, in 32.16 fixed point."""
+"""Arguments and expressions of commands, evaluated as a DMC does: left to right, in 32.16 fixed point.
+
+A raw value is the number times 65536, as an integer of 48 bits. Products and quotients are truncated towards zero; a
+result beyond the range wraps as the registers do. What a function has no answer for is refused with code 6: division
+by zero, an angle whose tangent is too large. Which of these a real box does is not documented; nothing above relies
+on it.
+
+A text is compiled once and evaluated many times, as programs in loops do. What is misspelled is refused before
+anything is looked up.
+"""
 
 from __future__ import annotations
 

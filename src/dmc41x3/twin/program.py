@@ -1,4 +1,8 @@
-"""The program in the controller's memory, and the eight threads that run it."""
+"""The program in the controller's memory, and the eight threads that run it.
+
+A line holds statements separated by `;`. A label (`#` and up to seven letters, digits or underscores, a letter first)
+stands at the start of a line. An apostrophe outside quotes begins a comment that lasts to the end of the line.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The state of a DMC-41x3 besides its motion: variables, outputs, formats, handles, peripherals."""
+"""The state of a DMC-41x3 besides its motion: variables, outputs, formats, handles, peripherals.
+
+It is kept and told again, like any setting. The lock of the program is here as well.
+"""
 
 from __future__ import annotations
 

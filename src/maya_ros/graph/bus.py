@@ -1,4 +1,12 @@
-"""A graph within one process and one loop, without ROS: topics, services, actions, parameters."""
+"""A graph within one process and one loop, without ROS: topics, services, actions, parameters.
+
+    bus = Bus()
+    node = bus.node("hw_simulator")             # who takes part, under the name that the manual gives it
+    position = node.advertise("/maya_position", "geometry_msgs/Point", latch=True)
+
+Actions are the topics X/goal, X/cancel, X/status, X/feedback and X/result, as in ROS 1: whoever speaks those is served
+like one that calls `do`. Messages that are heard are shared by all: nobody may change them.
+"""
 
 from __future__ import annotations
 

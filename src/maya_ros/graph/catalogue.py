@@ -1,4 +1,10 @@
-"""Definitions of every type of the graph: ROS types from the library rosbags, types of Maya from ros/."""
+"""Definitions of every type of the graph: ROS types from the library rosbags, types of Maya from ros/.
+
+Each stands here as its package writes it, by its name; a service has its request and its response around `---`.
+
+Names are ROS 1 names ("std_msgs/String"); the two halves of a service are "std_srvs/SetBoolRequest" and "...Response",
+and an action X has the messages XAction, XActionGoal, XGoal and so on, as ROS' generators make them.
+"""
 
 from __future__ import annotations
 

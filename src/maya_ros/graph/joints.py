@@ -1,4 +1,18 @@
-"""Joints of the robot's description: a, b, c, those that follow from them, and sliders that set them."""
+"""Joints of the robot's description: a, b, c, those that follow from them, and sliders that set them.
+
+Boom and lines are a closed chain, and a description (urdf) is a tree. So the tree goes by the inner line: the boom
+turns (a), the line swings about its anchor (b_swing) and is as long as it is (b), and at its end hangs the gripper. The
+outer line swings about its own anchor (c_swing), is as long as it is (c), and ends in the same place because both
+swings are those of the triangle of lines and boom:
+
+    b_swing = atan2(h, u)     c_swing = atan2(h, u − W)     both 0 outward along the boom, growing downward
+
+with u and h of `kinematics.mechanism`. What else moves in the description mimics one of these: the pieces of which a
+line is drawn, the hook that keeps the gripper upright, the second jaw.
+
+What is drawn goes out on a topic of its own, so that /joint_states is the robot's alone. Once the robot has spoken,
+sliders count only when a person moves one: a robot that fell silent stays drawn where it was.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""Markers for rviz (/maya_markers): lines, part, path, workspace and zones."""
+"""Markers for rviz (/maya_markers): lines, part, path, workspace and zones.
+
+The lines coloured by their tension, the parts where they are known, the path under way, the workspace, the zones, and a
+word where the robot is not simply ready. Nothing of this is told while it moves: a part in the gripper is tied to the
+gripper's frame, the lines to those of their pieces, and markers carry no time, so that whoever draws them takes the
+newest frames.
+"""
 
 from __future__ import annotations
 

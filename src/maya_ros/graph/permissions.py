@@ -1,4 +1,7 @@
-"""Permissions in a graph: the principal of each command, and a graph that checks commands before it runs them."""
+"""Permissions in a graph: the principal of each command, and a graph that checks commands before it runs them.
+
+It follows the work that a message starts, tasks included, so handlers need not pass it on.
+"""
 
 from __future__ import annotations
 

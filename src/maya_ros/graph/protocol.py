@@ -1,4 +1,8 @@
-"""The interface of a ROS graph, whether a real one or one within this process."""
+"""The interface of a ROS graph, whether a real one or one within this process.
+
+Messages are plain data: a dict of field names; arrays are lists, times and durations {"secs", "nsecs"} (as rosbridge
+writes them). Everything is called in the running loop, and calls back there.
+"""
 
 from __future__ import annotations
 

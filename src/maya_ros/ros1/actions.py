@@ -1,4 +1,8 @@
-"""Servers and clients of actions in a real graph, over the five topics of an action."""
+"""Servers and clients of actions in a real graph, over the five topics of an action.
+
+actionlib's own client lives in threads and takes a goal for lost that is cancelled right away; this one lives in the
+loop, and believes nobody but the server.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Convert between the classes that ROS generates from message definitions and plain data."""
+"""Convert between the classes that ROS generates from message definitions and plain data.
+
+A class names its fields in `__slots__` and their types in `_slot_types`, so that types that this house does not know
+are converted too. Single values are checked as everywhere in the graph (`graph.conforming`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""The ROS master: names, registrations and parameters, with calls that block in threads."""
+"""The ROS master: names, registrations and parameters, with calls that block in threads.
+
+A thread per piece of work rather than a pool of them: a stop must not wait until a place is free, and a thread that
+hangs in somebody else's answer must not keep the program from ending.
+
+The code uses the manual's absolute names ("/maya_event"). In the graph, the namespace of the node stands before them.
+Without a namespace both names are equal.
+
+rospy tries for ever to register publishers, subscribers and services, and holds its locks meanwhile. So the thread
+calls the master first, and calls rospy only after an answer.
+"""
 
 from __future__ import annotations
 

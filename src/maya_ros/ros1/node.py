@@ -1,4 +1,11 @@
-"""A node: one in a process, with rospy beside an asyncio loop; its checks at the start, its log, its end."""
+"""A node: one in a process, with rospy beside an asyncio loop; its checks at the start, its log, its end.
+
+    def main() -> int:
+        return run("hw_simulator", serve)       # async def serve(node: Node) -> None
+
+`serve` is cancelled when the node is to end, be it by a signal, by rosnode kill, or by another node of its name; what
+it holds it gives back, what moves it brings to rest. Only then the graph is left.
+"""
 
 from __future__ import annotations
 

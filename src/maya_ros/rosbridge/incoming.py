@@ -12,7 +12,7 @@ from typing import Any
 from maya_ros.graph.table import ABORT, STOP, asked_by_topic
 from maya_ros.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, LONGEST_SPLIT, MOST_FRAGMENTS
 from maya_un.errors import InvalidRequest
-from maya_un.process.spec.documents import require_few
+from maya_un.process.spec.json_object import require_few
 from maya_un.service.access.operations import Operation
 
 LONGEST = 255

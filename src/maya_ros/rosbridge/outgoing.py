@@ -1,4 +1,10 @@
-"""Messages to clients as JSON, CBOR or PNG; each form is made once for all clients."""
+"""Messages to clients as JSON, CBOR or PNG; each form is made once for all clients.
+
+Pictures are written as rosbridge writes them: nearly square, red, green, blue, padded with line ends. Clients may send
+any of the 8 bit forms. Pillow unpacks their pixels and sees nothing else of their files (decision 47).
+
+What a type needs is worked out once. Of types that are not ours to know, messages go out as they are.
+"""
 
 from __future__ import annotations
 

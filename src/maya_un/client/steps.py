@@ -1,4 +1,8 @@
-"""Plans of the client: their steps, the plan runner, retry, and the methods made of plans."""
+"""Plans of the client: their steps, the plan runner, retry, and the methods made of plans.
+
+A plan is a generator: it yields steps, is sent their answers, and returns what the verb answers. A driver that blocks
+and one that awaits carry out the same plans, so that nothing about the service is said twice.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Requests to a Firebase Realtime Database over REST, with sign-in and server-sent events."""
+"""Requests to a Firebase Realtime Database over REST, with sign-in and server-sent events.
+
+A user signs in with e-mail and password at Google's Identity Toolkit, and gets an ID token for an hour. The token is
+refreshed before it ends. FIREBASE_AUTH_EMULATOR_HOST moves both addresses, as in Firebase's own libraries. There is no
+sign-in by service account: it would give the robot all rights, and needs signatures by a library more.
+"""
 
 from __future__ import annotations
 

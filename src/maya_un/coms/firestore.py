@@ -1,4 +1,19 @@
-"""Supervisors by Firestore over REST: firestore://PROJECT."""
+"""Supervisors by Firestore over REST: firestore://PROJECT.
+
+Firestore's own library would bring gRPC. REST reports no changes, so a caller asks again until a document
+exists. FIRESTORE_EMULATOR_HOST changes the address, as in Google's own libraries.
+
+    /robots/ROBOT                  {"database_url"?, "default_command"?}; read once at each connect
+    /robots/ROBOT/commands/KEY     {"command", "args", "id"?, "robot"?, "deadline"?}; a supervisor adds it
+    /robots/ROBOT/progress/KEY     {"id", "state", "date"}: the step is accepted or begins; removed with its command
+    /robots/ROBOT/results/KEY      the result; written and the command removed in one commit
+    /robots/ROBOT/state/presence   {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
+    /robots/ROBOT/state/session    which robot of this name is served, and which commands were taken: see session.py
+
+If the robot's document names a Realtime Database, that carries the steps, and nothing else of Firestore is used. A
+command without an id has its KEY as id. REST reports no changes, so this module asks for commands every `INTERVAL`. A
+result is written only if its command still exists: Firestore checks that in the same commit.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""Supervisors by an MQTT 5 broker: QoS 1, a persistent session, a last will, TLS."""
+"""Supervisors by an MQTT 5 broker: QoS 1, a persistent session, a last will, TLS.
+
+    maya/v1/ROBOT/commands     commands, with an id in the text or in CorrelationData
+    maya/v1/ROBOT/progress     a step is accepted or begins
+    maya/v1/ROBOT/results      results; also at the command's ResponseTopic, with its CorrelationData
+    maya/v1/ROBOT/connection   retained: ONLINE, OFFLINE, CONNECTION_BROKEN (the last will; words of VDA 5050)
+
+A command is acknowledged to the broker when its result is with the broker, so that it comes again after a crash.
+"""
 
 from __future__ import annotations
 

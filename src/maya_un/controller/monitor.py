@@ -1,4 +1,8 @@
-"""The known state of the machine: link, latest record, expected positions, events, and a latched fault."""
+"""The known state of the machine: link, latest record, expected positions, events, and a latched fault.
+
+The reference of an axis (Galil DMC-41x3, command RP) changes by motion, by DP, and by SH, which sets it to the position
+of the axis. So at rest it does not change, and in motion it stays on the path.
+"""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError
 from maya_un.http.authentication import source_of
 from maya_un.http.bridge import Bridge
-from maya_un.process.spec.documents import decode_object
+from maya_un.process.spec.json_object import decode_object
 from maya_un.schema.encoding import to_json
 
 MOST = 2**53

@@ -1,4 +1,8 @@
-"""The log: bounded files of JSON lines, lines for people, and the handler of unexpected errors."""
+"""The log: bounded files of JSON lines, lines for people, and the handler of unexpected errors.
+
+{"time": "2026-11-21T19:30:00.123Z", "level": "info", "logger": "maya.http", "message": "POST /v1/stop 200",
+"request": "4f1c22-17", "code": 0, …}
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""HTTP connections: their limits, and requests with an ambiguous end refused (RFC 9112)."""
+"""HTTP connections: their limits, and requests with an ambiguous end refused (RFC 9112).
+
+If a proxy before the service finds another end, it takes data of one client for the request of another. h11 refuses
+most such requests; this module refuses those that h11 repairs or leaves to the server.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,30 @@
-"""The proof that every point of a path is in the workspace and outside all zones."""
+"""The proof that every point of a path is in the workspace and outside all zones.
+
+Along a chord, straight in (a, b, c), b and c are linear in t and u = (W² + b² − c²)/2W is quadratic, so every limit
+is a polynomial condition on 0 ≤ t ≤ 1:
+
+    strokes, boom, b + c ≥ W      degree 1: kept between the ends if kept at the ends
+    u ≥ 0,  W − u ≥ 0             degree 2
+    z ≥ 0                         (H − Φ)² − b² + u² ≥ 0, degree 4
+    T_b ≤ k                       k²W²(b² − u²) − (W − u)²b² ≥ 0, degree 6
+    T_c ≤ k                       k²W²(b² − u²) − u²c² ≥ 0, degree 6
+
+A polynomial of degree 6 is known by its values at seven places, and its Bernstein coefficients are these values
+times a constant matrix. On [0, 1] it lies between the least and the greatest coefficient, the first and the last are
+its values at the ends, and the coefficients of its two halves are again constant matrices away (de Casteljau).
+
+A clearance changes by no more than gripper, lines and anchors travel. So on a chord whose ends have the clearances
+c₀ and c₁, and on which nothing travels further than L, it is nowhere less than (c₀ + c₁ − L)/2. Chords on which this
+does not suffice are halved.
+
+A path is not safe because its ends are: between them the lines can become too straight, hang slack, or let the
+gripper down to the table. Between two knots the controller drives straight in (a, b, c); what holds along such a
+chord is proved, not sampled: the limits of the machine by the polynomials, zones by their clearances.
+
+Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. A stop at
+any instant therefore stays on the same chords: the proof for the path holds for every stop on it. `emergency` bounds
+the effects of a fault beside the path.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,22 @@
-"""The span of a path between two rests, and the smoothed motion of the axes along it over time."""
+"""The span of a path between two rests, and the smoothed motion of the axes along it over time.
+
+Let V be a speed that is straight in time between its corners, A its slope and S the way. The mean over a window τ has
+
+    the speed          v(t) = (S(t) − S(t − τ))/τ
+    the acceleration   a(t) = (V(t) − V(t − τ))/τ
+    the jerk           j(t) = (A(t) − A(t − τ))/τ
+
+and takes τ longer from rest to rest. Both corners of V and the same τ later are corners of a; between them the jerk is
+constant. If V rises with A to a cruise not shorter than τ, and falls likewise, and A = Jτ, this is the fastest motion
+over a distance under limits of speed, acceleration and the jerk J.
+
+With direction d, bend c = d' and the way s, v = s', a = v', j = a', an axis has the
+
+    acceleration   d a + c v²
+    jerk           d j + d' v a + 2 c v a + c' v³
+
+where d and c are taken straight between their values at the knots.
+"""
 
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ from maya_un.controller.inspection import Closest, Inspection
 from maya_un.controller.protocol import Controller
 from maya_un.errors import MayaError, RequestError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.kinematics.workspace import Workspace
-from maya_un.process.spec.documents import decode_object
 from maya_un.process.spec.job import Job
+from maya_un.process.spec.json_object import decode_object
 from maya_un.process.spec.poses import TaughtPlaces
 from maya_un.process.spec.stored_job import Body, StoredJob, expanded, write_job
 from maya_un.process.spec.tasks import Expansion, Recall, Task, expand

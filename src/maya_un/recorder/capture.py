@@ -1,4 +1,8 @@
-"""Capture: transports that record what passes, and the ring that keeps the last minutes."""
+"""Capture: transports that record what passes, and the ring that keeps the last minutes.
+
+Values are kept as they came, by reference; nothing is copied or encoded before somebody saves them. The cost of an
+entry is the number of bytes that it holds, and a fixed share for the objects around them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Recordings as MCAP files: indexed, compressed, with JSON schemas that viewers read."""
+"""Recordings as MCAP files: indexed, compressed, with JSON schemas that viewers read.
+
+To be imported late: a robot that never fails needs no library for it.
+"""
 
 from __future__ import annotations
 

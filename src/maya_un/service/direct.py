@@ -1,4 +1,11 @@
-"""Direct commands for callers who do not queue: one at a time, held jogs included."""
+"""Direct commands for callers who do not queue: one at a time, held jogs included.
+
+It is one planned motion to the border of the workspace, so that it is bounded and slows down before it. After its end
+by the border, another user's stop or a fault, it does not begin again until the key is released.
+
+The queue waits meanwhile: a job begins when the direct command has ended. A command is refused with `Busy` while a job
+or another command is running. Callers have passed the gate by `Operation.WISH`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Previews of jobs, and whether points can be reached; nothing moves."""
+"""Previews of jobs, and whether points can be reached; nothing moves.
+
+A long job comes as the bytes of a request, and every answer is bytes. A worker parses, computes and serializes; only
+the bytes pass through this process. The worker serves all callers in turn.
+"""
 
 from __future__ import annotations
 

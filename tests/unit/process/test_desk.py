@@ -11,8 +11,8 @@ import pytest
 from maya_un.assembly import Stack, stack, staffed
 from maya_un.config import Config
 from maya_un.errors import InvalidJob, InvalidRequest, MayaError, Stopped, TooLarge, Unreachable
-from maya_un.process.spec.documents import MOST_VALUES, decode_object
 from maya_un.process.spec.job import MOST_NAMES, Job
+from maya_un.process.spec.json_object import MOST_VALUES, decode_object
 from maya_un.robot.primitives.approach import Approach
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import TaskState

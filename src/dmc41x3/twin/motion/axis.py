@@ -1,4 +1,8 @@
-"""One axis of the controller: registers, counters, its encoder, and the motion it is in."""
+"""One axis of the controller: registers, counters, its encoder, and the motion it is in.
+
+The encoder is the reference less the following error. The reference is known at any time; the error is remembered
+from the instants at which the machine looked, and taken as straight between them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Shared motion of several axes: they begin, follow, stop and leave it."""
+"""Shared motion of several axes: they begin, follow, stop and leave it.
+
+A vector sequence stops along its path. A contour and a PVT sequence have no speed of their own along theirs, so their
+axes leave it and brake each at its DC (SD at a limit), and what is left in the buffer is forgotten.
+"""
 
 from __future__ import annotations
 

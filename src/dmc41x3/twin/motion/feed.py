@@ -1,4 +1,19 @@
-"""Motion fed with records of fixed duration: contour mode (CM, CD, DT) and PVT sequences (PV, BT)."""
+"""Motion fed with records of fixed duration: contour mode (CM, CD, DT) and PVT sequences (PV, BT).
+
+Records are laid out as soon as they are given, so a new one never changes what is planned already. A record without
+duration ends the motion; where the records run out before one, the axes stop dead on the last count, and the motion
+is over.
+
+Where the manual is silent: a contour begins with its first CD, or with DT where that paused it before; CD with =t sets
+DT from there on, but does not end a pause; data that come too late (42) find the axes stopped dead on the last count,
+out of the contour but still in the mode, so that the next CD begins anew; ST, a limit or a fault ends the mode.
+
+Between two records the position is the cubic that has position and velocity of both. It becomes quadratics that agree
+with it at both ends and have its acceleration in the middle. What is missing over a time h is |p'''| h³/(72 √3).
+
+Where the manual is silent: a sequence whose records run out at speed stops dead; ST brakes at DC (a limit at SD) and
+empties the buffer.
+"""
 
 from __future__ import annotations
 

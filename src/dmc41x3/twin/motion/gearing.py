@@ -1,4 +1,19 @@
-"""Electronic gearing (GA, GR, GM, GD) and the electronic cam (ECAM): slaves that follow a master."""
+"""Electronic gearing (GA, GR, GM, GD) and the electronic cam (ECAM): slaves that follow a master.
+
+The controller reads the master every sample. Here it is read whenever the machine looks, which is at every event,
+before every command, and every `TICK` while the master moves; the slave is right at each of these instants and goes
+on at the present speed between them.
+
+Where the manual is silent: a slave that ST, a limit, an abort or the loss of its motor's power takes out of gear has
+ratio 0 afterwards; a gantry's slave (GM 1) without power follows again from SH on, and where an error switched it off,
+its master is stopped.
+
+Table entries lie EP counts of the master apart, with straight lines between them; the master's cycle is its EM. While
+EB is 1 the master's counter stays within its cycle, and an engaged slave's within its own EM; where that is 0, or the
+table does not end where it began, the slave goes on from cycle to cycle by what the table advances.
+
+Where the manual is silent: ST and limits disengage a slave, which decelerates; EB 0 stops all slaves at once.
+"""
 
 from __future__ import annotations
 

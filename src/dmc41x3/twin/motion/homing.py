@@ -1,4 +1,9 @@
-"""The controller's own homing: FE (edge of the home input), FI (index), HM (both)."""
+"""The controller's own homing: FE (edge of the home input), FI (index), HM (both).
+
+The plant has no index pulse of its own, so every encoder is taken to show one each `INDEX_PITCH` motor counts; the
+pulse is seen where the reference passes it. An axis passes the index, brakes, returns to it and calls it 0. A stepper
+has no index: its HM ends at the second edge. The manual does not say what HM leaves there; it is called 0 as well.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The course of a sequence: where each segment begins, and when a member axis is where."""
+"""The course of a sequence: where each segment begins, and when a member axis is where.
+
+A new plan replaces the old one from some time on. Of a plan with long arcs only a part becomes timelines at once, up
+to `reach`; at `horizon`, somewhat before, the next part is due.
+"""
 
 from __future__ import annotations
 

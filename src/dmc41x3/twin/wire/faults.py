@@ -1,4 +1,7 @@
-"""Faults on demand: the table of faults of a virtual controller, and disturbances of its bytes."""
+"""Faults on demand: the table of faults of a virtual controller, and disturbances of its bytes.
+
+`TABLE` is what the command line, the helpers for tests and the documentation show.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""Faults in effect, and the server that starts and ends them: lines of JSON over TCP on this computer."""
+"""Faults in effect, and the server that starts and ends them: lines of JSON over TCP on this computer.
+
+| request | what it does |
+|---|---|
+| `{"fault": NAME, "values": {...}, "seconds": S}` | begins a fault; values and seconds may be left out |
+| `{"clear": NAME}`, `{"clear": null}` | ends the faults of one name, or all |
+| `{}` | changes nothing |
+
+Every request is answered by a line `{"active": [{"fault", "values", "seconds"}]}`, where seconds are what is left or
+null, or by `{"error": {"code", "details"}}` with a code of `dmc41x3.errors`.
+"""
 
 from __future__ import annotations
 

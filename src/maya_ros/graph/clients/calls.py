@@ -1,4 +1,9 @@
-"""Calls over a graph: errors with code and words of the server, and a stop between two calls."""
+"""Calls over a graph: errors with code and words of the server, and a stop between two calls.
+
+In one process the next wish begins in the same breath in which the one before ends. Across a graph there is a moment
+between, in which nothing is under way that a stop could end. So a stop is told as an event, also where nothing moved,
+and whoever is in the middle of something gives it up.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The controller layer on the other side of a graph, by the layer's own protocol."""
+"""The controller layer on the other side of a graph, by the layer's own protocol.
+
+How fast it goes may change on the way, so time alone does not tell. But it keeps to the planned way, and is never
+faster than planned: of the places that it may have come to since the last look, the nearest is where it is.
+"""
 
 from __future__ import annotations
 

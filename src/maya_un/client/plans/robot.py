@@ -1,4 +1,8 @@
-"""Plans that report on the robot, preview its jobs, move it or stop it. Units are m, rad, s."""
+"""Plans that report on the robot, preview its jobs, move it or stop it. Units are m, rad, s.
+
+A primitive is waited for: its report is returned when it is done, and why it was not is raised. Ctrl-C, or the end of
+the awaiting task, cancels it, which stops the robot on its path.
+"""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.http.stream.wire import framed
-from maya_un.process.spec.documents import decode_object
+from maya_un.process.spec.json_object import decode_object
 from maya_un.schema.encoding import to_json
 from maya_un.schema.robot import EventMessage
 from maya_un.values import State

@@ -1,4 +1,8 @@
-"""One client of the stream: its handshake, the replay of missed events, and its messages."""
+"""One client of the stream: its handshake, the replay of missed events, and its messages.
+
+A piece is a turn of the share that all readers of the past have, so however many ask for it, and however often, the
+loop is there for the others.
+"""
 
 from __future__ import annotations
 

@@ -108,9 +108,6 @@ class SqlJournal(ABC):
         return await self.read(lambda connection: tables.audit(connection, below, limit))
 
 
-_T2 = TypeVar("_T2")
-
-
 class MemoryJournal(SqlJournal):
     """Keeps everything in memory, in the caller's thread: no write ever waits."""
 
@@ -121,7 +118,7 @@ class MemoryJournal(SqlJournal):
         self._run = tables.begin_run(self._connection)
         self._closed = False
 
-    async def write(self, work: Work[_T2]) -> _T2:
+    async def write(self, work: Work[T]) -> T:
         """Do `work` within a transaction."""
         if self._closed:
             raise StorageFailed(reason="the journal is closed")
@@ -137,11 +134,11 @@ class MemoryJournal(SqlJournal):
             raise
         return result
 
-    async def read(self, work: Work[_T2]) -> _T2:
+    async def read(self, work: Work[T]) -> T:
         """Return what `work` reads."""
         return work(self._connection)
 
-    def look(self, work: Work[_T2]) -> _T2:
+    def look(self, work: Work[T]) -> T:
         """Return what `work` reads."""
         return work(self._connection)
 
@@ -165,8 +162,6 @@ class MemoryJournal(SqlJournal):
         self._closed = True
         self._connection.close()
 
-
-_T3 = TypeVar("_T3")
 
 _PRUNE_EVERY = 1000
 """Notes are counted against what is kept once in so many."""
@@ -208,15 +203,15 @@ class SqliteJournal(SqlJournal):
         keep = StorageConfig() if keep is None else keep
         return cls(path, await asyncio.get_running_loop().run_in_executor(None, _open, path, keep), keep)
 
-    async def write(self, work: Work[_T3]) -> _T3:
+    async def write(self, work: Work[T]) -> T:
         """Do `work` in the next batch."""
         return await self._batches.write(work)
 
-    async def read(self, work: Work[_T3]) -> _T3:
+    async def read(self, work: Work[T]) -> T:
         """Do `work` on the connection for reading."""
         return await asyncio.get_running_loop().run_in_executor(self._reading, self._read, work)
 
-    def look(self, work: Work[_T3]) -> _T3:
+    def look(self, work: Work[T]) -> T:
         """Do `work` in the loop, on a separate connection, so other readers do not delay it."""
         try:
             return work(self._looker)
@@ -273,7 +268,7 @@ class SqliteJournal(SqlJournal):
             self._noted = 0
             tables.prune(connection, self._keep)
 
-    def _read(self, work: Work[_T3]) -> _T3:
+    def _read(self, work: Work[T]) -> T:
         try:
             return work(self._reader)
         except sqlite3.Error as error:

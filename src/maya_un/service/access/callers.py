@@ -1,4 +1,8 @@
-"""Authentication: from the credentials of a request to its caller, with secrets hashed by argon2."""
+"""Authentication: from the credentials of a request to its caller, with secrets hashed by argon2.
+
+The hash takes tens of milliseconds and megabytes: it is worked out beside the loop, one or two at a time, and never on
+it.
+"""
 
 from __future__ import annotations
 

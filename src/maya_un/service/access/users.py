@@ -1,4 +1,7 @@
-"""Users and tokens: their storage, a read-only view of another process's file, and the registry."""
+"""Users and tokens: their storage, a read-only view of another process's file, and the registry.
+
+Only hashes of secrets are in it. Its tables have a version of their own, for the queue's change at another pace.
+"""
 
 from __future__ import annotations
 

@@ -1,0 +1,51 @@
+"""Parse JSON objects from clients."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NoReturn
+
+from maya_un.errors import InvalidRequest
+
+MOST_VALUES = 100_000
+"""Most values, keys and brackets of an object; the longest job has about a third of them."""
+
+
+def decode_object(body: bytes) -> dict[str, Any]:
+    """Return the JSON object of a request's body.
+
+    Raises `InvalidRequest` for anything else, NaN and infinities (which are not JSON), a key that stands twice, half a
+    character and more than `MOST_VALUES` included.
+    """
+    require_few(body)
+    try:
+        value = json.loads(body, parse_constant=_refuse_constant, object_pairs_hook=_unique_json_keys)
+        if b"\\u" in body:
+            json.dumps(value, ensure_ascii=False).encode()  # a lone surrogate is an error here, and nowhere later
+    except RecursionError as error:
+        raise InvalidRequest(key="body", reason="it is nested too deeply") from error
+    except ValueError as error:
+        raise InvalidRequest(key="body", reason=f"it is not JSON ({error})") from error
+    if not isinstance(value, dict):
+        raise InvalidRequest(key="body", reason="it is not a JSON object")
+    return value
+
+
+def require_few(text: str | bytes, key: str = "body") -> None:
+    """Raise `InvalidRequest` if JSON has more than `MOST_VALUES`; count punctuation instead of parsing."""
+    marks = map(text.count, ",:[{") if isinstance(text, str) else map(text.count, b",:[{")
+    if sum(marks) > MOST_VALUES:
+        raise InvalidRequest(key=key, reason=f"it has more than {MOST_VALUES} values")
+
+
+def _unique_json_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    once: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in once:
+            raise ValueError(f"the key {key!r} stands twice")
+        once[key] = value
+    return once
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not a number in JSON")
