@@ -1,8 +1,9 @@
 """The check of all motion, jogs included, and the plan that is sent.
 
-How far a jog may go is found in two steps. Places along the line show where it leaves the workspace; then the way there is
-proved as every path is (`maya_un.motion.proof`). What only the proof sees, a zone thinner than the places are apart,
-is found by bisection on the proof itself: the way to a place is good as far as the way to any place behind it is.
+How far a jog may go is found in two steps. Places along the line show where it leaves the workspace; then the way
+there is proved as every path is (`maya_un.motion.proof`). What only the proof sees, a zone thinner than the places
+are apart, is found by bisection on the proof itself: the way to a place is good as far as the way to any place behind
+it is.
 """
 
 from __future__ import annotations
