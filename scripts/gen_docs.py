@@ -17,11 +17,11 @@ import client_page
 import graph_page
 import http_page
 
+from dmc41x3.i18n import LANGUAGES
 from dmc41x3.language.catalogue import CATALOGUE, CatalogueEntry
 from dmc41x3.twin.coverage import COVERAGE, CoverageClass, share
 from dmc41x3.twin.wire import faults
 from maya_ros.graph.events import words
-from maya_un import messages
 from maya_un.coms.schemas import SCHEMAS
 from maya_un.config import template
 from maya_un.errors import MachineError, MayaError, by_code
@@ -79,7 +79,7 @@ def _error_entry(code: int, leaf: type[MayaError]) -> Iterator[str]:
     branch = "machine" if issubclass(leaf, MachineError) else "request"
     yield f"\n### {code} {leaf.__name__} ({branch})\n"
     yield f"{(leaf.__doc__ or '').strip()}\n"
-    yield from (f"- {language}: {messages.table(language)[code]}" for language in messages.LANGUAGES)
+    yield from (f"- {language}: {leaf.template(language)}" for language in LANGUAGES)
 
 
 def configuration_page() -> str:
@@ -105,8 +105,8 @@ def _event_lines() -> Iterator[str]:
     yield "code (0, or an [error's](errors.md)) and details. A detail with a ? can be missing: it is None in Python."
     yield "\nSome events are published on [/maya_event](graph.md). `maya run` and `maya job follow` show those that are"
     yield "narrated, with their code and message. `maya logs` shows all. `{name}` in a sentence stands for a detail."
-    yield f"\n| kind | meaning | details | /maya_event | narrated | level | {' | '.join(messages.LANGUAGES)} |"
-    yield f"|---|---|---|---|---|---|{'---|' * len(messages.LANGUAGES)}"
+    yield f"\n| kind | meaning | details | /maya_event | narrated | level | {' | '.join(LANGUAGES)} |"
+    yield f"|---|---|---|---|---|---|{'---|' * len(LANGUAGES)}"
     yield from map(event_row, DECLARED.values())
 
 
@@ -124,7 +124,7 @@ def event_row(event: type[Event]) -> str:
     on_graph = "yes" if issubclass(event, ControllerEvent) else ""
     narrated = "yes" if event.narrated else ""
     level = logging.getLevelName(event.level).lower()
-    said = " | ".join(event.sentences[language].strip() for language in messages.LANGUAGES)
+    said = " | ".join(event.template(language).strip() for language in LANGUAGES)
     return f"| `{event.word}` | {meaning} | {details} | {on_graph} | {narrated} | {level} | {said} |"
 
 
@@ -218,15 +218,14 @@ def _role_row(operation: Operation, rule: AccessRule) -> str:
 
 def dashboard_sentences() -> str:
     """Return the sentences of all errors for the ROS dashboard, which runs where `maya_un` is not installed."""
-    languages = [messages.table(language) for language in messages.LANGUAGES]
-    table = {str(code): [sentences[code] for sentences in languages] for code in languages[0]}
+    table = {str(code): [error.template(language) for language in LANGUAGES] for code, error in by_code().items()}
     return json.dumps(table, ensure_ascii=False, indent=1) + "\n"
 
 
 def dashboard_events() -> str:
     """Return the sentences of the events on /maya_event for the ROS dashboard."""
     told = {word: event for word, event in DECLARED.items() if issubclass(event, ControllerEvent)}
-    table = {word: [event.sentences[language] for language in messages.LANGUAGES] for word, event in told.items()}
+    table = {word: [event.template(language) for language in LANGUAGES] for word, event in told.items()}
     return json.dumps(table, ensure_ascii=False, indent=1) + "\n"
 
 

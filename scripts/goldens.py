@@ -13,21 +13,22 @@ import sys
 from collections.abc import Callable, Iterator
 from difflib import unified_diff
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
 
 import client_page
 import typer
 
+from dmc41x3.i18n import LANGUAGES
 from maya_ros.graph import types
 from maya_ros.graph.table import TABLE, Kind
-from maya_un import messages
 from maya_un.cli.app import app
 from maya_un.cli.configure import parts_of
 from maya_un.cli.help import OVERVIEW, QUICK
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
+from maya_un.errors import by_code
+from maya_un.events import DECLARED
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.openapi import document
@@ -39,12 +40,6 @@ from maya_un.testing import Rig, rig, run_virtual
 ROOT = Path(__file__).resolve().parent.parent
 GOLDENS = ROOT / "tests" / "goldens"
 EXAMPLES = ("01_pick_and_place", "02_sort_grid", "05_pallet")
-WORDS = (
-    "dmc41x3.cli.words", "maya_un.cli.words", "maya_un.cli.access.words", "maya_un.cli.calibrate.words",
-    "maya_un.cli.doctor.words", "maya_un.cli.fleet.words", "maya_un.cli.logs.words", "maya_un.cli.queueing.words",
-)  # fmt: skip
-"""Modules with a table `_WORDS` of sentences."""
-
 MOST_LINES = 40
 """Lines of a difference that are shown."""
 
@@ -104,10 +99,15 @@ def commands(command: Any, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:
 
 
 def sentences() -> str:
-    """Return every sentence in every language."""
-    found: dict[str, Any] = {f"errors.{language}": messages.table(language) for language in messages.LANGUAGES}
-    found |= {name: vars(import_module(name))["_WORDS"] for name in WORDS}
-    return as_json(found)
+    """Return every sentence of errors and events in every language."""
+    declared = {"errors": by_code().items(), "events": DECLARED.items()}
+    return as_json(
+        {
+            f"{kind}.{language}": {key: one.template(language) for key, one in items}
+            for kind, items in declared.items()
+            for language in LANGUAGES
+        }
+    )
 
 
 def graph() -> str:

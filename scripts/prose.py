@@ -15,18 +15,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from babel.messages.pofile import read_po
+
 ROOT = Path(__file__).resolve().parent.parent
 
 CLEAN = (
-    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/dmc41x3/messages", "src/maya_un/messages",
-    "src/maya_un/errors", "src/maya_un/config", "src/maya_un/schema", "src/maya_un/kinematics", "src/maya_un/motion",
-    "src/maya_un/robot", "src/maya_un/process", "src/maya_un/service", "src/maya_un/recorder", "src/maya_un/http",
-    "src/maya_un/client", "src/maya_un/coms", "src/maya_un/supervisor", "src/maya_un/plots", "src/maya_un/workers",
-    "src/maya_un/testing", "src/maya_un/events.py", "src/maya_un/assembly.py", "src/maya_un/values.py",
-    "src/dmc41x3/loops.py", "src/dmc41x3/address.py", "src/maya_un/cli/help.py", "src/maya_un/cli/words.py",
-    "src/maya_un/cli/waiting.py", "src/maya_un/cli/access/words.py", "src/maya_un/cli/calibrate/words.py",
-    "src/maya_un/cli/doctor/words.py", "src/maya_un/cli/fleet/words.py", "src/maya_un/cli/logs/words.py",
-    "src/maya_un/cli/queueing/words.py",
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/dmc41x3/errors.py", "src/dmc41x3/i18n.py",
+    "src/dmc41x3/locale", "src/maya_un/locale", "src/maya_un/errors", "src/maya_un/config", "src/maya_un/schema",
+    "src/maya_un/kinematics", "src/maya_un/motion", "src/maya_un/robot", "src/maya_un/process", "src/maya_un/service",
+    "src/maya_un/recorder", "src/maya_un/http", "src/maya_un/client", "src/maya_un/coms", "src/maya_un/supervisor",
+    "src/maya_un/plots", "src/maya_un/workers", "src/maya_un/testing", "src/maya_un/events.py",
+    "src/maya_un/assembly.py", "src/maya_un/values.py", "src/dmc41x3/loops.py", "src/dmc41x3/address.py",
+    "src/maya_un/cli/help.py", "src/maya_un/cli/words.py", "src/maya_un/cli/waiting.py",
+    "src/maya_un/cli/access/words.py", "src/maya_un/cli/calibrate/words.py", "src/maya_un/cli/doctor/words.py",
+    "src/maya_un/cli/fleet/words.py", "src/maya_un/cli/logs/words.py", "src/maya_un/cli/queueing/words.py",
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 
@@ -101,10 +103,23 @@ def main(arguments: list[str]) -> int:
 def check(path: Path, text: str) -> Iterator[Finding]:
     """Yield the sentences of a file that break a rule; the ending of `path` tells pages from Python."""
     shown = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
-    for part in _python(text) if path.suffix == ".py" else _page(shown, text):
+    for part in _parts(shown, text):
         for sentence in _SENTENCE.split(part.words):
             bare = sentence.strip().lstrip("\"“‘'(*_- ")
             yield from (Finding(shown, part.line, bare[:60], repair) for repair in _broken(bare, title=part.title))
+
+
+def _parts(path: Path, text: str) -> Iterator[Text]:
+    if path.suffix == ".po":
+        return _translations(text)
+    return _python(text) if path.suffix == ".py" else _page(path, text)
+
+
+def _translations(text: str) -> Iterator[Text]:
+    """Yield the translations of a catalogue."""
+    for message in read_po(io.BytesIO(text.encode())):
+        if message.id:
+            yield from _paragraphs(message.lineno or 0, str(message.string))
 
 
 def _broken(sentence: str, *, title: bool) -> Iterator[str]:
@@ -119,7 +134,7 @@ def _broken(sentence: str, *, title: bool) -> Iterator[str]:
 def _files(names: list[str]) -> Iterator[Path]:
     for name in names:
         path = ROOT / name
-        below = [path] if path.is_file() else [one for one in path.rglob("*") if one.suffix in {".md", ".py"}]
+        below = [path] if path.is_file() else [one for one in path.rglob("*") if one.suffix in {".md", ".po", ".py"}]
         yield from (one for one in below if not any(part in one.as_posix() for part in OLD))
 
 

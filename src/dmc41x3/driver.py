@@ -389,7 +389,9 @@ class Driver:
         if self.lost.done() or (self._closing and not self._sent):
             return
         if isinstance(reason, LinkLost) and not self._heard:
-            reason = ConnectFailed(**reason.details)  # nobody was there, and no axis moves because of us
+            reason = ConnectFailed(
+                address=reason.address, reason=reason.reason
+            )  # nobody was there, and no axis moves because of us
         self.lost.set_result(reason)
         if self._reader is not None and self._reader is not asyncio.current_task(self._loop):
             self._reader.cancel()
@@ -436,7 +438,7 @@ def _rejection(command: str, told: str) -> CommandRejected:
 
 def _again(error: CodedError) -> CodedError:
     """Return a fresh copy: one instance raised in several tasks would collect all their tracebacks."""
-    return type(error)(**error.details)
+    return error.copy()
 
 
 def _look(future: asyncio.Future[Any]) -> None:

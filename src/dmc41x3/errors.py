@@ -1,63 +1,133 @@
-"""Every error of the package, its stable code, and the branch that decides whether the axes stop.
+"""Errors: each is declared once, with its code, its English sentence and its details.
 
-CodedError
-├── RequestError            the request is impossible: it is rejected, the controller is not disturbed
-│   ├── NotConnected 1010 · ProgramLost 1040 · ProgramRuns 2110
-│   ├── InvalidValue 4001 · UnknownName 4003 · InvalidRequest 4005
-│   │   FileUnreadable 4007 · InvalidCommandLine 4008
-│   └── FileUnwritable 5002 · AddressInUse 5003 · FileNotOurs 5005 · TooFewDescriptors 5013
-└── MachineError            the controller did something unexpected
-    ├── LinkLost 1001 · ConnectFailed 1002 · LinkTimeout 1003 · CommandRejected 1004
-    │   WrongController 1005 · UnexpectedReply 1006 · ProgramDiffers 1008 · MemoryDamaged 1009
-    └── InternalError 5999
-
-The sentence of a code stands in `dmc41x3.messages`, one module for each language. A package that is built on this one
-adds leaves to the two branches and sentences to the messages, as `maya_un.errors` does.
+The branch of an error decides whether the axes stop: a `RequestError` rejects a request, a `MachineError` ends motion.
+docs/reference/errors.md lists all errors. A package that is built on this one declares more below the two branches,
+as `maya_un.errors` does.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar
+import re
+from collections.abc import Mapping
+from typing import ClassVar, Self, dataclass_transform
 
-from dmc41x3 import messages
+from dmc41x3.i18n import translate
+
+_by_code: dict[int, type[CodedError]] = {}
 
 
+class _Missing(dict[str, object]):
+    """Leaves a placeholder readable instead of failing while an error is being reported."""
+
+    def __missing__(self, key: str) -> str:
+        return f"<{key}>"
+
+
+@dataclass_transform(kw_only_default=True)
 class CodedError(Exception):
     """Base of all errors with a code, of this package and of those built on it.
 
-    Parameters are the details that the sentence of this code names; they are kept in `details`
-    and stay machine-readable at every edge.
+    A subclass with a `code` declares an error. Its annotations are the details of the error; one with a value may be
+    left out. `en` is a sentence or two over the details: what happened, why, what to do next. The details are
+    keywords of the constructor, attributes, and in `details` as JSON has them. `verbatim`: the error came from another
+    program with its sentence only (`from_sentence`).
     """
 
     code: ClassVar[int] = 0
+    en: ClassVar[str] = ""
+    declared: ClassVar[Mapping[str, bool]] = {}
+    """The details by name, and whether each is required."""
+
+    def __init_subclass__(cls, *, code: int = 0, en: str = "") -> None:
+        """Declare an error, or a branch if there is no code."""
+        if code and _by_code.setdefault(code, cls) is not cls:
+            raise TypeError(f"{cls.__name__} has the code {code} of {_by_code[code].__name__}")
+        own = {name: name not in vars(cls) for name in cls.__annotations__}
+        cls.code, cls.en, cls.declared = code, en, {**cls.declared, **own}
 
     def __init__(self, **details: object) -> None:
-        if type(self).code == 0:
-            raise TypeError(f"{type(self).__name__} is a branch of the tree, raise one of its leaves")
+        kind = type(self)
+        if not kind.code:
+            raise TypeError(f"{kind.__name__} is a branch of the tree, raise one of its leaves")
+        if lacking := [name for name, required in kind.declared.items() if required and name not in details]:
+            raise TypeError(f"{kind.__name__} lacks the detail {', '.join(lacking)}")
+        if unknown := details.keys() - kind.declared.keys():
+            raise TypeError(f"{kind.__name__} has no detail {', '.join(sorted(unknown))}")
+        self._fill(details, None)
+
+    def _fill(self, details: dict[str, object], sentence: str | None) -> None:
+        """Take over the details, and the sentence if it is known only."""
         self.details = details
-        self.said = False
-        super().__init__(messages.sentence(type(self).code, details))
+        self.verbatim = sentence is not None
+        vars(self).update((name, value) for name, value in details.items() if name in type(self).declared)
+        super().__init__(self._sentence("en") if sentence is None else sentence)
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Cross into another process with code, details and words."""
-        return _again, (type(self), self.details, str(self) if self.said else None)
+        """Cross into another process with code, details and sentence."""
+        return type(self).rebuilt, (self.details, str(self) if self.verbatim else None)
+
+    @classmethod
+    def rebuilt(cls, details: dict[str, object], sentence: str | None = None) -> Self:
+        """Return an error whose details were checked when it was first made, or are those of another version.
+
+        `sentence` is for an error that came with its sentence only.
+        """
+        error = cls.__new__(cls)
+        error._fill(details, sentence)
+        return error
+
+    @classmethod
+    def template(cls, language: str = "en") -> str:
+        """Return the sentence in `language` ("en" or "es") with placeholders for the details."""
+        return translate(cls.en, language)
 
     def text(self, language: str = "en") -> str:
         """Return the sentence (what, why, what next) in `language` ("en" or "es").
 
-        Of an error that came in words only (`as_said`) they are those words.
+        An error that came with its sentence only is translated if that is the English one of its code.
         """
-        return str(self) if self.said else messages.sentence(type(self).code, self.details, language)
+        return self.translated(str(self), language) if self.verbatim else self._sentence(language)
+
+    @classmethod
+    def translated(cls, sentence: str, language: str) -> str:
+        """Return the English sentence of such an error in `language`; any other sentence as it is."""
+        found = None if language == "en" else re.fullmatch(_pattern(cls.en), sentence, re.DOTALL)
+        if found is None:
+            return sentence
+        shown = {key: _translated(value, language, f"{cls.__name__}.{key}") for key, value in found.groupdict().items()}
+        return cls.template(language).replace("!r}", "}").format_map(shown)
+
+    def _sentence(self, language: str) -> str:
+        """Return the sentence with the details, of which those are translated that are words of the catalogue."""
+        shown = self.details
+        if language != "en":
+            name = type(self).__name__
+            shown = {key: _translated(value, language, f"{name}.{key}") for key, value in shown.items()}
+        return self.template(language).format_map(_Missing(shown))
+
+    def copy(self, **changes: object) -> Self:
+        """Return a fresh copy with other details: one that is raised in several tasks collects tracebacks."""
+        return self.rebuilt({**self.details, **changes}, str(self) if self.verbatim else None)
 
 
-def _again(leaf: type[CodedError], details: dict[str, object], said: str | None) -> CodedError:
-    """Return the error that crossed."""
-    if said is None:
-        return leaf(**details)
-    error = leaf.__new__(leaf)
-    Exception.__init__(error, said)
-    error.details, error.said = details, True
-    return error
+def _pattern(template: str) -> str:
+    """Return the regular expression of the sentences of a template."""
+    from string import Formatter  # noqa: PLC0415  # it compiles patterns of its own, and is seldom needed
+
+    pieces, seen = list[str](), set[str]()
+    for text, name, _, _ in Formatter().parse(template):
+        pieces.append(re.escape(text))
+        if name:
+            pieces.append(f"(?P={name})" if name in seen else f"(?P<{name}>.*?)")
+            seen.add(name)
+    return "".join(pieces)
+
+
+def _translated(value: object, language: str, context: str) -> object:
+    """Return a detail as it is, or translated if it is a word in the catalogue."""
+    text = str(value)
+    translation = translate(text, language, context)
+    return value if translation == text else translation
 
 
 class RequestError(CodedError):
@@ -68,163 +138,243 @@ class MachineError(CodedError):
     """The machine or the link did something unexpected. Motion ends; a person recovers."""
 
 
-class LinkLost(MachineError):
+class LinkLost(
+    MachineError,
+    code=1001,
+    en="The connection to the controller at {address} was lost ({reason}). The axes finish what was already sent. "
+    "Check cable and power, then connect again.",
+):
     """The connection to the controller ended by itself."""
 
-    code = 1001
+    address: str
+    reason: str
 
 
-class ConnectFailed(MachineError):
+class ConnectFailed(
+    MachineError,
+    code=1002,
+    en="No controller answers at {address} ({reason}). Check power, cable and address.",
+):
     """Nobody answers at the controller's address."""
 
-    code = 1002
+    address: str
+    reason: str
 
 
-class LinkTimeout(MachineError):
+class LinkTimeout(
+    MachineError,
+    code=1003,
+    en="The controller at {address} did not answer {command!r} within {seconds} s. Check the network, or reset the"
+    " controller.",
+):
     """The controller accepted the connection but does not answer in time."""
 
-    code = 1003
+    address: str
+    command: str
+    seconds: float | str
 
 
-class CommandRejected(MachineError):
+class CommandRejected(
+    MachineError,
+    code=1004,
+    en="The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, check which other "
+    "program uses this controller.",
+):
     """The controller answered `?` to a command of ours; carries the TC code."""
 
-    code = 1004
+    command: str
+    tc: int
+    reason: str
 
 
-class WrongController(MachineError):
+class WrongController(
+    MachineError,
+    code=1005,
+    en="The device at {address} is {found}; a DMC-41x3 with three axes is needed. Check the address.",
+):
     """The device at the address is not a DMC-41x3 with three axes."""
 
-    code = 1005
+    address: str
+    found: str
 
 
-class UnexpectedReply(MachineError):
+class UnexpectedReply(
+    MachineError,
+    code=1006,
+    en="The controller answered {command!r} with {reply!r}, which is not valid. Check that the address is that of "
+    "a Galil controller.",
+):
     """A reply could not be understood."""
 
-    code = 1006
+    command: str
+    reply: str
 
 
-class ProgramDiffers(MachineError):
+class ProgramDiffers(
+    MachineError,
+    code=1008,
+    en="The controller's program differs from the one sent to it in line {line}: {sent} was sent, {found} is "
+    "there. Download it again. If that does not help, find the other program that writes to this controller.",
+):
     """The controller holds another program than the one just downloaded."""
 
-    code = 1008
+    line: int
+    sent: str
+    found: str
 
 
-class MemoryDamaged(MachineError):
+class MemoryDamaged(
+    MachineError,
+    code=1009,
+    en="The controller found its burned {what} damaged when it last powered up. Download and burn them again "
+    "before any motion.",
+):
     """The controller's EEPROM failed a checksum when it last powered up."""
 
-    code = 1009
+    what: str
 
 
-class NotConnected(RequestError):
+class NotConnected(
+    RequestError,
+    code=1010,
+    en="There is no connection to the controller. Wait for it, or check power and cable.",
+):
     """A command came without a connection to the controller."""
 
-    code = 1010
 
-
-class ProgramLost(RequestError):
+class ProgramLost(
+    RequestError,
+    code=1040,
+    en="The download failed ({reason}), and the former program could not be restored. Download a program again "
+    "before you run one.",
+):
     """A download failed, and the former program could not be restored."""
 
-    code = 1040
+    reason: str
 
 
-class ProgramRuns(RequestError):
+class ProgramRuns(
+    RequestError,
+    code=2110,
+    en="A program runs in the controller, so no other can be downloaded. Halt it with HX, and download again.",
+):
     """A download was asked for while the controller runs a program."""
 
-    code = 2110
 
-
-class InvalidValue(RequestError):
+class InvalidValue(RequestError, code=4001, en="{key} = {value} is refused: {reason}."):
     """A value is of the wrong kind or out of range."""
 
-    code = 4001
+    key: str
+    value: object
+    reason: str
 
 
-class UnknownName(RequestError):
+class UnknownName(RequestError, code=4003, en="{name!r} is not known. Known: {known}."):
     """A name is not known; lists the names that are."""
 
-    code = 4003
+    name: str
+    known: str
+    key: str | None = None
 
 
-class InvalidRequest(RequestError):
+class InvalidRequest(RequestError, code=4005, en="The request is refused at {key}: {reason}."):
     """A request body could not be understood."""
 
-    code = 4005
+    key: str
+    reason: str
 
 
-class FileUnreadable(RequestError):
+class FileUnreadable(RequestError, code=4007, en="{path} cannot be read: {reason}."):
     """A file cannot be read or parsed."""
 
-    code = 4007
+    path: object
+    reason: str
 
 
-class InvalidCommandLine(RequestError):
+class InvalidCommandLine(RequestError, code=4008, en="{reason}. See `{command} --help`."):
     """The command line could not be understood."""
 
-    code = 4008
+    reason: str
+    command: str
 
 
-class FileUnwritable(RequestError):
+class FileUnwritable(RequestError, code=5002, en="{path} cannot be written: {reason}."):
     """A file cannot be written."""
 
-    code = 5002
+    path: object
+    reason: str | None
 
 
-class AddressInUse(RequestError):
+class AddressInUse(
+    RequestError,
+    code=5003,
+    en="{address} is in use already. Choose another port, or stop the program that listens there.",
+):
     """A port to listen on is taken."""
 
-    code = 5003
+    address: str
 
 
-class FileNotOurs(RequestError):
+class FileNotOurs(RequestError, code=5005, en="{path} belongs to another user: {remedy}."):
     """A file that we would write over is somebody else's."""
 
-    code = 5005
+    path: object
+    remedy: str
 
 
-class TooFewDescriptors(RequestError):
+class TooFewDescriptors(
+    RequestError,
+    code=5013,
+    en="This process may open {limit} files and connections at once. It has {used} open already, and needs {least}"
+    " more. Raise the limit with `ulimit -n 1024`, or with LimitNOFILE=1024 in a systemd unit.",
+):
     """The limit on open files leaves too few for connections, the robot's link and the journal."""
 
-    code = 5013
+    limit: object
+    used: int
+    least: int
 
 
-class InternalError(MachineError):
+class InternalError(
+    MachineError,
+    code=5999,
+    en="An internal error happened ({reason}). This is a defect of this program: please report it with the traceback.",
+):
     """A defect of ours: reported as one sentence, with the log's place."""
 
-    code = 5999
-
-
-def _walk(branch: type[CodedError]) -> dict[int, type[CodedError]]:
-    found: dict[int, type[CodedError]] = {}
-    for child in branch.__subclasses__():
-        if child.code:
-            found[child.code] = child
-        found.update(_walk(child))
-    return found
+    reason: str
 
 
 def by_code() -> dict[int, type[CodedError]]:
-    """Return every leaf of the tree by its code."""
-    return dict(sorted(_walk(CodedError).items()))
+    """Return every declared error by its code."""
+    return dict(sorted(_by_code.items()))
+
+
+def reword(kind: type[CodedError], en: str) -> None:
+    """Give an error of this package the English sentence `en` of a package that is built on it."""
+    kind.en = en
 
 
 def from_notice(code: int, details: dict[str, object], sentence: str = "") -> CodedError:
-    """Rebuild an error from its code and details, as an edge received them, or from its `sentence` where none came.
+    """Rebuild an error from its code and details, as another program sent them; from its `sentence` if details lack.
 
-    Raises `KeyError` for a code that is not in the tree.
+    Details that are unknown here are kept. Raises `KeyError` for a code that is not declared.
     """
-    if sentence and not details and "{" in messages.table()[code]:
-        return as_said(code, sentence)
-    return by_code()[code](**details)
+    kind = by_code()[code]
+    if sentence and not details and any(kind.declared.values()):
+        return from_sentence(code, sentence)
+    return kind.rebuilt(details)
 
 
-def as_said(code: int, sentence: str) -> CodedError:
-    """Return the error of `code` with the sentence that an edge received, where its details did not come along.
+def from_sentence(code: int, sentence: str) -> CodedError:
+    """Return the error of `code` with the sentence that another program sent, if its details did not come along.
 
-    Raises `KeyError` for a code that is not in the tree.
+    Raises `KeyError` for a code that is not declared.
     """
-    leaf = by_code()[code]
-    error = leaf.__new__(leaf)
-    Exception.__init__(error, sentence)
-    error.details, error.said = {}, True
-    return error
+    return by_code()[code].rebuilt({}, sentence)
+
+
+def translated(code: int, sentence: str, language: str) -> str:
+    """Return the English sentence of an error in `language`; one that is not known here as it is."""
+    kind = by_code().get(code)
+    return sentence if kind is None else kind.translated(sentence, language)

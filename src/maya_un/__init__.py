@@ -9,11 +9,11 @@ from __future__ import annotations
 from importlib import import_module
 
 from dmc41x3 import __version__
-from dmc41x3.messages import add_catalogue
+from dmc41x3.i18n import add_catalogue
 
 __all__ = ["__version__"]
 
-add_catalogue("maya_un.messages")
+add_catalogue("maya_un")
 
 _CLIENT = ("AsyncClient", "Client", "JobBuilder")
 

@@ -5,7 +5,7 @@ number. Memory keeps the newest; a reader that is so slow that his next was forg
 ones are what a journal kept of them.
 
 An event is declared once, as a class below, and emitted as an instance: `events.emit(SpeedChanged(0.5))`. Its word in
-JSON and on /maya_event, its sentences, its level in the log and the generated files follow from the declaration.
+JSON and on /maya_event, its sentence, its level in the log and the generated files follow from the declaration.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from string import Formatter
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeVar, cast
 
-from maya_un.errors import EventsForgotten
+from dmc41x3.i18n import translate
+from maya_un.errors import EventsForgotten, translated
 
 KEPT = 20_000
 """So many of the newest events are kept, and up to an eighth more."""
@@ -33,12 +34,12 @@ class Event:
     """One fact. `seq` counts from 1 without gaps; `time` is the event loop's [s]; `code` is 0 or an error's.
 
     A subclass with a `word` declares an event; one with fields is a frozen dataclass. The fields are the details of the
-    event. Details that are None are left out of JSON. `sentences` has a template over the fields in each language. A
-    field `message` is the sentence of an error. `more` holds details of another program's that are not declared here.
+    event. Details that are None are left out of JSON. `en` is a sentence over the fields. A field `message` is the
+    sentence of an error. `more` holds details of another program's that are not declared here.
     """
 
     word: ClassVar[str] = ""
-    sentences: ClassVar[Mapping[str, str]] = {}
+    en: ClassVar[str] = ""
     narrated: ClassVar[bool] = False
     level: ClassVar[int] = logging.INFO
 
@@ -48,11 +49,11 @@ class Event:
     more: Mapping[str, object] = field(default_factory=dict[str, object])
 
     def __init_subclass__(
-        cls, *, word: str = "", en: str = "", es: str = "", narrated: bool = False, level: int = logging.INFO
+        cls, *, word: str = "", en: str = "", narrated: bool = False, level: int = logging.INFO
     ) -> None:
-        """Declare an event: its word, its sentences, whether the command line narrates it, and its level in the log."""
+        """Declare an event: its word, its sentence, whether the command line narrates it, and its level in the log."""
         if word:
-            cls.word, cls.sentences, cls.narrated, cls.level = word, {"en": en, "es": es}, narrated, level
+            cls.word, cls.en, cls.narrated, cls.level = word, en, narrated, level
             DECLARED[word] = cls
 
     @property
@@ -66,10 +67,17 @@ class Event:
         own = {name: value for name, value in vars(self).items() if name not in _ENVELOPE and value is not None}
         return MappingProxyType({**own, **self.more})
 
+    @classmethod
+    def template(cls, language: str = "en") -> str:
+        """Return the sentence in `language` ("en" or "es") with placeholders for the details."""
+        return translate(cls.en, language)
+
     def sentence(self, language: str = "en") -> str:
         """Return what happened as a sentence, without code and message."""
+        if not self.en:
+            return str(self)
         try:
-            return self.sentences.get(language, self.sentences["en"]).format_map(self.detail)
+            return self.template(language).format_map(self.detail)
         except (LookupError, ValueError, TypeError, AttributeError):  # a newer program has other details
             return str(self)
 
@@ -78,16 +86,19 @@ class Event:
         if not self.narrated:
             return None
         text = f"{self.sentence(language)} ({self.code})" if self.code else self.sentence(language)
-        return f"{text} {self.detail.get('message', '')}".rstrip()
+        return f"{text} {self._message(language)}".rstrip()
 
     def report(self, language: str = "en") -> str:
         """Return all of it but the code: the sentence, the details that it leaves out, the message."""
         said = self.sentence(language)
         if said == str(self):
             return said
-        shown = {name for _, name, _, _ in Formatter().parse(self.sentences["en"])} | {"message"}
+        shown = {name for _, name, _, _ in Formatter().parse(self.en)} | {"message"}
         rest = " ".join(f"{key}={value}" for key, value in self.detail.items() if key not in shown)
-        return "  ".join(part for part in (said.strip(), rest, str(self.detail.get("message", ""))) if part)
+        return "  ".join(part for part in (said.strip(), rest, self._message(language)) if part)
+
+    def _message(self, language: str) -> str:
+        return translated(self.code, str(self.detail.get("message", "")), language)
 
     def __str__(self) -> str:
         words = " ".join(f"{key}={value}" for key, value in self.detail.items())
@@ -140,101 +151,95 @@ class Trouble(ControllerEvent):
 
 
 @dataclass(frozen=True)
-class Connected(ControllerEvent, word="connected", en="connected to {address}", es="conectado a {address}"):
+class Connected(ControllerEvent, word="connected", en="connected to {address}"):
     """The controller answers at `address`. `firmware` is its version; None over a graph, which does not tell it."""
 
     address: str
     firmware: str | None = None
 
 
-class Disconnected(
-    Trouble, word="disconnected", en="disconnected", es="desconectado", narrated=True, level=logging.WARNING
-):
+class Disconnected(Trouble, word="disconnected", en="disconnected", narrated=True, level=logging.WARNING):
     """The link to the controller is lost, or the node of the controller is gone."""
 
 
-class HomingNeeded(ControllerEvent, word="not_homed", en="not homed", es="sin origen"):
+class HomingNeeded(ControllerEvent, word="not_homed", en="not homed"):
     """The position is not known: it was never measured, or it was lost."""
 
 
-class HomingBegun(ControllerEvent, word="homing", en="homing", es="buscando origen"):
+class HomingBegun(ControllerEvent, word="homing", en="homing"):
     """A homing begins."""
 
 
-class HomingDone(ControllerEvent, word="homed", en="homed", es="con origen", narrated=True):
+class HomingDone(ControllerEvent, word="homed", en="homed", narrated=True):
     """The position is known: a homing has ended, or an earlier one was taken over."""
 
 
 @dataclass(frozen=True)
-class MotionBegun(ControllerEvent, word="moving", en="moving", es="en movimiento", level=logging.DEBUG):
+class MotionBegun(ControllerEvent, word="moving", en="moving", level=logging.DEBUG):
     """A motion begins. `to` is its end as text: a [rad], b and c [m]; None if only the mode is known."""
 
     to: str | None = None
 
 
-class MotionEnded(ControllerEvent, word="idle", en="at rest", es="en reposo", level=logging.DEBUG):
+class MotionEnded(ControllerEvent, word="idle", en="at rest", level=logging.DEBUG):
     """A motion has reached its end."""
 
 
 @dataclass(frozen=True)
-class MotionStopped(ControllerEvent, word="stopped", en="stopped", es="detenido", narrated=True):
+class MotionStopped(ControllerEvent, word="stopped", en="stopped", narrated=True):
     """The robot was stopped. `message` says why if nobody asked for it here."""
 
     message: str | None = None
 
 
-class MotionPaused(ControllerEvent, word="paused", en="paused", es="en pausa", narrated=True):
+class MotionPaused(ControllerEvent, word="paused", en="paused", narrated=True):
     """All motion brakes on its path and is held."""
 
 
-class MotionResumed(ControllerEvent, word="resumed", en="resumed", es="continúa", narrated=True):
+class MotionResumed(ControllerEvent, word="resumed", en="resumed", narrated=True):
     """Motion continues after a pause."""
 
 
 @dataclass(frozen=True)
-class SpeedChanged(ControllerEvent, word="speed", en="speed {ratio:.0%}", es="velocidad {ratio:.0%}", narrated=True):
+class SpeedChanged(ControllerEvent, word="speed", en="speed {ratio:.0%}", narrated=True):
     """The speed of all motion was changed. `ratio` is its factor, from 0.01 to 1."""
 
     ratio: float
 
 
 @dataclass(frozen=True)
-class ZonesChanged(ControllerEvent, word="zones", en="zones: {names}", es="zonas: {names}"):
+class ZonesChanged(ControllerEvent, word="zones", en="zones: {names}"):
     """The zones that the robot keeps out of were changed. `names` has all of them, separated by commas."""
 
     names: str
 
 
-class GripperOpened(ControllerEvent, word="gripper_open", en="gripper open", es="pinza abierta", narrated=True):
+class GripperOpened(ControllerEvent, word="gripper_open", en="gripper open", narrated=True):
     """The gripper has opened."""
 
 
-class GripperClosed(ControllerEvent, word="gripper_closed", en="gripper closed", es="pinza cerrada", narrated=True):
+class GripperClosed(ControllerEvent, word="gripper_closed", en="gripper closed", narrated=True):
     """The gripper has closed."""
 
 
-class LimitHit(
-    Trouble, word="limit", en="limit switch", es="interruptor de límite", narrated=True, level=logging.WARNING
-):
+class LimitHit(Trouble, word="limit", en="limit switch", narrated=True, level=logging.WARNING):
     """An axis met a limit switch. A person recovers."""
 
 
-class FaultEntered(Trouble, word="fault", en="fault", es="falla", narrated=True, level=logging.ERROR):
+class FaultEntered(Trouble, word="fault", en="fault", narrated=True, level=logging.ERROR):
     """Motion ended with another fault. A person recovers."""
 
 
-class EmergencyStopped(
-    Trouble, word="estop", en="emergency stop", es="parada de emergencia", narrated=True, level=logging.ERROR
-):
+class EmergencyStopped(Trouble, word="estop", en="emergency stop", narrated=True, level=logging.ERROR):
     """The abort input stopped the robot, as the emergency stop does. A person recovers."""
 
 
-class FaultCleared(ControllerEvent, word="recovered", en="recovered", es="recuperado", narrated=True):
+class FaultCleared(ControllerEvent, word="recovered", en="recovered", narrated=True):
     """A person has cleared the fault."""
 
 
 @dataclass(frozen=True)
-class PhaseBegun(Event, word="phase", en="{name}", es="{name}", narrated=True, level=logging.DEBUG):
+class PhaseBegun(Event, word="phase", en="{name}", narrated=True, level=logging.DEBUG):
     """A phase begins, `name`, of a homing or of the primitive `primitive`; None for a homing."""
 
     name: str
@@ -242,7 +247,7 @@ class PhaseBegun(Event, word="phase", en="{name}", es="{name}", narrated=True, l
 
 
 @dataclass(frozen=True)
-class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}", es="trabajo {job}, {name}: {state}"):
+class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}"):
     """A job enters a state. `job` is its number, `name` its name, `owner` the user that it belongs to."""
 
     job: int
@@ -252,7 +257,7 @@ class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}", es="trabaj
 
 
 @dataclass(frozen=True)
-class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", es="{index:>4} {step}: {state}", narrated=True):
+class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", narrated=True):
     """A step of job number `job` enters a state. `index` counts from 1; `step` is what it does, as `pick cube`.
 
     `attempt` is the number of the attempt that follows one that failed, from 2; None for the first.
@@ -270,7 +275,7 @@ class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", es="{ind
 
 
 @dataclass(frozen=True)
-class QueueChanged(Event, word="queue", en="queue {state}", es="cola: {state}"):
+class QueueChanged(Event, word="queue", en="queue {state}"):
     """The queue begins jobs again (`state` running) or begins none (paused), for `reason`, by the user `by`."""
 
     state: str
@@ -279,7 +284,7 @@ class QueueChanged(Event, word="queue", en="queue {state}", es="cola: {state}"):
 
 
 @dataclass(frozen=True)
-class LeaseChanged(Event, word="lease", en="control {change}", es="control: {change}"):
+class LeaseChanged(Event, word="lease", en="control {change}"):
     """The control lease was taken, given back or lost: `change` says which. `holder` has it now, "" for nobody.
 
     `source` is where the holder works from. `implicit`: it was taken by a command and not asked for. `before` had it
@@ -296,7 +301,7 @@ class LeaseChanged(Event, word="lease", en="control {change}", es="control: {cha
 
 
 @dataclass(frozen=True)
-class StorageChanged(Event, word="storage", en="journal: {state}", es="diario: {state}", level=logging.ERROR):
+class StorageChanged(Event, word="storage", en="journal: {state}", level=logging.ERROR):
     """The journal cannot be written (`state` failing, with the `reason`), or can be written again (working)."""
 
     state: str
@@ -304,7 +309,7 @@ class StorageChanged(Event, word="storage", en="journal: {state}", es="diario: {
 
 
 @dataclass(frozen=True)
-class RecordingSaved(Event, word="recording", en="recording ({reason})", es="grabación ({reason})"):
+class RecordingSaved(Event, word="recording", en="recording ({reason})"):
     """A recording was saved because of `reason`: its `name` and size (`bytes`). Or `message` says why it was not."""
 
     reason: str

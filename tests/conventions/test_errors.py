@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 import string
 
 import pytest
 
-from maya_un import errors, messages
+from dmc41x3.i18n import LANGUAGES
+from maya_un import errors
 from maya_un.errors import MachineError, MayaError, RequestError
 from tests.conventions.source import ROOT
 
@@ -33,26 +33,21 @@ def test_an_error_belongs_to_one_branch_and_one_family(leaf: type[MayaError]) ->
     assert 1 <= leaf.code // 1000 <= 5
 
 
-@pytest.mark.parametrize("language", messages.LANGUAGES)
-def test_every_code_has_a_sentence_and_no_sentence_is_left_over(language: str) -> None:
-    assert set(messages.table(language)) == set(errors.by_code())
+@pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.__name__)
+def test_a_sentence_names_required_details_and_all_of_them(leaf: type[MayaError]) -> None:
+    assert fields(leaf.en) == {name for name, required in leaf.declared.items() if required}
 
 
 @pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.__name__)
 def test_all_languages_name_the_same_details(leaf: type[MayaError]) -> None:
-    named = {frozenset(fields(messages.table(language)[leaf.code])) for language in messages.LANGUAGES}
+    named = {frozenset(fields(leaf.template(language))) for language in LANGUAGES}
     assert len(named) == 1
 
 
 @pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.__name__)
 def test_a_sentence_ends_like_one(leaf: type[MayaError]) -> None:
-    for language in messages.LANGUAGES:
-        assert messages.table(language)[leaf.code].endswith((".", ")"))
-
-
-def test_the_tree_in_the_docstring_is_the_tree() -> None:
-    drawn = {int(code): name for name, code in re.findall(r"(\w+) (\d{4})", errors.__doc__ or "")}
-    assert drawn == {code: leaf.__name__ for code, leaf in errors.by_code().items()}
+    for language in LANGUAGES:
+        assert leaf.template(language).endswith((".", ")"))
 
 
 def test_every_code_is_in_the_reference() -> None:

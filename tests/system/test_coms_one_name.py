@@ -18,7 +18,6 @@ from maya_un.cli.doctor import host
 from maya_un.cli.doctor.finding import FindingOutcome
 from maya_un.config.files import parse
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
-from maya_un.messages import en
 from tests.system.processes import CALM, Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms import asked, supervisors_of, url_in
@@ -141,7 +140,7 @@ def test_no_command_moves_both_robots_and_the_first_gives_way(there: tuple[Cloud
     assert sorted(cloud.results()) == keys
     assert second.state == "connected"
     status = supervisors_of(first.url)
-    assert status["waits_for"] == en.SENTENCES[SessionTakenOver.code].format(where=cloud.url, name="MAYA")
+    assert status["waits_for"] == str(SessionTakenOver(where=cloud.url, name="MAYA"))
     (found,) = host.coms(parse({"coms": {"server_address": first.url}}))
     assert (found.outcome, found.key) == (FindingOutcome.FAIL, "coms_taken")
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import string
+import pickle
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un import errors, messages
+from dmc41x3.i18n import LANGUAGES
+from maya_un import errors
 from maya_un.errors import InvalidConfig, MachineError, MayaError, NotHomed, RequestError, Unreachable
 from maya_un.process.queue.recovery import QUESTION
 
@@ -23,12 +24,11 @@ PUBLISHED = {
 
 MACHINE = {1001, 1002, 1003, 1004, 1005, 1006, 1007, *range(2301, 2309), *range(2401, 2405), 5999}
 
-REACH = {"target": "(3, 0, 1) m", "reason": "too far", "nearest": "(2, 0, 1) m"}
+REFUSAL = {"key": "a", "value": 1, "reason": "it is too small"}
 
 
 def details(leaf: type[MayaError]) -> dict[str, object]:
-    parts = string.Formatter().parse(messages.table()[leaf.code])
-    return {name: f"<{name} of the case>" for _, name, _, _ in parts if name}
+    return {name: f"<{name} of the case>" for name, required in leaf.declared.items() if required}
 
 
 @pytest.mark.parametrize("code", [code for family in PUBLISHED.values() for code in family])
@@ -36,7 +36,7 @@ def test_a_published_code_stays_and_keeps_its_branch(code: int) -> None:
     assert issubclass(errors.by_code()[code], MachineError if code in MACHINE else RequestError)
 
 
-@pytest.mark.parametrize("language", messages.LANGUAGES)
+@pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
 def test_every_detail_appears_in_the_sentence(leaf: type[MayaError], language: str) -> None:
     given_details = details(leaf)
@@ -47,13 +47,13 @@ def test_every_detail_appears_in_the_sentence(leaf: type[MayaError], language: s
 
 @pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
 def test_the_two_languages_differ(leaf: type[MayaError]) -> None:
-    assert len({messages.table(language)[leaf.code] for language in messages.LANGUAGES}) == len(messages.LANGUAGES)
+    assert len({leaf.template(language) for language in LANGUAGES}) == len(LANGUAGES)
 
 
 def test_an_error_says_its_sentence_and_keeps_its_details() -> None:
-    error = Unreachable(**REACH)
+    error = Unreachable(target="(3, 0, 1) m", reason="too far", nearest="(2, 0, 1) m")
     assert str(error) == "(3, 0, 1) m cannot be reached: too far. Nearest reachable: (2, 0, 1) m."
-    assert (error.code, error.details) == (2101, REACH)
+    assert (error.code, list(error.details)) == (2101, ["target", "reason", "nearest"])
 
 
 def test_an_error_speaks_spanish_when_asked() -> None:
@@ -64,8 +64,56 @@ def test_a_language_we_lack_reads_as_english() -> None:
     assert NotHomed().text("fr") == str(NotHomed())
 
 
-def test_a_detail_that_is_missing_does_not_hide_the_error() -> None:
-    assert str(InvalidConfig(key="axes.a")) == "The configuration is refused at axes.a = <value>: <reason>."
+def test_a_detail_that_a_peer_left_out_does_not_hide_the_error() -> None:
+    error = errors.from_notice(InvalidConfig.code, {"key": "axes.a", "of": "a newer version"})
+    assert str(error) == "The configuration is refused at axes.a = <value>: <reason>."
+    assert error.details == {"key": "axes.a", "of": "a newer version"}
+
+
+@pytest.mark.parametrize(
+    ("details", "complaint"),
+    [({"key": "a", "value": 1}, "lacks the detail reason"), ({**REFUSAL, "why": ""}, "has no detail why")],
+)
+@pytest.mark.parametrize("kind", [InvalidConfig])
+def test_an_error_with_other_details_than_declared_cannot_be_made(
+    kind: type[MayaError], details: dict[str, object], complaint: str
+) -> None:
+    with pytest.raises(TypeError, match=complaint):
+        kind(**details)
+
+
+def test_a_code_cannot_be_declared_twice() -> None:
+    with pytest.raises(TypeError, match="Another has the code 2103 of NotHomed"):
+        type("Another", (RequestError,), {}, code=NotHomed.code, en="Something else.")
+    assert errors.by_code()[NotHomed.code] is NotHomed
+
+
+def test_details_are_attributes_and_those_that_are_left_out_are_none() -> None:
+    error = Unreachable(target="(3, 0, 1) m", reason="too far", nearest="none")
+    assert (error.target, error.zone) == ("(3, 0, 1) m", None)
+    assert "zone" not in error.details
+
+
+@pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
+def test_no_detail_hides_a_part_of_the_base_class(leaf: type[MayaError]) -> None:
+    assert [name for name in leaf.declared if hasattr(MayaError, name)] == []
+
+
+@pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
+def test_an_error_crosses_into_another_process(leaf: type[MayaError]) -> None:
+    error = leaf(**details(leaf))
+    for one in (error, errors.from_sentence(leaf.code, "Only words.")):
+        again = pickle.loads(pickle.dumps(one))
+        assert (type(again), str(again), again.details, again.verbatim) == (leaf, str(one), one.details, one.verbatim)
+
+
+def test_a_copy_has_other_details_and_no_traceback() -> None:
+    error = InvalidConfig(key="a", value=1, reason="it is too small")
+    try:
+        raise error
+    except InvalidConfig:
+        copy = error.copy(key="--a")
+    assert (copy.details, copy.__traceback__) == ({"key": "--a", "value": 1, "reason": "it is too small"}, None)
 
 
 @given(st.text())
@@ -81,11 +129,11 @@ def test_an_edge_rebuilds_the_same_error_from_code_and_details(leaf: type[MayaEr
 
 
 def test_an_edge_shows_the_words_of_an_error_whose_details_did_not_come_along() -> None:
-    error = errors.as_said(2111, "This cannot be paused: nothing is under way.")
+    error = errors.from_sentence(2111, "This cannot be paused: nothing is under way.")
     again = errors.from_notice(error.code, error.details, str(error))
     assert (type(again), str(again)) == (errors.CannotPause, str(error))
     homed = errors.from_notice(errors.NotHomed.code, {}, "in English")
-    assert (str(homed), homed.said) == (str(errors.NotHomed()), False)
+    assert (str(homed), homed.verbatim) == (str(errors.NotHomed()), False)
 
 
 def test_a_code_that_is_not_in_the_tree_is_not_rebuilt() -> None:
@@ -100,10 +148,18 @@ def test_only_leaves_are_raised(branch: type[MayaError]) -> None:
 
 
 def test_an_error_that_came_in_words_keeps_them_in_every_language() -> None:
-    error = errors.as_said(2101, "La posición está fuera del alcance.")
+    error = errors.from_sentence(2101, "La posición está fuera del alcance.")
     assert isinstance(error, errors.Unreachable)
     assert str(error) == error.text("en") == error.text("es") == "La posición está fuera del alcance."
     assert error.details == {}
+
+
+@pytest.mark.parametrize("leaf", errors.by_code().values(), ids=lambda leaf: leaf.__name__)
+def test_the_english_sentence_of_a_peer_is_translated(leaf: type[MayaError]) -> None:
+    error = leaf(**{name: f"<{name}>" for name in details(leaf)})
+    words = errors.from_sentence(leaf.code, str(error))
+    assert words.text("es") == error.text("es")
+    assert words.text("en") == str(error)
 
 
 @pytest.mark.parametrize(
@@ -112,10 +168,10 @@ def test_an_error_that_came_in_words_keeps_them_in_every_language() -> None:
         (errors.NotFound(what="job", number=7), "No existe el trabajo 7."),
         (errors.NotFound(what="job", number="that was interrupted"), "No existe el trabajo que se interrumpió."),
         (
-            errors.WrongState(number=7, state="running", wish="moved"),
+            errors.WrongState(number=7, state="running", action="moved"),
             "El trabajo 7 está en marcha, así que no se puede: moverlo.",
         ),
-        (errors.NotFound(what="cosa", number="job"), "No existe cosa job."),
+        (errors.from_notice(4004, {"what": "cosa", "number": "job"}), "No existe cosa job."),
     ],
 )
 def test_details_that_are_words_of_ours_are_translated_and_no_others(error: MayaError, spanish: str) -> None:

@@ -36,7 +36,6 @@ class LampLit(
     ControllerEvent,
     word="lamp",
     en="lamp {lamp} at {power:.1f} W",
-    es="lámpara {lamp} a {power:.1f} W",
     narrated=True,
     level=logging.WARNING,
 ):
@@ -69,7 +68,7 @@ def pages() -> dict[str, Any]:
 
 def test_the_command_line_narrates_it_in_both_languages() -> None:
     assert line(LIT, "en") == "       lamp door at 2.5 W (2308)"
-    assert line(LIT, "es") == "       lámpara door a 2.5 W (2308)"
+    assert line(LIT, "es") == "       lamp door at 2.5 W (2308)"
 
 
 def test_maya_logs_shows_it_from_the_journal_in_both_languages(
@@ -87,7 +86,7 @@ def test_maya_logs_shows_it_from_the_journal_in_both_languages(
     assert main(["logs", "--kind", "lamp"]) == main(["--lang", "es", "logs"]) == main(["logs", "--json"]) == 0
     english, spanish, data = capsys.readouterr().out.splitlines()
     assert english.endswith("warning  lamp            lamp door at 2.5 W  until=noon (2308)")
-    assert spanish.endswith("warning  lamp            lámpara door a 2.5 W  until=noon (2308)")
+    assert spanish.endswith("warning  lamp            lamp door at 2.5 W  until=noon (2308)")
     assert json.loads(data)["detail"] == detail
 
 
@@ -146,8 +145,8 @@ def test_the_generated_files_have_it(pages: dict[str, Any]) -> None:
     assert row == (
         "| `lamp` | A lamp is lit: `lamp` is its name, `power` what it takes [W]. `until` is when it goes out; None "
         "for never. | `lamp` text, `power` number, `until`? text | yes | yes | warning | "
-        "lamp {lamp} at {power:.1f} W | lámpara {lamp} a {power:.1f} W |"
+        "lamp {lamp} at {power:.1f} W | lamp {lamp} at {power:.1f} W |"
     )
-    assert json.loads(pages["dashboard_events"]())["lamp"] == list(LampLit.sentences.values())
+    assert json.loads(pages["dashboard_events"]())["lamp"] == [LampLit.en, LampLit.en]
     assert 'LAMP = "lamp"\n' in pages["words_for_ros"]()
     assert "lamp, " in next(line for line in pages["PAGES"]["reference/graph.md"]().splitlines() if "refused." in line)

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dmc41x3.i18n import LANGUAGES
 from maya_un.errors import EventsForgotten
 from maya_un.events import (
     DECLARED,
@@ -31,7 +32,6 @@ from maya_un.events import (
     UnknownEvent,
     event_of,
 )
-from maya_un.messages import LANGUAGES
 from tests.virtual_time import elapse
 
 
@@ -153,9 +153,9 @@ def test_an_event_that_lacks_a_field_is_not_taken_for_a_declared_one() -> None:
 @pytest.mark.parametrize("event", DECLARED.values(), ids=DECLARED)
 def test_every_declared_event_has_sentences_over_the_fields_that_it_always_has(event: type[Event]) -> None:
     always = {one.name for one in fields(event) if one.default is MISSING and one.default_factory is MISSING}
-    named = [{name for _, name, _, _ in Formatter().parse(text) if name} for text in event.sentences.values()]
-    assert set(event.sentences) == set(LANGUAGES)
-    assert all(event.sentences.values())
+    sentences = [event.template(language) for language in LANGUAGES]
+    named = [{name for _, name, _, _ in Formatter().parse(text) if name} for text in sentences]
+    assert all(sentences)
     assert all(names == named[0] <= always for names in named)
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Protocol
 
 from dmc41x3.cli.site import ALONE, Site
 from dmc41x3.errors import InvalidCommandLine, InvalidValue
-from dmc41x3.messages import LANGUAGES
+from dmc41x3.i18n import LANGUAGES
 
 
 class OutputSettings(NamedTuple):

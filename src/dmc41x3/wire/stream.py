@@ -172,7 +172,7 @@ class RecordStream:
             seen = self.received
             yield self.latest
         if self._error is not None:
-            raise type(self._error)(**self._error.details)
+            raise self._error.copy()
 
     async def _next(self) -> None:
         waiter = self._loop.create_future()

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from maya_ros.graph.protocol import Act, Feedback, GoalRefused, GoalStatus, Message
-from maya_un.errors import Cancelled, InternalError, MayaError, ServiceFailed, Stopped, as_said
+from maya_un.errors import Cancelled, InternalError, MayaError, ServiceFailed, Stopped, from_sentence
 
 ENDED = frozenset(
     {GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED, GoalStatus.RECALLED}
@@ -53,7 +53,7 @@ def error_of(result: Mapping[str, object], name: str = "") -> MayaError | None:
         code, _, rest = sentence.partition(": ")
         sentence = rest if code.isdecimal() else sentence
     try:
-        return as_said(int(code), sentence)
+        return from_sentence(int(code), sentence)
     except (KeyError, ValueError):
         return ServiceFailed(service=name, reason=sentence or "it gave no reason")
 

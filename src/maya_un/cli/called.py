@@ -17,4 +17,4 @@ def called(options: Mapping[str, str]) -> Iterator[None]:
         option = options.get(str(refusal.details.get("key")))
         if option is None:
             raise
-        raise type(refusal)(**{**refusal.details, "key": option}) from None
+        raise refusal.copy(key=option) from None

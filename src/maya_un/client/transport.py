@@ -28,6 +28,7 @@ from maya_un.errors import (
     ServiceNotRunning,
     by_code,
     from_notice,
+    from_sentence,
 )
 
 
@@ -219,12 +220,7 @@ def as_error(code: int, message: str) -> MayaError:
 
     One that is not known here is `ServiceNotAnswering`, with the sentence as its reason.
     """
-    leaf = by_code().get(code)
-    if leaf is None:
-        return ServiceNotAnswering(reason=message)
-    error = leaf()
-    error.args = (message,)
-    return error
+    return from_sentence(code, message) if code in by_code() else ServiceNotAnswering(reason=message)
 
 
 @contextmanager

@@ -1,10 +1,50 @@
-"""The trunk of the tree of errors, which is that of `dmc41x3`."""
+"""The base and the branches of all errors, and the sentences of `dmc41x3` that name commands of `maya` here."""
 
 from __future__ import annotations
 
-from dmc41x3.errors import CodedError, MachineError, RequestError
+from dmc41x3.errors import (
+    CodedError,
+    CommandRejected,
+    ConnectFailed,
+    InternalError,
+    LinkLost,
+    MachineError,
+    ProgramRuns,
+    RequestError,
+    WrongController,
+    reword,
+)
 
 __all__ = ["MachineError", "MayaError", "RequestError"]
 
 MayaError = CodedError
 """Base of all errors: `except MayaError` catches those of Maya and those of the controller."""
+
+reword(
+    LinkLost,
+    "The connection to the controller at {address} was lost ({reason}). The axes finish the motion that was "
+    "already sent. Check cable and power, then run `maya recover`.",
+)
+reword(
+    ConnectFailed,
+    "No controller answers at {address} ({reason}). Check power, cable and address, or start a twin with `maya "
+    "dmc serve`.",
+)
+reword(
+    CommandRejected,
+    "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this is a defect or a "
+    "foreign program on the controller: read the log.",
+)
+reword(
+    WrongController,
+    "The device at {address} is {found}; Maya needs a DMC-41x3 with three axes. Check the address.",
+)
+reword(
+    ProgramRuns,
+    "A program runs in the controller, so no other can be downloaded. If it is Maya's guard, end `maya up`; "
+    "halt other programs with HX. Then download again.",
+)
+reword(
+    InternalError,
+    "An internal error happened ({reason}). This is a defect of this program: please report it with the log.",
+)

@@ -5,85 +5,161 @@ from __future__ import annotations
 from maya_un.errors.base import MachineError, RequestError
 
 
-class ParameterMismatch(MachineError):
+class ParameterMismatch(
+    MachineError,
+    code=1007,
+    en="The controller keeps {register} = {found}, but the configuration says {wanted}. Correct one of them.",
+):
     """The controller did not keep a parameter as configured."""
 
-    code = 1007
+    register: str
+    found: str
+    wanted: str
 
 
-class NodeGone(MachineError):
+class NodeGone(
+    MachineError,
+    code=1011,
+    en="{node} is not running any more. Its motion was stopped on the path. Start it again, and check the position"
+    " of the robot before you continue.",
+):
     """The node that did this ended by itself, or is not there; where only its action is known, that is named."""
 
-    code = 1011
+    node: str
 
 
-class ServiceNotRunning(RequestError):
+class ServiceNotRunning(
+    RequestError,
+    code=1020,
+    en="No Maya is running here. Start `maya up`, then run the command again. To stop a robot without `maya up`, "
+    "run `maya stop --address real` (or HOST:PORT).",
+):
     """No running `maya up` was found."""
 
-    code = 1020
 
-
-class ServiceNotAnswering(RequestError):
+class ServiceNotAnswering(
+    RequestError,
+    code=1021,
+    en="The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
+):
     """`maya up` runs but does not answer."""
 
-    code = 1021
+    reason: str
 
 
-class TwinNotFound(RequestError):
+class TwinNotFound(
+    RequestError,
+    code=1022,
+    en="Maya cannot tell which virtual controller to use: {reason}. Start `maya dmc serve`, or select a running "
+    "one with `--twin` (now: {running}).",
+):
     """No running `maya dmc serve` is meant, or more than one."""
 
-    code = 1022
+    reason: str
+    running: str
 
 
-class ControllerOwned(RequestError):
+class ControllerOwned(
+    RequestError,
+    code=1030,
+    en="Another running program, {holder}, owns the controller at {address}. Use that program, or end it. If you "
+    "cannot, check that the robot is at rest, then take the controller over with `--take-over`.",
+):
     """Another running program owns the controller; nothing was written to it."""
 
-    code = 1030
+    holder: str
+    address: str
 
 
-class OwnershipLost(MachineError):
+class OwnershipLost(
+    MachineError,
+    code=1031,
+    en="Another program, {holder}, took the controller over. This program moves nothing any more and keeps its "
+    "waiting jobs. Use the other program. When it has ended, run `maya recover` here, then `maya queue resume`.",
+):
     """Another program took the controller over; this one no longer moves anything and keeps its waiting jobs."""
 
-    code = 1031
+    holder: str
 
 
-class OwnerErased(MachineError):
+class OwnerErased(
+    MachineError,
+    code=1033,
+    en="Another program erased the variable that names the owner of the controller (ZAB), so nothing moves. Close "
+    "the other program, then run `maya recover`.",
+):
     """Another program erased the variable that names this program as the controller's owner."""
 
-    code = 1033
 
-
-class ControllerMoves(RequestError):
+class ControllerMoves(
+    RequestError,
+    code=1032,
+    en="Axes still move by commands of {holder}, so the controller cannot change its owner now. Wait until they "
+    "are at rest, or stop them from any computer with `maya stop --address {address}`. Then try again.",
+):
     """Axes move by commands of another program, so the controller cannot change its owner yet."""
 
-    code = 1032
+    holder: str
+    address: str
 
 
-class RobotNotReached(RequestError):
+class RobotNotReached(
+    RequestError,
+    code=1050,
+    en="The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or "
+    "set IP to its address. This program tries again.",
+):
     """The link to supervisors cannot reach the robot's rosbridge."""
 
-    code = 1050
+    url: str
+    reason: str
 
 
-class SupervisorsNotReached(RequestError):
+class SupervisorsNotReached(
+    RequestError,
+    code=1051,
+    en="The supervisors' server {where} does not answer: {reason}. Check that it runs, and its address, user and "
+    "password.",
+):
     """The link to supervisors cannot reach their broker or database."""
 
-    code = 1051
+    where: str
+    reason: str
 
 
-class BrokerRefused(RequestError):
+class BrokerRefused(
+    RequestError,
+    code=1052,
+    en="The broker {where} refuses the command: {reason}. Ask the person who keeps its rules (ACL) for access to "
+    "this robot.",
+):
     """A broker does not carry a supervisor's command, by its rules."""
 
-    code = 1052
+    where: str
+    reason: str
 
 
-class SessionTakenOver(RequestError):
+class SessionTakenOver(
+    RequestError,
+    code=1053,
+    en="Another robot is connected to {where} under the name {name}, so this robot does not connect again. Give "
+    "each robot its own name (coms.name, NAME), then start this program again.",
+):
     """Another robot is connected to the supervisors' broker or database under the same name."""
 
-    code = 1053
+    where: str
+    name: str
 
 
-class WrongRobot(RequestError):
+class WrongRobot(
+    RequestError,
+    code=1054,
+    en="The rosbridge at {url} belongs to the robot {found!r}, and this program carries the commands of {name}. It"
+    " sends none there. Give it the address of the rosbridge of {name} (IP, --rosbridge), or give this program "
+    "and the robot the same name (coms.name, NAME).",
+):
     """The rosbridge belongs to another robot than the one whose commands the link carries."""
 
-    code = 1054
+    url: str
+    found: str
+    name: str

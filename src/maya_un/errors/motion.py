@@ -1,197 +1,327 @@
-"""2xxx: motion, its limits, and homing."""
+"""2xxx: motion, its limits, and homing. 3xxx: the work-piece."""
 
 from __future__ import annotations
 
 from maya_un.errors.base import MachineError, RequestError
 
 
-class Unreachable(RequestError):
+class Unreachable(RequestError, code=2101, en="{target} cannot be reached: {reason}. Nearest reachable: {nearest}."):
     """A target lies outside the workspace; names the limit, by how much, and the nearest reachable point."""
 
-    code = 2101
+    target: str
+    reason: str
+    nearest: str
+    limit: str | None = None
+    excess: float | None = None
+    zone: str | None = None
+    nearest_point: tuple[float, ...] | None = None
 
 
-class PathRefused(RequestError):
+class PathRefused(
+    RequestError,
+    code=2102,
+    en="The path to {target} leaves the workspace: {reason}. Go there by a point in between.",
+):
     """Both ends are reachable but the way between leaves the workspace."""
 
-    code = 2102
+    target: str
+    reason: str
+    at: tuple[float, ...] | None = None
+    share: float | None = None
 
 
-class NotHomed(RequestError):
+class NotHomed(
+    RequestError,
+    code=2103,
+    en="The robot is not homed, so its position is not known. Run `maya home` first.",
+):
     """Motion was asked for before homing."""
 
-    code = 2103
 
-
-class Busy(RequestError):
+class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until it is done, or run `maya stop`."):
     """Another command is running; only one runs at a time."""
 
-    code = 2104
+    doing: str
 
 
-class Faulted(RequestError):
+class Faulted(
+    RequestError,
+    code=2105,
+    en="The robot is in a fault: {fault} Remove the cause, then run `maya recover`.",
+):
     """Motion was asked for while a fault waits for `recover`."""
 
-    code = 2105
+    fault: str
 
 
-class MarkerMissing(RequestError):
+class MarkerMissing(
+    RequestError,
+    code=2106,
+    en="The homing cannot be skipped, because the controller holds no mark of one since its last reset. Run `maya "
+    "home`.",
+):
     """`skip_home` was asked for, but the controller holds no homing marker."""
 
-    code = 2106
 
-
-class TrajectoryRefused(RequestError):
+class TrajectoryRefused(RequestError, code=2107, en="This trajectory is refused: {reason}."):
     """A trajectory is empty, too long, or does not start where the robot is."""
 
-    code = 2107
+    reason: str
 
 
-class NothingToRecover(RequestError):
+class NothingToRecover(RequestError, code=2108, en="There is no fault to recover from."):
     """`recover` was asked for, but there is no fault."""
 
-    code = 2108
 
-
-class GuardBlocked(RequestError):
+class GuardBlocked(RequestError, code=2109, en="The guard cannot be added to the program in the controller: {reason}."):
     """The guard cannot be put beside the program that the controller holds."""
 
-    code = 2109
+    reason: str
 
 
-class CannotPause(RequestError):
+class CannotPause(
+    RequestError,
+    code=2111,
+    en="This cannot be paused: {reason}. If something must not move, run `maya stop`.",
+):
     """A pause was asked for where there is no motion on a path that could be held."""
 
-    code = 2111
+    reason: str
 
 
-class NotPaused(RequestError):
+class NotPaused(RequestError, code=2112, en="Nothing is paused. A stopped motion cannot be resumed: start it again."):
     """Going on was asked for, but nothing is paused."""
 
-    code = 2112
 
-
-class Stopped(RequestError):
+class Stopped(RequestError, code=2201, en="Stopped before the end by a stop command."):
     """A stop ended the command early."""
 
-    code = 2201
 
-
-class Cancelled(RequestError):
+class Cancelled(RequestError, code=2202, en="Cancelled before the end."):
     """The sender cancelled the command."""
 
-    code = 2202
 
-
-class LimitReached(MachineError):
+class LimitReached(
+    MachineError,
+    code=2301,
+    en="Axis {axis} hit its {side} limit switch. Find the cause, then run `maya recover` and home again.",
+):
     """A limit switch ended the motion."""
 
-    code = 2301
+    axis: str
+    side: str
 
 
-class FollowingError(MachineError):
+class FollowingError(
+    MachineError,
+    code=2302,
+    en="Axis {axis} could not follow its reference and its motor was switched off. Look for an obstacle or a "
+    "jammed line, then run `maya recover`.",
+):
     """An axis could not follow its reference (off-on-error)."""
 
-    code = 2302
+    axis: str
 
 
-class AbortInput(MachineError):
+class AbortInput(
+    MachineError,
+    code=2303,
+    en="The abort input is active: somebody pressed the emergency stop. Release it, then run `maya recover`.",
+):
     """The abort input is or was active."""
 
-    code = 2303
 
-
-class AmplifierFault(MachineError):
+class AmplifierFault(
+    MachineError,
+    code=2304,
+    en="The amplifier reports a fault (status {status}). Check its lights and the power supply, then run `maya "
+    "recover`.",
+):
     """The amplifier reports a fault."""
 
-    code = 2304
+    status: str
 
 
-class UnexpectedStop(MachineError):
+class UnexpectedStop(
+    MachineError,
+    code=2305,
+    en="Axis {axis} stopped with code {stop_code} ({reason}) without a command. Check the machine, then run `maya "
+    "recover`.",
+):
     """The motion ended with a stop code nobody asked for."""
 
-    code = 2305
+    axis: str
+    stop_code: int
+    reason: str
 
 
-class MotorOff(MachineError):
+class MotorOff(
+    MachineError,
+    code=2306,
+    en="The motor of axis {axis} is off. Check the machine, then run `maya recover`.",
+):
     """A motor is off though nobody switched it off."""
 
-    code = 2306
+    axis: str
 
 
-class ControllerReset(MachineError):
+class ControllerReset(
+    MachineError,
+    code=2307,
+    en="The controller was reset, so the position is lost. Run `maya recover`, then `maya home`.",
+):
     """The controller was reset; its counts mean nothing until it is homed."""
 
-    code = 2307
 
-
-class EndNotReached(MachineError):
+class EndNotReached(
+    MachineError,
+    code=2308,
+    en="Axis {axis} stopped {distance} away from its target. Check the machine, then run `maya recover`.",
+):
     """The motion ended somewhere else than commanded."""
 
-    code = 2308
+    axis: str
+    distance: str
 
 
-class GuardNotRunning(MachineError):
+class GuardNotRunning(
+    MachineError,
+    code=2309,
+    en="The guard in the controller no longer runs, so nothing moves: another program sent HX, ST or AB, or the "
+    "controller was reset. Run `maya recover`.",
+):
     """The guard in the controller does not run; without it nothing moves."""
 
-    code = 2309
 
-
-class HostSilent(MachineError):
+class HostSilent(
+    MachineError,
+    code=2310,
+    en="The guard in the controller stopped the axes, because this program was silent for too long. Find out why "
+    "this computer is overloaded, then run `maya recover`.",
+):
     """The guard stopped the axes because this program had not been heard for too long."""
 
-    code = 2310
 
-
-class PositionChanged(MachineError):
+class PositionChanged(
+    MachineError,
+    code=2311,
+    en="Axis {axis} is {distance} away from where Maya left it. Another program moved it or changed its position "
+    "(DP), or somebody pushed it. The homing is no longer valid. Close the other program, if there is one, and "
+    "let go of the axis. Run `maya recover`, then home again.",
+):
     """A position changed without a motion of Maya's, by another program or by hand; the homing is no longer valid."""
 
-    code = 2311
+    axis: str
+    distance: str
 
 
-class RegisterChanged(MachineError):
+class RegisterChanged(
+    MachineError,
+    code=2312,
+    en="Register {register} of the controller is {found}, but Maya expects {wanted}. Another program changed it. "
+    "Motion is safe only with {register} = {wanted}. Close that program, then run `maya recover`, which writes "
+    "{wanted} back.",
+):
     """A register that safety depends on no longer has the value that Maya wrote, or found when it connected."""
 
-    code = 2312
+    register: str
+    found: str
+    wanted: str
 
 
-class ForeignMotion(MachineError):
+class ForeignMotion(
+    MachineError,
+    code=2313,
+    en="Axis {axis} moves, but Maya did not start this motion. Maya stops it, and the homing is no longer valid. "
+    "Close every other program that commands the controller, and let go of the axis. Run `maya recover`, then "
+    "home again.",
+):
     """An axis carries out a motion that Maya did not start; the homing is no longer valid."""
 
-    code = 2313
+    axis: str
 
 
-class PositionNotKept(RequestError):
+class PositionNotKept(
+    RequestError,
+    code=2314,
+    en="Maya cannot keep the homing: axis {axis} is {distance} away from where Maya left it. Another program moved"
+    " it or changed its position, or somebody pushed it. Run `maya home`.",
+):
     """The controller holds the mark of a homing, but the axes are not where Maya left them."""
 
-    code = 2314
+    axis: str
+    distance: str
 
 
-class SwitchBlocks(MachineError):
+class SwitchBlocks(
+    MachineError,
+    code=2315,
+    en="Axis {axis} cannot begin to move. Its {side} limit switch reads active, although the axis is not at the "
+    "end of its stroke. Check the switch and its cable, then run `maya recover`.",
+):
     """An active limit switch prevents a motion, although the axis is not at the end of its stroke."""
 
-    code = 2315
+    axis: str
+    side: str
 
 
-class WiringContradictsCn(MachineError):
+class WiringContradictsCn(
+    MachineError,
+    code=2401,
+    en="The {side} limit switch of axis {axis} reads the opposite of CN {cn} ({reason}). Correct the wiring, or "
+    "`limit_active_level` in the configuration.",
+):
     """A limit switch reads the opposite of what register CN says it should."""
 
-    code = 2401
+    side: str
+    axis: str
+    cn: int
+    reason: str
 
 
-class HomingStalled(MachineError):
+class HomingStalled(
+    MachineError,
+    code=2402,
+    en="Axis {axis} stopped following during homing ({reason}). Look for an obstacle, then run `maya recover`.",
+):
     """An axis stopped following during homing."""
 
-    code = 2402
+    axis: str
+    reason: str
 
 
-class SwitchNotFound(MachineError):
+class SwitchNotFound(
+    MachineError,
+    code=2403,
+    en="Axis {axis} moved {distance} and met no {side} limit switch. Check the switch and its cable.",
+):
     """Homing went the whole stroke and met no limit switch."""
 
-    code = 2403
+    axis: str
+    distance: str
+    side: str
 
 
-class StrokeDiffers(MachineError):
+class StrokeDiffers(
+    MachineError,
+    code=2404,
+    en="The stroke of axis {axis} measures {measured}, but the configuration says {wanted}. Check the line and the"
+    " configuration.",
+):
     """The measured stroke of a line differs from the configuration by more than 3 %."""
 
-    code = 2404
+    axis: str
+    measured: str
+    wanted: str
+
+
+class GripperNotEmpty(
+    RequestError,
+    code=3001,
+    en="The gripper is closed, so it cannot pick. Place the part, or open the gripper first.",
+):
+    """A pick was asked for with the gripper closed."""
+
+
+class GripperEmpty(RequestError, code=3002, en="The gripper is open, so there is nothing to place. Pick a part first."):
+    """A place was asked for with the gripper open."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from maya_un.messages import LANGUAGES
+from dmc41x3.i18n import LANGUAGES
 
 _DEFAULT = "en"
 

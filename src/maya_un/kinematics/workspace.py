@@ -291,7 +291,7 @@ class Workspace(Ranges):
         try:
             nearest = self.nearest(target if isinstance(target, Point) else self._place(target))
         except Unreachable as nothing_left:
-            nearest, words = None, nothing_left.details["nearest"]
+            nearest, words = None, nothing_left.nearest
         else:
             words = _text(self._rounded(nearest))
         return Unreachable(

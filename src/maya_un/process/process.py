@@ -143,7 +143,7 @@ class Process:
         halts = self.turns.halts
         row, steps = await self.shown.found(number)
         if not row.state.ended:
-            raise WrongState(number=number, state=row.state.value, wish="done again")
+            raise WrongState(number=number, state=row.state.value, action="done again")
         expansion = await self.foresight.expanded(row.body)
         count = len(expansion.tasks)
         if from_step is not None and not 1 <= from_step <= count:

@@ -415,4 +415,4 @@ class FleetProcessRunner:
         result = self._record.entries[id_].result
         assert result is not None
         robot = self._record.process.steps[id_].robot
-        return DecisionNeeded(step=id_, robot=robot, code=result.code, error=result.error)
+        return DecisionNeeded(step=id_, robot=robot, error_code=result.code, error=result.error)

@@ -15,8 +15,8 @@ from maya_un.errors import (
     StepFailed,
     StepInterrupted,
     UnknownName,
-    as_said,
     by_code,
+    from_sentence,
 )
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.arguments import Argument, Switch
@@ -119,8 +119,8 @@ def error_of(result: StepEnd, robot: str) -> MayaError:
     if code == INTERRUPTED:
         return StepInterrupted(id=result.id, robot=robot)
     if code.isdecimal() and int(code) in by_code():
-        return as_said(int(code), error)
-    return StepFailed(id=result.id, robot=robot, error=error, code=code)
+        return from_sentence(int(code), error)
+    return StepFailed(id=result.id, robot=robot, error=error, error_code=code)
 
 
 def progress_of(data: Mapping[str, Any]) -> StepProgress | None:

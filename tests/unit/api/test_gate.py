@@ -212,7 +212,7 @@ async def test_what_a_wish_raises_comes_through_and_is_told() -> None:
     door = Door()
 
     async def refused(_: Service) -> None:
-        raise Unreachable(reason="no")
+        raise Unreachable(target="x", reason="no", nearest="y")
 
     async def broken(_: Service) -> None:
         raise ZeroDivisionError
@@ -306,7 +306,7 @@ async def test_an_audit_row_holds_whatever_it_is_about() -> None:
     assert (rows[0].who, rows[0].role, rows[0].date, rows[0].operation) == ("local", "admin", "today", "teach")
 
 
-async def test_a_token_that_was_said_in_the_wrong_place_is_not_written_down() -> None:
+async def test_a_token_that_wfrom_sentence_in_the_wrong_place_is_not_written_down() -> None:
     rows: list[AuditRow] = []
     token = f"maya_0123abcd_{'f' * 48}"
     Audit(rows.append, lambda: "today").asked(LOCAL, Operation.USERS, 4004, f"token {token}")

@@ -16,7 +16,7 @@ from maya_un.errors import InvalidRequest, InvalidValue, NotHomed
         (InvalidValue(key="name", value="x", reason="no"), "name"),
     ],
 )
-def test_the_key_is_called_as_it_was_said(refusal: InvalidValue | InvalidRequest, key: str) -> None:
+def test_the_key_is_called_as_it_wfrom_sentence(refusal: InvalidValue | InvalidRequest, key: str) -> None:
     with pytest.raises(type(refusal)) as found, called({"patience": "--for"}):
         raise refusal
     assert found.value.details == {**refusal.details, "key": key}

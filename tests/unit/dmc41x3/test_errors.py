@@ -9,12 +9,15 @@ import sys
 import pytest
 
 from dmc41x3 import errors
-from dmc41x3.messages import LANGUAGES
+from dmc41x3.i18n import LANGUAGES
 
 PROGRAM = """
 import json, sys
-from dmc41x3 import errors, messages
-tables = {language: messages.table(language) for language in messages.LANGUAGES}
+from dmc41x3 import errors, i18n
+tables = {
+    language: {code: error.template(language) for code, error in errors.by_code().items()}
+    for language in i18n.LANGUAGES
+}
 print(json.dumps({
     "codes": list(errors.by_code()),
     "tables": tables,

@@ -214,7 +214,7 @@ async def test_a_deadline_without_a_time_zone_is_refused(deadline: object, tmp_p
     assert not robot.begun
 
 
-async def test_what_failed_is_kept_as_it_was_said(tmp_path: Path) -> None:
+async def test_what_failed_is_kept_as_it_wfrom_sentence(tmp_path: Path) -> None:
     far = GoalResult(GoalStatus.ABORTED, {"success": False, "code": "2102", "message": "it is too far away"})
     robot = Robot(far)
     async with steps_in(tmp_path, robot) as steps:

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from maya_ui.robot import Wish
 from maya_ui.words import WORDS, happened, phrase, sentence, word
 
-from maya_un import messages
-from maya_un.errors import Busy, Unreachable
+from maya_un.errors import Busy, Unreachable, by_code
 from maya_un.events import DECLARED, ControllerEvent, Event
 from maya_un.values import Mode
 
@@ -36,7 +35,7 @@ def test_every_mode_and_every_wish_has_words() -> None:
 def test_every_event_on_the_graph_has_a_sentence_in_both_languages(event: type[Event]) -> None:
     detail = {one.name: 0.5 if one.type == "float" else "x" for one in fields(event)}
     said = [happened(event.word, detail, language) for language in ("en", "es")]
-    assert [text for text, _ in said] == [event.sentences[language].format(**detail) for language in ("en", "es")]
+    assert [text for text, _ in said] == [event.template(language).format(**detail) for language in ("en", "es")]
 
 
 def test_an_event_shows_only_the_details_that_its_sentence_leaves_out() -> None:
@@ -64,10 +63,10 @@ def test_a_sentence_of_an_error_is_said_in_the_other_language_with_its_details()
     assert sentence("2101", str(far), "es") == far.text("es")
 
 
-@pytest.mark.parametrize("code", sorted(messages.table()))
+@pytest.mark.parametrize("code", by_code())
 @given(filler=st.sampled_from(["b", "x: y.", "(0.1, 0.2)", "", "a\nb"]))
 def test_every_sentence_is_said_in_spanish(code: int, filler: str) -> None:
-    english, spanish = messages.table()[code], messages.table("es")[code]
+    english, spanish = by_code()[code].en, by_code()[code].template("es")
     plain = dict.fromkeys(names(english), filler)
     text = re.sub(r"\{(\w+)[^}]*\}", lambda name: plain[name.group(1)], english)
     said = sentence(str(code), text, "es")

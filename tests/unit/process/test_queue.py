@@ -268,7 +268,7 @@ async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
         assert floor.controller.names() == ["home"]
 
 
-@pytest.mark.parametrize("error", [Stopped(), PathRefused(reason="x", where="y")])
+@pytest.mark.parametrize("error", [Stopped(), PathRefused(target="y", reason="x")])
 async def test_a_pick_is_never_tried_again_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
     async with Machine().running() as floor:
         floor.controller.fail_at = {1: error}
@@ -294,7 +294,7 @@ async def test_after_a_refusal_the_queue_does_what_was_asked(policy: str, mode: 
 async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
     async with Machine().running() as floor:
         process = floor.process
-        floor.controller.fail_at = {2: PathRefused(reason="x", where="y")}
+        floor.controller.fail_at = {2: PathRefused(target="y", reason="x")}
         first = await process.submit(job("home", *PICK_AND_PLACE, "home"))
         assert [step.state.value for step in (await process.result(first)).steps] == [
             "done",

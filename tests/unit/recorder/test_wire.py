@@ -65,7 +65,7 @@ class Broken:
         return
 
 
-async def test_what_a_broken_link_raises_passes_and_what_was_said_stays() -> None:
+async def test_what_a_broken_link_raises_passes_and_what_wfrom_sentence_stays() -> None:
     book = Book()
     transport = RecordedTransport(Broken(), book, 1)
     with pytest.raises(LinkLost):

@@ -75,7 +75,7 @@ async def test_bytes_may_come_as_base64() -> None:
         assert found[0]["stop_code"] == [1, 2, 255]
 
 
-async def test_what_is_said_before_anybody_listens_has_the_time_when_it_was_said() -> None:
+async def test_what_is_said_before_anybody_listens_has_the_time_when_it_wfrom_sentence() -> None:
     async with room() as one:
         talker = one.talker()
         await talker.ask("advertise", topic="/t", type="sensor_msgs/JointState")

@@ -104,11 +104,11 @@ def test_every_message_says_what_it_is() -> None:
 
 
 def test_an_error_has_code_words_details_and_the_id_of_what_it_answers() -> None:
-    error = Unreachable(target="(0, 0)", reason="too near", nearest=float("nan"))
+    error = Unreachable(target="(0, 0)", reason="too near", nearest="none", excess=float("nan"))
     told = said(error_frame(error, "es", {"id": "a"}))
     assert told["type"] == "error"
     assert (told["id"], told["code"], told["message"]) == ("a", 2101, error.text("es"))
-    assert told["details"] == {"target": "(0, 0)", "reason": "too near", "nearest": "nan"}
+    assert told["details"] == {"target": "(0, 0)", "reason": "too near", "nearest": "none", "excess": "nan"}
 
 
 @pytest.mark.parametrize("length", [0, 1, 125, 126, 65_535, 65_536, 200_000])

@@ -211,7 +211,7 @@ class GraphController:
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
         """Refused: no message of the graph says zones. Raises `NotOverRos`."""
-        raise NotOverRos(wish="zones")
+        raise NotOverRos(request="zones")
 
     @property
     def events(self) -> EventLog:
@@ -341,7 +341,7 @@ class GraphController:
     async def recover(self, *, take_over: bool = False) -> None:
         """Clear a fault, once its cause is gone; moves nothing. Raises `NotOverRos` for `take_over`."""
         if take_over:
-            raise NotOverRos(wish="recover with take_over")
+            raise NotOverRos(request="recover with take_over")
         await self._call(RECOVER, {})
         await self._watch.until(lambda: self.state.mode is not Mode.FAULT, SETTLES)
 

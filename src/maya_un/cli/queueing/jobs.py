@@ -163,7 +163,7 @@ def _by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> dict[
         raise InvalidCommandLine(reason="say what is to change, or --file FILE", command="maya job edit")
     state = client.ask(requests.report(job))["state"]
     if state not in _CHANGEABLE:
-        raise WrongState(number=job, state=state, wish="changed")
+        raise WrongState(number=job, state=state, action="changed")
     return _edited(client.ask(requests.job_body(job)), job)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 
-from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, MayaError, WrongState
+from maya_un.errors import InvalidJob, InvalidRequest, InvalidValue, JobAction, MayaError, WrongState
 from maya_un.process.computation import JobComputer
 from maya_un.process.journal.protocol import ClearedJobs, JobOptions, JobRow
 from maya_un.process.queue.changes import Changes
@@ -199,16 +199,16 @@ class JobEditor:
         places = self._items.order.moved(number, beside, behind=behind)
         return [self._placed(place.number, place.priority, place.position) for place in places]
 
-    def _waiting(self, number: int, wish: str) -> QueueEntry:
+    def _waiting(self, number: int, action: JobAction) -> QueueEntry:
         item = self._items.get(number)
         if item.row.state not in _WAITING or item.begun:
-            raise WrongState(number=number, state=item.row.state.value, wish=wish)
+            raise WrongState(number=number, state=item.row.state.value, action=action)
         return item
 
     def _changeable(self, number: int) -> QueueEntry:
         item = self._items.get(number)
         if item.row.state not in _WAITING | _BETWEEN:
-            raise WrongState(number=number, state=item.row.state.value, wish="changed")
+            raise WrongState(number=number, state=item.row.state.value, action="changed")
         return item
 
     def _placed(self, number: int, priority: int, position: float) -> Transaction:
@@ -222,7 +222,7 @@ class JobEditor:
             return
         old = before if item.record is None else item.record.expansion
         if old is None:  # it has begun just now
-            raise WrongState(number=item.number, state=item.row.state.value, wish="changed")
+            raise WrongState(number=item.number, state=item.row.state.value, action="changed")
         steps = [] if item.record is None else item.record.steps
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
         new = [task.primitive for task in written.expansion.tasks[:begun]]

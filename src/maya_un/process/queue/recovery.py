@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
+from dmc41x3.i18n import marked
 from maya_un.errors import AnswerNeeded, InvalidValue
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import PartEffect
 from maya_un.schema.jobs import Choice, TaskState
 
-QUESTION = "is a part in the gripper?"
+QUESTION = marked("is a part in the gripper?", "AnswerNeeded.question")
 
 
 class RecoveryChoice(StrEnum):
@@ -78,7 +79,9 @@ def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> R
         raise InvalidValue(key="holding", value="true", reason="the gripper is open")
     chosen = RecoveryChoice(choice)
     if holding is None and _needs_answer(situation, chosen):
-        raise AnswerNeeded(question=QUESTION, options="holding: true or false; `--holding yes` or `no`")
+        raise AnswerNeeded(
+            question=QUESTION, options=marked("holding: true or false; `--holding yes` or `no`", "AnswerNeeded.options")
+        )
     known = situation.holding if holding is None else holding
     if chosen is RecoveryChoice.ABORT:
         return RecoveryDecision(TaskState.CANCELLED if situation.command else None, goes_on=False, holding=known)

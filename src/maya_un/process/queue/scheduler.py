@@ -7,6 +7,7 @@ from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
+from dmc41x3.i18n import marked
 from maya_un.errors import (
     AnswerNeeded,
     Busy,
@@ -239,7 +240,7 @@ class Scheduler:
 
     def _require_decided(self) -> None:
         if self._items.interrupted is not None:
-            question = "what becomes of the job that was interrupted?"
+            question = marked("what becomes of the job that was interrupted?", "AnswerNeeded.question")
             raise AnswerNeeded(question=question, options=", ".join(RecoveryChoice))
 
     def _next(self) -> tuple[QueueEntry, int | None] | None:

@@ -45,7 +45,7 @@ def file(tmp_path: Path) -> str:
     return str(place)
 
 
-def test_a_job_is_submitted_with_what_was_said_of_it(
+def test_a_job_is_submitted_with_what_wfrom_sentence_of_it(
     serve: Serve, capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
     service = serve(**{"/v1/jobs": {"id": 7, "name": "mine", "steps": 1}})
@@ -277,7 +277,7 @@ def test_what_nobody_can_predict_is_not_shown_as_no_time(serve: Serve, capsys: p
     assert row[5:8] == ["–", "1:05", "min"]
 
 
-def test_the_history_is_asked_for_what_was_said(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_history_is_asked_for_what_wfrom_sentence(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**{"/v1/jobs": [Several([])]})
     line = ["history", "5", "--owner", "ana", "--state", "done", "--state", "failed", "--text", "a b"]
     assert printed(line, capsys) == "Nothing has been done yet.\n"

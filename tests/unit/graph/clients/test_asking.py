@@ -29,7 +29,7 @@ async def test_success_returns_the_result() -> None:
 
 
 @pytest.mark.parametrize("error", [FollowingError(axis="b"), Stopped(), Busy(doing="move")])
-async def test_what_was_said_there_is_raised_here(error: MayaError) -> None:
+async def test_what_wfrom_sentence_there_is_raised_here(error: MayaError) -> None:
     async def fails(_goal: Message, feedback: Feedback) -> Message:
         feedback({"phase": "begun"})
         raise error

@@ -1,0 +1,192 @@
+"""Extracts the texts of the packages from the code, updates the Spanish catalogues, and compiles them.
+
+These are texts: the first argument of `translate` or `marked`, the second of `reword`, the sentence `en` of a class, a
+row of a table, and the words that the type of an error's detail lists. With --check it writes nothing and returns 1 if
+a catalogue lacks a translation, holds an obsolete or fuzzy one, has other placeholders than the English text, or is not
+compiled.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from string import Formatter
+from typing import Any, get_args, get_type_hints
+
+from babel.messages.catalog import Catalog, Message
+from babel.messages.mofile import write_mo
+from babel.messages.pofile import read_po, write_po
+
+from dmc41x3.i18n import LANGUAGES
+from maya_un.cli.doctor.finding import Finding
+from maya_un.errors import by_code
+
+SOURCE = Path(__file__).resolve().parent.parent / "src"
+PACKAGES = ("dmc41x3", "maya_un")
+
+_CALLS = {"translate": (0, 2), "marked": (0, 1), "reword": (1, None)}
+"""Functions that take a text: the places of the text and of its context among the arguments."""
+
+_TABLES = {"FindingText"}
+"""Rows of tables: all of their arguments are texts."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text in English, the context that tells it from equal ones, and the file that it stands in."""
+
+    english: str
+    context: str
+    file: str
+
+
+class Translations(Catalog):
+    """The texts of a package in another language. The header holds nothing that changes by itself."""
+
+    @property
+    def mime_headers(self) -> list[tuple[str, str]]:
+        """The fields of the header."""
+        return [("Language", str(self.locale)), ("Content-Type", "text/plain; charset=utf-8")]
+
+
+def main(arguments: list[str]) -> int:
+    """Update and compile, or check, every catalogue."""
+    problems: list[str] = []
+    for package in PACKAGES:
+        template = extracted(package)
+        for language in LANGUAGES[1:]:
+            file = SOURCE / package / "locale" / language / "LC_MESSAGES" / f"{package}.po"
+            if "--check" in arguments:
+                found = [*differences(template, stored(file, language)), *stale(file, language)]
+                problems += [f"{file.relative_to(SOURCE.parent)}: {problem}" for problem in found]
+            else:
+                update(file, template, language)
+    print("\n".join([*problems, "run scripts/texts.py and translate what is new"] if problems else []), end="")
+    return 1 if problems else 0
+
+
+def update(file: Path, template: Catalog, language: str) -> None:
+    """Take the texts of the code over into a catalogue, and compile it."""
+    catalogue = stored(file, language)
+    catalogue.update(template)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    written = BytesIO()
+    write_po(written, catalogue, width=110, include_lineno=False, ignore_obsolete=True)
+    file.write_bytes(written.getvalue())
+    file.with_suffix(".mo").write_bytes(compiled(catalogue))
+
+
+def stored(file: Path, language: str) -> Translations:
+    """Return the catalogue of a file, an empty one if there is no file."""
+    catalogue = Translations(
+        locale=language, charset="utf-8", fuzzy=False, header_comment=f"# The texts of {file.stem} in {language}."
+    )
+    if file.exists():
+        with file.open("rb") as opened:
+            for message in read_po(opened, locale=language):
+                if message.id:
+                    catalogue[message.id] = message
+    return catalogue
+
+
+def compiled(catalogue: Catalog) -> bytes:
+    """Return a catalogue as the standard library's gettext reads it."""
+    file = BytesIO()
+    write_mo(file, catalogue)
+    return file.getvalue()
+
+
+def extracted(package: str) -> Catalog:
+    """Return the texts of a package, each with the files that it stands in."""
+    catalogue = Catalog(charset="utf-8")
+    for text in [*texts(SOURCE / package), *detail_words(package)]:
+        catalogue.add(text.english, context=text.context or None, locations=[(text.file, 1)])
+    return catalogue
+
+
+def texts(folder: Path) -> Iterator[Text]:
+    """Yield the texts in the Python files of a folder."""
+    for path in sorted(folder.rglob("*.py")):
+        file = path.relative_to(SOURCE).as_posix()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call):
+                yield from _of_call(node, file)
+            elif isinstance(node, ast.ClassDef):
+                sentences = [_constant(keyword.value) for keyword in node.keywords if keyword.arg == "en"]
+                yield from (Text(english, "", file) for english in sentences if english)
+
+
+def _of_call(call: ast.Call, file: str) -> Iterator[Text]:
+    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    if name in _TABLES:
+        yield from (Text(english, "", file) for english in map(_constant, call.args) if english)
+    if name not in _CALLS:
+        return
+    at, context_at = _CALLS[name]
+    given = dict(enumerate(call.args))
+    named = {keyword.arg: keyword.value for keyword in call.keywords}
+    context = _constant(named.get("context", given.get(-1 if context_at is None else context_at)))
+    yield from (Text(english, context, file) for english in _alternatives(given.get(at)) if english)
+
+
+def _alternatives(node: ast.expr | None) -> list[str]:
+    """Return the texts of an argument: a constant, or the two of a condition."""
+    if isinstance(node, ast.IfExp):
+        return [*_alternatives(node.body), *_alternatives(node.orelse)]
+    return [_constant(node)]
+
+
+def _constant(node: ast.expr | None) -> str:
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def detail_words(package: str) -> Iterator[Text]:
+    """Yield the words that details of errors are chosen from, which their types list, and the names of checks."""
+    for declared in (*by_code().values(), Finding):
+        if declared.__module__.partition(".")[0] == package:
+            file = declared.__module__.replace(".", "/") + ".py"
+            for name, kind in get_type_hints(declared).items():
+                yield from (Text(word, f"{declared.__name__}.{name}", file) for word in _words(kind))
+
+
+def _words(kind: Any) -> list[str]:
+    return [word for part in get_args(kind) for word in ([part] if isinstance(part, str) else _words(part))]
+
+
+def differences(template: Catalog, catalogue: Catalog) -> Iterator[str]:
+    """Yield how a catalogue differs from the texts of the code."""
+    english = {_key(message): message for message in template if message.id}
+    translated = {_key(message): message for message in catalogue if message.id}
+    yield from (f"obsolete: {text!r}" for _, text in translated.keys() - english.keys())
+    for key in english:
+        message = translated.get(key)
+        if message is None or not message.string:
+            yield f"not translated: {key[1]!r}"
+        elif message.fuzzy:
+            yield f"fuzzy: {key[1]!r}"
+        elif placeholders(str(message.string)) != placeholders(key[1]):
+            yield f"other placeholders than in English: {message.string!r}"
+
+
+def _key(message: Message) -> tuple[str, str]:
+    return message.context or "", str(message.id)
+
+
+def placeholders(text: str) -> set[tuple[str, str | None, str | None]]:
+    """Return the placeholders of a text with their formats."""
+    return {(name, form, turned) for _, name, form, turned in Formatter().parse(text) if name is not None}
+
+
+def stale(file: Path, language: str) -> Iterator[str]:
+    """Yield a problem if the compiled catalogue is not that of the file."""
+    binary = file.with_suffix(".mo")
+    if not binary.exists() or binary.read_bytes() != compiled(stored(file, language)):
+        yield "not compiled"
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,396 @@
+"""4xxx: requests, their names and values, and who may make them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from dmc41x3.errors import CodedError
+from maya_un.errors.base import RequestError
+
+JobStateWord = Literal[
+    "queued", "held", "running", "paused", "interrupted", "done", "failed", "cancelled", "skipped"
+]  # fmt: skip
+"""States of a job in a sentence."""
+
+JobAction = Literal["held", "released", "moved", "a neighbour", "changed", "done again"]
+"""Changes of a job in the sentence of `WrongState`."""
+
+
+class InvalidJob(RequestError, code=4002, en="The job is refused at {key}: {reason}."):
+    """A job file names a wrong key, step or value."""
+
+    key: str
+    reason: str
+
+
+class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
+    """No task or job has this number."""
+
+    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "journal"]
+    number: int | str | Literal["that was interrupted", "now", "on a real machine", "in a file"]
+
+
+class SpeedOnRealMachine(
+    RequestError,
+    code=4006,
+    en="`--speed` scales the twin's time, but {address} is a real machine. Leave it out.",
+):
+    """`--speed` scales the twin's time; a real machine has no such thing."""
+
+    address: str
+
+
+class NotIdentifiable(
+    RequestError,
+    code=4009,
+    en="These points do not determine {what}: {reason}. To determine them, {remedy}.",
+):
+    """Measured points cannot tell constants of the machine apart; names them and what to measure next."""
+
+    what: str
+    reason: str
+    remedy: str
+
+
+class NotTaught(
+    RequestError,
+    code=4010,
+    en="No {what} has the name {name!r}. Known: {known}. `maya teach` stores the present position under a name.",
+):
+    """No pose or pallet has been taught under this name; lists those that have."""
+
+    what: str
+    name: str
+    known: str
+
+
+class NameTaken(
+    RequestError,
+    code=4011,
+    en="{name!r} is taught already. Choose another name, or replace it with `--replace`.",
+):
+    """Something is taught under this name already."""
+
+    name: str
+
+
+class KeyReused(
+    RequestError,
+    code=4012,
+    en="The idempotency key {key!r} was used before for another request. Use a new key for a new request.",
+):
+    """An idempotency key came again with another request."""
+
+    key: str
+
+
+class EventsForgotten(
+    RequestError,
+    code=4013,
+    en="Events after {since} were requested, but the oldest stored event is {oldest}. Read the state again, and "
+    "continue from there.",
+):
+    """Events were asked for that are not kept any more; names the oldest that is."""
+
+    since: int
+    oldest: int
+
+
+class WrongState(RequestError, code=4014, en="Job {number} is {state}, so it cannot be {action}."):
+    """A job cannot be changed like that in the state it is in."""
+
+    number: int
+    state: JobStateWord
+    action: JobAction
+
+
+class AnswerNeeded(
+    RequestError,
+    code=4015,
+    en="Only a person can answer this: {question} Answer with `maya queue recover CHOICE` ({options}).",
+):
+    """A person has to say something first that nobody else can know."""
+
+    question: str
+    options: str
+
+
+class StreamLagging(
+    RequestError,
+    code=4016,
+    en="You are {behind} events behind on this stream, so it was closed. Connect again, continue from event "
+    "{since}, and read faster.",
+):
+    """A reader of the stream does not keep up with the events."""
+
+    behind: int
+    since: int
+
+
+class DependencyFailed(
+    RequestError,
+    code=4017,
+    en="Job {number}, on which this one depends, is {state}. Release this one to run it all the same, or cancel it.",
+):
+    """A job that another depends on ended otherwise than done, so the other is held."""
+
+    number: int
+    state: JobStateWord
+
+
+class InvalidMessage(RequestError, code=4018, en="{name} cannot be read: {reason}."):
+    """A message does not fit its type."""
+
+    name: str
+    reason: str
+
+
+class UnknownInterface(RequestError, code=4019, en="There is no {form} called {name}."):
+    """No topic, service, action or type of this name."""
+
+    form: str
+    name: str
+
+
+class ServiceFailed(RequestError, code=4020, en="The service {service} failed: {reason}."):
+    """A service of the graph failed, or ended before it answered.
+
+    If the reason repeats this error's own message, the message appears once, without its code.
+    """
+
+    service: str
+    reason: str
+
+    def __init__(self, *, service: str, reason: str) -> None:
+        before = f"The service {service} failed: "
+        while reason.startswith(before):
+            reason = reason.removeprefix(before).removesuffix(f" [{self.code}]")
+        CodedError.__init__(self, service=service, reason=reason.rstrip("."))
+
+
+class JobChanged(
+    RequestError,
+    code=4022,
+    en="Job {number} was changed after you looked at it. Look at it again: `maya job show {number}`.",
+):
+    """A job is another than the one that was looked at."""
+
+    number: int
+
+
+class NotOverRos(
+    RequestError,
+    code=4021,
+    en="The ROS graph has no message for this: {request}. Use `maya` beside the robot layer, or `maya up`.",
+):
+    """A request for which the ROS graph has no message."""
+
+    request: str
+
+
+class TooMuchAsked(
+    RequestError,
+    code=4030,
+    en="Too many computations run at once (at most {most}). Wait until one has ended, then try again.",
+):
+    """Too many computations run at once, for one caller or for all."""
+
+    most: int | str
+
+
+class TakesTooLong(
+    RequestError,
+    code=4031,
+    en="This request takes more than {seconds} s of computing. Reduce it: fewer steps, fewer samples, fewer zones.",
+):
+    """A computation takes longer than is allowed."""
+
+    seconds: float | str
+
+
+class TooLarge(
+    RequestError,
+    code=4032,
+    en="This request needs more than {most}. Reduce it: fewer steps or fewer samples.",
+):
+    """A computation needs more memory than is allowed, or its answer is too long."""
+
+    most: str
+
+
+class StepExpired(
+    RequestError,
+    code=4040,
+    en="The deadline of this step, {deadline}, has passed. Send it again with a later deadline if it is still needed.",
+):
+    """A step came, or its turn came, after its deadline."""
+
+    deadline: str | None
+
+
+class StepOfOtherRobot(
+    RequestError,
+    code=4041,
+    en="This step is for the robot {robot}, and this robot is {name}. Send it to {robot}.",
+):
+    """A step names another robot."""
+
+    robot: str
+    name: str
+
+
+class StepNotBegun(
+    RequestError,
+    code=4042,
+    en="The robot stopped, or the step before this one failed, so this step did not begin. Look at the robot, then"
+    " send the step again under another id.",
+):
+    """The robot stopped, or the step before failed, before this step began."""
+
+
+class StepInterrupted(
+    RequestError,
+    code=4043,
+    en="Step {id} of {robot} was interrupted: its program ended. Look at the robot, then decide whether to send "
+    "the step again under another id.",
+):
+    """The robot's program ended while a step was under way or waited."""
+
+    id: str | None
+    robot: str
+
+
+class StepFailed(RequestError, code=4044, en="Step {id} of {robot} failed: {error} ({error_code})."):
+    """A step ended without success, for a reason that has no code here."""
+
+    id: str | None
+    robot: str
+    error: str
+    error_code: str
+
+
+class InvalidProcess(RequestError, code=4045, en="The process is refused at {key}: {reason}."):
+    """A file does not describe a process for several robots."""
+
+    key: str
+    reason: str
+
+
+class ProcessChanged(
+    RequestError,
+    code=4046,
+    en="{path} holds the state of another process, because the process file has changed. Restore the old file to "
+    "continue, or start over with --again.",
+):
+    """The state of a process belongs to another process, or to an earlier form of it."""
+
+    path: object
+
+
+class DecisionNeeded(
+    RequestError,
+    code=4047,
+    en="Step {step} of {robot} failed ({error_code}): {error} Look at the robot, then run the process again with "
+    "--retry {step}, --skip {step} or --abort.",
+):
+    """A step of a process failed, and a person decides what becomes of it."""
+
+    step: str
+    robot: str
+    error_code: str | None
+    error: str | None
+
+
+class ProcessAborted(
+    RequestError,
+    code=4048,
+    en="The process was aborted: {done} of {steps} steps were done. Start over with --again.",
+):
+    """A person ended a process before all its steps were done."""
+
+    done: int
+    steps: int
+
+
+class StepTakenElsewhere(
+    RequestError,
+    code=4049,
+    en="Another robot with the name {name} took this step before, or this robot took it and has lost its journal "
+    "since. This robot does not carry it out, and its progress is unknown. Look at the robots. If the step is "
+    "still needed, send it again under another id.",
+):
+    """Another robot with the same name took a step, or this one did and lost its journal."""
+
+    name: str
+
+
+class NotSignedIn(
+    RequestError,
+    code=4101,
+    en="This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
+):
+    """A request came without a token, or with one that is not valid."""
+
+    reason: str
+
+
+class NotAllowed(
+    RequestError,
+    code=4102,
+    en="{who} is {role}, but {operation} needs {needed}. Ask somebody with that role.",
+):
+    """The role of whoever asks does not include this."""
+
+    who: str
+    role: str
+    operation: str
+    needed: str
+
+
+class LeaseHeld(
+    RequestError,
+    code=4103,
+    en="{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait. `maya stop` "
+    "works for everybody.",
+):
+    """Somebody else drives the robot."""
+
+    holder: str
+    since: str
+
+
+class LeaseNeeded(RequestError, code=4104, en="This command needs the control lease. Take it with `maya lease take`."):
+    """Only who holds the control lease may do this, and nobody does."""
+
+
+class LeaseLost(
+    RequestError,
+    code=4105,
+    en="This control lease has ended ({reason}). Take it again with `maya lease take`.",
+):
+    """The control lease that was shown has ended."""
+
+    reason: str
+
+
+class TooManyRequests(
+    RequestError,
+    code=4106,
+    en="Too many requests ({limit} in {seconds} s are allowed). Wait {wait} s.",
+):
+    """A client asks more often than it may."""
+
+    limit: object
+    seconds: float | str
+    wait: float
+
+
+class CertificateRefused(
+    RequestError,
+    code=4110,
+    en="The certificate of the service was refused ({reason}). Use the URL that `maya up` printed, and give the "
+    "certificate file of the service as `ca`. `maya doctor` checks the certificate's name and dates.",
+):
+    """The service's certificate is not trusted, or the service speaks no TLS: nothing was sent to it."""
+
+    reason: str

@@ -1,0 +1,123 @@
+"""5xxx: the configuration, files and environment of the program."""
+
+from __future__ import annotations
+
+from maya_un.errors.base import RequestError
+
+
+class InvalidConfig(RequestError, code=5001, en="The configuration is refused at {key} = {value}: {reason}."):
+    """A configuration key is unknown, out of range or contradicts another."""
+
+    key: str
+    value: object
+    reason: str
+
+
+class AlreadyRunning(
+    RequestError,
+    code=5004,
+    en="`maya up` or the ROS nodes are running already (process {pid}). Use them, or end them first.",
+):
+    """Another `maya up` of this user runs already."""
+
+    pid: object
+
+
+class NothingToRevert(RequestError, code=5006, en="No calibration can be reverted in {path}: {reason}."):
+    """There is no calibration to take back, or its values were changed since."""
+
+    path: object
+    reason: str
+
+
+class StorageFailed(
+    RequestError,
+    code=5007,
+    en="The disk refused to store this ({reason}), so Maya accepted nothing of it. Free space on the disk or "
+    "correct its permissions, then try again.",
+):
+    """A running service cannot write a change to the disk, and keeps nothing of it. At a start this is 5014."""
+
+    reason: str
+
+
+class StorageDamaged(
+    RequestError,
+    code=5008,
+    en="{path} is damaged ({reason}) and was not changed. Restore a backup (`maya queue restore`), or move the "
+    "file away to begin with an empty one.",
+):
+    """The file of the queue and its history is damaged; it is left as it is."""
+
+    path: object
+    reason: str
+
+
+class StorageTooNew(
+    RequestError,
+    code=5009,
+    en="{path} was written by a newer version ({found}; this one knows {known}). Use that version, or another file.",
+):
+    """The file of the queue was written by a newer version."""
+
+    path: object
+    found: int | str
+    known: int | str
+
+
+class StorageInUse(
+    RequestError,
+    code=5010,
+    en="{path} is in use by process {pid}. End that one first, or use another file.",
+):
+    """Another program keeps its queue in this file."""
+
+    path: object
+    pid: object
+
+
+class MasterGone(
+    RequestError,
+    code=5011,
+    en="No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one. ROS_MASTER_URI holds its "
+    "address.",
+):
+    """No ROS master answers."""
+
+    uri: str
+
+
+class RosMissing(
+    RequestError,
+    code=5012,
+    en="ROS cannot be used from here ({reason}). On Debian and Ubuntu, `scripts/ros` installs everything.",
+):
+    """A part of ROS is not installed here, or this Python cannot load it."""
+
+    reason: str
+
+
+class StorageUnavailable(
+    RequestError,
+    code=5014,
+    en="{path} cannot be opened for writing now ({reason}), so nothing was started. Free space on the disk, or "
+    "mount it for writing, then start again. systemd tries again by itself.",
+):
+    """The file of the queue cannot be opened for writing: the disk is full or read-only. A later start may succeed.
+
+    A service that runs already reports 5007 instead.
+    """
+
+    path: object
+    reason: str
+
+
+class WorkerFailed(
+    RequestError,
+    code=5020,
+    en="The worker process failed ({reason}), so there is no result. Nothing has moved. Try again. If that fails "
+    "too, read the log and restart `maya up`.",
+):
+    """The worker process that computes for the service ended, or cannot start."""
+
+    reason: str

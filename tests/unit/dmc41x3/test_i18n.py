@@ -1,0 +1,47 @@
+"""Texts are translated by the catalogues of the packages; English needs none."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from dmc41x3.i18n import marked, translate
+from maya_un.errors import NothingToRecover
+
+ENGLISH = """
+import sys
+from maya_un.errors import NotHomed
+print(NotHomed().text("en"), "gettext" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize("language", ["en", "fr", ""])
+def test_english_and_unknown_languages_read_as_the_code(language: str) -> None:
+    assert translate("There is no fault to recover from.", language) == "There is no fault to recover from."
+
+
+def test_a_text_is_found_in_the_catalogue_of_each_package() -> None:
+    assert translate(NothingToRecover.en, "es") == "No hay ningún fallo del que recuperarse."
+    assert translate("{path} cannot be read: {reason}.", "es") == "No se puede leer {path}: {reason}."
+
+
+def test_details_are_filled_in_where_there_are_some() -> None:
+    assert translate("{path} cannot be read: {reason}.", "es", path="a", reason="b") == "No se puede leer a: b."
+    assert translate("{path} cannot be read: {reason}.", "en") == "{path} cannot be read: {reason}."
+
+
+def test_a_context_tells_equal_texts_apart() -> None:
+    assert translate(marked("held", "WrongState.action"), "es", "WrongState.action") == "retenerlo"
+    assert translate("held", "es", "WrongState.state") == "retenido"
+
+
+@pytest.mark.parametrize("text", ["", "a text of nobody", "{open"])
+def test_a_text_without_a_translation_stays(text: str) -> None:
+    assert translate(text, "es") == text
+
+
+def test_english_does_not_import_gettext() -> None:
+    done = subprocess.run([sys.executable, "-c", ENGLISH], capture_output=True, text=True, check=True)
+    assert done.stdout == "The robot is not homed, so its position is not known. Run `maya home` first. False\n"
