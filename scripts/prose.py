@@ -26,9 +26,9 @@ CLEAN = (
     "src/maya_un/recorder", "src/maya_un/http", "src/maya_un/client", "src/maya_un/coms", "src/maya_un/supervisor",
     "src/maya_un/plots", "src/maya_un/workers", "src/maya_un/testing", "src/maya_un/events.py",
     "src/maya_un/assembly.py", "src/maya_un/values.py", "src/dmc41x3/loops.py", "src/dmc41x3/address.py",
-    "src/maya_un/cli/help.py", "src/maya_un/cli/words.py", "src/maya_un/cli/waiting.py",
-    "src/maya_un/cli/access/words.py", "src/maya_un/cli/calibrate/words.py", "src/maya_un/cli/doctor/words.py",
-    "src/maya_un/cli/fleet/words.py", "src/maya_un/cli/logs/words.py", "src/maya_un/cli/queueing/words.py",
+    "src/maya_un/cli/help.py", "src/maya_un/cli/waiting.py",
+    "src/maya_un/cli/doctor/words.py",
+   
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 
@@ -116,9 +116,10 @@ def _parts(path: Path, text: str) -> Iterator[Text]:
 
 
 def _translations(text: str) -> Iterator[Text]:
-    """Yield the translations of a catalogue."""
+    """Yield the texts of a catalogue in both languages."""
     for message in read_po(io.BytesIO(text.encode())):
         if message.id:
+            yield from _paragraphs(message.lineno or 0, str(message.id))
             yield from _paragraphs(message.lineno or 0, str(message.string))
 
 

@@ -11,9 +11,9 @@ from dmc41x3.cli import dial, output
 from dmc41x3.cli.dial import Dial
 from dmc41x3.cli.settings import OutputSettings
 from dmc41x3.cli.signals import asked_to_end
-from dmc41x3.cli.words import word
 from dmc41x3.errors import AddressInUse, FileUnwritable, MachineError
 from dmc41x3.files import open_own, writable_place
+from dmc41x3.i18n import translate
 from dmc41x3.listening import Listener, listen
 from dmc41x3.wire.transcript import Side, WirePiece, header
 from dmc41x3.wire.transport import Transport
@@ -44,7 +44,12 @@ async def _capture(place: str, host: str, port: int, file: TextIO, settings: Out
         between = CaptureProxy(way, file)
         try:
             listening = await between.listen(host, port)
-            text = word("captures", settings.language, address=listening, controller=place)
+            text = translate(
+                "Listening on {address} for {controller}. Ctrl-C ends the recording.",
+                settings.language,
+                address=listening,
+                controller=place,
+            )
             output.answer({"address": listening, "controller": place}, text, settings)
             await asked_to_end()
         finally:

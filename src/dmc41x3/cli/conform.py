@@ -13,12 +13,12 @@ from dmc41x3.cli import output
 from dmc41x3.cli.settings import OutputSettings
 from dmc41x3.cli.site import Site
 from dmc41x3.cli.values import host_and_port
-from dmc41x3.cli.words import word
 from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
 from dmc41x3.conformance.fresh import freshen, restart
 from dmc41x3.conformance.vectors import sources
 from dmc41x3.driver import Driver
 from dmc41x3.errors import ConnectFailed, LinkTimeout, MachineError, WrongController
+from dmc41x3.i18n import marked, translate
 from dmc41x3.wire.transport import TcpTransport
 
 PATIENCE = 1.0
@@ -199,6 +199,9 @@ def _difference(difference: VectorDifference) -> dict[str, object]:
     }
 
 
+_CERTAINTIES = {"two": marked("two sources"), "one": marked("one source"), "inferred": marked("inferred")}
+
+
 def _count(vectors: list[Vector], demand: Demand) -> int:
     return sum(demand in vector.demands for vector in vectors)
 
@@ -207,14 +210,17 @@ def _lines(outcome: ConformanceOutcome, language: str) -> Iterator[str]:
     for difference in outcome.differences:
         vector = difference.vector
         yield f"{vector.group}: {vector.name}"
-        yield f"  {word('sent', language):10} {difference.sent!r}"
+        texts = marked("sent"), marked("expected"), marked("received"), marked("known from")
+        sent, expected, received, known = (translate(text, language) for text in texts)
+        yield f"  {sent:10} {difference.sent!r}"
         for place, text in enumerate(difference.expected):
-            yield f"  {word('expected', language) if place == 0 else '':10} {text!r}"
-        yield f"  {word('received', language):10} {difference.received.decode('latin-1')!r}"
+            yield f"  {expected if place == 0 else '':10} {text!r}"
+        yield f"  {received:10} {difference.received.decode('latin-1')!r}"
         named = "; ".join(sources()[letter] for letter in vector.sources)
-        yield f"  {word('known_from', language):10} {named} ({word(vector.certainty, language)})"
-    yield word(
-        "conforms",
+        yield f"  {known:10} {named} ({translate(_CERTAINTIES[vector.certainty], language)})"
+    yield translate(
+        "{right} answers are right, {differ} differ; {left} conversations were left out (--moves and "
+        "--bench allow more).",
         language,
         right=outcome.right,
         differ=len(outcome.differences),

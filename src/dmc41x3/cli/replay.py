@@ -13,9 +13,9 @@ from dmc41x3.cli.dial import Dial
 from dmc41x3.cli.send import TIMEOUT
 from dmc41x3.cli.settings import OutputSettings
 from dmc41x3.cli.site import Site
-from dmc41x3.cli.words import word
 from dmc41x3.driver import Driver
 from dmc41x3.errors import FileUnreadable, InvalidValue, MachineError
+from dmc41x3.i18n import translate
 from dmc41x3.loops import run, run_virtual
 from dmc41x3.wire.transcript import ConnectionTranscript, WirePiece, conversations, difference, read
 from dmc41x3.wire.transport import Transport
@@ -50,7 +50,12 @@ def replay(file: str, address: str, tolerance: float, settings: OutputSettings) 
     outcome = (run_virtual if place == SIM else run)(_replay(place, pieces, tolerance, settings.site))
     report = {"commands": outcome.commands, "differences": [found._asdict() for found in outcome.differences]}
     lines = [_line(found) for found in outcome.differences]
-    count = word("replayed", settings.language, commands=outcome.commands, differences=len(lines))
+    count = translate(
+        "{commands} commands; {differences} answers differ from the recording.",
+        settings.language,
+        commands=outcome.commands,
+        differences=len(lines),
+    )
     output.answer(report, "\n".join([*lines, count]), settings)
     return output.FAILED if lines else output.DONE
 

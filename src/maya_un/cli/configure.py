@@ -6,9 +6,9 @@ from pathlib import Path
 
 from dmc41x3.address import SIM
 from dmc41x3.files import unwritable, write
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.config import Config, default_path, load, template, to_toml
 from maya_un.errors import FileUnwritable, InvalidCommandLine
 from maya_un.kinematics.mechanism import Mechanism
@@ -44,11 +44,15 @@ def check(file: str | None, settings: OutputSettings) -> int:
     place = _place(file, settings)
     if file is None and settings.config is None and not place.exists():
         return output.answer(
-            {"path": str(place), "exists": False}, word("config_defaults", settings.language, path=place), settings
+            {"path": str(place), "exists": False},
+            translate("no file at {path}: the manual's values apply", settings.language, path=place),
+            settings,
         )
     load(place)
     return output.answer(
-        {"path": str(place), "exists": True}, word("config_good", settings.language, path=place), settings
+        {"path": str(place), "exists": True},
+        translate("{path} is a valid configuration.", settings.language, path=place),
+        settings,
     )
 
 
@@ -62,7 +66,7 @@ def init(file: str | None, settings: OutputSettings) -> int:
     if place.exists() or place.is_symlink():
         raise FileUnwritable(path=place, reason="there is a file already")
     write(place, template())
-    return output.answer({"path": str(place)}, word("config_written", settings.language, path=place), settings)
+    return output.answer({"path": str(place)}, translate("Written: {path}", settings.language, path=place), settings)
 
 
 def require_twin(address: str, command: str, **options: object) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import waiting
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.progress import Display, tell
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.events import event_of
 
@@ -16,6 +16,9 @@ PATIENCE = 0.2
 """How long the service keeps a question for news before it answers that there are none [s]."""
 
 _ENDED = {"done", "failed", "cancelled"}
+
+INTERRUPTION = marked("Interrupted: stopping on the path.")
+"""Said when Ctrl-C stops the robot."""
 
 
 def follow(
@@ -29,7 +32,7 @@ def follow(
     try:
         return _to_the_end(client, job, since, display, settings.language), False
     except KeyboardInterrupt:
-        display.note(word("interrupted", settings.language))
+        display.note(translate(INTERRUPTION, settings.language))
         return client.ask(requests.cancel(job), timeout=60.0), True
 
 

@@ -10,11 +10,11 @@ from contextlib import suppress
 from math import degrees
 from typing import TYPE_CHECKING
 
+from dmc41x3.i18n import marked, translate
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.quantities import joints_of, point_of
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.errors import MayaError
 from maya_un.kinematics.ranges import Ranges
 from maya_un.manual import default_path
@@ -130,15 +130,47 @@ def _in_force(settings: OutputSettings) -> Config:
 
 def _reach_text(found: Reach, language: str) -> str:
     if found.joints is None or found.tensions is None:
-        nearest = word("nowhere", language) if found.nearest is None else point_text(found.nearest)
-        lines = [word("out_of_reach", language, reason=found.reason, nearest=nearest)]
-        return "\n".join([*lines, *(word("also", language, reason=one.text) for one in found.broken[1:])])
+        nearest = (
+            translate("nothing: the zones leave no place", language)
+            if found.nearest is None
+            else point_text(found.nearest)
+        )
+        lines = [
+            translate("not reachable: {reason}; nearest {nearest}", language, reason=found.reason, nearest=nearest)
+        ]
+        return "\n".join(
+            [*lines, *(translate("also: {reason}", language, reason=one.text) for one in found.broken[1:])]
+        )
     from maya_un.cli.report import table
 
-    lines = [f"{word('reachable', language)}: {joints_text(found.joints)}"]
-    lines.append(word("tensions", language, b=found.tensions[0], c=found.tensions[1]))
-    rows = [(word(f"limit_{one.limit}", language, zone=one.zone), _margin_text(one, language)) for one in found.margins]
-    return "\n".join([*lines, "", table((word("limit", language), word("margin", language)), rows, right=(1,))])
+    lines = [f"{translate('reachable', language)}: {joints_text(found.joints)}"]
+    lines.append(
+        translate(
+            "line b carries {b:.3f} × load, line c {c:.3f} × load", language, b=found.tensions[0], c=found.tensions[1]
+        )
+    )
+    rows = [(_limit_text(one, language), _margin_text(one, language)) for one in found.margins]
+    return "\n".join(
+        [*lines, "", table((translate("limit", language), translate("margin", language)), rows, right=(1,))]
+    )
+
+
+_LIMITS = {
+    "coupling": marked("lines b and c meet"),
+    "boom": marked("range of the boom"),
+    "inner": marked("inner anchor"),
+    "outer": marked("outer anchor"),
+    "floor": marked("table top"),
+    "line_b": marked("ends of line b"),
+    "line_c": marked("ends of line c"),
+    "tension_b": marked("tension of line b"),
+    "tension_c": marked("tension of line c"),
+    "zone": marked("zone {zone}"),
+}
+
+
+def _limit_text(distance: Distance, language: str) -> str:
+    return translate(_LIMITS[distance.limit], language, zone=distance.zone)
 
 
 def _margin_text(distance: Distance, language: str) -> str:
@@ -146,6 +178,6 @@ def _margin_text(distance: Distance, language: str) -> str:
         case "rad":
             return f"{degrees(distance.margin):.3f} °"
         case "load":
-            return word("loads", language, loads=distance.margin)
+            return translate("{loads:.3f} × load", language, loads=distance.margin)
         case _:
             return f"{distance.margin * 1e3:.1f} mm"

@@ -19,7 +19,7 @@ from dmc41x3.cli.output import (
     tolerate_any_terminal,
 )
 from dmc41x3.cli.settings import OutputSettings
-from maya_un.errors import MayaError, StorageUnavailable
+from maya_un.errors import MayaError, StorageUnavailable, translated
 
 __all__ = [
     "DONE",
@@ -51,7 +51,8 @@ def concluded(report: Mapping[str, Any], settings: OutputSettings) -> int:
     if report["state"] == "done":
         return DONE
     if not settings.json:
-        print(f"maya: error {report['code']}: {report['message']}", file=sys.stderr, flush=True)
+        message = translated(report["code"], report["message"], settings.language)
+        print(f"maya: error {report['code']}: {message}", file=sys.stderr, flush=True)
     return exit_code(report["code"]) or FAILED
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM
+from dmc41x3.i18n import translate
 from dmc41x3.loops import run_virtual
 from maya_un.assembly import stack
 from maya_un.cli import output
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import pictures
 from maya_un.config import Config
 from maya_un.errors import InvalidValue
@@ -62,7 +62,7 @@ def workspace(request: PlotRequest, settings: OutputSettings) -> int:
         "point": None if request.point is None else request.point._asdict(),
         "nearest": None if nearest is None else nearest._asdict(),
     }
-    return output.answer(answer, word("picture", settings.language, path=path), settings)
+    return output.answer(answer, translate("Picture: {path}", settings.language, path=path), settings)
 
 
 DEFAULT_PICTURE = "maya-job.svg"
@@ -93,7 +93,7 @@ def plot(file: str, target: str | None, settings: OutputSettings) -> int:
         "stop_distance": inspection.stop_distance,
         "refusal": None if preview.refusal is None else to_data(preview.refusal),
     }
-    output.answer(answer, word("picture", settings.language, path=path), settings)
+    output.answer(answer, translate("Picture: {path}", settings.language, path=path), settings)
     if preview.refusal is None:
         return output.DONE
     notice = preview.refusal.notice

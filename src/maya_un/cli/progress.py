@@ -6,9 +6,9 @@ import sys
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.events import Event, PhaseBegun, StepAdvanced
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class ProgressBars(Display):
     def __init__(self, language: str) -> None:
         from rich.progress import BarColumn, Progress, TextColumn
 
-        self._left = "{:>6.1f} s " + word("left", language)
+        self._left = "{:>6.1f} s " + translate("left", language)
         clock = TextColumn("{task.fields[clock]}")
         self._progress = Progress(
             TextColumn("{task.description:<12}"), BarColumn(40), clock, transient=True, refresh_per_second=10

@@ -6,14 +6,14 @@ from math import degrees
 from typing import Any
 
 from dmc41x3.address import REAL
+from dmc41x3.i18n import translate
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.help import QUICK
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
-from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning
+from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning, translated
 
 STOP_BUDGET = 0.1
 """How long the service may take to answer a stop [s], before the controller is told directly."""
@@ -80,17 +80,29 @@ def _directly(address: tuple[str, int], settings: OutputSettings) -> int:
     outcome = emergency.stop(*address, CONTROLLER_TIMEOUT)
     place = f"{address[0]}:{address[1]}"
     axes = outcome.decelerating
-    text = word("stopped_directly" if axes else "quiet_directly", settings.language, address=place, axes=axes)
+    text = translate(
+        "Stop sent directly to the controller at {address}: {axes} began to brake."
+        if axes
+        else "Stop sent directly to the controller at {address}: nothing was moving.",
+        settings.language,
+        address=place,
+        axes=axes,
+    )
     value = {"service": False, "address": place, "was_moving": bool(axes), "axes": axes}
     return output.answer(value, text, settings)
 
 
 def _stopping(report: dict[str, Any], settings: OutputSettings) -> str:
     if not report["was_moving"]:
-        return word("nothing_moved", settings.language)
+        return translate("Nothing was moving.", settings.language)
     a, b, c = report["distance"]
-    return word(
-        "stopping", settings.language, seconds=report["duration"], a=abs(degrees(a)), b=abs(b) * 1e3, c=abs(c) * 1e3
+    return translate(
+        "Stopping: at rest within {seconds:.2f} s, after a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
+        settings.language,
+        seconds=report["duration"],
+        a=abs(degrees(a)),
+        b=abs(b) * 1e3,
+        c=abs(c) * 1e3,
     )
 
 
@@ -103,34 +115,46 @@ def status(arguments: list[str], settings: OutputSettings) -> int:
 
 
 def _described(found: dict[str, Any], language: str) -> str:
-    state = found["state"]
+    state, fault = found["state"], found["state"]["fault"]
+    controller = translate("controller {address}", language, address=found["address"])
     lines = [
-        f"{state['mode'].replace('_', ' ')}   {word('controller', language, address=found['address'])}",
+        f"{state['mode'].replace('_', ' ')}   {controller}",
         _place(state, language),
-        word("gripper_closed" if state["gripper_closed"] else "gripper_open", language),
+        translate("gripper closed" if state["gripper_closed"] else "gripper open", language),
     ]
     if state.get("override", 1.0) != 1.0:
-        lines.insert(1, word("speed_is", language, percent=100.0 * state["override"]))
+        lines.insert(1, translate("speed {percent:g} %", language, percent=100.0 * state["override"]))
     if found["progress"] is not None:
         lines.insert(1, _progress(found["progress"], language))
     limits = _active_limits(state)
     if limits:
-        lines.append(word("limits", language, names=limits))
+        lines.append(translate("limit switches active: {names}", language, names=limits))
     if found["jobs"]:
         running = sum(job["state"] == "running" for job in found["jobs"])
-        lines.append(word("queue", language, running=running, waiting=len(found["jobs"]) - running))
-    if state["fault"] is not None:
-        lines.append(word("fault", language, **state["fault"]))
+        lines.append(
+            translate(
+                "{running} running, {waiting} waiting", language, running=running, waiting=len(found["jobs"]) - running
+            )
+        )
+    if fault is not None:
+        message = translated(fault["code"], fault["message"], language)
+        lines.append(translate("fault {code}: {message}", language, code=fault["code"], message=message))
     return "\n".join(lines)
 
 
 def _progress(progress: dict[str, Any], language: str) -> str:
-    return word("progress" if progress["duration"] > 0.0 else "progress_untimed", language, **progress)
+    return translate(
+        "{phase}: {elapsed:.1f} of {duration:.1f} s"
+        if progress["duration"] > 0.0
+        else "{phase}: since {elapsed:.1f} s",
+        language,
+        **progress,
+    )
 
 
 def _place(state: dict[str, Any], language: str) -> str:
     if state["joints"] is None:
-        return word("no_position", language)
+        return translate("position unknown until homed", language)
     a, b, c = state["joints"]
     joints = f"a {degrees(a):.2f}°  b {b * 1e3:.1f} mm  c {c * 1e3:.1f} mm"
     if state["point"] is None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import dist
 from typing import Any
 
-from maya_un.cli.words import word
+from dmc41x3.i18n import marked, translate
 
 STEP_KEYS = (
     "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point"
@@ -40,19 +40,33 @@ def as_text(data: Mapping[str, Any], language: str) -> str:
     if data["parts"]:
         blocks.append(_parts(data["parts"], language))
     if data["remarks"]:
-        blocks.append("\n".join(f"{word('out_of_shape', language)}: {remark}" for remark in data["remarks"]))
+        shape = translate("not quite a rectangle", language)
+        blocks.append("\n".join(f"{shape}: {remark}" for remark in data["remarks"]))
     return "\n\n".join(blocks)
 
 
 def _headline(data: Mapping[str, Any], language: str) -> str:
-    line = word("job", language, name=data["job"], state=data["state"], duration=data["duration"] or 0.0)
+    line = translate(
+        "{name}: {state} in {duration:.1f} s",
+        language,
+        name=data["job"],
+        state=data["state"],
+        duration=data["duration"] or 0.0,
+    )
     if data["lowest"] is None:
         return line
-    return f"{line}; {word('lowest', language, lowest=data['lowest'], highest=data['highest'])}"
+    heights = translate("gripper between {lowest:.3f} m and {highest:.3f} m", language)
+    return f"{line}; {heights.format(lowest=data['lowest'], highest=data['highest'])}"
 
 
 def _steps(steps: Iterable[Mapping[str, Any]], language: str) -> str:
-    head = ("", *(word(key, language) for key in ("step", "result", "predicted", "took")))
+    head = (
+        "",
+        *(
+            translate(text, language)
+            for text in (marked("step"), marked("result"), marked("predicted [s]"), marked("took [s]"))
+        ),
+    )
     return table(head, [_step_row(step) for step in steps], right=(0, 3, 4))
 
 
@@ -66,7 +80,7 @@ def _seconds(value: float | None) -> str:
 
 
 def _parts(parts: Mapping[str, Mapping[str, Any]], language: str) -> str:
-    head = tuple(word(key, language) for key in ("part", "place", "off"))
+    head = tuple(translate(text, language) for text in (marked("part"), marked("place [m]"), marked("off by [mm]")))
     rows = [(name, _place(part["place"]), _millimetres(part["error"])) for name, part in parts.items()]
     return table(head, rows, right=(2,))
 

@@ -8,13 +8,13 @@ from math import degrees
 from typing import Any
 
 from dmc41x3.cli.signals import as_ctrl_c
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.client import ANSWER, ServiceClient
-from maya_un.cli.follow import PATIENCE, animate, follow
+from maya_un.cli.follow import INTERRUPTION, PATIENCE, animate, follow
 from maya_un.cli.progress import chosen
 from maya_un.cli.report import STEP_KEYS
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
 
 
@@ -32,7 +32,7 @@ def wish(primitive: Mapping[str, object], settings: OutputSettings) -> int:
     if settings.json:
         output.emit({key: step[key] for key in STEP_KEYS})
     elif report["state"] == "done":
-        output.say(word("done", settings.language))
+        output.say(translate("Done.", settings.language))
     return output.INTERRUPTED if interrupted else output.concluded(report, settings)
 
 
@@ -45,7 +45,7 @@ def jog(axis: str, distance: float, settings: OutputSettings) -> int:
             while not wait({jogging}, PATIENCE).done:
                 animate(client, display)
         except KeyboardInterrupt:
-            display.note(word("interrupted", settings.language))
+            display.note(translate(INTERRUPTION, settings.language))
             client.ask(requests.stop())
             raise
     gone = jogging.result()
@@ -55,34 +55,49 @@ def jog(axis: str, distance: float, settings: OutputSettings) -> int:
 def _moved(gone: Mapping[str, Any], language: str) -> str:
     way = gone["distance"]
     text = f"{degrees(way):z.2f}°" if gone["axis"] == "a" else f"{way * 1e3:z.1f} mm"
-    key = "jogged_to_limit" if gone["limit"] else "jogged"
-    return word(key, language, axis=gone["axis"], way=text, reason=gone["reason"])
+    moved = marked("{axis} by {way}. Stopped because {reason}.") if gone["limit"] else marked("{axis} by {way}.")
+    return translate(moved, language, axis=gone["axis"], way=text, reason=gone["reason"])
 
 
 def pause(settings: OutputSettings) -> int:
     """Have the running robot stop on its path and hold all motion; raises `CannotPause`."""
     report = ServiceClient.find().ask(requests.pause())
-    key = "pausing" if report["was_moving"] else "paused"
-    return output.answer(report, word(key, settings.language, seconds=report["duration"]), settings)
+    text = (
+        marked("Pausing: at rest within {seconds:.2f} s. `maya resume` continues.")
+        if report["was_moving"]
+        else marked("Paused. `maya resume` continues.")
+    )
+    said = translate(text, settings.language, seconds=report["duration"])
+    return output.answer(report, said, settings)
 
 
 def speed(ratio: float, settings: OutputSettings) -> int:
     """Scale the speed of all motion of the running robot by `ratio` (0.01 to 1)."""
     answer = ServiceClient.find().ask(requests.speed(ratio))
-    return output.answer(answer, word("speed", settings.language, percent=100.0 * answer["ratio"]), settings)
+    return output.answer(
+        answer,
+        translate("Speed {percent:g} % from now on.", settings.language, percent=100.0 * answer["ratio"]),
+        settings,
+    )
 
 
 def recover(settings: OutputSettings, *, take_over: bool) -> int:
     """Have the running robot clear its fault, and take its controller from another program that owns it."""
     answer = ServiceClient.find().ask(requests.recover(take_over=take_over))
-    return output.answer(answer, word("recovered", settings.language), settings)
+    return output.answer(answer, translate("Recovered: the fault is cleared.", settings.language), settings)
 
 
 def abort(settings: OutputSettings) -> int:
     """Have the running robot stop without deceleration."""
-    return output.answer(ServiceClient.find().ask(requests.abort()), word("aborted", settings.language), settings)
+    return output.answer(
+        ServiceClient.find().ask(requests.abort()),
+        translate("Aborted: the axes are at rest. `maya recover` switches motors on that went off.", settings.language),
+        settings,
+    )
 
 
 def resume(settings: OutputSettings) -> int:
     """Have the running robot resume motion after a pause."""
-    return output.answer(ServiceClient.find().ask(requests.resume()), word("resumed", settings.language), settings)
+    return output.answer(
+        ServiceClient.find().ask(requests.resume()), translate("Resumed.", settings.language), settings
+    )

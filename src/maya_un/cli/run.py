@@ -12,19 +12,19 @@ from typing import Any, NamedTuple
 
 from dmc41x3.address import SIM
 from dmc41x3.cli.signals import on_end
+from dmc41x3.i18n import marked, translate
 from dmc41x3.loops import ScaledLoop, run_virtual
 from dmc41x3.loops import run as run_loop
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places
-from maya_un.cli.follow import follow
+from maya_un.cli.follow import INTERRUPTION, follow
 from maya_un.cli.progress import Display, chosen, tell
 from maya_un.cli.quantities import clock_factor, target_address
 from maya_un.cli.recordings.recordings import shelf
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.config import Config
 from maya_un.errors import InvalidCommandLine, InvalidJob
@@ -101,7 +101,7 @@ def _dry_run(job: Job, config: Config, address: str, options: RunOptions, settin
     if options.plot is not None:
         _require_format(Path(options.plot))
     if not settings.json:
-        output.say(word("dry", settings.language))
+        output.say(translate("Dry run on the twin: nothing real moves.", settings.language))
     performance = _JobRun(job, Display(), settings, home_first=address != SIM or options.skip_home)
     outcome = run_virtual(performance.perform(config, SIM, options.seed or 0), HORIZON)
     if options.plot is not None:
@@ -123,7 +123,7 @@ def _draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> Non
     with suppress(InvalidJob):
         draw(job, config, path, settings)
         if not settings.json:
-            output.say(word("picture", settings.language, path=path))
+            output.say(translate("Picture: {path}", settings.language, path=path))
 
 
 def _own_stack(
@@ -135,8 +135,8 @@ def _own_stack(
     display: Display,
     settings: OutputSettings,
 ) -> RunOutcome:
-    key, details = ("twin", {"speed": factor}) if address == SIM else ("on", {"address": address})
-    display.note(word(key, settings.language, **details))
+    text = marked("On the twin, clock × {speed:g}.") if address == SIM else marked("On the controller at {address}.")
+    display.note(translate(text, settings.language, speed=factor, address=address))
     performance = _JobRun(
         job,
         display,
@@ -211,7 +211,7 @@ class _JobRun:
             except asyncio.CancelledError:
                 self._ending = True
                 _go_on()
-                self._display.note(word("interrupted", self._settings.language))
+                self._display.note(translate(INTERRUPTION, self._settings.language))
                 return await robot.service.cancel(job), True
             finally:
                 for watcher in watchers:
@@ -257,7 +257,7 @@ def _go_on() -> None:
 
 def _by_service(client: ServiceClient, job: Job, display: Display, settings: OutputSettings) -> RunOutcome:
     url = f"http://{client.host}:{client.port}"
-    display.note(word("with_service", settings.language, url=url))
+    display.note(translate("With the running robot at {url}.", settings.language, url=url))
     since = client.ask(requests.status())["last_event"]
     accepted = client.ask(requests.submit(job.model_dump(exclude_none=True, warnings=False)))
     report, interrupted = follow(client, accepted["id"], since, display, settings)

@@ -15,7 +15,7 @@ import pytest
 from dmc41x3.loops import run
 from maya_un import credentials, runtime
 from maya_un.cli.access import files, lease, user_reset
-from maya_un.cli.access.words import word
+from dmc41x3.i18n import translate
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import LeaseLost
@@ -312,15 +312,3 @@ def test_while_the_service_runs_there_is_no_reset(state: Path, capsys: pytest.Ca
     assert not state.exists()
     for wish in ("", "root --all", "Root"):
         assert "error 400" in printed(f"maya user reset {wish}", capsys, code=2)
-
-
-def test_both_languages_have_the_same_details() -> None:
-    from string import Formatter
-
-    from maya_un.cli.access import words
-
-    for key, (english, spanish) in words._WORDS.items():
-        assert {name for _, name, _, _ in Formatter().parse(english)} == {
-            name for _, name, _, _ in Formatter().parse(spanish)
-        }, key
-    assert word("yes", "es") == "sí"

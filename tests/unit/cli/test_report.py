@@ -120,14 +120,6 @@ def test_every_error_has_an_exit_code() -> None:
     assert (codes[4001], codes[5001], codes[5999], codes[2101], codes[1020]) == (2, 2, 1, 1, 1)
 
 
-def test_both_languages_say_the_same_details() -> None:
-    def names(text: str) -> set[str | None]:
-        return {name for _, name, _, _ in Formatter().parse(text)}
-
-    differing = [key for key, (english, spanish) in words._WORDS.items() if names(english) != names(spanish)]
-    assert differing == []
-
-
 def test_the_display_suits_the_screen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     assert type(progress.chosen(OutputSettings(json=True))) is progress.Display
     assert type(progress.chosen(OutputSettings())) is FactLines

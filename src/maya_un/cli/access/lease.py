@@ -13,10 +13,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any
 
+from dmc41x3.i18n import marked, translate
 from maya_un import credentials
 from maya_un.cli import output
 from maya_un.cli.access import files
-from maya_un.cli.access.words import word
 from maya_un.cli.called import called
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.settings import OutputSettings
@@ -31,6 +31,8 @@ _ANSWER = 2.0
 
 _LINE = "\r\x1b[K"
 _UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
+
+_RELEASED = marked("Given back: nobody drives.")
 
 
 def show(settings: OutputSettings) -> int:
@@ -51,9 +53,13 @@ def take(note: str, patience: float | None, settings: OutputSettings, *, force: 
     files.keep_lease(taken["id"], client.url)
     shown = {key: value for key, value in taken.items() if key != "id"}
     if patience is not None:
-        text = word("taken_for", settings.language, expires=_lasts(patience))
+        text = translate(
+            "You drive for {expires}. `maya lease release` gives the lease back sooner.",
+            settings.language,
+            expires=_lasts(patience),
+        )
         return output.answer(shown, text, settings)
-    output.answer(shown, word("taken", settings.language), settings)
+    output.answer(shown, translate("You drive now. Ctrl-C gives the lease back.", settings.language), settings)
     with _ended_like_by_hand():
         client.lease = taken["id"]
         return _drive(client, settings)
@@ -65,19 +71,33 @@ def release(settings: OutputSettings) -> int:
     view = ServiceClient.find().ask(requests.release_lease())
     if held is not None:
         credentials.forget(held.id)
-    return output.answer(view, word("released", settings.language), settings)
+    return output.answer(view, translate(_RELEASED, settings.language), settings)
 
 
 def offer(name: str, settings: OutputSettings) -> int:
     """Let `name` take the lease within a minute; raises `UnknownName`, `NotAllowed`, `LeaseHeld`."""
     view = ServiceClient.find().ask(requests.offer_lease(name))
-    return output.answer(view, word("offering", settings.language, **view), settings)
+    return output.answer(
+        view,
+        translate(
+            "Offered to {offered_to}, who takes it with `maya lease take` within a minute.", settings.language, **view
+        ),
+        settings,
+    )
 
 
 def ask(settings: OutputSettings) -> int:
     """Let everybody know that one would like to drive."""
     view = ServiceClient.find().ask(requests.ask_for_lease())
-    return output.answer(view, word("asking" if view["holder"] else "asking_all", settings.language, **view), settings)
+    return output.answer(
+        view,
+        translate(
+            "Asked. {holder} sees it." if view["holder"] else "Asked. Nobody drives; operators see it.",
+            settings.language,
+            **view,
+        ),
+        settings,
+    )
 
 
 def _drive(client: ServiceClient, settings: OutputSettings) -> int:
@@ -91,14 +111,19 @@ def _drive(client: ServiceClient, settings: OutputSettings) -> int:
                 _tell(_state(view, settings.language), settings)
             except ServiceNotAnswering:
                 left = max(0.0, left - HEARTBEAT - _ANSWER)
-                _tell(word("unheard", settings.language, expires=_lasts(left)), settings)
+                _tell(
+                    translate(
+                        "the service does not answer; it ends in {expires}", settings.language, expires=_lasts(left)
+                    ),
+                    settings,
+                )
             wait.wait(HEARTBEAT)
     except KeyboardInterrupt:
         with suppress(MayaError):
             client.ask(requests.release_lease())
         _tell("", settings)  # after it: the terminal may be gone
         if not settings.json:
-            output.say(word("released", settings.language))
+            output.say(translate(_RELEASED, settings.language))
         return output.DONE
     except MayaError:
         _tell("", settings)
@@ -125,26 +150,37 @@ def _tell(line: str, settings: OutputSettings) -> None:
 
 
 def _state(view: Mapping[str, Any], language: str) -> str:
-    parts = [word("driving", language, since=_lasts(view["since"])), *_others(view, language)]
+    parts = [translate("driving for {since}", language, since=_lasts(view["since"])), *_others(view, language)]
     return " · ".join(parts)
 
 
 def _described(view: Mapping[str, Any], language: str) -> str:
     if not view["holder"]:
-        return "\n".join([word("nobody", language), *_others(view, language)])
+        return "\n".join(
+            [translate("Nobody drives. `maya lease take` takes the lease.", language), *_others(view, language)]
+        )
     note = f": {view['note']}" if view["note"] else ""
-    key = "implicit" if view["implicit"] else "drives"
-    lines = [word(key, language, **{**view, "since": _lasts(view["since"]), "note": note})]
+    text = (
+        marked("A command or job of {holder} is running ({source}).")
+        if view["implicit"]
+        else marked("{holder} has been driving for {since} ({source}){note}.")
+    )
+    lines = [translate(text, language, **{**view, "since": _lasts(view["since"]), "note": note})]
     if view["yours"]:
-        lines.append(word("yours", language))
+        lines.append(translate("That is you, here.", language))
     if view["expires_in"] is not None:
-        lines.append(word("expires", language, expires=_lasts(view["expires_in"])))
+        lines.append(
+            translate("It ends in {expires} unless it is renewed.", language, expires=_lasts(view["expires_in"]))
+        )
     return "\n".join([*lines, *_others(view, language)])
 
 
 def _others(view: Mapping[str, Any], language: str) -> list[str]:
-    keys = {"offered_to": "offered", "asked_by": "asked"}
-    return [word(key, language, **view) for name, key in keys.items() if view[name]]
+    texts = {
+        "offered_to": marked("It is offered to {offered_to}."),
+        "asked_by": marked("{asked_by} would like to drive."),
+    }
+    return [translate(text, language, **view) for name, text in texts.items() if view[name]]
 
 
 def _lasts(seconds: float) -> str:

@@ -10,10 +10,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from dmc41x3.i18n import translate
 from dmc41x3.loops import run
 from maya_un.cli import output
 from maya_un.cli.access import files
-from maya_un.cli.access.words import word
+from maya_un.cli.access.users import added_text
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state_folder import own_state_folder
 from maya_un.http.dates import now
@@ -35,7 +36,7 @@ def reset(name: str, journal: str | None, settings: OutputSettings) -> int:
     run(_in_file(journal, lambda users, kept: _administrator(name, shown, users, kept)))
     place = files.keep_token(shown.text)
     made = {"user": name, "role": Role.ADMIN.word, "token": shown.text, "id": shown.id}
-    text = f"{word('added', settings.language, **made)}\n{word('secret', settings.language, **made, file=place)}"
+    text = added_text(made, place, settings.language)
     return output.answer({**made, "kept": True}, text, settings)
 
 
@@ -51,10 +52,12 @@ def forget(journal: str | None, settings: OutputSettings) -> int:
         return Change(without_users=tuple(user.name for user in users))
 
     run(_in_file(journal, everybody))
-    said = [word("forgotten", settings.language)]
+    said = [
+        translate("All users and tokens are removed: anyone on this machine has full access again.", settings.language)
+    ]
     place = files.remove_token(gone)
     if place is not None:
-        said.append(word("void_removed", settings.language, file=place))
+        said.append(translate("Your token in {file} was one of them, and was removed.", settings.language, file=place))
     return output.answer({"users": []}, "\n".join(said), settings)
 
 

@@ -6,12 +6,13 @@ import sys
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from getpass import getpass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dmc41x3.i18n import marked, translate
 from maya_un import credentials
 from maya_un.cli import output
 from maya_un.cli.access import files
-from maya_un.cli.access.words import word
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
@@ -27,7 +28,18 @@ _ADMIN = "admin"
 def me(settings: OutputSettings) -> int:
     """Tell as whom the running robot sees us; raises `NotSignedIn`, `ServiceNotRunning`."""
     found = ServiceClient.find().ask(requests.me())
-    return output.answer(found, word("me" if found["users"] else "me_local", settings.language, **found), settings)
+    return output.answer(
+        found,
+        translate(
+            "You are {name} ({role}), by token {token}, from {source}."
+            if found["users"]
+            else "No users exist: you have full access on this machine ({role}). `maya user add NAME --role admin`"
+            " adds the first user.",
+            settings.language,
+            **found,
+        ),
+        settings,
+    )
 
 
 def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: bool) -> int:
@@ -40,7 +52,7 @@ def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: b
     first = not client.ask(requests.me())["users"]
     password = _new_password(settings.language) if with_password else None
     made = client.ask(requests.add_user(name, role, password=password or None))
-    text = f"{word('added', settings.language, **made)}\n{_secret(made, settings.language)}"
+    text = added_text(made, credentials.token_file(), settings.language)
     if first:
         text = f"{text}\n{_kept_first(made['token'], settings.language)}"
     return output.answer({**made, "kept": first}, text, settings)
@@ -49,48 +61,78 @@ def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: b
 def _kept_first(token: str, language: str) -> str:
     """Store the first token of all, and return a note for its owner."""
     aside = files.set_aside()
-    said = [word("kept", language, file=files.keep_token(token))]
+    said = [
+        translate(
+            "From now on every command needs a token, except stop and abort on this machine. This token is "
+            "stored in {file}, and your commands use it.",
+            language,
+            file=files.keep_token(token),
+        )
+    ]
     if aside is not None:
-        said.append(word("aside", language, file=aside))
+        said.append(translate("The former token is in {file} now.", language, file=aside))
     if credentials.token() != token:
-        said.append(word("other_token", language, name=credentials.TOKEN))
+        said.append(
+            translate(
+                "${name} holds another token, which your commands use first. Unset it, or put the new token into it.",
+                language,
+                name=credentials.TOKEN,
+            )
+        )
     return "\n".join(said)
 
 
 def listed(settings: OutputSettings) -> int:
     """List all users; raises `NotAllowed`."""
     users = ServiceClient.find().ask(requests.users())
-    head = _head(("user", "role", "since", "password", "tokens", "used"), settings.language)
-    yes = word("yes", settings.language)
+    head = _head(
+        (
+            marked("user"), marked("role"), marked("since"), marked("password"), marked("tokens"), marked("last seen"),
+        ),
+        settings.language,
+    )  # fmt: skip
+    yes = translate("yes", settings.language)
     rows = [
         (user["name"], user["role"], _day(user["created"]), yes if user["password"] else "", str(user["tokens"]),
          _minute(user["used"]))
         for user in users
     ]  # fmt: skip
-    text = table(head, rows, right=(4,)) if rows else word("no_users", settings.language)
+    text = (
+        table(head, rows, right=(4,))
+        if rows
+        else translate(
+            "No users exist: anyone on this machine has full access, and other machines have none.", settings.language
+        )
+    )
     return output.answer({"users": users}, text, settings)
 
 
 def change_role(name: str, role: RoleName, settings: OutputSettings) -> int:
     """Give a user another role; raises `UnknownName`, and `NotAllowed` for the last administrator."""
     changed = ServiceClient.find().ask(requests.change_user(name, role=role))
-    return output.answer(changed, word("changed", settings.language, **changed), settings)
+    return output.answer(changed, translate("{name} is {role}.", settings.language, **changed), settings)
 
 
 def change_password(name: str | None, settings: OutputSettings, *, none: bool) -> int:
     """Give a user another password, or none; by default oneself. Raises `UnknownName`, `NotAllowed`, `NotSignedIn`."""
     client = ServiceClient.find()
     who = client.ask(requests.me())
-    old = "" if who["role"] == _ADMIN else _asked("old_password", settings.language)
+    old = "" if who["role"] == _ADMIN else _asked(marked("Password now: "), settings.language)
     password = "" if none else _new_password(settings.language)
     changed = client.ask(requests.change_user(name or who["name"], password=password, old=old))
-    return output.answer(changed, word("password_changed", settings.language, **changed), settings)
+    return output.answer(
+        changed,
+        translate("The password of {name} is changed; all sessions have ended.", settings.language, **changed),
+        settings,
+    )
 
 
 def remove(name: str, settings: OutputSettings) -> int:
     """Remove a user with all tokens; raises `UnknownName`, and `NotAllowed` for the last administrator."""
     removed = ServiceClient.find().ask(requests.remove_user(name))
-    return output.answer(removed, word("removed", settings.language, **removed), settings)
+    return output.answer(
+        removed, translate("{removed} is removed, with all tokens.", settings.language, **removed), settings
+    )
 
 
 def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: OutputSettings) -> int:
@@ -102,7 +144,7 @@ def make_token(name: str | None, note: str, expires: str, lasts: float | None, s
     client = ServiceClient.find()
     owner = name or client.ask(requests.me())["name"]
     made = client.ask(requests.add_token(owner, note=note, expires=expires))
-    return output.answer(made, _secret(made, settings.language), settings)
+    return output.answer(made, _secret(made, credentials.token_file(), settings.language), settings)
 
 
 def tokens(name: str | None, settings: OutputSettings) -> int:
@@ -110,7 +152,11 @@ def tokens(name: str | None, settings: OutputSettings) -> int:
     client = ServiceClient.find()
     chosen = name or client.ask(requests.me())["name"]
     found = client.ask(requests.tokens(chosen))
-    text = _tokens(found, settings.language) if found else word("no_tokens", settings.language, name=chosen)
+    text = (
+        _tokens(found, settings.language)
+        if found
+        else translate("{name} has no tokens.", settings.language, name=chosen)
+    )
     return output.answer({"tokens": found}, text, settings)
 
 
@@ -119,15 +165,18 @@ def revoke(token: str, settings: OutputSettings) -> int:
     parts = token.split("_")
     name = parts[1] if len(parts) == 3 else token
     removed = ServiceClient.find().ask(requests.revoke_token(name))
-    return output.answer(removed, word("revoked", settings.language, **removed), settings)
+    return output.answer(
+        removed, translate("Token {removed} is no longer valid.", settings.language, **removed), settings
+    )
 
 
 def _tokens(found: Sequence[Mapping[str, Any]], language: str) -> str:
-    head = _head(("token", "note", "since", "until", "used"), language)
+    session = translate("session", language)
+    head = _head((marked("token"), marked("note"), marked("since"), marked("until"), marked("last seen")), language)
     rows = [
         (
             one["id"],
-            f"{word('session', language)} {one['note']}" if one["session"] else one["note"],
+            f"{session} {one['note']}" if one["session"] else one["note"],
             _day(one["created"]),
             _minute(one["expires"]),
             _minute(one["used"]),
@@ -137,12 +186,25 @@ def _tokens(found: Sequence[Mapping[str, Any]], language: str) -> str:
     return table(head, rows)
 
 
-def _secret(made: Mapping[str, Any], language: str) -> str:
-    return word("secret", language, **made, file=credentials.token_file())
+def added_text(made: Mapping[str, Any], file: Path, language: str) -> str:
+    """Return the text about a new user and the new token, which belongs into `file`."""
+    added = translate("{user} is {role} now.", language, **made)
+    return f"{added}\n{_secret(made, file, language)}"
 
 
-def _head(keys: Sequence[str], language: str) -> tuple[str, ...]:
-    return tuple(word(key, language) for key in keys)
+def _secret(made: Mapping[str, Any], file: Path, language: str) -> str:
+    return translate(
+        "{token}\n"
+        "This token is shown only once. It gives the access of {user}: put it into $MAYA_TOKEN, "
+        "or as the only line into {file}.",
+        language,
+        **made,
+        file=file,
+    )
+
+
+def _head(texts: Sequence[str], language: str) -> tuple[str, ...]:
+    return tuple(translate(text, language) for text in texts)
 
 
 def _day(date: str) -> str:
@@ -162,14 +224,14 @@ def _in(seconds: float) -> str:
 
 def _new_password(language: str) -> str:
     """Ask for a password, twice on a terminal; raises `InvalidValue` where the two differ."""
-    password = _asked("new_password", language)
-    if sys.stdin.isatty() and _asked("again", language) != password:
+    password = _asked(marked("New password (at least 12 characters): "), language)
+    if sys.stdin.isatty() and _asked(marked("Once more: "), language) != password:
         raise InvalidValue(key="password", value="…", reason="the second one differs from the first")
     return password
 
 
-def _asked(key: str, language: str) -> str:
+def _asked(text: str, language: str) -> str:
     """Ask for a secret without showing it; where there is no terminal, it is the next line of the input."""
     if sys.stdin.isatty():
-        return getpass(word(key, language))
+        return getpass(translate(text, language))
     return sys.stdin.readline().rstrip("\n")

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.calibrate import points
-from maya_un.cli.calibrate.words import word
 from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.configure import configuration
 from maya_un.cli.follow import follow
@@ -71,7 +71,11 @@ def collect(file: str, number: int, settings: OutputSettings) -> int:
     code = session.run(poses, len(before), number)
     count = len(before) + session.written
     value = {"path": file, "points": count, "written": session.written}
-    output.answer(value, word("collected", settings.language, count=count, path=path), settings)
+    output.answer(
+        value,
+        translate("{count} points in {path}. Next: maya calibrate {path}", settings.language, count=count, path=path),
+        settings,
+    )
     return code
 
 
@@ -134,7 +138,12 @@ class _Session:
         """Go through the poses; return the exit code."""
         try:
             for number, pose in enumerate(poses, before + 1):
-                self._say("going", number=number, total=total, joints=joints_text(pose))
+                self._say(
+                    marked("Point {number} of {total}: moving to {joints}."),
+                    number=number,
+                    total=total,
+                    joints=joints_text(pose),
+                )
                 if self._drive(pose):
                     self._measure()
         except _Quit:
@@ -155,7 +164,7 @@ class _Session:
             if not refused:
                 return True
             refusal = refusal or refused
-        self._say("not_there", reason=refusal)
+        self._say(marked("Left out: {reason}"), reason=refusal)
         return False
 
     def _go(self, joints: Joints) -> str:
@@ -180,7 +189,7 @@ class _Session:
         """Ask where the gripper is until the answer is understood, and write it down; raises `_Quit`."""
         counts = self._counts()
         expected = Mechanism.of(self.config).fk(Units.of(self.config).to_joints(counts))
-        self._say("ask")
+        self._say(marked("Measured x y z (in m, or like 812.5mm; s skips, q quits):"))
         while True:
             answer = sys.stdin.readline()
             said = answer.strip().lower()
@@ -191,11 +200,11 @@ class _Session:
             try:
                 place, off = self._place(said, expected)
             except InvalidValue as wrong:
-                self._say("again", reason=wrong.text(self.settings.language))
+                self._say(marked("{reason} Enter it again."), reason=wrong.text(self.settings.language))
                 continue
             self.notebook.add(counts, place)
             self.written += 1
-            self._say("noted", off=off * 1e3)
+            self._say(marked("Saved; {off:.1f} mm from the configured position."), off=off * 1e3)
             return
 
     def _counts(self) -> points.Counts:
@@ -217,6 +226,6 @@ class _Session:
             raise InvalidValue(key="x y z", value=repr(said), reason=reason)
         return place, off
 
-    def _say(self, key: str, **details: object) -> None:
+    def _say(self, text: str, **details: object) -> None:
         if not self.settings.json:
-            output.say(word(key, self.settings.language, **details))
+            output.say(translate(text, self.settings.language, **details))

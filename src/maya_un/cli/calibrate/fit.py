@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.calibrate import history, points
-from maya_un.cli.calibrate.words import word
 from maya_un.cli.configure import configuration
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
@@ -49,7 +49,7 @@ def fit(file: str, options: FitOptions, settings: OutputSettings) -> int:
     text = as_text(found, settings.language)
     tail = [_outcome(step, place, settings.language, apply=options.apply)]
     if picture is not None:
-        tail.append(word("plotted", settings.language, path=picture))
+        tail.append(translate("Written: {path}", settings.language, path=picture))
     return output.answer(value | {"plot": picture}, "\n\n".join([text, "\n".join(tail)]), settings)
 
 
@@ -62,7 +62,12 @@ def revert(author: str | None, settings: OutputSettings) -> int:
     """Take the last calibration back; raises `NothingToRevert`, `InvalidConfig`, `FileUnwritable`."""
     place = config_file(settings)
     step = history.revert(place, _now(), author or _user())
-    text = word("reverted", settings.language, reverts=step.reverts, path=place)
+    text = translate(
+        "Calibration {reverts} is reverted in {path}. Restart `maya up` and home.",
+        settings.language,
+        reverts=step.reverts,
+        path=place,
+    )
     return output.answer({"config": str(place), **step.model_dump()}, text, settings)
 
 
@@ -73,18 +78,36 @@ def show_history(settings: OutputSettings) -> int:
     last = next(reversed(history.in_force(steps)), None)
     value = {"config": str(place), "steps": [step.model_dump() | {"in_force": step is last} for step in steps]}
     if not steps:
-        return output.answer(value, word("no_history", settings.language, path=place), settings)
-    head = ["", *(word(key, settings.language) for key in ("date", "step", "author", "file", "before", "after"))]
+        return output.answer(
+            value, translate("No calibration was ever applied to {path}.", settings.language, path=place), settings
+        )
+    head = [
+        "",
+        *(
+            translate(text, settings.language)
+            for text in (
+                marked("date"),
+                marked("step"),
+                marked("by"),
+                marked("points"),
+                marked("rms before [mm]"),
+                marked("after [mm]"),
+            )
+        ),
+    ]
     rows = [_history_row(step, step is last, settings.language) for step in steps]
     return output.answer(value, table(head, rows, right=(0, 5, 6)), settings)
 
 
+_STEPS = {"applied": marked("applied"), "reverted": marked("reverted {reverts}")}
+
+
 def _history_row(step: history.HistoryStep, current: bool, language: str) -> list[str]:
-    kind = "in_force" if current else step.action
+    text = marked("applied, in force") if current else _STEPS[step.action]
     return [
         str(step.number),
         step.date,
-        word(f"step_{kind}", language, reverts=step.reverts),
+        translate(text, language, reverts=step.reverts),
         step.author,
         step.points,
         f"{step.rms_before * 1e3:.2f}",
@@ -143,8 +166,19 @@ def _drawn(found: Calibration, file: str) -> str:
 
 def _outcome(step: history.HistoryStep | None, place: Path, language: str, *, apply: bool) -> str:
     if step is not None:
-        return word("applied", language, number=step.number, path=place)
-    return word("nothing_changes" if apply else "not_applied", language, path=place)
+        return translate(
+            "Calibration {number} is in {path}. Restart `maya up` and home: zeros take effect with the next homing.",
+            language,
+            number=step.number,
+            path=place,
+        )
+    return translate(
+        "The configuration has these values already; nothing was written."
+        if apply
+        else "Nothing was changed; --apply writes these values into {path}.",
+        language,
+        path=place,
+    )
 
 
 def as_data(found: Calibration) -> dict[str, Any]:
@@ -195,7 +229,12 @@ _UNITS = dict.fromkeys(FITTED, _MM) | {
 
 def as_text(found: Calibration, language: str) -> str:
     """Return a result for people: a table in mm and degrees with ± two standard errors, then what to know about it."""
-    head = (word("constant", language), "", *(word(key, language) for key in ("now", "fitted")), "± 2σ")
+    head = (
+        translate("constant", language),
+        "",
+        *(translate(text, language) for text in (marked("now"), marked("fitted"))),
+        "± 2σ",
+    )
     rows = [_row(found, name, language) for name in FITTED]
     lines = [_about_points(found, language), *_about_outliers(found, language), *found.words]
     return "\n\n".join([table(head, rows, right=(2, 3, 4)), "\n".join(lines)])
@@ -204,7 +243,7 @@ def as_text(found: Calibration, language: str) -> str:
 def _row(found: Calibration, name: str, language: str) -> list[str]:
     unit = _UNITS[name]
     error = found.errors.get(name)
-    about = word("held", language) if error is None else unit.shown(2.0 * error)
+    about = translate("held", language, "constant") if error is None else unit.shown(2.0 * error)
     now, fitted = getattr(found.now, name), getattr(found.fitted, name)
     return [WORDS[name], unit.name, unit.shown(now), unit.shown(fitted), about]
 
@@ -212,11 +251,20 @@ def _row(found: Calibration, name: str, language: str) -> list[str]:
 def _about_points(found: Calibration, language: str) -> str:
     used, measured = int(np.count_nonzero(found.inliers)), len(found.observations)
     before, after = found.rms_before * 1e3, found.rms_after * 1e3
-    return word("points", language, used=used, measured=measured, before=before, after=after)
+    return translate(
+        "{used} of {measured} points; off by {before:.2f} mm (rms) now, by {after:.2f} mm after the fit.",
+        language,
+        used=used,
+        measured=measured,
+        before=before,
+        after=after,
+    )
 
 
 def _about_outliers(found: Calibration, language: str) -> list[str]:
     off = np.linalg.norm(found.residuals_after, axis=1) * 1e3
     named_rows = zip(found.observations.rows, off, found.inliers, strict=True)
-    rows = [word("outlier", language, row=row, off=far) for row, far, inlier in named_rows if not inlier]
-    return [word("outliers", language, rows=", ".join(rows))] if rows else []
+    rows = [
+        translate("{row} ({off:.1f} mm)", language, row=row, off=far) for row, far, inlier in named_rows if not inlier
+    ]
+    return [translate("Left out as outliers, by row: {rows}.", language, rows=", ".join(rows))] if rows else []

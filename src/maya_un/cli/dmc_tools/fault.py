@@ -10,13 +10,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import translate
 from dmc41x3.twin.wire.faults import TABLE, Fault, Parameter, Value, find
 from dmc41x3.twin.wire.injection import HOST
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.errors import InvalidCommandLine, TwinNotFound, from_notice
 
 
@@ -151,12 +151,14 @@ def _asked(twin: ServedTwin, request: Mapping[str, object]) -> dict[str, Any]:
 
 
 def _active_text(active_faults: Iterable[Mapping[str, Any]], language: str) -> str:
-    return "\n".join(_one_text(fault, language) for fault in active_faults) or word("no_faults", language)
+    return "\n".join(_one_text(fault, language) for fault in active_faults) or translate(
+        "No fault is active.", language
+    )
 
 
 def _one_text(fault: Mapping[str, Any], language: str) -> str:
     values = " ".join(f"{name}={_plain(value)}" for name, value in fault["values"].items())
-    left = "" if fault["seconds"] is None else word("fault_ends", language, seconds=fault["seconds"])
+    left = "" if fault["seconds"] is None else translate("for {seconds:.1f} s more", language, seconds=fault["seconds"])
     return " ".join(part for part in (fault["fault"], values, left) if part)
 
 

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, Literal, TypeAlias
+
+CheckName: TypeAlias = Literal[
+    "configuration", "service", "version", "robot", "lease", "queue", "controller", "owner", "torque", "firmware",
+    "handles", "limits", "program", "motors", "memory", "controller clock", "storage", "disk", "ports", "clock",
+    "certificate", "ROS", "supervisors",
+]  # fmt: skip
+"""Checks, by the names that the terminal and JSON show."""
 
 
 class FindingOutcome(StrEnum):
@@ -21,27 +28,27 @@ class FindingOutcome(StrEnum):
 class Finding:
     """What a `check` found; its sentence stands in the words under `key`, with `details` filled in."""
 
-    check: str
+    check: CheckName
     outcome: FindingOutcome
     key: str
     details: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
 
-def ok(check: str, key: str, **details: object) -> Finding:
+def ok(check: CheckName, key: str, **details: object) -> Finding:
     """Return that all is well."""
     return Finding(check, FindingOutcome.OK, key, details)
 
 
-def warn(check: str, key: str, **details: object) -> Finding:
+def warn(check: CheckName, key: str, **details: object) -> Finding:
     """Return what is worth a look."""
     return Finding(check, FindingOutcome.WARN, key, details)
 
 
-def fail(check: str, key: str, **details: object) -> Finding:
+def fail(check: CheckName, key: str, **details: object) -> Finding:
     """Return what keeps something from working."""
     return Finding(check, FindingOutcome.FAIL, key, details)
 
 
-def skipped(check: str, key: str, **details: object) -> Finding:
+def skipped(check: CheckName, key: str, **details: object) -> Finding:
     """Return what could not be looked at, or does not matter here."""
     return Finding(check, FindingOutcome.SKIPPED, key, details)

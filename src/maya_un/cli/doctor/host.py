@@ -21,7 +21,7 @@ from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path
 from maya_un.config.state_folder import state_folder
-from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged
+from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged, translated
 from maya_un.process.journal import backup, file, history
 
 _LISTENS = "0A"
@@ -218,7 +218,7 @@ def _newest() -> float:
     return 0.0
 
 
-def coms(config: Config) -> Iterator[Finding]:
+def coms(config: Config, language: str = "en") -> Iterator[Finding]:
     """Ask `maya coms` whether it reaches the robot and the supervisors."""
     url = config.coms.server_address
     try:
@@ -238,7 +238,9 @@ def coms(config: Config) -> Iterator[Finding]:
         yield ok("supervisors", "coms_idle", url=url)
     else:
         sides = [status.get(side, {}) for side in ("robot", "supervisors")]
-        waits = "; ".join(str(side["waits_for"]) for side in sides if side.get("waits_for"))
+        waits = "; ".join(
+            translated(side.get("code", 0), str(side["waits_for"]), language) for side in sides if side.get("waits_for")
+        )
         taken = any(side.get("code") == SessionTakenOver.code for side in sides)
         yield (
             fail("supervisors", "coms_taken", reason=waits)

@@ -10,7 +10,7 @@ from dmc41x3.address import REAL, SIM
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.doctor import controller, host, service
-from maya_un.cli.doctor.finding import Finding, FindingOutcome, fail, skipped
+from maya_un.cli.doctor.finding import CheckName, Finding, FindingOutcome, fail, skipped
 from maya_un.cli.doctor.host import listeners
 from maya_un.cli.doctor.words import meaning, name, remedy
 from maya_un.cli.quantities import target_address
@@ -59,7 +59,7 @@ def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterat
     running, trouble = service.found(settings.language)
     yield from trouble
     pid = 0 if running is None else running.running.pid
-    looks: list[tuple[str, Callable[[], Iterator[Finding]]]] = [
+    looks: list[tuple[CheckName, Callable[[], Iterator[Finding]]]] = [
         ("configuration", lambda: host.config(settings)),
         ("controller", lambda: _controller(target, config, settings.language, asked=running is not None)),
         ("storage", lambda: host.storage(settings, served_by=pid)),
@@ -68,7 +68,7 @@ def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterat
         ("certificate", lambda: service.findings(there, pid) if pid else iter(())),
         ("clock", host.clock),
         ("ROS", host.ros),
-        ("supervisors", lambda: host.coms(config)),
+        ("supervisors", lambda: host.coms(config, settings.language)),
     ]
     if running is not None:
         looks.insert(0, ("service", running.findings))
@@ -76,7 +76,7 @@ def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterat
         yield from _guarded(check, look)
 
 
-def _guarded(check: str, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+def _guarded(check: CheckName, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
     """Go on with the next check where one fails in a way that nobody foresaw."""
     try:
         yield from look()

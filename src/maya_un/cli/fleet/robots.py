@@ -7,8 +7,8 @@ import json
 import sys
 from collections.abc import Sequence
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
-from maya_un.cli.fleet.words import word
 from maya_un.cli.quantities import angle, duration, length
 from maya_un.cli.settings import OutputSettings
 from maya_un.coms.settings import from_environment, where_of
@@ -18,14 +18,18 @@ from maya_un.robot.primitives.arguments import Switch
 from maya_un.steps.text import ARGUMENTS, StepEnd
 from maya_un.supervisor import Event, Supervisor
 from maya_un.supervisor.lab import DEADLINE, ONLINE
-from maya_un.supervisor.step import check, progress_of, result_of
+from maya_un.supervisor.step import StepProgress, StepState, check, progress_of, result_of
 
 
 def list_(url: str | None, settings: OutputSettings) -> int:
     """List the robots; raises `SupervisorsNotReached`."""
     found = asyncio.run(_robots(url))
-    lines = [word("presence", settings.language, robot=name, state=state) for name, state in found.items()]
-    none = word("no_robots", settings.language, where=where_of(url or from_environment().supervisors))
+    lines = [translate("{robot}  {state}", settings.language, robot=name, state=state) for name, state in found.items()]
+    none = translate(
+        "The broker {where} knows no robot. Start one with `maya up --coms`.",
+        settings.language,
+        where=where_of(url or from_environment().supervisors),
+    )
     robots = [{"name": name, "connection": state} for name, state in found.items()]
     return output.answer({"robots": robots}, "\n".join(lines) or none, settings)
 
@@ -55,11 +59,39 @@ def _json(event: Event) -> str:
 def _sentence(event: Event, language: str) -> str:
     result, progress = result_of(event.data), progress_of(event.data)
     if result is not None:
-        key = "succeeded" if result.error is None else "failed"
-        return word(key, language, robot=event.robot, id=result.id, error=result.error, code=result.code)
+        return end_text(event.robot, result.id, result, language)
     if progress is not None:
-        return word(progress.state.value, language, robot=event.robot, id=progress.id)
-    return word("presence", language, robot=event.robot, state=event.data.get("connection"))
+        return progress_text(event.robot, progress, language)
+    return _presence(event.robot, event.data.get("connection"), language)
+
+
+def _presence(robot: str, state: object, language: str) -> str:
+    return translate("{robot}  {state}", language, robot=robot, state=state)
+
+
+def waiting_text(robot: str, state: str, language: str) -> str:
+    """Return a line about a robot that is not connected."""
+    return translate(
+        "{robot} is {state}. Its steps wait for it until their deadline.", language, robot=robot, state=state
+    )
+
+
+def progress_text(robot: str, progress: StepProgress, language: str) -> str:
+    """Return a line about a step that a robot has begun or accepted."""
+    return translate(_PROGRESS[progress.state], language, robot=robot, id=progress.id)
+
+
+_PROGRESS = {
+    StepState.ACCEPTED: marked("{robot}  accepted   {id}"),
+    StepState.EXECUTING: marked("{robot}  executing  {id}"),
+}
+
+
+def end_text(robot: str, id_: str | None, end: StepEnd, language: str) -> str:
+    """Return a line about a step that has ended."""
+    done, failed = marked("{robot}  done       {id}"), marked("{robot}  failed     {id}: {error} ({code})")
+    text = done if end.error is None else failed
+    return translate(text, language, robot=robot, id=id_, error=end.error, code=end.code)
 
 
 _COMMAND = "maya fleet send"
@@ -73,7 +105,9 @@ def send(
     check(command, args)
     until = DEADLINE if deadline is None else duration(deadline, "--deadline")
     result = asyncio.run(_send(robot, command, args, url, until, settings))
-    return output.answer(json.loads(result.text), word("done", settings.language, robot=robot), settings)
+    return output.answer(
+        json.loads(result.text), translate("Done by {robot}.", settings.language, robot=robot), settings
+    )
 
 
 def _args(command: str, values: Sequence[str]) -> dict[str, float]:
@@ -101,9 +135,9 @@ async def _send(
         if state is None:
             raise UnknownName(name=robot, known=", ".join(lab.robots) or "no robots")
         if state != ONLINE and not settings.json:
-            print(word("waits_for", settings.language, robot=robot, state=state), file=sys.stderr, flush=True)
+            print(waiting_text(robot, state, settings.language), file=sys.stderr, flush=True)
         step = lab.robot(robot).do(command, **args)
         async for report in step:
             if not settings.json:
-                output.say(word(report.state.value, settings.language, robot=robot, id=report.id))
+                output.say(progress_text(robot, report, settings.language))
         return await step

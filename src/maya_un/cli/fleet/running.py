@@ -8,8 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import translate
 from maya_un.cli import output
-from maya_un.cli.fleet.words import word
+from maya_un.cli.fleet.robots import end_text, progress_text, waiting_text
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import DecisionNeeded, InvalidCommandLine, MayaError, ProcessAborted, UnknownName
 from maya_un.steps.text import StepEnd, StepProgress
@@ -46,7 +47,7 @@ def run(options: FleetRunOptions, settings: OutputSettings) -> int:
     process = load_process(path)
     if options.check:
         plan = {"process": process.name, "steps": len(process.steps)}
-        return output.answer(plan, word("checked", settings.language, path=path), settings)
+        return output.answer(plan, translate("{path} is a valid process.", settings.language, path=path), settings)
     state = Path(options.state) if options.state else path.with_name(f"{path.name}.state")
     with recorded(state, process, again=options.again) as record:
         _decide(record, options)
@@ -76,10 +77,25 @@ def _greet(record: ProcessRecord, settings: OutputSettings) -> None:
         return
     process = record.process
     robots = ", ".join(dict.fromkeys(step.robot for step in process.steps.values()))
-    output.say(word("plan", settings.language, name=process.name, steps=len(process.steps), robots=robots))
+    output.say(
+        translate(
+            "{name}: {steps} steps for {robots}.",
+            settings.language,
+            name=process.name,
+            steps=len(process.steps),
+            robots=robots,
+        )
+    )
     over = sum(entry.state in {ProcessStepState.DONE, ProcessStepState.SKIPPED} for entry in record.entries.values())
     if 0 < over < len(process.steps):
-        output.say(word("resumed", settings.language, over=over, steps=len(process.steps)))
+        output.say(
+            translate(
+                "{over} of {steps} steps have ended; the process continues.",
+                settings.language,
+                over=over,
+                steps=len(process.steps),
+            )
+        )
 
 
 def _carried_out(record: ProcessRecord, options: FleetRunOptions, settings: OutputSettings) -> MayaError | None:
@@ -97,7 +113,12 @@ def _carried_out(record: ProcessRecord, options: FleetRunOptions, settings: Outp
             return error
         except KeyboardInterrupt:
             if not settings.json:
-                output.say(word("kept", settings.language))
+                output.say(
+                    translate(
+                        "Interrupted. Running steps continue; the same command continues with the rest.",
+                        settings.language,
+                    )
+                )
             raise
         else:
             return None
@@ -114,30 +135,32 @@ def _tell_absent(process: FleetProcess, lab: Supervisor, settings: OutputSetting
     for robot in dict.fromkeys(step.robot for step in process.steps.values()):
         state = lab.robots.get(robot, "unknown")
         if state != ONLINE and not settings.json:
-            output.say(word("waits_for", settings.language, robot=robot, state=state))
+            output.say(waiting_text(robot, state, settings.language))
 
 
 def _tell(step: ProcessStep, report: StepProgress | StepEnd, settings: OutputSettings) -> None:
     if settings.json:
         return
-    details = {"robot": step.robot, "id": step.id}
     if isinstance(report, StepProgress):
-        output.say(word(report.state.value, settings.language, **details))
+        output.say(progress_text(step.robot, report, settings.language))
     else:
-        key = "succeeded" if report.error is None else "failed"
-        output.say(word(key, settings.language, **details, error=report.error, code=report.code))
+        output.say(end_text(step.robot, step.id, report, settings.language))
 
 
 def _ask(record: ProcessRecord, step: str, language: str) -> None:
     """Ask what becomes of a failed step; raises `InvalidCommandLine` at the end of the input."""
     while True:
         try:
-            said = input(word("ask", language, step=step)).strip().lower()
+            said = (
+                input(translate("What is to be done with step {step} (retry, skip, abort)? ", language, step=step))
+                .strip()
+                .lower()
+            )
         except EOFError:
             raise InvalidCommandLine(reason="nobody chose", command="maya fleet run") from None
         with suppress(ValueError):
             return record.decided(step, FailureDecision(said))
-        output.say(word("ask_again", language))
+        output.say(translate("One of: retry, skip, abort", language))
 
 
 def _concluded(record: ProcessRecord, error: MayaError | None, settings: OutputSettings, *, before: bool) -> int:
@@ -153,7 +176,15 @@ def _concluded(record: ProcessRecord, error: MayaError | None, settings: OutputS
             "done": states.count(ProcessStepState.DONE),
             "skipped": states.count(ProcessStepState.SKIPPED),
         }
-        output.say(word("finished_before" if before else "finished", settings.language, **counts))
+        output.say(
+            translate(
+                "All {steps} steps had ended before, so nothing was sent. --again starts over."
+                if before
+                else "All {steps} steps have ended: {done} done, {skipped} skipped.",
+                settings.language,
+                **counts,
+            )
+        )
     return output.DONE if error is None else output.FAILED
 
 

@@ -11,9 +11,9 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import NamedTuple
 
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.logs.entries import LEVELS, LogEntry, LogReader, moment, of_event
-from maya_un.cli.logs.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, MayaError, UnknownName
@@ -94,7 +94,12 @@ def show(
     if sources.trouble is not None:
         output.complain(sources.trouble, settings._replace(json=False))
     if not found and not follow and not (state_folder() / FILE_NAME).exists() and not log_path().exists():
-        raise FileUnreadable(path=state_folder(), reason=word("nothing_kept", settings.language))
+        raise FileUnreadable(
+            path=state_folder(),
+            reason=translate(
+                "nothing has been stored there yet; `maya up` stores a log and a journal", settings.language
+            ),
+        )
     _print(found, settings)
     with suppress(KeyboardInterrupt):
         while follow:

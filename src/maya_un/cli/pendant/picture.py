@@ -5,9 +5,10 @@ from __future__ import annotations
 from math import degrees, hypot
 from typing import TypeAlias
 
+from dmc41x3.i18n import translate
 from maya_un.cli.pendant.keys import STEPS, KeyStep
 from maya_un.cli.pendant.session import PendantSession
-from maya_un.cli.words import word
+from maya_un.errors import translated
 from maya_un.values import Joints, Point
 
 Piece: TypeAlias = tuple[str, str]
@@ -24,7 +25,11 @@ _ALIKE = {"idle": "", "moving": "class:moving", "homing": "class:moving", "stopp
 
 def drawn(session: PendantSession, language: str) -> list[Piece]:
     """Return everything but the keys: mode and step, where the gripper is, the nearest limits, the notes."""
-    pieces: list[Piece] = [("class:head", "Maya   "), *_mode(session), ("", f"   {_step(STEPS[session.step])}\n\n")]
+    pieces: list[Piece] = [
+        ("class:head", "Maya   "),
+        *_mode(session, language),
+        ("", f"   {_step(STEPS[session.step])}\n\n"),
+    ]
     pieces += _position(session, language)
     pieces += _limits(session, language)
     pieces.append(("", "\n"))
@@ -32,15 +37,15 @@ def drawn(session: PendantSession, language: str) -> list[Piece]:
     return pieces
 
 
-def _mode(session: PendantSession) -> list[Piece]:
+def _mode(session: PendantSession, language: str) -> list[Piece]:
     if session.trouble:
         return [("class:trouble", session.trouble)]
     if not session.status:
         return []
     state = session.status["state"]
     mode = [(_ALIKE.get(state["mode"], "class:trouble"), state["mode"].replace("_", " "))]
-    if state["fault"] is not None:
-        mode.append(("class:trouble", f"  {state['fault']['message']}"))
+    if (fault := state["fault"]) is not None:
+        mode.append(("class:trouble", f"  {translated(fault['code'], fault['message'], language)}"))
     return mode
 
 
@@ -53,7 +58,7 @@ def _position(session: PendantSession, language: str) -> list[Piece]:
         return []
     joints, point = session.joints, session.status["state"]["point"]
     if joints is None or point is None:
-        return [("", f"{word('no_position', language)}\n\n")]
+        return [("", f"{translate('position unknown until homed', language)}\n\n")]
     rows = zip(_joint_lines(joints), _place_lines(Point(*point)), strict=True)
     return [("", "".join(f"  {place:<20} {joint}\n" for joint, place in rows) + "\n")]
 
@@ -72,7 +77,7 @@ def _limits(session: PendantSession, language: str) -> list[Piece]:
     nearest = session.nearest()
     if not nearest:
         return []
-    pieces: list[Piece] = [("", f"{word('nearest_limit', language)} ")]
+    pieces: list[Piece] = [("", f"{translate('nearest limits:', language)} ")]
     for distance in nearest[:SHOWN]:
         pieces += [("class:near" if distance.rank < WARN else "", str(distance)), ("", "   ")]
     return [*pieces, ("", "\n")]

@@ -16,6 +16,7 @@ from prompt_toolkit.layout.controls import BufferControl, FormattedTextControl
 from prompt_toolkit.styles import Style
 
 from dmc41x3.cli.signals import on_end
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration
@@ -23,7 +24,6 @@ from maya_un.cli.pendant.keys import MOVES, STEPS
 from maya_un.cli.pendant.picture import drawn
 from maya_un.cli.pendant.session import PendantSession
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.kinematics.workspace import Workspace
 
@@ -79,11 +79,31 @@ class _Pendant:
 
         asked = VSplit(
             [
-                Window(FormattedTextControl(word("pendant_name", self._language)), dont_extend_width=True, height=1),
+                Window(
+                    FormattedTextControl(
+                        translate("Name of this pose (! after it replaces; Esc cancels): ", self._language)
+                    ),
+                    dont_extend_width=True,
+                    height=1,
+                ),
                 Window(BufferControl(self._name), height=1),
             ]
         )
-        keys = Window(FormattedTextControl([("class:keys", word("pendant_keys", self._language))]), height=2)
+        keys = Window(
+            FormattedTextControl(
+                [
+                    (
+                        "class:keys",
+                        translate(
+                            "x y z r a b c  forward   X Y Z R A B C  back   arrows x, y   PgUp PgDn z   1 2 3  step\n"
+                            "SPACE  STOP   t  teach a pose   q  end",
+                            self._language,
+                        ),
+                    )
+                ]
+            ),
+            height=2,
+        )
         picture = Window(FormattedTextControl(text, focusable=True, show_cursor=False), wrap_lines=True)
         return Layout(HSplit([picture, ConditionalContainer(asked, Condition(lambda: self._naming)), keys]), picture)
 

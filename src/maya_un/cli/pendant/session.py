@@ -7,12 +7,12 @@ from collections import deque
 from collections.abc import Coroutine
 from typing import Any
 
+from dmc41x3.i18n import marked, translate
 from dmc41x3.wire import emergency
 from maya_un import runtime
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.pendant.keys import STEPS
 from maya_un.cli.pendant.nearest import LimitDistance, distances
-from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.errors import MayaError
 from maya_un.kinematics.workspace import Workspace
@@ -26,6 +26,7 @@ LONGEST_JOG = 600.0
 
 _ANSWER = 2.0
 _STOP = 0.5
+_STOPPING = marked("Stopping: at rest within {seconds:.2f} s.")
 
 
 class PendantSession:
@@ -60,9 +61,9 @@ class PendantSession:
         """Return the distances to all limits, the nearest first; none where nobody knows where the robot is."""
         return [] if self.joints is None else distances(self._workspace, self.joints)
 
-    def say(self, key: str, **details: object) -> None:
-        """Note something."""
-        self.notes.append(word(key, self._language, **details))
+    def say(self, text: str, **details: object) -> None:
+        """Note a text, translated and with its details."""
+        self.notes.append(translate(text, self._language, **details))
 
     def move(self, axis: str, direction: int) -> None:
         """Go one step along an axis, as far as the workspace allows; while one is under way nothing happens."""
@@ -118,7 +119,7 @@ class PendantSession:
         except MayaError as error:
             await self._stop_directly(error)
             return
-        self.say("pendant_stopping" if report["was_moving"] else "nothing_moved", seconds=report["duration"])
+        self.say(_STOPPING if report["was_moving"] else marked("Nothing was moving."), seconds=report["duration"])
 
     async def _stop_directly(self, error: MayaError) -> None:
         """Tell the controller itself, where the service does not answer and there is a controller to tell."""
@@ -127,9 +128,9 @@ class PendantSession:
             if running is None or running.controller is None:
                 raise error
             await asyncio.to_thread(emergency.stop, *running.controller, _ANSWER)
-            self.say("pendant_stopping", seconds=0.0)
+            self.say(_STOPPING, seconds=0.0)
         except MayaError as worse:
-            self.say("pendant_not_stopped", reason=worse.text(self._language))
+            self.say(marked("NOT STOPPED: {reason} Press the emergency stop."), reason=worse.text(self._language))
 
     async def _teach(self, name: str, replacing: bool) -> None:
         from maya_un.cli.places.teach import keep

@@ -11,12 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from math import degrees
 from typing import Any, NamedTuple, NoReturn
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, NameTaken, ServiceNotRunning
 from maya_un.http.dates import now
@@ -58,7 +58,7 @@ def remove(what: str, name: str, settings: OutputSettings) -> int:
     forget = TeachingService.forget_pose if what == "poses" else TeachingService.forget_pallet
     request = requests.forget(name) if what == "poses" else requests.forget_pallet(name)
     _asked(settings, lambda client: client.ask(request), lambda book: forget(book, name))
-    return output.answer({"forgotten": name}, word("forgotten", settings.language, name=name), settings)
+    return output.answer({"forgotten": name}, translate("Forgotten: {name}", settings.language, name=name), settings)
 
 
 def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:
@@ -66,14 +66,16 @@ def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:
     change = TeachingService.rename_pose if what == "poses" else TeachingService.rename_pallet
     request = requests.rename(old, new) if what == "poses" else requests.rename_pallet(old, new)
     value = _asked(settings, lambda client: client.ask(request), lambda book: change(book, old, new))
-    return output.answer(value, word("renamed", settings.language, old=old, new=new), settings)
+    return output.answer(value, translate("{old} is now {new}.", settings.language, old=old, new=new), settings)
 
 
 def pallets(settings: OutputSettings) -> int:
     """List all taught pallets."""
     found = _asked(settings, lambda client: client.ask(requests.pallets()), TeachingService.pallets)
     lines = [_pallet_text(pallet, settings.language) for pallet in found]
-    text = "\n".join(lines) or word("no_pallets", settings.language)
+    text = "\n".join(lines) or translate(
+        "No pallets have been taught; teach one with `maya teach-pallet`.", settings.language
+    )
     return output.answer({"pallets": found}, text, settings)
 
 
@@ -106,7 +108,17 @@ def _driven_to(grid: PalletRequest, settings: OutputSettings, replacing: bool) -
     names: list[str] = []
     for number, (row, column) in enumerate(_corners(grid)):
         optional = number == 3
-        said = _heard(word("drive_to_last" if optional else "drive_to", settings.language, row=row, column=column))
+        said = _heard(
+            translate(
+                "Drive the gripper to the last cell [{row},{column}] and press Enter, type the name of a taught "
+                "pose, or type - to skip it:"
+                if optional
+                else "Drive the gripper to cell [{row},{column}] and press Enter, or type the name of a taught pose:",
+                settings.language,
+                row=row,
+                column=column,
+            )
+        )
         if optional and said == "-":
             break
         name = said or f"{grid.name}.{row}-{column}"
@@ -166,15 +178,17 @@ def _nowhere() -> NoReturn:
 
 def _listed(found: Sequence[Mapping[str, Any]], language: str) -> str:
     if not found:
-        return word("no_poses", language)
-    head = tuple(word(key, language) for key in ("name", "place", "joints", "taught_on"))
+        return translate("No poses have been taught; teach one with `maya teach NAME`.", language)
+    head = tuple(
+        translate(text, language) for text in (marked("name"), marked("place [m]"), marked("joints"), marked("taught"))
+    )
     rows = [(pose["name"], _place(pose["point"]), _joints(pose["joints"]), pose["taught"]) for pose in found]
     return table(head, rows)
 
 
 def _said(pose: Mapping[str, Any], language: str) -> str:
     place = f"{_place(pose['point'])} m   {_joints(pose['joints'])}"
-    return word("taught", language, name=pose["name"], place=place)
+    return translate("Taught {name}: {place}", language, name=pose["name"], place=place)
 
 
 def _place(point: Sequence[float] | None) -> str:
@@ -188,10 +202,11 @@ def _joints(joints: Sequence[float]) -> str:
 
 def _pallet_text(pallet: Mapping[str, Any], language: str) -> str:
     size = {"name": pallet["name"], "rows": pallet["rows"], "columns": pallet["columns"]}
+    grid = translate("{name}, {rows} x {columns}", language, **size)
     if pallet["corners"] is None:
-        return "\n".join((word("pallet", language, **size), *pallet["remarks"]))
+        return "\n".join((grid, *pallet["remarks"]))
     first, last = pallet["corners"][0], pallet["corners"][3]
-    lines = [f"{word('pallet', language, **size)}: {_place(first)} … {_place(last)} m"]
+    lines = [f"{grid}: {_place(first)} … {_place(last)} m"]
     if pallet["remarks"]:
-        lines.append(f"  {word('out_of_shape', language)}: {'; '.join(pallet['remarks'])}")
+        lines.append(f"  {translate('not quite a rectangle', language)}: {'; '.join(pallet['remarks'])}")
     return "\n".join(lines)

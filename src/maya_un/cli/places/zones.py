@@ -6,25 +6,31 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.quantities import length
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, InvalidValue
 
 _COMMAND = "maya zones add"
 
+_OF_THIS_RUN = marked(
+    "This change lasts until `maya up` ends. Write permanent zones into the configuration, in [[zones]]."
+)
+
 
 def listed(settings: OutputSettings) -> int:
     """Print all zones, as `add` takes them; raises `ServiceNotRunning`."""
     zones = ServiceClient.find().ask(requests.zones())
-    head = tuple(word(key, settings.language) for key in ("zone", "kind", "as_written"))
+    head = tuple(
+        translate(text, settings.language) for text in (marked("zone"), marked("kind"), marked("as it is written"))
+    )
     rows = [(zone["name"], zone["kind"], _written(zone)) for zone in zones]
-    text = table(head, rows) if rows else word("no_zones", settings.language)
-    note = word("zones_of_this_run", settings.language)
+    text = table(head, rows) if rows else translate("There are no zones.", settings.language)
+    note = translate(_OF_THIS_RUN, settings.language)
     return output.answer({"zones": zones, "note": note}, f"{text}\n{note}", settings)
 
 
@@ -38,17 +44,17 @@ def add(name: str, kind: str, pairs: Sequence[str], settings: OutputSettings) ->
         raise InvalidCommandLine(reason="a key is given twice", command=_COMMAND)
     zone = {key: _value(key, text) for key, text in given}
     taken = ServiceClient.find().ask(requests.put_zone(name, {"kind": kind, **zone}))
-    return _told(taken, word("zone_added", settings.language, name=name), settings)
+    return _told(taken, translate("Keeping out of {name}.", settings.language, name=name), settings)
 
 
 def remove(name: str, settings: OutputSettings) -> int:
     """Keep out of a zone no longer; raises `NotFound`, `ServiceNotRunning`, and `Busy` while something moves."""
     answer = ServiceClient.find().ask(requests.remove_zone(name))
-    return _told(answer, word("zone_removed", settings.language, name=name), settings)
+    return _told(answer, translate("No longer keeping out of {name}.", settings.language, name=name), settings)
 
 
 def _told(answer: Mapping[str, Any], text: str, settings: OutputSettings) -> int:
-    note = word("zones_of_this_run", settings.language)
+    note = translate(_OF_THIS_RUN, settings.language)
     return output.answer({**answer, "note": note}, f"{text} {note}", settings)
 
 

@@ -7,11 +7,11 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.called import called
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
-from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.client.request import Request
@@ -41,7 +41,7 @@ def history(wanted: HistoryFilter, settings: OutputSettings, *, as_csv: bool) ->
     if as_csv:
         output.say(_csv(jobs).rstrip("\n"))
         return output.DONE
-    shown = text.past(jobs, settings.language) if jobs else word("no_history", settings.language)
+    shown = text.past(jobs, settings.language) if jobs else translate("Nothing has been done yet.", settings.language)
     return output.answer({"jobs": jobs}, shown, settings)
 
 

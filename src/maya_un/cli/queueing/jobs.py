@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.called import called
 from maya_un.cli.client import ServiceClient
@@ -18,7 +19,6 @@ from maya_un.cli.follow import follow
 from maya_un.cli.progress import chosen
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.text import clock_text
-from maya_un.cli.queueing.words import word
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import reason
@@ -36,6 +36,8 @@ _OPTIONS = {
     "retries": "--retries",
 }
 """What the options of a job are called on the command line."""
+
+_ACCEPTED = marked("Job {id}, {name}: {steps} steps.")
 
 
 class QueueingOptions(NamedTuple):
@@ -65,7 +67,7 @@ def submit(file: str, options: QueueingOptions, settings: OutputSettings, *, wai
     if not wait:
         return output.answer(accepted, _accepted(client, accepted, settings), settings)
     with chosen(settings) as display:
-        display.note(word("accepted", settings.language, **accepted))
+        display.note(translate(_ACCEPTED, settings.language, **accepted))
         report, interrupted = follow(client, accepted["id"], since, display, settings)
     _print(report, settings)
     return output.INTERRUPTED if interrupted else output.concluded(report, settings)
@@ -73,7 +75,7 @@ def submit(file: str, options: QueueingOptions, settings: OutputSettings, *, wai
 
 def _accepted(client: ServiceClient, accepted: dict[str, Any], settings: OutputSettings) -> str:
     """Return that a job was accepted, and what it waits for: a student's is a proposal, and a queue may be paused."""
-    text = word("accepted", settings.language, **accepted)
+    text = translate(_ACCEPTED, settings.language, **accepted)
     if settings.json:
         return text
     waiting = client.ask(requests.queue())["waiting"]
@@ -88,9 +90,23 @@ def show(job: int, settings: OutputSettings) -> int:
     _print(report, settings)
     if not settings.json:
         line = report["line"]
-        output.say("\n" + word("asked_by", settings.language, **_dated(line)))
+        output.say(
+            "\n"
+            + translate(
+                "asked for by {owner} ({source}) at {submitted}, began {began}, ended {ended}",
+                settings.language,
+                **_dated(line),
+            )
+        )
         if line["proposal"] and line["state"] == "held":
-            output.say(word("to_approve", settings.language, job=job, version=report["version"]))
+            output.say(
+                translate(
+                    "An operator approves this version with: maya job release {job} --version {version}",
+                    settings.language,
+                    job=job,
+                    version=report["version"],
+                )
+            )
         if line["notes"]:
             output.say(line["notes"])
     return output.DONE
@@ -125,7 +141,7 @@ def release(job: int, version: str | None, settings: OutputSettings) -> int:
     line = client.ask(requests.release_job(job, version or report["version"]))
     if line["proposal"] and not settings.json:
         steps = [f"  {step['index']:>3}  {step['step']}" for step in report["steps"]]
-        output.say("\n".join([word("approved", settings.language, **line), *steps]))
+        output.say("\n".join([translate("You approved this job of {owner}:", settings.language, **line), *steps]))
     return _line(line, settings)
 
 
@@ -133,7 +149,12 @@ def again(job: int, from_step: int | None, settings: OutputSettings) -> int:
     """Queue a job that has ended once more, from a step on."""
     with called({"from_step": "--from"}):
         line = ServiceClient.find().ask(requests.repeat_job(job, from_step))
-    words = word("again", settings.language, old=job, **{**line, "state": text.state(line, settings.language)})
+    words = translate(
+        "Job {id}, {name}: {state}; it is job {old} again.",
+        settings.language,
+        old=job,
+        **{**line, "state": text.state(line, settings.language)},
+    )
     return output.answer(line, words, settings)
 
 
@@ -151,7 +172,7 @@ def edit(job: int, options: QueueingOptions, file: str | None, settings: OutputS
     if not changes:
         changes = _by_hand(client, job, settings)
     if not changes:
-        return output.answer({"changed": False}, word("unchanged", settings.language), settings)
+        return output.answer({"changed": False}, translate("Nothing was changed.", settings.language), settings)
     with called(_OPTIONS):
         line = client.ask(requests.change_job(job, changes))
     return _line(line, settings)
@@ -192,4 +213,5 @@ def _line(line: Mapping[str, Any], settings: OutputSettings) -> int:
 
 
 def _became(line: Mapping[str, Any], language: str) -> str:
-    return word("became", language, id=line["id"], name=line["name"], state=word(f"state_{line['state']}", language))
+    state = text.state_word(line["state"], language)
+    return translate("Job {id}, {name}: {state}.", language, id=line["id"], name=line["name"], state=state)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
-from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.client.request import Request
@@ -49,7 +49,7 @@ def clear(settings: OutputSettings) -> int:
     before = sum(client.ask(requests.queue())["counts"].values())
     view = client.ask(requests.clear_queue())
     count = before - sum(view["counts"].values())
-    return output.answer(view, word("cleared", settings.language, count=max(0, count)), settings)
+    return output.answer(view, translate("Jobs cancelled: {count}.", settings.language, count=max(0, count)), settings)
 
 
 def move(job: int, where: str, other: int | None, settings: OutputSettings) -> int:
@@ -62,7 +62,9 @@ def move(job: int, where: str, other: int | None, settings: OutputSettings) -> i
         reason = "say first or last, or before JOB or after JOB"
         raise InvalidCommandLine(reason=reason, command="maya queue move")
     line = ServiceClient.find().ask(requests.move_job(job, **place))
-    return output.answer(line, word("placed", settings.language, **line), settings)
+    return output.answer(
+        line, translate("Job {id}, {name}: number {position} of the waiting jobs.", settings.language, **line), settings
+    )
 
 
 def _told(request: Request[Any], settings: OutputSettings) -> int:

@@ -7,10 +7,10 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, cast
 
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
-from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine
@@ -18,7 +18,6 @@ from maya_un.errors import InvalidCommandLine
 Choice = Literal["resume", "redo", "skip", "abort"]
 
 _COMMAND = "maya queue recover"
-_ANSWERS = {"en": ("yes", "no"), "es": ("sí", "no")}
 
 
 def recover(choice: Choice | None, holding: bool | None, settings: OutputSettings, *, pause: bool) -> int:
@@ -29,17 +28,19 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
     client = ServiceClient.find()
     offer = client.ask(requests.queue())["recovery"]
     if offer is None:
-        return output.answer({"recovery": None}, word("nothing_interrupted", settings.language), settings)
+        return output.answer({"recovery": None}, translate("Nothing was interrupted.", settings.language), settings)
     asks = sys.stdin.isatty() and not settings.json
     if choice is None:
         if not asks:
             raise InvalidCommandLine(reason="CHOICE is missing", command=_COMMAND)
         output.say(text.recovery(offer, settings.language))
         names = [one["name"] for one in offer["choices"]]
-        choice = cast("Choice", _asked("ask_choice", names, settings.language))
+        question = translate("What is to be done with it ({choices})? ", settings.language)
+        choice = cast("Choice", _asked(question, names, settings.language))
     if holding is None and asks and _needs_answer(offer, choice):
-        yes, no = _ANSWERS[settings.language]
-        holding = _asked("ask_holding", (yes, no), settings.language) == yes
+        yes, no = translate("yes", settings.language), translate("no", settings.language)
+        question = translate("Does the gripper hold a part (yes, no)? ", settings.language)
+        holding = _asked(question, (yes, no), settings.language) == yes
     view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause))
     said = text.mode(view, settings.language)
     if view["recovery"] is not None:  # there is another one
@@ -56,14 +57,14 @@ def _asked(question: str, answers: Sequence[str], language: str) -> str:
     choices = ", ".join(answers)
     while True:
         try:
-            said = _plain(input(word(question, language, choices=choices)).strip().lower())
+            said = _plain(input(question.format(choices=choices)).strip().lower())
         except EOFError:
             raise InvalidCommandLine(reason="nobody chose", command=_COMMAND) from None
         meant = [answer for answer in answers if said and _plain(answer).startswith(said)]
         same = [answer for answer in meant if _plain(answer) == said]
         if same or len(meant) == 1:
             return (same or meant)[0]
-        output.say(word("ask_again", language, choices=choices))
+        output.say(translate("One of: {choices}", language, choices=choices))
 
 
 def _plain(said: str) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from dmc41x3.files import replacing
+from dmc41x3.i18n import translate
 from maya_un.cli import output
-from maya_un.cli.queueing.words import word
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import InvalidValue
@@ -24,14 +24,24 @@ def kept() -> Path:
 def backup(target: str, settings: OutputSettings) -> int:
     """Copy the file to `target`, also while it is in use; raises what `backup.make` raises."""
     made = backups.make(kept(), Path(target))
-    return output.answer(to_data(made), word("backed_up", settings.language, **_shown(made)), settings)
+    return output.answer(
+        to_data(made),
+        translate(
+            "{path}: {jobs} jobs, {unfinished} of them unfinished, {size} kB.", settings.language, **_shown(made)
+        ),
+        settings,
+    )
 
 
 def restore(source: str, settings: OutputSettings) -> int:
     """Put a backup in the file's place, which is kept aside; raises `StorageInUse` while `maya up` runs."""
     done = backups.restore(Path(source), kept())
-    aside = done.aside or word("kept_nothing", settings.language)
-    text = word("restored", settings.language, **{**_shown(done), "aside": aside})
+    aside = done.aside or translate("nothing", settings.language)
+    text = translate(
+        "{path}: {jobs} jobs, {unfinished} of them unfinished. The former file is kept as {aside}",
+        settings.language,
+        **{**_shown(done), "aside": aside},
+    )
     return output.answer(to_data(done), text, settings)
 
 
@@ -43,7 +53,7 @@ def export(target: str, settings: OutputSettings) -> int:
         raise InvalidValue(key="FILE", value=repr(target), reason="it ends in .csv or .jsonl")
     with replacing(path, newline="") as out:
         count = exports.export(kept(), out, exports.ExportFormat(ending))
-    text = word("exported", settings.language, path=path, jobs=count)
+    text = translate("{path}: {jobs} jobs.", settings.language, path=path, jobs=count)
     return output.answer({"path": str(path), "jobs": count}, text, settings)
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import report
-from maya_un.cli.queueing.words import known, word
 from maya_un.cli.waiting import because
 
 _DAY = 86_400.0
@@ -62,7 +62,13 @@ def queue(view: Mapping[str, Any], status: Mapping[str, Any], lease: Mapping[str
     jobs = [*under_way, *view["waiting"]]
     blocks = [mode(view, language)]
     if lease["holder"] and not lease["implicit"]:
-        blocks.append(word("you_drive" if lease["yours"] else "driver", language, **lease))
+        blocks.append(
+            translate(
+                "You drive: jobs of others wait." if lease["yours"] else "{holder} drives: jobs of others wait.",
+                language,
+                **lease,
+            )
+        )
     if view["recovery"] is not None:
         blocks.append(recovery(view["recovery"], language))
     if jobs:
@@ -75,18 +81,32 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
     progress = status["progress"]
     if progress is not None and progress["duration"] > 0.0:
         percent = 100.0 * min(1.0, progress["elapsed"] / progress["duration"])
-        yield word("under_way", language, phase=progress["phase"], percent=percent)
+        yield translate("under way: {phase}, {percent:.0f} %", language, phase=progress["phase"], percent=percent)
     more = sum(view["counts"].values()) - shown
     if more > 0:
-        yield word("more_wait", language, count=more)
+        yield translate("{count} more are waiting.", language, count=more)
     if shown == 0 and more <= 0:
-        yield word("nothing_waits", language)
+        yield translate("No job is waiting.", language)
     if view["finish_at"]:
         held = view["counts"].get("held", 0) > 0
         clock = clock_text(view["finish_at"])
         if view.get("estimated"):
-            clock = word("estimated", language, clock=clock)
-        yield word("finish_at_released" if held else "finish_at", language, clock=clock)
+            clock = translate("about {clock} (with an estimated homing)", language, clock=clock)
+        yield translate(
+            "All jobs but the held ones will have ended at {clock}."
+            if held
+            else "All jobs will have ended at {clock}.",
+            language,
+            clock=clock,
+        )
+
+
+_MODES = {
+    "running": marked("The queue is running."),
+    "pausing": marked("The queue pauses after the current step ({reason})."),
+    "paused": marked("The queue is paused since {since} ({reason}). `maya queue resume` continues it."),
+    "asks": marked("The queue is paused since {since} ({reason})."),
+}
 
 
 def mode(view: Mapping[str, Any], language: str) -> str:
@@ -96,16 +116,25 @@ def mode(view: Mapping[str, Any], language: str) -> str:
     """
     why = because(view, language)
     asks = view["mode"] == "paused" and view["recovery"] is not None
-    return word(
-        "queue_asks" if asks else f"queue_{view['mode']}", language, reason=why, since=clock_text(view["since"])
-    )
+    text = _MODES["asks" if asks else view["mode"]]
+    return translate(text, language, reason=why, since=clock_text(view["since"]))
 
 
 def lines(jobs: Sequence[Line], speed: float, language: str) -> str:
     """Return jobs of the queue, one a line; `speed` is that of the twin's clock."""
     head = tuple(
-        word(key, language)
-        for key in ("number", "name", "state", "steps", "ends_in", "at", "priority", "owner", "notes")
+        translate(text, language)
+        for text in (
+            marked("job"),
+            marked("name"),
+            marked("state"),
+            marked("steps"),
+            marked("ends in"),
+            marked("at"),
+            marked("prio"),
+            marked("owner"),
+            marked("notes"),
+        )
     )
     return _table(head, [_queued(job, speed, language) for job in jobs], jobs, right=(0, 3, 4, 6))
 
@@ -131,8 +160,19 @@ def past(jobs: Sequence[Line], language: str) -> str:
     A homing is predicted as nothing, for no plan tells how long it takes; that is shown as not known.
     """
     head = tuple(
-        word(key, language)
-        for key in ("number", "name", "state", "steps", "predicted", "took", "submitted", "owner", "source", "notes")
+        translate(text, language)
+        for text in (
+            marked("job"),
+            marked("name"),
+            marked("state"),
+            marked("steps"),
+            marked("predicted"),
+            marked("took"),
+            marked("submitted"),
+            marked("owner"),
+            marked("from"),
+            marked("notes"),
+        )
     )
     rows = [
         (
@@ -152,44 +192,72 @@ def past(jobs: Sequence[Line], language: str) -> str:
     return _table(head, rows, jobs, right=(0, 3, 4, 5))
 
 
+def state_word(state: str, language: str) -> str:
+    """Return a state of a job as a word."""
+    return translate(state, language, "WrongState.state")
+
+
 def state(job: Line, language: str) -> str:
     """Return the state of a job, with its code where it has one."""
-    text = word(f"state_{job['state']}", language)
+    text = state_word(job["state"], language)
     if job["proposal"] and job["state"] == "held":
-        text = word("proposal", language, state=text)
+        text = translate("{state}, proposal", language, state=text)
     return f"{text} ({job['code']})" if job["code"] else text
 
 
 def _notes(job: Line, language: str) -> str:
     waits = ", ".join(str(number) for number in job["depends_on"])
-    parts = [job["notes"], word("after_jobs", language, jobs=waits) if waits else ""]
+    parts = [job["notes"], translate("after {jobs}", language, jobs=waits) if waits else ""]
     return " ".join(part for part in parts if part)
+
+
+_HOLDING = {
+    None: marked("The gripper is closed. Only a person can see whether it holds a part."),
+    False: marked("The gripper is open."),
+    True: marked("The gripper holds a part."),
+}
+_CHOICES = {
+    "resume": marked("continue safely: finished work is not repeated"),
+    "redo": marked("do the interrupted step again, then the rest"),
+    "skip": marked("skip the interrupted step, do the rest"),
+    "abort": marked("end the job as cancelled"),
+}
 
 
 def recovery(offer: Mapping[str, Any], language: str) -> str:
     """Return what was interrupted, where the machine is, and what may be chosen."""
-    about = {**offer, "phase": offer["phase"] or word("begun", language), "since": clock_text(offer["since"])}
-    head = word("interrupted" if offer["index"] else "interrupted_between", language, **about)
-    holding = {None: "gripper_unknown", False: "gripper_open", True: "gripper_holds"}[offer["holding"]]
+    about = {**offer, "phase": offer["phase"] or translate("begun", language), "since": clock_text(offer["since"])}
+    head = translate(
+        "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}). This was detected at {since}."
+        if offer["index"]
+        else "Job {job}, {name}, was interrupted between two steps. This was detected at {since}.",
+        language,
+        **about,
+    )
+    holding = translate(_HOLDING[offer["holding"]], language)
     rows = [(f"  {choice['name']}", meaning(choice, language)) for choice in offer["choices"]]
     choices = report.table(("", ""), rows).strip("\n")
-    facts = (head, place(offer["state"], language), word(holding, language), word("choose", language))
+    facts = (
+        head,
+        place(offer["state"], language),
+        holding,
+        translate("Nothing moves until a person chooses: maya queue recover CHOICE", language),
+    )
     return "\n".join((*facts, choices))
 
 
 def place(state: Mapping[str, Any], language: str) -> str:
     """Return where the robot is."""
     if state["point"] is None:
-        return word("robot_unknown", language)
+        return translate("The robot is not homed: run `maya home` first.", language)
     x, y, z = state["point"]
-    return word("robot_at", language, place=f"x {x:.3f}  y {y:.3f}  z {z:.3f} m")
+    return translate("The robot is at {place}.", language, place=f"x {x:.3f}  y {y:.3f}  z {z:.3f} m")
 
 
 def meaning(choice: Mapping[str, Any], language: str) -> str:
     """Return what a choice means, in our words where there are any."""
-    key = f"choice_{choice['name']}"
-    text = word(key, language) if known(key) else str(choice["meaning"])
-    return word("with_holding", language, meaning=text) if choice["needs_answer"] else text
+    text = translate(_CHOICES.get(choice["name"], str(choice["meaning"])), language)
+    return translate("{meaning} (with --holding yes|no)", language, meaning=text) if choice["needs_answer"] else text
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]], jobs: Sequence[Line], right: Sequence[int]) -> str:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TextIO
 
 from dmc41x3 import files
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.client import requests
 from maya_un.config import RecorderConfig
 from maya_un.config.state_folder import state_folder
@@ -47,9 +47,13 @@ def shelf(settings: RecorderConfig) -> RecordingStore:
 def listed(settings: OutputSettings) -> int:
     """Print the recordings in the folder, newest first; no robot need run."""
     kept = shelf(RecorderConfig()).list()
-    head = tuple(word(key, settings.language) for key in ("name", "record_reason", "record_size"))
+    head = tuple(translate(text, settings.language) for text in (marked("name"), marked("reason"), marked("size")))
     rows = [(one.name, one.reason, f"{one.bytes / 1e6:.2f} MB") for one in kept]
-    text = table(head, rows, right=(2,)) if rows else word("no_recordings", settings.language, folder=folder())
+    text = (
+        table(head, rows, right=(2,))
+        if rows
+        else translate("There are no recordings in {folder}.", settings.language, folder=folder())
+    )
     lines = [{"name": one.name, "date": one.date, "reason": one.reason, "bytes": one.bytes} for one in kept]
     return output.answer({"folder": str(folder()), "recordings": lines}, text, settings)
 
@@ -57,7 +61,7 @@ def listed(settings: OutputSettings) -> int:
 def save(settings: OutputSettings) -> int:
     """Have the running robot save its last minutes now; raises `ServiceNotRunning`."""
     kept = ServiceClient.find().ask(requests.save_recording(), timeout=_SAVING)
-    return output.answer(kept, word("record_saved", settings.language, name=kept["name"]), settings)
+    return output.answer(kept, translate("Saved: {name}", settings.language, name=kept["name"]), settings)
 
 
 def show(name: str, settings: OutputSettings) -> int:
@@ -87,10 +91,21 @@ def show(name: str, settings: OutputSettings) -> int:
         "wire": {"pieces": len(recording.wire), "bytes": sum(len(piece.data) for piece in recording.wire)},
     }
     lines = [
-        word("record_of", settings.language, reason=header.reason, date=header.date, seconds=end - begin),
+        translate(
+            "{reason}, saved {date}, the last {seconds:.1f} s",
+            settings.language,
+            reason=header.reason,
+            date=header.date,
+            seconds=end - begin,
+        ),
         header.cause.message,
-        word("controller", settings.language, address=header.origin.address) + f" · {header.firmware}",
-        word("record_holds", settings.language, states=len(recording.states), wire=len(recording.wire)),
+        translate("controller {address}", settings.language, address=header.origin.address) + f" · {header.firmware}",
+        translate(
+            "{states} states, {wire} pieces of the wire",
+            settings.language,
+            states=len(recording.states),
+            wire=len(recording.wire),
+        ),
         ", ".join(f"{kind} {count}" for kind, count in sorted(kinds.items())),
     ]
     return output.answer(data, "\n".join(line for line in lines if line), settings)
@@ -114,7 +129,7 @@ def export(name: str, mcap: str | None, csv: str | None, wire: str | None, setti
         written.append(_table(Path(csv), lambda file: tables.write_states(recording, file)))
     if wire is not None:
         written.append(_table(Path(wire), lambda file: tables.write_wire(recording, file)))
-    text = "\n".join(word("config_written", settings.language, path=place) for place in written)
+    text = "\n".join(translate("Written: {path}", settings.language, path=place) for place in written)
     return output.answer({"written": written}, text, settings)
 
 

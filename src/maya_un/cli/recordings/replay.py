@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dmc41x3.i18n import marked, translate
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.loops import run_virtual
 from maya_un.cli import output
@@ -15,7 +16,6 @@ from maya_un.cli.recordings.twin import Replayed
 from maya_un.cli.recordings.twin import replay as say_again
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.config import Units
 from maya_un.config.files import parse
 from maya_un.errors import FileUnreadable, InvalidValue
@@ -38,6 +38,8 @@ OF_A_MACHINE = Tolerances(counts=50.0, seconds=0.1)
 
 MOST_SHOWN = 40
 """Rows of differences on a screen; --json has all."""
+
+_LEFT_OUT = marked("Not compared: jobs, steps and the queue, because the controller does not know them.")
 
 
 class ReplayOptions(NamedTuple):
@@ -100,7 +102,7 @@ def _as_data(
         "differences": [one._asdict() for one in comparison.differences],
         "motions": [one._asdict() for one in comparison.motions],
         "ends": [one._asdict() for one in comparison.ends],
-        "not_compared": [word(key, "en") for key in (*runs.lacks, "cannot_house")],
+        "not_compared": [*runs.lacks, _LEFT_OUT],
     }
 
 
@@ -108,22 +110,38 @@ def _as_text(comparison: Comparison, runs: Replayed, options: ReplayOptions, set
     language = settings.language
     lines: list[str] = []
     if comparison.differences:
-        head = tuple(word(key, language) for key in ("replay_time", "replay_what", "replay_how"))
+        head = tuple(translate(text, language) for text in (marked("time [s]"), marked("what"), marked("how")))
         shown = comparison.differences[:MOST_SHOWN]
         lines.append(table(head, [_row(one) for one in shown], right=(0,)))
         if len(comparison.differences) > len(shown):
-            lines.append(word("replay_more", language, count=len(comparison.differences) - len(shown)))
+            lines.append(
+                translate("and {count} more; --json has all.", language, count=len(comparison.differences) - len(shown))
+            )
         lines.append("")
     if comparison.ends:
-        head = tuple(word(key, language) for key in ("replay_axis", "replay_recorded", "replay_replayed"))
+        head = tuple(
+            translate(text, language)
+            for text in (marked("axis"), marked("recorded, at its end [counts]"), marked("replayed"))
+        )
         lines += [table(head, [(end.axis, f"{end.recorded}", f"{end.replayed}") for end in comparison.ends]), ""]
     took = [one.recorded for one in comparison.motions if one.recorded is not None]
-    lines.append(word("replay_motions", language, count=len(comparison.motions), seconds=sum(took)))
-    lines += [word(key, language) for key in (*runs.lacks, "cannot_house")]
+    lines.append(
+        translate(
+            "{count} motions, {seconds:.1f} s in all.", language, count=len(comparison.motions), seconds=sum(took)
+        )
+    )
+    lines += [translate(text, language) for text in (*runs.lacks, _LEFT_OUT)]
     count = len(comparison.differences)
-    lines.append(word("replayed_twin", language, compared=comparison.compared, differences=count))
+    lines.append(
+        translate(
+            "{compared} answers compared; {differences} differences.",
+            language,
+            compared=comparison.compared,
+            differences=count,
+        )
+    )
     if options.plot is not None:
-        lines.append(word("picture", language, path=options.plot))
+        lines.append(translate("Picture: {path}", language, path=options.plot))
     return "\n".join(lines)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
+from dmc41x3.i18n import marked
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import DataRecord, decode
 from dmc41x3.wire.framing import RecordReply, Reply
@@ -24,7 +25,7 @@ class ReplayScene:
     """From where a recording is played: `pieces` from loop time `begin` [s] on, on a twin made for that instant.
 
     `opening` is what was said to configure the controller, long before; `record` is what the controller was at `begin`,
-    None for a twin that is played from its power-up. `lacks` names, by keys of the words, what cannot be as it was.
+    None for a twin that is played from its power-up. `lacks` has texts about differences that cannot be avoided.
     """
 
     begin: float
@@ -41,12 +42,17 @@ def scene_of(recording: Recording) -> ReplayScene:
     Raises `ValueError` where they never were.
     """
     header, wire = recording.header, tuple(piece for piece in recording.wire if piece.link >= 0)
-    lacks = ["cannot_datagrams"] if len(wire) < len(recording.wire) else []
+    lacks = [marked("Not compared: unsolicited data records, by UDP.")] if len(wire) < len(recording.wire) else []
     source = header.origin.twin
     if source is not None and header.complete:
         return ReplayScene(source.born, wire, lacks=tuple(lacks))
     if source is None:
-        lacks.append("cannot_machine")
+        lacks.append(
+            marked(
+                "Different from the machine: friction, lag, stiffness, and registers that Maya does not set. "
+                "They are the twin's."
+            )
+        )
     opening = tuple(piece for piece in wire if piece.time < header.whole)
     rest = wire[len(opening) :]
     resting = _at_rest(talk(rest).exchanges)
@@ -54,14 +60,18 @@ def scene_of(recording: Recording) -> ReplayScene:
         raise ValueError("it holds no instant at which the axes were at rest")
     homed = _homed(recording, resting.answered)
     if not homed:
-        lacks.append("cannot_place")
+        lacks.append(marked("Different: the position of the machine before homing, which its counts do not tell."))
     record = decode(resting.reply.data)
     if header.complete:
         return ReplayScene(rest[0].time, rest, (), record, homed, tuple(lacks))
     begin = resting.answered
     later = tuple(piece for piece in rest if piece.time > begin)
     if not opening:
-        lacks.append("cannot_opening")
+        lacks.append(
+            marked(
+                "Different: registers, program and variables from before the recording, which does not contain them."
+            )
+        )
     return ReplayScene(begin, later, opening, record, homed, tuple(lacks))
 
 

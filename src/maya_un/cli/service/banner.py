@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import because
-from maya_un.cli.words import word
 from maya_un.errors import MayaError
 from maya_un.schema.jobs import QueueMode, QueueView
 
@@ -63,24 +63,44 @@ def _data(greeting: StartupBanner, language: str) -> dict[str, object]:
 
 
 def _lines(greeting: StartupBanner, language: str) -> Iterator[str]:
-    yield word("ready", language, address=greeting.address, speed=greeting.speed, url=greeting.url)
+    yield translate(
+        "Maya is up on {address}, clock × {speed:g}. Service: {url}",
+        language,
+        address=greeting.address,
+        speed=greeting.speed,
+        url=greeting.url,
+    )
     if greeting.far is not None:
-        yield word("ready_far", language, url=greeting.far)
+        yield translate("For other machines, with a token: {url}", language, url=greeting.far)
     if greeting.rosbridge is not None:
-        yield word("ready_rosbridge", language, url=greeting.rosbridge)
+        yield translate("rosbridge: {url}", language, url=greeting.rosbridge)
     queue = greeting.queue
     if queue.recovery is not None:
         found = queue.recovery
-        key = "was_interrupted" if found.index else "was_interrupted_between"
-        yield word(key, language, job=found.job, name=found.name, index=found.index, step=found.step)
+        text = _INTERRUPTED if found.index else _INTERRUPTED_BETWEEN
+        yield translate(text, language, job=found.job, name=found.name, index=found.index, step=found.step)
     waiting = sum(queue.counts.values()) - (queue.recovery is not None)
     if waiting:
         reason = because({"reason": queue.reason, "by": queue.by}, language)
-        yield word(_waiting(queue), language, count=waiting, reason=reason)
-    yield word("next", language)
+        yield translate(_waiting(queue), language, count=waiting, reason=reason)
+    yield translate(
+        "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends it.", language
+    )
 
 
 def _waiting(queue: QueueView) -> str:
     if queue.recovery is not None:
-        return "still_waiting_asked"
-    return "still_waiting" if queue.mode is QueueMode.RUNNING else "still_waiting_paused"
+        return marked("Jobs waiting behind it: {count}.")
+    if queue.mode is QueueMode.RUNNING:
+        return marked("Waiting jobs from before: {count}.")
+    return marked("Waiting jobs from before: {count}; the queue is paused ({reason}). `maya queue resume` continues.")
+
+
+_INTERRUPTED = marked(
+    "Job {job} ({name}) was interrupted at step {index}, {step}. Nothing moves by itself: `maya queue` shows the job, "
+    "`maya queue recover` decides about it."
+)
+_INTERRUPTED_BETWEEN = marked(
+    "Job {job} ({name}) was interrupted between two steps. Nothing moves by itself: `maya queue` shows the job, "
+    "`maya queue recover` decides about it."
+)

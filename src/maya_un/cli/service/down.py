@@ -6,10 +6,10 @@ import os
 import select
 import signal
 
+from dmc41x3.i18n import translate
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.errors import ServiceNotRunning
 
 
@@ -28,10 +28,10 @@ def down(settings: OutputSettings, *, finish: bool) -> int:
     try:
         signal.pidfd_send_signal(process, signal.SIGUSR1 if finish else signal.SIGTERM)
         if not settings.json:
-            output.say(word("going_down", settings.language))
+            output.say(translate("Asked `maya up` to end; waiting for it.", settings.language))
         select.select([process], [], [])
     except ProcessLookupError:
         pass
     finally:
         os.close(process)
-    return output.answer({"pid": pid, "ended": True}, word("went_down", settings.language), settings)
+    return output.answer({"pid": pid, "ended": True}, translate("`maya up` has ended.", settings.language), settings)

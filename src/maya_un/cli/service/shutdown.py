@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 
 from dmc41x3.cli.signals import on_end
+from dmc41x3.i18n import marked, translate
 from maya_un.assembly import Stack
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.words import word
 from maya_un.errors import MayaError
 from maya_un.values import Mode
 
@@ -88,7 +88,8 @@ async def brought_to_rest(running: Stack, ending: ShutdownRequest, settings: Out
     under_way = running.process.running
     finish = ending.finish and under_way is not None
     if not settings.json:
-        output.say(word(_words(finish=finish, job=under_way), settings.language, job=under_way))
+        text = _ending(finish=finish, job=under_way)
+        output.say(translate(text, settings.language, job=under_way))
     if finish:
         await _finished(running, ending, settings)
     else:
@@ -96,10 +97,14 @@ async def brought_to_rest(running: Stack, ending: ShutdownRequest, settings: Out
     await _come_to_rest(running)
 
 
-def _words(*, finish: bool, job: int | None) -> str:
+def _ending(*, finish: bool, job: int | None) -> str:
     if job is None:
-        return "ending"
-    return "ending_finish" if finish else "ending_stop"
+        return marked("Ending.")
+    if finish:
+        return marked("Ending after the running step of job {job}; repeat the command to stop now.")
+    return marked(
+        "Ending: job {job} stops on its path and stays interrupted; a person decides about it at the next start."
+    )
 
 
 async def _finished(running: Stack, ending: ShutdownRequest, settings: OutputSettings) -> None:
@@ -109,7 +114,7 @@ async def _finished(running: Stack, ending: ShutdownRequest, settings: OutputSet
     await asyncio.wait({closing, hurrying}, return_when=asyncio.FIRST_COMPLETED)
     if not closing.done():
         if not settings.json:
-            output.say(word("ending_hurried", settings.language))
+            output.say(translate("Stopping on the path now.", settings.language))
         await running.process.close()
     hurrying.cancel()
     await closing
