@@ -157,7 +157,7 @@ class PlanBuilder:
         try:
             self._go_above(phase, approach_target, target, down)
         except (PathRefused, Unreachable) as refusal:
-            raise PathRefused(target=point_text(target), reason=refusal.details["reason"]) from refusal
+            raise PathRefused(target=point_text(target), reason=refusal.reason) from refusal
         return approach_target.above(target)
 
     def _go_above(self, phase: str, approach_target: ApproachTarget, target: Point, down: str | None) -> None:
