@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -72,12 +73,23 @@ def test_a_wait_that_is_given_counts_more_than_that_of_the_client() -> None:
 
 
 def test_an_operation_that_takes_long_is_waited_for_longer_than_others() -> None:
+    asked, over = threading.Event(), threading.Event()
+
     def late(*_: object) -> tuple[int, object]:
-        threading.Event().wait(0.2)
+        asked.set()
+        over.wait(60.0)
         return 200, {"mode": "running"}
 
-    with http_service(late) as url:
-        assert ServiceClient(url, timeout=0.05).ask(requests.clear_queue()) == {"mode": "running"}
+    with http_service(late) as url, ThreadPoolExecutor(1) as pool:
+        client = ServiceClient(url, timeout=0.05)
+        answer = pool.submit(client.ask, requests.clear_queue())
+        try:
+            assert asked.wait(60.0)
+            with pytest.raises(ServiceNotAnswering):
+                client.ask(requests.status())  # it begins later and gives up earlier
+        finally:
+            over.set()
+        assert answer.result(60.0) == {"mode": "running"}
 
 
 def test_nobody_there_is_not_running() -> None:
