@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import socket
 import subprocess
 import sys
+from codecs import getincrementaldecoder
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from io import IncrementalNewlineDecoder
+from math import inf
 from pathlib import Path
+from time import monotonic
 
 from tests.secrecy import MARK
+from tests.warm import WarmPopen
 
 MAYA = str(Path(sys.executable).with_name("maya"))
 """The installed command."""
@@ -22,28 +28,51 @@ CALM = f"--config {CALM_FILE}"
 
 
 class Process:
-    """A command that runs; what is `before` it runs it. `env` is added to this process's environment."""
+    """A command that runs. `env` is added to this process's environment.
 
-    def __init__(self, line: str, before: Sequence[str] = (), env: Mapping[str, str] | None = None) -> None:
-        self._popen = subprocess.Popen(
-            [*before, MAYA, *line.split()],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            bufsize=1,
-            env=None if env is None else {**os.environ, **env},
-        )
+    The command is forked from a process that has loaded the package (`tests.warm`). It starts from nothing if `cold`,
+    if another command stands `before` it, or if its environment changes how an interpreter starts. If `quiet`, its
+    standard error is dropped.
+    """
+
+    def __init__(
+        self,
+        line: str,
+        before: Sequence[str] = (),
+        env: Mapping[str, str] | None = None,
+        *,
+        cold: bool = False,
+        quiet: bool = False,
+    ) -> None:
+        self._command = [*before, MAYA, *line.split()]
+        whole = {**os.environ, **(env or {})}
+        self._popen: subprocess.Popen[bytes] | WarmPopen
+        if cold or before or not WarmPopen.can(whole):
+            stderr = subprocess.DEVNULL if quiet else subprocess.STDOUT
+            self._popen = subprocess.Popen(self._command, stdout=subprocess.PIPE, stderr=stderr, bufsize=0, env=whole)
+        else:
+            self._popen = WarmPopen(self._command, whole, quiet=quiet)
+        assert self._popen.stdout is not None
+        self._stdout = self._popen.stdout
+        self._decoder = IncrementalNewlineDecoder(getincrementaldecoder("utf-8")("replace"), translate=True)
+        self._unread = ""
 
     @property
     def number(self) -> int:
         """The number of the process."""
         return self._popen.pid
 
+    @property
+    def command_line(self) -> str:
+        """The command line that other users of the machine can read while it runs."""
+        if isinstance(self._popen, WarmPopen):
+            return " ".join(self._command)
+        return Path(f"/proc/{self.number}/cmdline").read_text()
+
     def until(self, text: str) -> str:
         """Return the first line that holds `text`; fails where the command ends before."""
-        assert self._popen.stdout is not None
         said: list[str] = []
-        for line in self._popen.stdout:
+        while line := self._line():
             assert MARK not in line
             said.append(line)
             if text in line:
@@ -56,20 +85,41 @@ class Process:
 
     def end(self, within: float = 120.0) -> tuple[int, str]:
         """Return exit code and the rest of what it says; it may take so long [s]."""
-        rest, _ = self._popen.communicate(timeout=within)
+        until = monotonic() + within
+        while self._more(until):
+            pass
+        code = self._popen.wait(max(0.0, until - monotonic()))
+        self._stdout.close()
+        rest, self._unread = self._unread, ""
         assert MARK not in rest
-        return self._popen.returncode, rest
+        return code, rest
 
     def kill(self) -> None:
         """End it whatever it does, even if it is stopped; neither its command line nor what it printed has a secret."""
-        shown = "" if self._popen.returncode is not None else Path(f"/proc/{self.number}/cmdline").read_text()
+        shown = "" if self._popen.returncode is not None else self.command_line
         self._popen.kill()
         self._popen.wait()
-        assert self._popen.stdout is not None
-        if not self._popen.stdout.closed:
-            shown += _held(self._popen.stdout.fileno())
-            self._popen.stdout.close()
+        if not self._stdout.closed:
+            shown += self._unread + _held(self._stdout.fileno())
+            self._stdout.close()
         assert MARK not in shown
+
+    def _line(self) -> str:
+        """Return the next line, or what is left when the command ends."""
+        while "\n" not in self._unread and self._more():
+            pass
+        line, end, self._unread = self._unread.partition("\n")
+        return line + end
+
+    def _more(self, until: float = inf) -> bool:
+        """Read what it says next; return whether there was anything. Raises `TimeoutError` if it says nothing."""
+        waiting = select.poll()
+        waiting.register(self._stdout, select.POLLIN)
+        if not waiting.poll(None if until == inf else max(0.0, 1000.0 * (until - monotonic()))):
+            raise TimeoutError(f"{' '.join(self._command)} goes on; it said:\n{self._unread}")
+        data = os.read(self._stdout.fileno(), 65536)
+        self._unread += self._decoder.decode(data, final=not data)
+        return bool(data)
 
 
 def _held(pipe: int) -> str:
@@ -83,18 +133,20 @@ def _held(pipe: int) -> str:
 
 
 @contextmanager
-def running(line: str, env: Mapping[str, str] | None = None) -> Iterator[Process]:
-    """Run a command while the block runs; `env` is added to the environment."""
-    process = Process(line, env=env)
+def running(line: str, env: Mapping[str, str] | None = None, *, cold: bool = False) -> Iterator[Process]:
+    """Run a command while the block runs; `env` is added to the environment; `cold` is as for `Process`."""
+    process = Process(line, env=env, cold=cold)
     try:
         yield process
     finally:
         process.kill()
 
 
-def done(line: str, within: float = 120.0, env: Mapping[str, str] | None = None) -> tuple[int, str]:
+def done(
+    line: str, within: float = 120.0, env: Mapping[str, str] | None = None, *, cold: bool = False
+) -> tuple[int, str]:
     """Run a command to its end, `within` so long [s]; return exit code and what it said."""
-    with running(line, env) as process:
+    with running(line, env, cold=cold) as process:
         return process.end(within)
 
 

@@ -12,9 +12,6 @@ from typing import Any
 
 from tests.system.processes import Process
 
-QUIET = ("/bin/sh", "-c", 'exec "$@" 2>/dev/null', "sh")
-"""Before a command: what it logs goes nowhere, for nobody reads it."""
-
 LOOKS = 400
 """So often it is looked whether something has happened; each look waits for an event, or 0.1 s."""
 
@@ -58,9 +55,9 @@ class Running:
 
 
 @contextmanager
-def up(options: str) -> Iterator[Running]:
-    """Run `maya up` while the block runs."""
-    process = Process(f"up --port 0 --json {options}", before=QUIET)
+def up(options: str, *, cold: bool = False) -> Iterator[Running]:
+    """Run `maya up` while the block runs; `cold` is as for `Process`."""
+    process = Process(f"up --port 0 --json {options}", quiet=True, cold=cold)
     try:
         url = process.until('"url"').split('"')[3]
         yield Running(process, url, int(process.until('"pid"').strip(",").split()[-1]))

@@ -132,7 +132,7 @@ def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
 
 def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> None:
     with running(f"up --port 0 --speed 50 --table job.yaml {CALM}") as up:
-        up.until("maya home")
+        up.until("Ctrl-C ends it")
         found = report("run job.yaml", capsys)
         assert (found["state"], found["parts"]["cube"]["error"] < 2e-4) == ("done", True)
         code, text = done("approach 0.5 1.1 0.5")

@@ -39,7 +39,7 @@ def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monk
                 wait_for_motion(wire, moving=True, within=20.0)
                 up.send(signal.SIGSTOP)
                 told = wire.time
-                code, text = done("stop")
+                code, text = done("stop", cold=True)
                 assert wire.time - told <= budget
                 assert (code, "began to brake" in text) == (0, True)
                 wait_for_motion(wire, moving=False, within=5.0)
@@ -56,7 +56,7 @@ def test_an_up_that_was_killed_leaves_the_way_to_stop() -> None:
                 home.until("running")
                 wait_for_motion(wire, moving=True, within=20.0)
                 up.kill()
-                assert done("stop")[0] == 0
+                assert done("stop", cold=True)[0] == 0
                 wait_for_motion(wire, moving=False, within=5.0)
                 assert home.end()[0] == 1
     code, text = done("status")
@@ -66,6 +66,7 @@ def test_an_up_that_was_killed_leaves_the_way_to_stop() -> None:
 def test_a_twin_on_tcp_speaks_galil() -> None:
     with running("dmc serve --port 0") as twin:
         address = twin.until(":")
+        twin.until("maya dmc fault")
         code, text = done(f"dmc send {address} TP QR ^R^V --json".replace("^R^V", "\x12\x16"))
         assert code == 0, text
         assert "DMC41" in text

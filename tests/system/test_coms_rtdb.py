@@ -104,7 +104,7 @@ def test_commands_survive_the_death_of_coms_and_each_has_one_result() -> None:
             url = url_in(link.until("http://"))
             wait(lambda: database.get(f"{ROBOT}/commands") is None)
             shown = json.dumps(asked("GET", url, "/status"))
-            shown += Path(f"/proc/{link.number}/cmdline").read_text()
+            shown += link.command_line
             database.revoke_all()
             database.set(f"{ROBOT}/commands/k3", {"id": "3", "command": "can_teleop"})
             wait(lambda: database.get(f"{ROBOT}/commands") is None)

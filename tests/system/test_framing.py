@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Iterator
+from contextlib import suppress
 from urllib.parse import urlsplit
 
 import pytest
@@ -106,13 +107,12 @@ def answered(robot: SharedRobot, *parts: bytes) -> list[bytes]:
     said = b""
     with socket.create_connection((place.hostname, place.port), timeout=PATIENCE) as connection:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        try:
+        with suppress(BrokenPipeError, ConnectionResetError):  # it was closed before all was sent
             for part in parts:
                 connection.sendall(part)
+        with suppress(ConnectionResetError):
             while found := connection.recv(65_536):
                 said += found
-        except (BrokenPipeError, ConnectionResetError):  # it was closed before all was sent
-            pass
     return said.split(b"HTTP/1.1 ")[1:]
 
 

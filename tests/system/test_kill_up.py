@@ -57,7 +57,7 @@ def test_a_maya_up_that_is_killed_again_and_again_carries_its_job_to_the_end(
         with Wire(address) as wire:
             numbers: list[int] = []
             while kills >= 0:
-                with up(f"--address {address}") as robot:
+                with up(f"--address {address}", cold=True) as robot:
                     if not numbers or not _carry_on(robot, wire, numbers[-1]):
                         numbers.append(robot.ask("POST", "/v1/jobs", JOB)[1]["id"])
                     if kills:

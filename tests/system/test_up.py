@@ -74,7 +74,7 @@ def ear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.sock
 
 def test_a_supervisor_hears_of_its_life(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "200000")
-    with running(f"up --port 0 --speed 100 {CALM}") as up:
+    with running(f"up --port 0 --speed 100 {CALM}", cold=True) as up:
         heard = [ear.recv(100)]
         while heard.count(b"WATCHDOG=1") < 3 or b"READY=1" not in heard:
             heard.append(ear.recv(100))
@@ -87,17 +87,17 @@ def test_a_supervisor_hears_of_its_life(ear: socket.socket, monkeypatch: pytest.
 
 
 def test_the_job_under_way_waits_for_a_person_and_what_waits_stays(job: str) -> None:
-    with running(f"up --port 0 --speed 20 {CALM}") as up:
+    with running(f"up --port 0 --speed 20 {CALM}", cold=True) as up:
         up.until("maya home")
-        assert done(f"job submit {job}")[0] == 0
-        assert done(f"job submit {job}")[0] == 0
+        assert done(f"job submit {job}", cold=True)[0] == 0
+        assert done(f"job submit {job}", cold=True)[0] == 0
         events_until("step", state="running", index=1)
-        code, text = done("down")
+        code, text = done("down", cold=True)
         assert (code, "has ended" in text) == (0, True)
         told = up.end()
         assert told[0] == 0
         assert "job 1 stops on its path and stays interrupted" in told[1]
-    with running(f"up --port 0 --speed 20 {CALM}") as up:
+    with running(f"up --port 0 --speed 20 {CALM}", cold=True) as up:
         said = up.until("interrupted")
         assert "Job 1 (job) was interrupted at step 1, home." in said
         assert "still" not in said
