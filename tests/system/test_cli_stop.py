@@ -41,7 +41,7 @@ def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monk
                 told = wire.time
                 code, text = done("stop", cold=True)
                 assert wire.time - told <= budget
-                assert (code, "began to brake" in text) == (0, True)
+                assert (code, "began to brake" in text) == (0, True), text
                 wait_for_motion(wire, moving=False, within=5.0)
                 assert 4.0 in wire.numbers("_SCA,_SCB,_SCC")
                 home.kill()
