@@ -21,6 +21,14 @@ class Rooms(LoadScopeScheduling):
     def _split_scope(self, nodeid: str) -> str:
         return _scope(nodeid)
 
+    def mark_test_complete(self, node: Any, item_index: int, duration: float = 0) -> None:
+        """Note the end of a test; forget its file after the last one, for every report counts all tests of a worker."""
+        super().mark_test_complete(node, item_index, duration)
+        of_node = self.assigned_work[node]
+        scope = self._split_scope(self.registered_collections[node][item_index])
+        if len(of_node) > 1 and all(of_node.get(scope, {"": False}).values()):
+            del of_node[scope]
+
 
 def in_order(items: Sequence[pytest.Item]) -> list[pytest.Item]:
     """Return tests in the order in which workers take them.
