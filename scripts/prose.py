@@ -28,7 +28,7 @@ CLEAN = (
     "src/maya_un/assembly.py", "src/maya_un/values.py", "src/dmc41x3/loops.py", "src/dmc41x3/address.py",
     "src/maya_un/cli/help.py", "src/maya_un/cli/waiting.py",
     "src/maya_un/cli/doctor/words.py",
-   
+
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 

@@ -15,7 +15,6 @@ import pytest
 from dmc41x3.loops import run
 from maya_un import credentials, runtime
 from maya_un.cli.access import files, lease, user_reset
-from dmc41x3.i18n import translate
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import LeaseLost

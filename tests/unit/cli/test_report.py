@@ -1,11 +1,10 @@
 from __future__ import annotations
 
-from string import Formatter
 from typing import Any
 
 import pytest
 
-from maya_un.cli import progress, words
+from maya_un.cli import progress
 from maya_un.cli.output import concluded, exit_code
 from maya_un.cli.progress import FactLines, ProgressBars, line, tell
 from maya_un.cli.report import as_data, as_text, table
