@@ -19,7 +19,7 @@ import http_page
 
 from dmc41x3.i18n import LANGUAGES
 from dmc41x3.language.catalogue import CATALOGUE, CatalogueEntry
-from dmc41x3.twin.coverage import COVERAGE, CoverageClass, share
+from dmc41x3.twin.commands import COVERAGE, CoverageClass, covered
 from dmc41x3.twin.wire import faults
 from maya_ros.graph.events import words
 from maya_un.coms.schemas import SCHEMAS
@@ -149,7 +149,7 @@ def _twin_lines() -> Iterator[str]:
     yield f"{NOTE}\n# What the twin does and does not do\n"
     yield "The virtual controller speaks the language of a DMC-41x3 with sinusoidal amplifiers, without Hall sensors,"
     yield f"Modbus devices or anything on its serial ports. Of {len(CATALOGUE)} entries of the language it implements"
-    yield f"{share():.0%}: they act as on the controller, or set and report a value that is used. Others are accepted"
+    yield f"{covered():.0%}: they act as on the controller, or set and report a value that is used. Others are accepted"
     yield "without effect, or refused with the code of a controller without that function, each for its reason."
     for kind, title in TWIN_SECTIONS.items():
         names = [name for name, coverage in COVERAGE.items() if coverage.kind is kind]

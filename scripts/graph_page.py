@@ -9,8 +9,8 @@ import maya_ros.graph
 from maya_ros.graph import types
 from maya_ros.graph.events import REFUSED, words
 from maya_ros.graph.goals import KEPT, PERIOD
-from maya_ros.graph.servers.actions import FEEDBACK_RATE
 from maya_ros.graph.servers.sensors import DRAWING_RATE
+from maya_ros.graph.servers.tasks import FEEDBACK_RATE
 from maya_ros.graph.table import TABLE, Kind, Row
 
 DEFINITIONS = Path(maya_ros.graph.__file__).parent / "definitions"

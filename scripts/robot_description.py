@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from maya_ros.graph.description import INCLUDE, dimensions
+from maya_ros.graph.urdf import INCLUDE, dimensions
 from maya_un.config import Config
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -17,7 +17,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from maya_ros.graph.paths import to_message  # noqa: E402
+from maya_ros.graph.conversions import path_to_message  # noqa: E402
 from maya_un.config import Config  # noqa: E402 - the path comes first
 from maya_un.kinematics import Mechanism  # noqa: E402
 from maya_un.motion.path import Path as Way  # noqa: E402
@@ -90,7 +90,7 @@ def _under_way(driver: Driver) -> None:
     """Set out on a path, and return when some of it is done and rviz has drawn what goes on, slowly, from there."""
     mechanism = Mechanism.of(Config())
     way = Way.joints(mechanism.ik(ABOVE), mechanism.ik(Point(1.2, 0.9, 1.1)), mechanism.ik(AWAY), blend=0.1)
-    goal = driver.do("/controller/follow", "maya_controller/Follow", {"trajectory": to_message(way)})
+    goal = driver.do("/controller/follow", "maya_controller/Follow", {"trajectory": path_to_message(way)})
     goal.feedback.until(lambda message: message["progress"] > 0.12)
     driver.publish("/controller/speed", "std_msgs/Float64", {"data": 0.02})
     Event().wait(PATIENCE)

@@ -16,7 +16,7 @@ from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.events import Event
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from maya_un.process.process import Process
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point

@@ -17,8 +17,7 @@ from maya_un.config.files import parse
 from maya_un.config.model import AnyZone, BoxConfig, CylinderConfig
 from maya_un.controller.monitor import OFF_SWITCH
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
 from tests.judge.mechanism import Frame

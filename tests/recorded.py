@@ -14,8 +14,7 @@ from dmc41x3.wire.transport import Transport
 from maya_un.config import Config, RecorderConfig, Units
 from maya_un.controller.controller import GalilController
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.recording import RecordingOrigin, TwinSource
 from maya_un.recorder.store import RecordingStore

@@ -11,10 +11,9 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 
 from maya_ros.graph.bus import Bus, BusNode
-from maya_ros.rosbridge.client import RosbridgeClient
+from maya_ros.rosbridge.client import MessageScheduler, RosbridgeClient, Sender
 from maya_ros.rosbridge.outgoing import MessageEncoder
 from maya_ros.rosbridge.rosapi import Rosapi
-from maya_ros.rosbridge.sending import MessageScheduler, Sender
 from maya_ros.rosbridge.session import RosbridgeSession
 from tests.virtual_time import turn
 

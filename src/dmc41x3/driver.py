@@ -26,9 +26,8 @@ from dmc41x3.errors import (
     NotConnected,
     UnexpectedReply,
 )
-from dmc41x3.language import arrays, program
-from dmc41x3.language.burned import Burned
-from dmc41x3.language.codes import ERROR_TEXTS
+from dmc41x3.language import transfer
+from dmc41x3.language.codes import ERROR_TEXTS, Burned
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.language.numbers import parse_number
 from dmc41x3.language.record import DataRecord, decode
@@ -199,15 +198,15 @@ class Driver:
         sent; `CommandRejected` with code 17 while a program runs, which then stays as it is, and with the code of a
         line that was refused; `ProgramDiffers`. After the last two the memory holds whatever the controller made of it.
         """
-        lines = program.split(text)
-        program.require_loadable(lines)
-        await self._transfer("DL", program.probe(keep))
-        await self._transfer("DL", program.download(lines, keep))
-        program.require_same(lines, program.uploaded(await self._listing("UL")))
+        lines = transfer.program_lines(text)
+        transfer.require_loadable(lines)
+        await self._transfer("DL", transfer.download_probe(keep))
+        await self._transfer("DL", transfer.program_download(lines, keep))
+        transfer.require_same_lines(lines, transfer.uploaded_lines(await self._listing("UL")))
 
     async def upload(self) -> str:
         """Return the controller's program (UL), each line ended by a line feed; raises as `send`."""
-        return "".join(f"{line}\n" for line in program.uploaded(await self._listing("UL")))
+        return "".join(f"{line}\n" for line in transfer.uploaded_lines(await self._listing("UL")))
 
     async def download_array(self, name: str, values: Sequence[float], first: int = 0) -> None:
         """Write `values` into an array that there is, from element `first` on (QD).
@@ -215,14 +214,14 @@ class Driver:
         Numbers are cut to the controller's step of 1/65536. Raises `InvalidValue` for a number out of its range or
         values that do not fit, and `CommandRejected` (82 or 57) where there is no such array.
         """
-        arrays.require_fit(name, first, len(values), await self.value(arrays.length(name)))
+        transfer.require_array_fit(name, first, len(values), await self.value(transfer.array_length(name)))
         if values:
-            await self._transfer("QD", arrays.download(name, values, first))
+            await self._transfer("QD", transfer.array_download(name, values, first))
 
     async def upload_array(self, name: str) -> list[float]:
         """Return the elements of an array (QU); raises `CommandRejected` where there is no such array."""
-        command = arrays.upload(name)
-        return arrays.parse(command, await self._listing(command))
+        command = transfer.array_upload(name)
+        return transfer.parse_array(command, await self._listing(command))
 
     async def stream(self, rate: float, datagrams: DatagramFactory | None = None) -> RecordStream:
         """Have data records come by themselves, `rate` times in a second; `close` what is returned.

@@ -22,8 +22,7 @@ from maya_un.controller.link import Dial
 from maya_un.controller.protocol import Controller
 from maya_un.events import Event, EventLog
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import legal_start
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import TrueConstants, legal_start
 from maya_un.process.journal.protocol import EventRow, Journal
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.process.lease import ControlLease

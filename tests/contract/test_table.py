@@ -7,8 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
-from dmc41x3.conformance.fresh import freshen, restart
-from dmc41x3.conformance.runner import coalesced
+from dmc41x3.conformance.runner import coalesced, freshen, restart
 from dmc41x3.conformance.vectors import sources
 from tests.campaign import Campaign
 from tests.channels import Bench, Cut, at, byte_by_byte, whole, wire

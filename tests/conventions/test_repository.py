@@ -14,7 +14,7 @@ import pytest
 
 import dmc41x3
 import maya_un
-from dmc41x3.twin.coverage import COVERAGE, CoverageClass
+from dmc41x3.twin.commands import COVERAGE, CoverageClass
 from tests.conventions.source import PACKAGES, ROOT
 
 COMMANDS = ["run", "test"] + [f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros")]

@@ -15,7 +15,6 @@ IO_MODULES = {
     "dmc41x3.listening",
     "dmc41x3.wire.emergency",
     "dmc41x3.gclib.api",
-    "dmc41x3.gclib.connection",
     "dmc41x3.gclib.session",
     "dmc41x3.gclib.shim.gclib",
     "dmc41x3.wire.stream",
@@ -110,7 +109,7 @@ WRITES_BY_ITSELF = {
     "maya_un.cli.queueing.jobs": "a job for the editor, in a temporary folder of its own",
     "maya_un.client.twin": "the twin's table, in a temporary folder of its own",
     "maya_un.config.files": "a draft in the place that `files.writable_place` names",
-    "maya_ros.graph.description": "the robot's dimensions, in a copy of its own",
+    "maya_ros.graph.urdf": "the robot's dimensions, in a copy of its own",
     "maya_un.recorder.store": "a draft that nobody else has",
     "maya_un.runtime": "the runtime file, opened by `files.open_own`",
 }

@@ -8,8 +8,7 @@ from math import atan2, dist, pi
 import numpy as np
 import pytest
 
-from maya_ros.graph.description import describe
-from maya_ros.graph.joints import BASE, DRAWN, GRIPPER, NAMES, ROBOT, positions
+from maya_ros.graph.urdf import BASE, DRAWN, GRIPPER, NAMES, ROBOT, describe, positions
 from maya_un.config import Config
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.values import Joints

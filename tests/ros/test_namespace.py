@@ -208,7 +208,7 @@ def test_each_has_files_of_its_own(pair: Pair) -> None:
 @pytest.mark.parametrize(("words", "name"), [([], "MAYA"), (["__ns:=maya2"], "MAYA2")])
 def test_ros_coms_has_the_name_of_the_namespace_of_its_arguments(words: list[str], name: str) -> None:
     code = """
-from maya_ros.ros1.coms import settle_environment
+from maya_ros.ros1.nodes.rosbridge import settle_environment
 settle_environment()
 from maya_un.coms.settings import from_environment
 print(from_environment().name)

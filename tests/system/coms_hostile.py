@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
-from maya_ros.graph.steps import QUIET
+from maya_ros.graph.servers.steps import QUIET
 from maya_un.errors import (
     InvalidMessage,
     InvalidRequest,

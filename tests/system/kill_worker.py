@@ -33,9 +33,9 @@ from maya_un.assembly import Stack, Twin
 from maya_un.config.files import parse
 from maya_un.errors import AnswerNeeded
 from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBegun, StepAdvanced
+from maya_un.machine.log import PartDrop, PartTable, Place
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.table import PartDrop, PartTable, Place
+from maya_un.machine.truth import StartPose
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.process.spec.job import Job
 from maya_un.schema.jobs import QueueMode, QueueView, Recovery, TaskState

@@ -13,7 +13,7 @@ from pathlib import Path
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import success
 from maya_ros.graph.protocol import Feedback, Message
-from maya_ros.graph.steps import bridged
+from maya_ros.graph.servers.steps import bridged
 from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, TASK
 from maya_un.http import dates
 from maya_un.steps.store import StepStore

@@ -11,7 +11,7 @@ from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.errors import MachineError
 from maya_un.kinematics import Workspace
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from maya_un.motion.emergency import SLACK
 from maya_un.motion.path import Path
 from maya_un.testing import Rig, rig

@@ -18,7 +18,7 @@ from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.errors import MayaError
 from maya_un.events import GripperClosed, HomingBegun, HomingDone, PhaseBegun
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from maya_un.process.process import Process
 from maya_un.process.spec.job import Job
 from maya_un.robot.robot import MayaRobot

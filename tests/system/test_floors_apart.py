@@ -10,9 +10,9 @@ from random import Random
 
 import pytest
 
+from maya_ros.graph.conversions import primitive_to_message
 from maya_ros.graph.distributed import robot_floor, tasks_handed_on
 from maya_ros.graph.outcome import error_of
-from maya_ros.graph.primitives import to_message
 from maya_ros.graph.protocol import GoalStatus
 from maya_ros.graph.table import FOLLOW, TASK
 from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
@@ -108,7 +108,7 @@ async def test_a_preview_is_what_the_floor_then_does() -> None:
 
 async def test_what_the_floor_refuses_is_raised_as_it_said_it() -> None:
     async with apart() as floors:
-        task = {"task": to_message(Pick(Point(0.3, 1.0, 2.3)))}
+        task = {"task": primitive_to_message(Pick(Point(0.3, 1.0, 2.3)))}
         there = await floors.nodes["process_controller"].do(TASK.name, TASK.type, task)
         with pytest.raises(Exception, match="cannot be reached") as raised:
             await floors.robot.run(Pick(Point(0.3, 1.0, 2.3)))
@@ -211,7 +211,7 @@ async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
         somebody = floors.bus.node("somebody")
         await elapse(10.0)
         for _ in range(3):
-            other = await somebody.do(TASK.name, TASK.type, {"task": to_message(Approach(TRAY))})
+            other = await somebody.do(TASK.name, TASK.type, {"task": primitive_to_message(Approach(TRAY))})
             assert other.outcome is GoalStatus.REJECTED
             assert isinstance(error_of(other.result), Busy)
             await elapse(20.0)
@@ -222,7 +222,7 @@ async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
 async def test_a_due_job_waits_for_somebody_elses_task() -> None:
     async with apart(parts={"cube": CUBE}) as floors:
         somebody = floors.bus.node("somebody")
-        other = asyncio.ensure_future(somebody.do(TASK.name, TASK.type, {"task": to_message(Approach(TRAY))}))
+        other = asyncio.ensure_future(somebody.do(TASK.name, TASK.type, {"task": primitive_to_message(Approach(TRAY))}))
         await elapse(2.0)
         number = await floors.process.submit(PICK_AND_PLACE)
         assert (await other).outcome is GoalStatus.SUCCEEDED

@@ -18,7 +18,7 @@ from maya_un.errors import (
     MayaError,
     NotHomed,
 )
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
 from tests.campaign import Campaign

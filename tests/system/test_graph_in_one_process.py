@@ -11,12 +11,11 @@ from random import Random
 import pytest
 
 from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.conversions import primitive_to_message
 from maya_ros.graph.events import ReportedEvent, read
-from maya_ros.graph.primitives import to_message
 from maya_ros.graph.protocol import GoalStatus, Message
-from maya_ros.graph.queue import GraphQueue
 from maya_ros.graph.servers.controller import ControllerServer
-from maya_ros.graph.servers.process import ProcessServer
+from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, echoed
 from maya_un.assembly import Stack, stack
@@ -33,7 +32,7 @@ from tests.virtual_time import elapse
 pytestmark = pytest.mark.system
 
 CUBE, TRAY = Point(0.50, 1.10, 0.40), Point(1.10, 0.50, 0.40)
-PICK, PLACE, HOME = to_message(Pick(CUBE)), to_message(Place(TRAY)), {"command": "home"}
+PICK, PLACE, HOME = primitive_to_message(Pick(CUBE)), primitive_to_message(Place(TRAY)), {"command": "home"}
 LONGEST = 120.0
 """Pick and place of a homed robot have ended by then [s]."""
 

@@ -21,7 +21,7 @@ from maya_un.controller.controller import GalilController
 from maya_un.controller.watchdog import BEATS
 from maya_un.errors import HostSilent
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from maya_un.values import Joints
 from tests.campaign import Campaign
 from tests.system.processes import Wire, done, running

@@ -18,8 +18,7 @@ from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, MachineError, NotConnected, Stopped, WiringContradictsCn
-from maya_un.machine.start import PARTS, StartPose, legal_start
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import PARTS, StartPose, TrueConstants, legal_start
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
 from tests.campaign import Campaign

@@ -9,7 +9,7 @@ from typing import cast
 
 import pytest
 
-from maya_ros.graph.clients.calls import called, done
+from maya_ros.graph.outcome import call_service, run_action
 from maya_ros.graph.protocol import Message
 from maya_ros.graph.table import MOVE, Kind, Layer, Row
 from maya_un.http.bridge import Bridge
@@ -67,7 +67,7 @@ def by_service_of_the_bus(floors: Apart) -> Awaitable[object]:
 def by_service_asked(floors: Apart) -> Awaitable[object]:
     node = floors.bus.node("server")
     node.serve(GO.name, GO.type, lambda _: _answer(floors))
-    return called(floors.bus.node("client"), GO, {})
+    return call_service(floors.bus.node("client"), GO, {})
 
 
 def by_action_of_the_bus(floors: Apart) -> Awaitable[object]:
@@ -75,7 +75,7 @@ def by_action_of_the_bus(floors: Apart) -> Awaitable[object]:
 
 
 def by_action_asked(floors: Apart) -> Awaitable[object]:
-    return done(floors.bus.node("client"), MOVE, FAR._asdict())
+    return run_action(floors.bus.node("client"), MOVE, FAR._asdict())
 
 
 def by_controller_over_the_graph(floors: Apart) -> Awaitable[object]:

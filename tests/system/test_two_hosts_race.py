@@ -38,7 +38,7 @@ from maya_un.errors import (
     OwnershipLost,
 )
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from tests.campaign import Campaign
 from tests.system.processes import Wire
 from tests.system.racing_host import PLACES, host

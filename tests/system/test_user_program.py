@@ -15,8 +15,7 @@ from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 from maya_un.errors import CommandRejected
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from tests.virtual_time import elapse
 
 PICK, PLACE = 8000, 16000

@@ -9,12 +9,10 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
-from dmc41x3.cli import output
-from dmc41x3.cli.settings import OutputSettings
-from dmc41x3.cli.site import Site
-from dmc41x3.cli.values import host_and_port
+from dmc41x3.cli import console
+from dmc41x3.cli.console import OutputSettings, Site, host_and_port
 from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
-from dmc41x3.conformance.fresh import freshen, restart
+from dmc41x3.conformance.runner import freshen, restart
 from dmc41x3.conformance.vectors import sources
 from dmc41x3.driver import Driver
 from dmc41x3.errors import ConnectFailed, LinkTimeout, MachineError, WrongController
@@ -111,8 +109,8 @@ def conform(address: str, moves: bool, bench: bool, settings: OutputSettings) ->
     host, port = host_and_port(settings.site.meant(address, settings.config), "HOST")
     allowed = set(Demand) if bench else {Demand.MOVES} if moves else set[Demand]()
     outcome = held(host, port, allowed, settings.site)
-    output.answer(_report(outcome), "\n".join(_lines(outcome, settings.language)), settings)
-    return output.FAILED if outcome.differences else output.DONE
+    console.answer(_report(outcome), "\n".join(_lines(outcome, settings.language)), settings)
+    return console.FAILED if outcome.differences else console.DONE
 
 
 def held(host: str, port: int, allowed: set[Demand], site: Site) -> ConformanceOutcome:

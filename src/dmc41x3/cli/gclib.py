@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from dmc41x3 import files
-from dmc41x3.cli import output
-from dmc41x3.cli.settings import OutputSettings
+from dmc41x3.cli import console
+from dmc41x3.cli.console import OutputSettings
 from dmc41x3.errors import FileNotOurs, FileUnreadable, FileUnwritable
 from dmc41x3.gclib import shim
 
@@ -35,21 +35,21 @@ def install(settings: OutputSettings, *, force: bool, site: Path | None = None) 
     if place.exists() and not _ours(place) and not force:
         raise FileNotOurs(path=str(place), remedy="with --force it is replaced")
     files.write(place, _text())
-    return output.answer({"path": str(place)}, f"`import gclib` finds {place} now.", settings)
+    return console.answer({"path": str(place)}, f"`import gclib` finds {place} now.", settings)
 
 
 def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
     """Take the module out of this environment again; raises `FileNotOurs` where it is another one."""
     place = _place(site)
     if not place.exists():
-        return output.answer({"path": None}, "There is no gclib here.", settings)
+        return console.answer({"path": None}, "There is no gclib here.", settings)
     if not _ours(place):
         raise FileNotOurs(path=str(place), remedy="it is left alone")
     try:
         place.unlink()
     except OSError as error:
         raise FileUnwritable(path=str(place), reason=error.strerror or str(error)) from error
-    return output.answer({"path": str(place)}, f"{place} is gone.", settings)
+    return console.answer({"path": str(place)}, f"{place} is gone.", settings)
 
 
 def status(settings: OutputSettings, *, site: Path | None = None) -> int:
@@ -65,7 +65,7 @@ def status(settings: OutputSettings, *, site: Path | None = None) -> int:
         text = f"{found} is somebody else's."
     else:
         text = f"{found} is ours{'' if current else ', of another version: install it again'}."
-    return output.answer(says, text, settings)
+    return console.answer(says, text, settings)
 
 
 def run(script: str, arguments: Sequence[str]) -> int:

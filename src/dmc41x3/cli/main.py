@@ -8,15 +8,15 @@ from asyncio import CancelledError
 from collections.abc import Sequence
 
 from dmc41x3 import __version__
-from dmc41x3.cli import app, output
-from dmc41x3.cli.settings import asks_for_json, from_environment, split
+from dmc41x3.cli import commands, console
+from dmc41x3.cli.console import asks_for_json, from_environment, split_options
 from dmc41x3.errors import CodedError, InternalError
 
 
 def program() -> int:
     """Be the process `dmc`."""
     code = main()
-    output.forget_unprinted()
+    console.forget_unprinted()
     return code
 
 
@@ -24,21 +24,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Carry out one command line (without the program's name) and return its exit code; never raises."""
     line = sys.argv[1:] if argv is None else argv
     settings = from_environment()._replace(json=asks_for_json(line))
-    output.tolerate_any_terminal()
+    console.tolerate_any_terminal()
     try:
-        settings, rest = split(line, settings)
+        settings, rest = split_options(line, settings)
         if rest[:1] == ["--version"]:
-            return output.answer({"version": __version__}, f"dmc {__version__}", settings)
-        return app.run(rest, settings)
+            return console.answer({"version": __version__}, f"dmc {__version__}", settings)
+        return commands.run(rest, settings)
     except CodedError as error:
-        return output.complain(error, settings)
+        return console.complain(error, settings)
     except (KeyboardInterrupt, CancelledError):
-        return output.INTERRUPTED
+        return console.INTERRUPTED
     except BrokenPipeError:
-        return output.FAILED
+        return console.FAILED
     except Exception as error:  # noqa: BLE001 - a defect: one sentence behind its traceback
         traceback.print_exc()
-        return output.complain(InternalError(reason=f"{type(error).__name__}: {error}"), settings)
+        return console.complain(InternalError(reason=f"{type(error).__name__}: {error}"), settings)
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import typer
 
-from dmc41x3.cli import output
-from dmc41x3.cli.settings import OutputSettings
+from dmc41x3.cli import console
+from dmc41x3.cli.console import OutputSettings
 from dmc41x3.errors import InvalidCommandLine
 
 
@@ -21,7 +21,7 @@ def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, progra
         context = getattr(error, "ctx", None)
         reason = _clause(error.format_message()) or "the command is incomplete"
         raise InvalidCommandLine(reason=reason, command=context.command_path if context else program) from error
-    return code if isinstance(code, int) else output.DONE
+    return code if isinstance(code, int) else console.DONE
 
 
 def _clause(message: str) -> str:

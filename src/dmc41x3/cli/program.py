@@ -7,9 +7,8 @@ import sys
 from pathlib import Path
 
 from dmc41x3 import files
-from dmc41x3.cli import dial, output
-from dmc41x3.cli.settings import OutputSettings
-from dmc41x3.cli.site import Site
+from dmc41x3.cli import connection, console
+from dmc41x3.cli.console import OutputSettings, Site
 from dmc41x3.driver import Driver
 from dmc41x3.errors import (
     CodedError,
@@ -21,7 +20,7 @@ from dmc41x3.errors import (
     ProgramRuns,
 )
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.language.source import ProgramSource, prepared
+from dmc41x3.language.transfer import ProgramSource, prepared
 
 
 def upload(address: str, file: str | None, settings: OutputSettings) -> int:
@@ -29,19 +28,19 @@ def upload(address: str, file: str | None, settings: OutputSettings) -> int:
 
     Raises `FileUnwritable` and as the driver does.
     """
-    text = asyncio.run(_upload(dial.meant(address, settings), settings.site))
+    text = asyncio.run(_upload(connection.meant(address, settings), settings.site))
     if file is not None:
         write(Path(file), text)
-        return output.answer({"file": file, "lines": text.count("\n")}, f"{file}: {lines(text)}", settings)
+        return console.answer({"file": file, "lines": text.count("\n")}, f"{file}: {lines(text)}", settings)
     if settings.json:
-        output.emit({"program": text})
+        console.emit({"program": text})
     else:
         sys.stdout.write(text)
-    return output.DONE
+    return console.DONE
 
 
 async def _upload(place: str, site: Site) -> str:
-    async with dial.opened(place, site) as driver:
+    async with connection.opened(place, site) as driver:
         return await driver.upload()
 
 
@@ -51,8 +50,8 @@ def download(address: str, file: str, source: ProgramSource, label: str | None, 
     Raises `InvalidValue`, `ControllerOwned`, and as `load`.
     """
     start = None if label is None else _start(label)
-    asyncio.run(_download(dial.meant(address, settings), source.text, start, settings.site))
-    return output.answer(
+    asyncio.run(_download(connection.meant(address, settings), source.text, start, settings.site))
+    return console.answer(
         {"file": file, "lines": len(source.lines), "changes": list(source.changes), "started": start},
         f"{file}: {told(source)}{'' if start is None else f', {start}'}",
         settings,
@@ -72,7 +71,7 @@ def _start(label: str) -> str:
 
 
 async def _download(place: str, text: str, start: str | None, site: Site) -> None:
-    async with dial.opened(place, site) as driver:
+    async with connection.opened(place, site) as driver:
         await site.require_free(driver, place)
         await load(driver, text)
         if start is not None:

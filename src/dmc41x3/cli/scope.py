@@ -1,26 +1,198 @@
-"""`dmc scope`: channels recorded for a while, from a trigger on, to a table (CSV) and a picture (PNG)."""
+"""`dmc watch` and `dmc scope`: sample channels, show them live, record them to a table or a picture."""
 
 from __future__ import annotations
 
 import asyncio
 import csv
 import io
+import json
+import sys
+from collections.abc import AsyncIterator, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from dmc41x3.cli import dial, output
-from dmc41x3.cli.sampling import ChannelSample, Sampler, samples, ticks
-from dmc41x3.cli.settings import OutputSettings
-from dmc41x3.cli.site import Site
-from dmc41x3.cli.watch import require_rate
+from dmc41x3.cli import connection, console
+from dmc41x3.cli.console import OutputSettings, Site
 from dmc41x3.driver import Driver
-from dmc41x3.errors import InvalidValue
+from dmc41x3.errors import CommandRejected, InvalidValue, UnexpectedReply
 from dmc41x3.files import write
-from dmc41x3.language.channels import quantity, unit
+from dmc41x3.language.commands import LINE_LIMIT
+from dmc41x3.language.hardware import SAMPLES
+from dmc41x3.language.numbers import parse_number
+from dmc41x3.language.record import Reading, SampleClock, columns, quantity, reading, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
+    from rich.table import Table
+
+_TIME = "TIME"
+
+
+class ChannelSample(NamedTuple):
+    """Values of all channels; `time` is the controller's own [s], 0 at the first sample."""
+
+    time: float
+    values: tuple[float, ...]
+
+
+class Sampler:
+    """Takes samples of fixed channels; made by `prepare`."""
+
+    def __init__(self, driver: Driver, channels: Sequence[str], axes: int, period: float) -> None:
+        self._driver = driver
+        self.channels = tuple(channels)
+        self._readings: dict[str, Reading] = {}
+        for channel in channels:
+            if (read := reading(channel, axes)) is not None:
+                self._readings[channel] = read
+        asked = [channel for channel in self.channels if channel not in self._readings]
+        self._asked = asked if self._readings else [_TIME, *asked]
+        self._clock = SampleClock(period)
+        self._second = SAMPLES * 1000.0 / period
+        self._first: float | None = None
+
+    @classmethod
+    async def prepare(cls, driver: Driver, channels: Sequence[str]) -> Sampler:
+        """Return a sampler whose every channel has answered once; raises `CommandRejected` for one that does not."""
+        axes = len((await driver.record()).axes)
+        sampler = cls(driver, channels, axes, await _period(driver))
+        for channel in sampler._asked:
+            await driver.value(channel)
+        return sampler
+
+    async def sample(self) -> ChannelSample:
+        """Return the values of now; raises as the driver does."""
+        if not self._readings:
+            found = await self._ask()
+            return ChannelSample(self._since_first(found[_TIME]), tuple(found[name] for name in self.channels))
+        record, found = await asyncio.gather(self._driver.record(), self._ask())
+        found.update({name: read(record) for name, read in self._readings.items()})
+        return ChannelSample(self._clock.at(record.sample), tuple(found[name] for name in self.channels))
+
+    async def _ask(self) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for group in _lines(self._asked):
+            command = f"MG {','.join(group)}"
+            reply = await self._driver.send(command)
+            try:
+                numbers = [parse_number(word) for word in reply.split()]
+                found.update(zip(group, numbers, strict=True))
+            except ValueError as error:
+                raise UnexpectedReply(command=command, reply=reply) from error
+        return found
+
+    def _since_first(self, time: float) -> float:
+        if self._first is None:
+            self._first = time
+        return (time - self._first) / self._second
+
+
+async def _period(driver: Driver) -> float:
+    """Return TM [µs], its default where the controller does not tell."""
+    try:
+        return await driver.value("_TM") or 1000.0
+    except CommandRejected:
+        return 1000.0
+
+
+def _lines(channels: Sequence[str]) -> Iterator[list[str]]:
+    """Yield the channels in groups that one line of the controller holds."""
+    group: list[str] = []
+    for channel in channels:
+        if group and len(f"MG {','.join([*group, channel])}") > LINE_LIMIT:
+            yield group
+            group = []
+        group.append(channel)
+    if group:
+        yield group
+
+
+async def samples(sampler: Sampler, rate: float, seconds: float | None) -> AsyncIterator[ChannelSample]:
+    """Yield `rate` samples a second for so long, without an end for None; what comes too late is left out."""
+    async for _ in ticks(rate, seconds):
+        yield await sampler.sample()
+
+
+async def ticks(rate: float, seconds: float | None) -> AsyncIterator[int]:
+    """Yield `rate` numbers a second, from 0, at once and then on time; those that come too late are left out."""
+    loop = asyncio.get_running_loop()
+    start = loop.time()
+    tick = 0
+    while seconds is None or tick <= seconds * rate + 1e-9:
+        await asyncio.sleep(max(0.0, start + tick / rate - loop.time()))
+        yield tick
+        tick = max(tick + 1, int((loop.time() - start) * rate))
+
+
+def watch(address: str, channels: Sequence[str], rate: float, seconds: float | None, settings: OutputSettings) -> int:
+    """Show channels `rate` times a second for so long [s], until Ctrl-C for None; return the exit code.
+
+    Without channels it shows position, error, velocity and torque of every axis. Raises as the driver does.
+    """
+    require_rate(rate)
+    if seconds is not None and not seconds >= 0.0:
+        raise InvalidValue(key="--for", value=seconds, reason="it is 0 s or more")
+    place = connection.meant(address, settings)
+    asyncio.run(connection.until_asked(_watch(place, channels, rate, seconds, settings)))
+    return console.DONE
+
+
+def require_rate(rate: float) -> None:
+    """Raise `InvalidValue` for a rate that no controller of the family answers at."""
+    if not 0.0 < rate <= 500.0:
+        raise InvalidValue(key="--rate", value=rate, reason="it is above 0 and at most 500 samples a second")
+
+
+async def _watch(
+    place: str, channels: Sequence[str], rate: float, seconds: float | None, settings: OutputSettings
+) -> None:
+    async with connection.opened(place, settings.site) as driver:
+        sampler = await Sampler.prepare(driver, channels or await _usual(driver))
+        if sys.stdout.isatty() and not settings.json:
+            await _live(sampler, rate, seconds)
+            return
+        async for sample in samples(sampler, rate, seconds):
+            console.say(json_line(sampler, sample) if settings.json else _plain_line(sampler, sample))
+
+
+async def _usual(driver: Driver) -> tuple[str, ...]:
+    return columns(len((await driver.record()).axes))
+
+
+async def _live(sampler: Sampler, rate: float, seconds: float | None) -> None:
+    from rich.live import Live
+
+    with Live(auto_refresh=False) as screen:
+        async for sample in samples(sampler, rate, seconds):
+            screen.update(_table(sampler, sample), refresh=True)
+
+
+def _table(sampler: Sampler, sample: ChannelSample) -> Table:
+    from rich.table import Table
+
+    table = Table("channel", title=f"{sample.time:.3f} s", title_justify="left")
+    table.add_column("value", justify="right", min_width=14)
+    table.add_column("unit")
+    for channel, value in zip(sampler.channels, sample.values, strict=True):
+        table.add_row(channel, shown(value), unit(channel))
+    return table
+
+
+def json_line(sampler: Sampler, sample: ChannelSample) -> str:
+    """Return one sample as one line of JSON: `time` [s], then every channel by its name."""
+    return json.dumps({"time": sample.time, **dict(zip(sampler.channels, sample.values, strict=True))})
+
+
+def _plain_line(sampler: Sampler, sample: ChannelSample) -> str:
+    pairs = zip(sampler.channels, sample.values, strict=True)
+    return f"{sample.time:.3f}  " + "  ".join(f"{channel} {shown(value)}" for channel, value in pairs)
+
+
+def shown(value: float) -> str:
+    """Return a value for people: whole numbers without, others with four decimals, as the controller has them."""
+    return f"{value:.0f}" if value == int(value) else f"{value:.4f}"
+
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Colours that people with any eyes tell apart (Okabe and Ito)."""
@@ -63,18 +235,18 @@ def scope(address: str, request: ScopeRequest, settings: OutputSettings) -> int:
 
     Ctrl-C ends the recording early and keeps what there is. Raises `FileUnwritable` and as the driver does.
     """
-    recording = asyncio.run(_scope(dial.meant(address, settings), request, settings.site))
+    recording = asyncio.run(_scope(connection.meant(address, settings), request, settings.site))
     save(recording, request)
     if request.csv is None and request.png is None and not settings.json:
-        output.say(as_csv(recording).rstrip("\n"))
-        return output.DONE
-    return output.answer(_report(recording, request), summary(recording, request), settings)
+        console.say(as_csv(recording).rstrip("\n"))
+        return console.DONE
+    return console.answer(_report(recording, request), summary(recording, request), settings)
 
 
 async def _scope(place: str, request: ScopeRequest, site: Site) -> ScopeRecording:
-    async with dial.opened(place, site) as driver:
+    async with connection.opened(place, site) as driver:
         taken: list[ChannelSample] = []
-        await dial.until_asked(record(driver, request, taken))
+        await connection.until_asked(record(driver, request, taken))
         return ScopeRecording(request.channels, tuple(taken))
 
 

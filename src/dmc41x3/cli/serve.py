@@ -7,16 +7,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from dmc41x3.cli import output
-from dmc41x3.cli.bench import bench
-from dmc41x3.cli.settings import OutputSettings
+from dmc41x3.cli import console
+from dmc41x3.cli.console import OutputSettings, clock_factor
 from dmc41x3.cli.signals import asked_to_end
-from dmc41x3.cli.values import clock_factor
 from dmc41x3.errors import FileUnwritable, InvalidValue
 from dmc41x3.files import writable_place
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.wire.server import bench
 
 
 class BenchOptions(NamedTuple):
@@ -42,7 +41,7 @@ def serve(options: BenchOptions, settings: OutputSettings) -> int:
     reserve_descriptors()
     factor = clock_factor(options.speed)
     run(_serve(options, memory, settings), lambda: ScaledLoop(factor))
-    return output.DONE
+    return console.DONE
 
 
 def burned(file: str | None) -> Memory:
@@ -71,7 +70,7 @@ async def _serve(options: BenchOptions, memory: Memory, settings: OutputSettings
         address = f"{host}:{port}"
         also = [f"{host}:{also}" for also in options.also_ports]
         value = {"address": address, "also": also, "udp": options.udp, "pid": os.getpid()}
-        output.answer(value, address, settings)
+        console.answer(value, address, settings)
         await asked_to_end()
     finally:
         await controller.close()

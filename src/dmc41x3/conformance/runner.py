@@ -1,16 +1,93 @@
-"""Holds a controller to the table, over anything that carries bytes."""
+"""Run the conformance table against a controller, over anything that carries bytes.
+
+An expected reply is literal text in which `<...>` stands for parts that differ between controllers.
+A controller on a bench is first brought to the state that the table expects.
+
+`<n>` is a whole number and `<v>` one with four decimals, both with the slot for their sign; `< >` a blank or none;
+`<2..8>` a number between two; `<axes>` how many axes there are; `<handle>` a letter A to H; `<line>` any text
+within a line, `<lines>` any text at all; `<<` is the character itself.
+
+Settings are put back by commands, not by a master reset, which would take the network address as well. What no command
+puts back (an armed latch, the clock) a reset does, when the settings have been burned.
+"""
 
 from __future__ import annotations
 
+import re
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from dmc41x3.conformance.pattern import compiled, literal
-from dmc41x3.conformance.vectors import Demand, Special, Vector, VectorStep
+from dmc41x3.conformance.vectors import Demand, Special, Vector, VectorStep, fresh
+from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import record_length
+
+_NUMBER = r" ?-?\d+(?:\.\d+)?"
+_FIXED = {
+    "n": r" ?-?\d+",
+    "v": r" ?-?\d+\.\d{4}",
+    " ": " ?",
+    "handle": "[A-H]",
+    "line": "[^\r\n]+",
+    "lines": "(?s:.*?)",
+}
+_TOKEN = re.compile(r"<<|<([^<>]+)>")
+_RANGE = re.compile(r"(-?\d+(?:\.\d+)?)\.\.(-?\d+(?:\.\d+)?)")
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """One expected reply: its form, and the ranges in which the numbers it captures must lie."""
+
+    form: re.Pattern[bytes]
+    ranges: tuple[tuple[float, float], ...]
+
+    def matches(self, data: bytes) -> bool:
+        """Tell whether `data` is such a reply, from its first byte to its last."""
+        return self._within(self.form.fullmatch(data))
+
+    def begins(self, data: bytes) -> int:
+        """Return how many bytes at the beginning of `data` are such a reply, -1 where none are."""
+        found = self.form.match(data)
+        return found.end() if found is not None and self._within(found) else -1
+
+    def _within(self, found: re.Match[bytes] | None) -> bool:
+        if found is None:
+            return False
+        numbers = map(float, found.groups())
+        return all(low <= number <= high for number, (low, high) in zip(numbers, self.ranges, strict=True))
+
+
+def compiled(text: str, axes: int) -> Pattern:
+    """Return the pattern that `text` describes on a controller with `axes` axes; raises `ValueError`."""
+    form, ranges, at = "", list[tuple[float, float]](), 0
+    for token in _TOKEN.finditer(text):
+        form += re.escape(text[at : token.start()]) + _form(token[1], axes, ranges)
+        at = token.end()
+    form += re.escape(text[at:])
+    return Pattern(re.compile(form.encode("latin-1")), tuple(ranges))
+
+
+def literal(text: str) -> bool:
+    """Tell whether an expected reply leaves nothing open."""
+    return "<" not in text
+
+
+def _form(name: str | None, axes: int, ranges: list[tuple[float, float]]) -> str:
+    if name is None:
+        return "<"
+    if name == "axes":
+        return str(axes)
+    if name in _FIXED:
+        return _FIXED[name]
+    bounds = _RANGE.fullmatch(name)
+    if bounds is None:
+        raise ValueError(f"<{name}> stands for nothing")
+    ranges.append((float(bounds[1]), float(bounds[2])))
+    return f"({_NUMBER})"
+
 
 ASK_AGAIN = 0.02
 """How long to wait before asking the same again [s]."""
@@ -288,3 +365,89 @@ class _Talk:
 def _holds(record: bytes, offset: int, kind: str, low: int, high: int, mask: int) -> bool:
     (value,) = struct.unpack_from(f"<{kind}", record, offset)
     return low <= (value & mask if mask else value) <= high
+
+
+_PROMPTS = (b":", b"?")
+_EMPTY = "DL\r\\"
+
+
+def freshen(dial: Dial, axes: int) -> None:
+    """Put every setting of a controller of `axes` axes back, and forget its program, variables and arrays.
+
+    What a controller refuses is left as it is: the vectors will tell.
+    """
+    channel = dial()
+    try:
+        _freshen(channel, axes)
+    finally:
+        channel.close()
+
+
+def restart(dial: Dial, axes: int) -> None:
+    """Burn the settings of `freshen`, reset the controller and put them back; other connections end."""
+    channel = dial()
+    try:
+        _freshen(channel, axes)
+        for command in ("IHT=>-3", "BN", "BP", "BV"):
+            _say(channel, [command])
+        channel.send(b"RS\r")
+        channel.ended()
+    finally:
+        channel.close()
+    _await_answer(dial)
+    freshen(dial, axes)
+
+
+def _freshen(channel: ControllerChannel, axes: int) -> None:
+    letters = LETTERS[:axes]
+    _say(channel, ["HX", "ST", f"ST {letters}"])
+    waited = 0.0
+    asked = "|".join(f"_BG{letter}" for letter in letters)
+    while _say(channel, [f"MG {asked}{{F1.0}}"]) != b" 0\r\n:" and waited < SETTLE:
+        channel.wait(ASK_AGAIN)
+        waited += ASK_AGAIN
+    channel.send(_EMPTY.encode("ascii"))
+    _prompts(channel, 2)
+    for line in _packed(fresh()):
+        _say(channel, line)
+
+
+def _await_answer(dial: Dial) -> None:
+    """Wait until a controller that resets itself can be talked to again."""
+    waited = 0.0
+    while waited < SETTLE:
+        channel = dial()
+        try:
+            if _say(channel, ["NO"]) == b":":
+                return
+            channel.wait(ASK_AGAIN)
+        finally:
+            channel.close()
+        waited += ASK_AGAIN
+
+
+def _packed(commands: tuple[str, ...]) -> Iterator[list[str]]:
+    """Yield commands by the line, as many as fit."""
+    line: list[str] = []
+    for command in commands:
+        if len(";".join([*line, command])) > LINE_LIMIT:
+            yield line
+            line = []
+        line.append(command)
+    yield line
+
+
+def _say(channel: ControllerChannel, commands: list[str]) -> bytes:
+    """Send commands in one line and return what comes, up to their last prompt."""
+    channel.send(f"{';'.join(commands)}\r".encode("ascii"))
+    return _prompts(channel, len(commands))
+
+
+def _prompts(channel: ControllerChannel, count: int) -> bytes:
+    received = b""
+    while sum(map(received.count, _PROMPTS)) < count:
+        more = channel.receive()
+        if not more:
+            break
+        received += more
+    return received

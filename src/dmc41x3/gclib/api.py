@@ -1,4 +1,4 @@
-"""The class that scripts use: `g = gclib.py()`, `g.GOpen("192.168.0.42 --direct")`, `g.GCommand("TP")`.
+"""The class that scripts use: `g = gclib.py()`, `g.GCommand("TP")`; its data records and array files.
 
 Methods bear gclib's names and take and return what gclib's take and return. Differences are said where they are.
 """
@@ -6,21 +6,136 @@ Methods bear gclib's names and take and return what gclib's take and return. Dif
 from __future__ import annotations
 
 import re
+import struct
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import zip_longest
 from math import isfinite
+from pathlib import Path
 
 from dmc41x3 import __version__
-from dmc41x3.gclib import files
+from dmc41x3.errors import CodedError
+from dmc41x3.files import write
 from dmc41x3.gclib.errors import Code, GclibError
-from dmc41x3.gclib.options import parse
-from dmc41x3.gclib.record import GDataRecord
-from dmc41x3.gclib.session import GclibSession, guarded
-from dmc41x3.language import arrays
-from dmc41x3.language import program as programs
+from dmc41x3.gclib.session import GclibSession, guarded, parse
+from dmc41x3.language import transfer
+from dmc41x3.language import transfer as programs
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.language.hardware import LONGEST_PERIOD, SHORTEST_PERIOD
-from dmc41x3.language.source import prepared
+from dmc41x3.language.transfer import prepared
+
+_Field = tuple[str, str]
+
+_TYPES = {"UB": "B", "UW": "H", "SW": "h", "SL": "i", "UL": "I"}
+
+
+def _general() -> Iterator[_Field]:
+    yield from ((f"header_{n}", "UB") for n in range(4))
+    yield "sample_number", "UW"
+    for direction in ("input", "output"):
+        yield from ((f"{direction}_bank_{n}", "UB") for n in range(10))
+    yield from ((f"reserved_{n}", "SW") for n in range(0, 16, 2))
+    yield from ((f"ethernet_status_{letter}", "UB") for letter in "abcdefgh")
+    yield from (("error_code", "UB"), ("thread_status", "UB"), ("amplifier_status", "UL"))
+    yield from (("contour_segment_count", "UL"), ("contour_buffer_available", "UW"))
+    for plane in "st":
+        yield f"{plane}_plane_segment_count", "UW"
+        yield f"{plane}_plane_move_status", "UW"
+        yield f"{plane}_distance", "SL"
+        yield f"{plane}_plane_buffer_available", "UW"
+
+
+_AXIS: tuple[_Field, ...] = (
+    ("status", "UW"),
+    ("switches", "UB"),
+    ("stop_code", "UB"),
+    ("reference_position", "SL"),
+    ("motor_position", "SL"),
+    ("position_error", "SL"),
+    ("aux_position", "SL"),
+    ("velocity", "SL"),
+    ("torque", "SL"),
+    ("analog_in", "UW"),
+    ("halls", "UB"),
+    ("reserved", "UB"),
+    ("variable", "SL"),
+)
+
+
+def _places() -> dict[str, tuple[int, str]]:
+    axes = ((f"axis_{letter}_{name}", kind) for letter in "abcdefgh" for name, kind in _AXIS)
+    places: dict[str, tuple[int, str]] = {}
+    offset = 0
+    for name, kind in (*_general(), *axes):
+        form = f"<{_TYPES[kind]}"
+        places[name] = offset, form
+        offset += struct.calcsize(form)
+    return places
+
+
+_PLACES = _places()
+
+
+class GDataRecord:
+    """A data record. Its fields are attributes: `sample_number`, `error_code`, `axis_a_motor_position`, ...
+
+    Numbers are the record's own, so velocities are 64 times counts/s and 32767 of torque is 10 V. Those of axes that
+    the controller lacks do not exist. `byte_array` holds all of it.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self.byte_array = data
+
+    def __getattr__(self, name: str) -> int:
+        offset, form = _PLACES.get(name, (len(self.byte_array), "<B"))
+        if offset + struct.calcsize(form) > len(self.byte_array):
+            raise AttributeError(f"this data record has no field {name!r}")
+        return struct.unpack_from(form, self.byte_array, offset)[0]
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.fields()]
+
+    def fields(self) -> list[str]:
+        """Return the names of all fields of this record, in their order."""
+        return [name for name, (offset, _) in _PLACES.items() if offset < len(self.byte_array)]
+
+
+def read_text(path: str) -> str:
+    """Return what stands in a file; raises `GclibError` (-10005)."""
+    try:
+        return Path(path).read_text(encoding="ascii")
+    except (OSError, UnicodeError) as error:
+        raise GclibError(Code.FILE, str(error)) from error
+
+
+def write_text(path: str, text: str) -> None:
+    """Write a file; raises `GclibError` (-10005)."""
+    try:
+        write(Path(path), text, encoding="ascii")
+    except (CodedError, UnicodeError) as error:
+        raise GclibError(Code.FILE, str(error)) from error
+
+
+def table_of(text: str) -> dict[str, list[float]]:
+    """Return the arrays that a CSV table holds; an empty cell ends a column. Raises `GclibError` (-10005)."""
+    heads, *rows = [line.split(",") for line in text.splitlines() if line.strip()] or [[""]]
+    names = [head.strip().removesuffix("[]") for head in heads]
+    try:
+        columns = [
+            [float(cell) for cell in column if cell.strip()] for column in list(zip_longest(*rows, fillvalue=""))
+        ]
+    except ValueError as error:
+        raise GclibError(Code.FILE, str(error)) from error
+    if len(columns) != len(names) or not all(columns):
+        raise GclibError(Code.FILE, "a column without name or numbers")
+    return dict(zip(names, columns, strict=True))
+
+
+def text_of(table: Mapping[str, list[float]]) -> str:
+    """Return arrays as a CSV table; shorter ones end in empty cells."""
+    rows = zip_longest(*([f"{value:.4f}" for value in values] for values in table.values()), fillvalue="")
+    return "".join(f"{','.join(cells)}\n" for cells in (tuple(table), *rows))
+
 
 G_QR, G_DR = 0, 1
 """Ways to get a record, as gclib numbers them."""
@@ -121,7 +236,7 @@ class py:  # noqa: N801 - the name that scripts know
         raise GclibError(Code.UNSUPPORTED_FUNCTION, f"{file_path} with {options}")
 
     def GProgramDownload(self, program: str, preprocessor: str = "") -> None:
-        """Replace the controller's program, made ready as `dmc41x3.language.source` tells: REM lines stay here.
+        """Replace the controller's program, made ready as `dmc41x3.language.transfer` tells: REM lines stay here.
 
         `preprocessor` may be empty or name degrees of compression (`--min N --max N`), but no code is compressed:
         a line that is too long without its comment is refused with -1203.
@@ -137,19 +252,19 @@ class py:  # noqa: N801 - the name that scripts know
         except GclibError as error:
             raise GclibError(Code.ILLEGAL_DATA_IN_PROGRAM, error.detail) from error
         session.transfer(programs.PROBE)
-        session.transfer(programs.download(lines))
+        session.transfer(programs.program_download(lines))
 
     def GProgramUpload(self) -> str:
         """Return the controller's program, each line ended by CR LF."""
-        return "".join(f"{line}\r\n" for line in programs.uploaded(self._open().listing("UL")))
+        return "".join(f"{line}\r\n" for line in programs.uploaded_lines(self._open().listing("UL")))
 
     def GProgramDownloadFile(self, file_path: str, preprocessor: str = "") -> None:
         """Replace the controller's program by that in a file."""
-        self.GProgramDownload(files.read_text(file_path), preprocessor)
+        self.GProgramDownload(read_text(file_path), preprocessor)
 
     def GProgramUploadFile(self, file_path: str) -> None:
         """Write the controller's program into a file."""
-        files.write_text(file_path, self.GProgramUpload())
+        write_text(file_path, self.GProgramUpload())
 
     def GArrayDownload(self, name: str, first: int, last: int, array_data: Sequence[float]) -> None:
         """Write values into the elements `first` to `last` of an array that there is; -1 is its first and last."""
@@ -158,7 +273,7 @@ class py:  # noqa: N801 - the name that scripts know
         end = begin + len(values) - 1 if last == G_BOUNDS else last
         if not values or end - begin + 1 != len(values) or end >= self._length(name):
             raise GclibError(Code.ARRAY_NOT_DIMENSIONED, f"{len(values)} values for {name}[{begin}] to [{end}]")
-        self._open().transfer(guarded(lambda: arrays.download(name, values, begin)))
+        self._open().transfer(guarded(lambda: transfer.array_download(name, values, begin)))
 
     def GArrayUpload(self, name: str, first: int, last: int) -> list[float]:
         """Return the elements `first` to `last` of an array; -1 is its first and last."""
@@ -166,18 +281,18 @@ class py:  # noqa: N801 - the name that scripts know
         begin, end = max(first, 0), length - 1 if last == G_BOUNDS else last
         if not begin <= end < length:
             raise GclibError(Code.ARRAY_NOT_DIMENSIONED, f"{name} has {length} elements")
-        command = arrays.upload(name, begin, end)
+        command = transfer.array_upload(name, begin, end)
         printed = self._open().listing(command)
-        return guarded(lambda: arrays.parse(command, printed))
+        return guarded(lambda: transfer.parse_array(command, printed))
 
     def GArrayUploadFile(self, file_path: str, names: Iterable[str] = ()) -> None:
         """Write arrays, all of them where none is named, into a CSV file with a column for each."""
         wanted = list(names) or [found[1] for found in _ARRAY.finditer(self._open().text("LA"))]
-        files.write_text(file_path, files.text_of({name: self.GArrayUpload(name, -1, -1) for name in wanted}))
+        write_text(file_path, text_of({name: self.GArrayUpload(name, -1, -1) for name in wanted}))
 
     def GArrayDownloadFile(self, file_path: str) -> None:
         """Write the columns of a CSV file into arrays of their names, made anew where their length differs."""
-        for name, values in files.table_of(files.read_text(file_path)).items():
+        for name, values in table_of(read_text(file_path)).items():
             self._dimension(name, len(values))
             self.GArrayDownload(name, -1, -1, values)
 
@@ -236,7 +351,7 @@ class py:  # noqa: N801 - the name that scripts know
 
     def _length(self, name: str) -> int:
         """Return how long an array is; -1200 where there is none."""
-        operand = guarded(lambda: arrays.length(name))
+        operand = guarded(lambda: transfer.array_length(name))
         try:
             length = int(self._open().number(operand))
         except GclibError as error:

@@ -1,17 +1,285 @@
-"""One connection as the interface uses it: texts, numbers, listings and transfers, and waits for what comes unasked."""
+"""One connection of gclib: the address string of GOpen, its sockets, requests and their replies.
+
+The sockets block, and there is no thread: TCP carries commands, UDP carries unsolicited data.
+
+Switches of the address string:
+
+| switch | meaning |
+|---|---|
+| `HOST`, `HOST:PORT`, `-a`, `--address` | the controller; a port behind it is ours, gclib has `--p1` |
+| `-d`, `--direct` | without Galil's server gcaps; always so here |
+| `-s`, `--subscribe` `NONE`, `MG`, `DR`, `EI`, `ALL` | messages, data records, interrupts; may be given several times |
+| `-t`, `--timeout` MS | longest wait for an answer, 5000 |
+| `--p1`, `--p2` PORT | for commands (23), and for what comes unasked (60007; on another `--p1` the same number) |
+| `-c`, `--command` `TCP` | how commands go |
+| `-u`, `--unsolicited` `UDP`, `TCP`, `NONE` | how the rest comes |
+| `-b`, `--baud`, `--handshake` | for serial ports; read and left alone |
+"""
 
 from __future__ import annotations
 
+import re
+import select
+import shlex
+import socket
 import threading
-from collections.abc import Callable
-from typing import TypeVar
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import TypeAlias, TypeVar
 
-from dmc41x3.errors import CodedError, LinkTimeout
-from dmc41x3.gclib.connection import Commands, Unsolicited
+from dmc41x3.errors import CodedError, ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 from dmc41x3.gclib.errors import Code, GclibError, translated
-from dmc41x3.gclib.options import AddressOptions
 from dmc41x3.language.numbers import parse_number
-from dmc41x3.wire.framing import RecordReply, Reply, ReplyKind
+from dmc41x3.wire.framing import Message, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
+
+PORT = 23
+SECOND_PORT = 60007
+TIMEOUT = 5000
+"""Longest wait for an answer where the address says nothing [ms]."""
+
+SUBSCRIPTIONS = ("MG", "DR", "EI")
+_WAYS = ("UDP", "TCP", "NONE")
+
+
+@dataclass(frozen=True, slots=True)
+class AddressOptions:
+    """What an address string says. `timeout` is in ms, `second_port` None where it is not said."""
+
+    host: str = ""
+    port: int = PORT
+    second_port: int | None = None
+    subscriptions: frozenset[str] = frozenset()
+    unsolicited: str = "UDP"
+    timeout: int = TIMEOUT
+
+    @property
+    def unsolicited_port(self) -> int:
+        """The port that datagrams go to.
+
+        A real controller takes any; something on another port than 23 is a twin, whose UDP has that number too.
+        """
+        if self.second_port is not None:
+            return self.second_port
+        return SECOND_PORT if self.port == PORT else self.port
+
+
+_Taker: TypeAlias = Callable[[AddressOptions, str], AddressOptions]
+
+
+def parse(address: str) -> AddressOptions:
+    """Return what an address string says; raises `GclibError` (-10006) for one that is not understood."""
+    options = AddressOptions()
+    try:
+        words = iter(shlex.split(address))
+        for word in words:
+            options = _take(options, word, words)
+    except ValueError as error:
+        raise _bad(str(error)) from error
+    if not options.host:
+        raise _bad("it names no controller")
+    return options
+
+
+def _take(options: AddressOptions, word: str, words: Iterator[str]) -> AddressOptions:
+    if word in ("-d", "--direct"):
+        return options
+    if not word.startswith("-"):
+        return _addressed(options, word)
+    taker = _SWITCHES.get(word)
+    value = next(words, None)
+    if taker is None or value is None:
+        raise _bad(f"{word} is not known" if taker is None else f"{word} lacks its value")
+    return taker(options, value)
+
+
+def _addressed(options: AddressOptions, word: str) -> AddressOptions:
+    if options.host:
+        raise _bad(f"{options.host} and {word} are two controllers")
+    if word.upper().startswith(("COM", "GALILPCI", "/DEV/")):
+        raise _bad(f"{word} is no network address")
+    host, colon, port = word.rpartition(":")
+    return replace(options, host=host, port=_number(port, 65535)) if colon else replace(options, host=word)
+
+
+def _subscribed(options: AddressOptions, value: str) -> AddressOptions:
+    name = value.upper()
+    if name not in ("ALL", "NONE", *SUBSCRIPTIONS):
+        raise _bad(f"{value} cannot be subscribed to")
+    added = SUBSCRIPTIONS if name == "ALL" else () if name == "NONE" else (name,)
+    return replace(options, subscriptions=options.subscriptions.union(added))
+
+
+def _unsolicited(options: AddressOptions, value: str) -> AddressOptions:
+    if value.upper() not in _WAYS:
+        raise _bad(f"nothing comes unasked by {value}")
+    return replace(options, unsolicited=value.upper())
+
+
+def _command(options: AddressOptions, value: str) -> AddressOptions:
+    if value.upper() != "TCP":
+        raise _bad(f"commands do not go by {value}")
+    return options
+
+
+def _number(text: str, most: int) -> int:
+    if not text.isdecimal() or int(text) > most:
+        raise _bad(f"{text!r} is no number up to {most}")
+    return int(text)
+
+
+def _bad(detail: str) -> GclibError:
+    return GclibError(Code.ADDRESS, detail)
+
+
+_LONG: dict[str, _Taker] = {
+    "--address": _addressed,
+    "--baud": lambda options, _: options,
+    "--command": _command,
+    "--handshake": lambda options, _: options,
+    "--p1": lambda options, value: replace(options, port=_number(value, 65535)),
+    "--p2": lambda options, value: replace(options, second_port=_number(value, 65535)),
+    "--subscribe": _subscribed,
+    "--timeout": lambda options, value: replace(options, timeout=_number(value, 65535)),
+    "--unsolicited": _unsolicited,
+}
+_SHORT = ("--address", "--baud", "--command", "--subscribe", "--timeout", "--unsolicited")
+_SWITCHES: dict[str, _Taker] = {**_LONG, **{name[1:3]: _LONG[name] for name in _SHORT}}
+
+
+_LETTER = re.compile(rb"IH([A-H])\r\n:")
+_SEVEN_BITS = bytes(code & 0x7F for code in range(256))
+_LARGEST = 65536
+_HELLO = 0.25
+"""Longest wait for the controller's first answer by UDP [s]; it is asked three times."""
+
+_INTERRUPT, _RECORD = 0x01, 0x80
+_MOST_RECORDS = 64
+
+
+class Commands:
+    """The command socket. `timeout` [s] is for each single wait for bytes; `said` keeps messages of programs."""
+
+    def __init__(self, options: AddressOptions) -> None:
+        self._address = f"{options.host}:{options.port}"
+        self._splitter = ReplySplitter()
+        self.timeout = options.timeout / 1000.0
+        self.said: list[str] = []
+        self._heard = False
+        try:
+            self._socket = socket.create_connection((options.host, options.port), max(self.timeout, _HELLO))
+        except (OSError, UnicodeError) as error:
+            raise ConnectFailed(address=self._address, reason=str(error)) from error
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def ask(self, data: bytes, kind: ReplyKind = ReplyKind.TEXT) -> Reply | RecordReply:
+        """Send one request and return its answer; raises `LinkTimeout`, `LinkLost`, `UnexpectedReply`."""
+        self._splitter.expect(kind)
+        command = data.partition(b"\r")[0].decode("ascii", "replace")
+        try:
+            self._socket.sendall(data)
+        except OSError as error:
+            raise self._ended(str(error)) from error
+        while True:
+            answer = self._sort(self._receive(self.timeout, command), command)
+            if answer is not None:
+                return answer
+
+    def listen(self, timeout: float) -> None:
+        """Wait so long [s] for a message, if none is there yet."""
+        if not self.said and select.select([self._socket], [], [], timeout)[0]:
+            self._sort(self._receive(self.timeout, ""), "")
+
+    def close(self) -> None:
+        """End the connection; again is harmless."""
+        self._socket.close()
+
+    def _receive(self, timeout: float, command: str) -> bytes:
+        self._socket.settimeout(max(timeout, _HELLO))
+        try:
+            data = self._socket.recv(_LARGEST)
+        except TimeoutError as error:
+            raise LinkTimeout(address=self._address, command=command, seconds=f"{timeout:g}") from error
+        except OSError as error:
+            raise self._ended(str(error)) from error
+        if not data:
+            raise self._ended("the controller ended the connection")
+        self._heard = True
+        return data
+
+    def _ended(self, reason: str) -> LinkLost | ConnectFailed:
+        """Return the loss of a link; of one over which nothing was heard nobody was there."""
+        return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
+
+    def _sort(self, data: bytes, command: str) -> Reply | RecordReply | None:
+        """Keep messages; return the answer, which is one at most, since nothing is asked before the last is in."""
+        answer: Reply | RecordReply | None = None
+        for received in self._splitter.feed(data):
+            if isinstance(received, Message):
+                self.said.append(f"{received.text}\r\n")
+            elif isinstance(received, Stray):
+                raise UnexpectedReply(command=command, reply=received.data[:40].decode("latin-1"))
+            else:
+                answer = received
+        return answer
+
+
+class Unsolicited:
+    """The UDP socket, sorted: text (bit 7 set), data records, interrupts.
+
+    An interrupt's datagram is 0x01, the status bytes, and 0x16 (DMC-40x0 user manual, EI; not seen on a DMC-41x3).
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        """Open it and learn its handle; raises `OSError` where the controller does not answer by UDP."""
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.said: list[str] = []
+        self.records: deque[bytes] = deque(maxlen=_MOST_RECORDS)
+        self.interrupts: deque[int] = deque()
+        try:
+            self._socket.connect((host, port))
+            self.letter = self._hello()
+        except OSError:
+            self._socket.close()
+            raise
+
+    def drain(self) -> None:
+        """Sort whatever has come."""
+        while select.select([self._socket], [], [], 0.0)[0]:
+            self.listen(0.0)
+
+    def listen(self, timeout: float) -> None:
+        """Wait so long [s] for one datagram and sort it."""
+        if not select.select([self._socket], [], [], timeout)[0]:
+            return
+        try:
+            data = self._socket.recv(_LARGEST)
+        except OSError:
+            return  # the port was found closed just now; a controller may come back
+        if data[:1] == bytes([_INTERRUPT]):
+            self.interrupts.extend(data[1:-1])
+        elif data and data[0] & _RECORD and len(data) == int.from_bytes(data[2:4], "little"):
+            self.records.append(data)
+        elif data:
+            self.said.append(data.translate(_SEVEN_BITS).decode("ascii"))
+
+    def close(self) -> None:
+        """Close the socket; the handle is the controller's and has to be closed by a command."""
+        self._socket.close()
+
+    def _hello(self) -> str:
+        self._socket.settimeout(_HELLO)
+        for _ in range(3):
+            self._socket.send(b"WH\r")
+            try:
+                found = _LETTER.search(self._socket.recv(_LARGEST))
+            except TimeoutError:
+                continue
+            if found is not None:
+                return found[1].decode("ascii")
+        self._socket.send(b"IHS=>-1\r")
+        raise TimeoutError("no answer by UDP")
+
 
 T = TypeVar("T")
 

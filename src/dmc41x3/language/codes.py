@@ -1,4 +1,4 @@
-"""What the controller's numbers say: error codes (TC) and stop codes (SC).
+"""Error codes (TC), stop codes (SC), and the state of the burned memories (_RS).
 
 The words of errors are those that the controller prints; firmware versions differ in capitals, so compare numbers.
 The words of stop codes are ours.
@@ -6,7 +6,10 @@ The words of stop codes are ours.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
+
+from dmc41x3.errors import MemoryDamaged
 
 
 class ErrorCode(IntEnum):
@@ -256,3 +259,45 @@ STOP_TEXTS: dict[int, str] = {
     101: "vector sequence complete",
 }
 """Words for every stop code of SC."""
+
+
+_VARIABLES, _PARAMETERS, _PROGRAM, _MASTER = 1, 2, 4, 8
+
+
+@dataclass(frozen=True, slots=True)
+class Burned:
+    """Which memories passed their checksum: parameters (BN), program (BP), variables and arrays (BV).
+
+    `master` is False where the controller came up from a master reset that failed.
+    """
+
+    parameters: bool = True
+    program: bool = True
+    variables: bool = True
+    master: bool = True
+
+    @classmethod
+    def of(cls, bits: int) -> Burned:
+        """Return what `_RS` says: bit 0 variables, 1 parameters, 2 program, 3 master reset; a set bit is an error."""
+        return cls(
+            parameters=not bits & _PARAMETERS,
+            program=not bits & _PROGRAM,
+            variables=not bits & _VARIABLES,
+            master=not bits & _MASTER,
+        )
+
+    @property
+    def damaged(self) -> tuple[str, ...]:
+        """Names of what is damaged."""
+        sound = {
+            "parameters": self.parameters,
+            "program": self.program,
+            "variables": self.variables,
+            "master reset": self.master,
+        }
+        return tuple(name for name, holds in sound.items() if not holds)
+
+    def require_sound(self) -> None:
+        """Raise `MemoryDamaged` where anything is damaged."""
+        if self.damaged:
+            raise MemoryDamaged(what=", ".join(self.damaged))

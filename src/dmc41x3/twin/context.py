@@ -11,11 +11,11 @@ from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import ALIASES, LETTERS
 from dmc41x3.language.numbers import RAW_MAX, RAW_MIN, fixed
 from dmc41x3.twin import network, registers, status
-from dmc41x3.twin.arrays import MOST_ARRAYS
 from dmc41x3.twin.expressions import ONE, Rejection, evaluate, unpack
+from dmc41x3.twin.memory import MOST_ARRAYS
 from dmc41x3.twin.motion.axis import Axis
 from dmc41x3.twin.motion.core import MotionCore
-from dmc41x3.twin.motion.failures import step_error
+from dmc41x3.twin.motion.monitors import step_error
 from dmc41x3.twin.motion.plane import Plane
 from dmc41x3.twin.network import Handle
 from dmc41x3.twin.program import MOST_LABELS, Thread

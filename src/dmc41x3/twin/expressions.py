@@ -418,7 +418,7 @@ def by_axis(text: str, letters: str) -> list[tuple[int, str]]:
         value = value.strip()
         if not value:
             raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
-        places = range(len(letters)) if name == "*" else [place(name, letters)]
+        places = range(len(letters)) if name == "*" else [axis_place(name, letters)]
         return [(index, value) for index in places]
     given = [(index, part) for index, part in enumerate(split(text)) if part]
     if not given:
@@ -428,7 +428,7 @@ def by_axis(text: str, letters: str) -> list[tuple[int, str]]:
     return given
 
 
-def place(letter: str, letters: str) -> int:
+def axis_place(letter: str, letters: str) -> int:
     """Return the place of a name; X, Y, Z, W are other names of A to D. Raises `Rejection` where it has none."""
     index = letters.find(letter.translate(ALIASES))
     if index < 0:
@@ -446,7 +446,7 @@ def mask(text: str, letters: str) -> list[int]:
         return list(range(len(letters)))
     if not names.isalpha():
         raise Rejection(ErrorCode.OPERAND_ERROR)
-    return sorted({place(name, letters) for name in names})
+    return sorted({axis_place(name, letters) for name in names})
 
 
 def axes_and_planes(text: str, letters: str) -> tuple[list[int], list[str]]:

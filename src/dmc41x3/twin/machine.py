@@ -10,14 +10,15 @@ from functools import partial
 from math import inf
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin import burn, status
+from dmc41x3.twin import status
+from dmc41x3.twin.commands import system
 from dmc41x3.twin.context import CallerContext, OperandScope
 from dmc41x3.twin.execution import execute
 from dmc41x3.twin.expressions import Rejection
 from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.network import Attempt, Handle, HandleProtocol
 from dmc41x3.twin.plant import Plant
-from dmc41x3.twin.programs.runner import ProgramRunner
+from dmc41x3.twin.runner import ProgramRunner
 from dmc41x3.twin.unit import Activity, ControllerIdentity, Unit
 
 REVISION = "Rev 1.3k"
@@ -66,7 +67,7 @@ class VirtualDmc:
         self._active: list[Activity] = []
         self._event = self._event_of_others = inf
         self._idle = False
-        burn.power_up(self._unit)
+        system.power_up(self._unit)
         self._look()
 
     @property
@@ -162,7 +163,7 @@ class VirtualDmc:
 
     def power_on(self) -> None:
         """Come up again with what is burned, at the time last advanced to."""
-        burn.reset(self._unit)
+        system.reset(self._unit)
         self._look()
 
     def take_messages(self) -> list[tuple[Handle, bytes]]:

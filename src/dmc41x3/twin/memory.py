@@ -1,4 +1,6 @@
-"""What a controller keeps without power: burned parameters, program, variables and arrays, in memory or in a file.
+"""Arrays of the controller (DM, DA), their recorder (RA, RD, RC), and the burned memory (BN, BP, BV).
+
+The burned memory holds parameters, program, variables and arrays, in the process or in a file.
 
 The file is JSON with a version and a checksum for each part, written whole or not at all. A part whose checksum is
 wrong comes up empty and sets its bit in `errors`; nothing that a file may hold raises.
@@ -8,13 +10,203 @@ from __future__ import annotations
 
 import json
 import zlib
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import IntFlag
+from math import floor, inf
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from dmc41x3.files import write
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.twin.expressions import Rejection
+
+MOST_ELEMENTS = 24_000
+"""Elements of all arrays together (DM, from firmware 1.2a on)."""
+
+MOST_ARRAYS = 30
+
+LENGTH = -1
+"""Index under which an array tells its length."""
+
+
+class Arrays:
+    """The arrays by name; elements are raw fixed point."""
+
+    def __init__(self) -> None:
+        self._rows: dict[str, list[int]] = {}
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted(self._rows))
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @property
+    def free(self) -> int:
+        """How many elements can still be dimensioned (`_DM`)."""
+        return MOST_ELEMENTS - sum(map(len, self._rows.values()))
+
+    def dimension(self, name: str, size: int) -> None:
+        """Make an array of zeros.
+
+        Raises `Rejection`: 6 for a size below 1 or above the memory, 66 where too little is left, 67 for one array too
+        many, 9 for an array of another size under this name. To dimension one again as it is changes nothing, so that
+        a program can be started twice; what a real box does then is not documented.
+        """
+        if not 1 <= size <= MOST_ELEMENTS:
+            raise Rejection(ErrorCode.OUT_OF_RANGE)
+        present = self._rows.get(name)
+        if present is not None:
+            if len(present) != size:
+                raise Rejection(ErrorCode.VARIABLE_ERROR)
+            return
+        if len(self._rows) >= MOST_ARRAYS:
+            raise Rejection(ErrorCode.TOO_MANY_VARIABLES)
+        if size > self.free:
+            raise Rejection(ErrorCode.ARRAY_SPACE_FULL)
+        self._rows[name] = [0] * size
+
+    def row(self, name: str) -> list[int]:
+        """Return the elements of an array, to be used in place; raises `Rejection` (82) for an unknown one."""
+        try:
+            return self._rows[name]
+        except KeyError:
+            raise Rejection(ErrorCode.UNDEFINED_ARRAY) from None
+
+    def element(self, name: str, index: int) -> int:
+        """Return an element; raises `Rejection` (57, 56) for an unknown array or an index outside it."""
+        row = self._rows.get(name)
+        if row is None:
+            raise Rejection(ErrorCode.BAD_FUNCTION)
+        if 0 <= index < len(row):
+            return row[index]
+        if index == LENGTH:
+            return len(row) << 16
+        raise Rejection(ErrorCode.INDEX_OUT_OF_RANGE)
+
+    def assign(self, name: str, index: int, value: int) -> None:
+        """Set an element; raises `Rejection` (82, 56) for an unknown array or an index outside it."""
+        row = self.row(name)
+        if not 0 <= index < len(row):
+            raise Rejection(ErrorCode.INDEX_OUT_OF_RANGE)
+        row[index] = value
+
+    def release(self, name: str) -> None:
+        """Forget an array (DA); raises `Rejection` (82) for an unknown one."""
+        self.row(name)
+        del self._rows[name]
+
+    def clear(self) -> None:
+        """Forget all of them."""
+        self._rows.clear()
+
+    def contents(self) -> dict[str, list[int]]:
+        """Return a copy of everything."""
+        return {name: list(row) for name, row in self._rows.items()}
+
+    def restore(self, contents: dict[str, list[int]]) -> None:
+        """Have these arrays and no others."""
+        self._rows = {name: list(row) for name, row in contents.items()}
+
+
+_SAME = 1e-6
+"""A time this much of a sample before one counts as that sample."""
+
+MOST = 8
+"""Arrays, and sources, that can be recorded at once."""
+
+Source: TypeAlias = Callable[[], int]
+"""What is recorded: raw fixed point, of the present instant."""
+
+
+class ArrayRecorder:
+    """An activity that looks at its sources at the samples of the servo.
+
+    `recording` is `_RC`, `next_index` is `_RD`: the element that is written next.
+    """
+
+    watching = False
+
+    def __init__(self, arrays: Arrays) -> None:
+        self._arrays = arrays
+        self.reset()
+
+    @property
+    def active(self) -> bool:
+        """Whether it records."""
+        return self.recording
+
+    def reset(self) -> None:
+        """Forget arrays and sources, as a power-up does."""
+        self._names: tuple[str, ...] = ()
+        self._sources: tuple[Source, ...] = ()
+        self.recording = False
+        self.next_index = 0
+
+    def choose_arrays(self, names: Sequence[str]) -> None:
+        """Say where to record to (RA); raises `Rejection`: 80 while recording, 82 for an unknown array."""
+        self._stopped()
+        for name in names:
+            self._arrays.row(name)
+        self._names = tuple(names)
+
+    def choose_sources(self, sources: Sequence[Source]) -> None:
+        """Say what to record (RD), in the order of the arrays; raises `Rejection` (80) while recording."""
+        self._stopped()
+        self._sources = tuple(sources)
+
+    def begin(self, now: float, started: float, period: float, every: int, count: int) -> None:
+        """Record every so many samples (RC), from the next sample after `now` [s].
+
+        Samples are a `period` apart [s] and count from `started` [s]. It ends after `count` records, 0 for as many as
+        the shortest array holds; with a negative one it begins again at the first element for ever. Raises `Rejection`:
+        80 while recording, 81 without an array for each source and a source for each array, 84 for more records than
+        an array holds.
+        """
+        self._stopped()
+        if not self._names or len(self._names) != len(self._sources):
+            raise Rejection(ErrorCode.NO_RECORDING_SOURCE)
+        room = min(len(self._arrays.row(name)) for name in self._names)
+        if abs(count) > room:
+            raise Rejection(ErrorCode.TOO_MANY_ELEMENTS)
+        self._count, self._circular = abs(count) or room, count < 0
+        self._started, self._period, self._every = started, period, every
+        self._tick = floor((now - started) / period + _SAME) + 1
+        self.next_index = 0
+        self.recording = True
+
+    def stop(self) -> None:
+        """End recording (RC 0); again is harmless."""
+        self.recording = False
+
+    def uses(self, name: str) -> bool:
+        """Tell whether an array is being recorded to."""
+        return self.recording and name in self._names
+
+    def next_event(self) -> float:
+        """Return the time of the next record [s], infinity while nothing is recorded."""
+        return self._started + self._tick * self._period if self.recording else inf
+
+    def look(self, now: float) -> None:
+        """Record what is due."""
+        while self.recording and self.next_event() <= now:
+            for name, source in zip(self._names, self._sources, strict=True):
+                self._arrays.assign(name, self.next_index, source())
+            self._tick += self._every
+            self.next_index += 1
+            if self.next_index == self._count:
+                self.recording = self._circular
+                self.next_index = 0 if self._circular else self.next_index
+
+    def _stopped(self) -> None:
+        if self.recording:
+            raise Rejection(ErrorCode.RECORDING)
+
 
 VERSION = 1
 """Of the file's form; a file of another version counts as damaged."""

@@ -1,8 +1,9 @@
 """The machine that the motors drive, as the controller senses it, and two benches for tests.
 
-The plant itself goes on as before. Its own record, where it keeps one, is of what is, not of what is read.
+A sensor fault changes only the values that the controller reads. The plant goes on as before, and a record that it
+keeps has the true values.
 
-This is the plant of a twin that is not Maya. Everything is closed-form: a first-order lag follows each quadratic
+`ServoBench` is the plant of a twin without a robot. Everything is closed-form: a first-order lag follows each quadratic
 piece of its reference by a quadratic and an exponential, a delay follows it as it was.
 """
 

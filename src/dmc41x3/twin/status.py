@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dmc41x3.language.record import VELOCITY_SCALE, VOLTS_SCALE, AxisStatus, assemble
-from dmc41x3.twin.motion import homing
+from dmc41x3.twin.motion import independent
 from dmc41x3.twin.motion.axis import Axis, MotionKind
-from dmc41x3.twin.motion.latch import input_of
+from dmc41x3.twin.motion.monitors import input_of
 from dmc41x3.twin.motion.plane import Plane
 from dmc41x3.twin.unit import Unit
 
@@ -195,9 +195,10 @@ def _motion_bits(unit: Unit, axis: Axis) -> int:
         | AxisStatus.ABSOLUTE_MODE * (motion.kind is MotionKind.ABSOLUTE)
         | AxisStatus.FINDING_EDGE * (motion.kind is MotionKind.FIND_EDGE)
         | AxisStatus.HOMING * (motion.kind is MotionKind.HOME)
-        | AxisStatus.HOMING_FIRST_DONE * (motion.kind is MotionKind.HOME and motion.stage >= homing.RETURNING)
-        | AxisStatus.HOMING_SECOND_DONE * (motion.kind in homing.KINDS and motion.stage >= homing.TO_INDEX)
-        | AxisStatus.HOMING_THIRD * (motion.kind is MotionKind.HOME and motion.stage >= homing.TO_INDEX)
+        | AxisStatus.HOMING_FIRST_DONE * (motion.kind is MotionKind.HOME and motion.stage >= independent.RETURNING)
+        | AxisStatus.HOMING_SECOND_DONE
+        * (motion.kind in independent.HOMING_KINDS and motion.stage >= independent.TO_INDEX)
+        | AxisStatus.HOMING_THIRD * (motion.kind is MotionKind.HOME and motion.stage >= independent.TO_INDEX)
         | AxisStatus.SLEWING * (v == soon != 0.0)
         | AxisStatus.STOPPING * motion.stopping
         | AxisStatus.FINAL_DECELERATION * (now >= motion.profile.braking)

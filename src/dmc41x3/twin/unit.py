@@ -1,6 +1,6 @@
 """The state of a DMC-41x3 besides its motion: variables, outputs, formats, handles, peripherals.
 
-It is kept and told again, like any setting. The lock of the program is here as well.
+Settings of devices that this unit does not have (serial ports, Modbus) are kept and reported like all others.
 """
 
 from __future__ import annotations
@@ -13,13 +13,11 @@ from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.numbers import format_raw, format_value, join_positions
 from dmc41x3.twin import registers
-from dmc41x3.twin.arrays import ArrayRecorder, Arrays
-from dmc41x3.twin.memory import Memory
+from dmc41x3.twin.memory import ArrayRecorder, Arrays, Memory
 from dmc41x3.twin.motion.axis import Axis
 from dmc41x3.twin.motion.core import MotionCore
-from dmc41x3.twin.motion.failures import Failures
 from dmc41x3.twin.motion.gearing import Cam, Gearing
-from dmc41x3.twin.motion.latch import Latches
+from dmc41x3.twin.motion.monitors import Failures, Latches
 from dmc41x3.twin.motion.plane import Plane
 from dmc41x3.twin.network import Handle, Handles, Network, OutputBuffer, RecordEmitter
 from dmc41x3.twin.plant import Plant

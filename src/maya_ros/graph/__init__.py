@@ -1,13 +1,12 @@
-"""The ROS graph of Maya without ROS: its names and types, what serves them, and the floors as clients of it.
+"""The ROS graph of Maya without ROS: its names and types, servers of each layer, and clients of each layer.
 
-table        every topic, service and action, the manual's chapter Communications (what drives all edges)
-types        the definitions of their messages, as data; messages completed and checked
-protocol     what a graph is: in one process `bus`, in a real one `maya_ros.ros1`
-goals        the server's side of actions, on either of them
-events       /maya_event in words; `paths` trajectories, `primitives` tasks, `outcome` results and errors in messages
-drawn        the joints of the model; `description` its urdf, `markers` what rviz draws beside it, `diagnostics`
-steps        steps of processes that others drive, each carried out once
-doors        what a floor offers to a graph
-clients      a floor on the other side of a graph, by the floors' own protocols
-apart        the floors above the controller as nodes: a client below, a door above
+table         every topic, service and action, from the manual's chapter Communications
+catalogue     definitions of all types; `types` completes and checks messages, `validation` converts fields
+protocol      the interface of a graph; `bus` is one within a process, `maya_ros.ros1` a real one
+goals         the server's side of actions, for both
+events        /maya_event; `conversions` paths and primitives, `outcome` results and errors, as messages
+urdf          joints and description of the robot; `markers` the scene in rviz, `diagnostics` /diagnostics
+servers       topics, services and actions that a layer offers
+clients       a layer on the other side of a graph, by the layer's own protocol
+distributed   the layers above the controller as nodes: a client below, a server above
 """

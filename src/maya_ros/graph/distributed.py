@@ -11,9 +11,8 @@ from collections.abc import AsyncGenerator, Callable, Generator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
-from maya_ros.graph.clients.calls import stoppable
 from maya_ros.graph.clients.controller import GraphController
-from maya_ros.graph.outcome import error_of
+from maya_ros.graph.outcome import cancel_on_stop, error_of
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalStatus, Graph, Message
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.graph.servers.tasks import Clock
@@ -56,7 +55,7 @@ class DistributedLayers:
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
         """Do a primitive; a stop ends it also between two of its motions."""
-        await stoppable(self.controller.events, self.robot.run(primitive, on_phase))
+        await cancel_on_stop(self.controller.events, self.robot.run(primitive, on_phase))
 
 
 @asynccontextmanager

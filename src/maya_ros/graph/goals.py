@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from maya_ros.graph import types
-from maya_ros.graph.outcome import ENDED, carried, failure
+from maya_ros.graph.outcome import ENDED, failure, run_goal
 from maya_ros.graph.protocol import Act, GoalStatus, Message, Publisher, Stamp, order
 from maya_un.cancellation import cancel_once
 from maya_un.errors import Cancelled
@@ -181,7 +181,7 @@ class GoalServer:
         self._voices.close()
 
     async def _carry_out(self, goal: Goal, message: Message) -> None:
-        ended = await carried(self._act, message, lambda feedback: self._tell_feedback(goal, feedback))
+        ended = await run_goal(self._act, message, lambda feedback: self._tell_feedback(goal, feedback))
         begun = goal.outcome in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
         outcome = ended.outcome
         if outcome is GoalStatus.PREEMPTED and not begun:

@@ -1,25 +1,24 @@
-"""Markers for rviz (/maya_markers): lines, part, path, workspace and zones.
-
-The lines coloured by their tension, the parts where they are known, the path under way, the workspace, the zones, and a
-word where the robot is not simply ready. Nothing of this is told while it moves: a part in the gripper is tied to the
-gripper's frame, the lines to those of their pieces, and markers carry no time, so that whoever draws them takes the
-newest frames.
-"""
+"""Markers for rviz (/maya_markers): lines, part, path under way, workspace and zones."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import partial
 from itertools import pairwise
 from math import hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from maya_ros.graph.joints import BASE, GRIPPER, PART_RADIUS, LineDivision
-from maya_ros.graph.protocol import Message, header, stamp
+from maya_ros.graph.conversions import path_from_message
+from maya_ros.graph.protocol import Graph, GraphHandle, Message, header, stamp
+from maya_ros.graph.table import FOLLOW, MOVE
+from maya_ros.graph.urdf import BASE, GRIPPER, PART_RADIUS, LineDivision
 from maya_un.config import Config
+from maya_un.errors import MayaError
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.statics import tension
 from maya_un.kinematics.workspace import Workspace
@@ -347,3 +346,51 @@ def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterat
                 "lines", MarkerShape.CYLINDER, colour, size, number=number, place=place, turned=_ALONG, frame=frame
             )
             number += 1
+
+
+class PathMarkers:
+    """Hears the goals of /controller/follow and /move; `here` tells where the joints are, None where nobody knows.
+
+    A goal that is refused has its result at once. Of several the one that came first is under way.
+    """
+
+    def __init__(self, graph: Graph, mechanism: Mechanism, here: Callable[[], Joints | None]) -> None:
+        self._mechanism = mechanism
+        self._here = here
+        self._ways: dict[str, Sequence[Point]] = {}
+        self._held: list[GraphHandle] = []
+        for row, read in ((FOLLOW, _followed), (MOVE, self._moved)):
+            goal, result = f"{row.type}ActionGoal", f"{row.type}ActionResult"
+            self._held += [
+                graph.subscribe(f"{row.name}/goal", goal, partial(self._begun, read), queue_size=10),
+                graph.subscribe(f"{row.name}/result", result, self._over, queue_size=10),
+            ]
+
+    @property
+    def way(self) -> Sequence[Point]:
+        """Places of the gripper along the path under way [m], none where there is none."""
+        return next(iter(self._ways.values()), ())
+
+    def close(self) -> None:
+        """Hear no more."""
+        for held in self._held:
+            held.close()
+        self._ways.clear()
+
+    def _begun(self, read: Callable[[Message], Route | None], message: Message) -> None:
+        """Take a goal; what is no path is refused by whoever serves it."""
+        with suppress(MayaError):
+            route = read(message["goal"])
+            if route is not None:
+                self._ways[message["goal_id"]["id"]] = way_of(route, self._mechanism)
+
+    def _over(self, message: Message) -> None:
+        self._ways.pop(message["status"]["goal_id"]["id"], None)
+
+    def _moved(self, goal: Message) -> Route | None:
+        here = self._here()
+        return None if here is None else (here, Joints(goal["a"], goal["b"], goal["c"]))
+
+
+def _followed(goal: Message) -> Path:
+    return path_from_message(goal["trajectory"])[0]

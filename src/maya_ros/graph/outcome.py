@@ -1,17 +1,29 @@
-"""How wishes end, as results on the graph: code and sentence instead of an error, and the error of them again.
+"""Results of commands over a graph: code and sentence of an error, and calls that raise the error again.
 
-Results of actions and of /maya_command have the fields success, code and message. A std_srvs/Trigger has no code: where
-it failed, its message is the code, a colon, a space and the sentence.
+Results of actions and of /maya_command have the fields success, code and message. A std_srvs/Trigger has no code. When
+it fails, its message is the code, a colon, a space and the sentence.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any, NamedTuple, TypeVar
 
-from maya_ros.graph.protocol import Act, Feedback, GoalRefused, GoalStatus, Message
-from maya_un.errors import Cancelled, InternalError, MayaError, ServiceFailed, Stopped, from_sentence
+from maya_ros.graph.protocol import Act, Feedback, GoalRefused, GoalStatus, Graph, Message
+from maya_ros.graph.table import Row
+from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
+from maya_un.errors import (
+    Cancelled,
+    InternalError,
+    MayaError,
+    NodeGone,
+    ServiceFailed,
+    Stopped,
+    UnknownInterface,
+    from_sentence,
+)
+from maya_un.events import Event, EventLog, MotionStopped
 
 ENDED = frozenset(
     {GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED, GoalStatus.RECALLED}
@@ -58,7 +70,7 @@ def error_of(result: Mapping[str, object], name: str = "") -> MayaError | None:
         return ServiceFailed(service=name, reason=sentence or "it gave no reason")
 
 
-async def carried(act: Act, goal: Message, feedback: Feedback) -> ActionOutcome:
+async def run_goal(act: Act, goal: Message, feedback: Feedback) -> ActionOutcome:
     """Carry out a goal in this task, which may be cancelled to cancel the goal, and return how that ended.
 
     What somebody stopped counts as preempted, as what was cancelled; other errors abort it.
@@ -77,3 +89,72 @@ async def carried(act: Act, goal: Message, feedback: Feedback) -> ActionOutcome:
         asyncio.get_running_loop().call_exception_handler({"message": "a goal failed", "exception": defect})
         return ActionOutcome(GoalStatus.ABORTED, failure(InternalError(reason=repr(defect))))
     return ActionOutcome(GoalStatus.SUCCEEDED if result.get("success", True) else GoalStatus.ABORTED, result)
+
+
+async def run_action(graph: Graph, row: Row, goal: Message, feedback: Feedback | None = None) -> Message:
+    """Have the goal of an action carried out and return its result.
+
+    Raises the error that its server tells of, and `NodeGone` where there is none, or none any more. Being cancelled
+    cancels the goal, and ends when the server says that it has ended.
+    """
+    gone = NodeGone(node=row.sources[0])
+    try:
+        ended = await run_to_rest(graph.do(row.name, row.type, goal, feedback))
+    except NodeGone:  # it knows the action only, not whose it is
+        raise gone from None
+    if not ended.result:
+        raise gone
+    error = error_of(ended.result, row.name)
+    if error is not None:
+        raise error
+    if ended.outcome is not GoalStatus.SUCCEEDED:
+        raise ServiceFailed(service=row.name, reason=f"it ended as {ended.outcome.name.lower()}")
+    return ended.result
+
+
+async def call_service(graph: Graph, row: Row, request: Message) -> Message:
+    """Return the response of a service; raises the error that it tells of, and `NodeGone` where nobody answers.
+
+    Being cancelled cancels what is being answered, and ends when that is over.
+    """
+    try:
+        response = await run_to_rest(graph.call(row.name, request, row.type))
+    except (ServiceFailed, UnknownInterface):
+        raise NodeGone(node=row.sources[0]) from None
+    error = error_of(response, row.name)
+    if error is not None:
+        raise error
+    return response
+
+
+T = TypeVar("T")
+
+
+async def cancel_on_stop(events: EventLog, work: Coroutine[Any, Any, T]) -> T:
+    """Return what `work` does; raises `Stopped` where somebody says stop meanwhile, and what `work` raises.
+
+    Either way, and where it is cancelled, it has ended when this does.
+    """
+    return await cancel_on_event(events, lambda event: Stopped() if isinstance(event, MotionStopped) else None, work)
+
+
+async def cancel_on_event(
+    events: EventLog, why: Callable[[Event], MayaError | None], work: Coroutine[Any, Any, T]
+) -> T:
+    """Return what `work` does; cancel it at the first event that is a reason `why`, and raise that, as `stoppable`."""
+    task = asyncio.ensure_future(work)
+    reason: MayaError | None = None
+
+    def hear(event: Event) -> None:
+        nonlocal reason
+        if reason is None and (found := why(event)) is not None:
+            reason = found
+            cancel_once(task)
+
+    with events.listening(hear):
+        try:
+            return await run_to_rest(task)
+        except asyncio.CancelledError:
+            if reason is None or is_caller_cancelled():
+                raise
+            raise reason from None

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from maya_ros.graph.description import describe
+from maya_ros.graph.urdf import describe
 from maya_un.config import load
 from maya_un.errors import MayaError, RosMissing
 

@@ -1,10 +1,10 @@
 """The rosbridge endpoint: protocol version 2 over any graph, with or without ROS.
 
-fields, names    what stands in a client's message, checked
-fragments, png, forms, outgoing    the forms of a message on the wire
-subscribing, publishing, calling, serving, sending, acting    one concern of a session each
-session          one client: what it says is carried out in order, what fails is told as a status
-rosapi           questions about the graph, as clients ask them
-wire, endpoint   websockets: who is let in, how much a slow reader may owe
-alone, near      the graph of `maya up --rosbridge`: the doors on a bus in the loop of the server
+incoming, outgoing          messages of a client, checked; messages to a client in their forms
+topics, services, actions   one part of a session each
+client, session             shared by these parts; one client, whose messages are carried out in order
+rosapi                      questions about the graph, as clients ask them
+limits, access              how much a client may ask, and what it may do
+wire, endpoint              websockets: admission of clients, and bounds for slow readers
+standalone, thread_proxy    the graph of `maya up --rosbridge`: servers on a bus in the loop of the HTTP server
 """

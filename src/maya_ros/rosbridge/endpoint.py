@@ -13,13 +13,11 @@ from starlette.datastructures import Headers
 
 from dmc41x3.listening import DescriptorShares, Listener
 from maya_ros.graph.protocol import Graph, Publisher
-from maya_ros.rosbridge.client import RosbridgeClient
-from maya_ros.rosbridge.guest import Guest, TokenChecker
+from maya_ros.rosbridge.access import Guest, RestrictedGraph, TokenChecker
+from maya_ros.rosbridge.client import MessageScheduler, RosbridgeClient, Sender
 from maya_ros.rosbridge.limits import CLIENTS
 from maya_ros.rosbridge.outgoing import MessageEncoder
-from maya_ros.rosbridge.restricted import RestrictedGraph
 from maya_ros.rosbridge.rosapi import Rosapi
-from maya_ros.rosbridge.sending import MessageScheduler, Sender
 from maya_ros.rosbridge.session import RosbridgeSession
 from maya_ros.rosbridge.wire import GOING, RosbridgeWire
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn

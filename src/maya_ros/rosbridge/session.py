@@ -10,7 +10,7 @@ from typing import Any
 
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.actions import ClientActions, ClientGoals
-from maya_ros.rosbridge.client import Id, RosbridgeClient, StatusLevel
+from maya_ros.rosbridge.client import Id, MessageScheduler, RosbridgeClient, StatusLevel
 from maya_ros.rosbridge.incoming import (
     Fields,
     FragmentCollector,
@@ -22,11 +22,9 @@ from maya_ros.rosbridge.incoming import (
     stop_in,
 )
 from maya_ros.rosbridge.limits import LONGEST_MESSAGE, NESTED, WAITING
-from maya_ros.rosbridge.publishing import ClientPublications
 from maya_ros.rosbridge.rosapi import Rosapi
-from maya_ros.rosbridge.sending import MessageScheduler
 from maya_ros.rosbridge.services import ClientCalls, ClientServices
-from maya_ros.rosbridge.subscribing import ClientSubscriptions
+from maya_ros.rosbridge.topics import ClientPublications, ClientSubscriptions
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.http.log import written_down
 

@@ -11,16 +11,15 @@ from typing import Protocol
 from dmc41x3.address import SIM
 from maya_ros.graph.bus import Bus, BusNode
 from maya_ros.graph.protocol import Graph
-from maya_ros.graph.queue import GraphQueue
 from maya_ros.graph.servers.controller import ControllerServer
-from maya_ros.graph.servers.process import ProcessServer
+from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.graph.servers.sensors import SensorServer
 from maya_ros.graph.servers.steps import TaskServer
 from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import POSITION
+from maya_ros.rosbridge.access import Guest
 from maya_ros.rosbridge.endpoint import NODE, Endpoint
-from maya_ros.rosbridge.guest import Guest
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEvents, echoed
 from maya_un.assembly import Stack
 from maya_un.config import Config

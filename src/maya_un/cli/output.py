@@ -6,19 +6,19 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from dmc41x3.cli import output
-from dmc41x3.cli.output import (
+from dmc41x3.cli import console
+from dmc41x3.cli.console import (
     DONE,
     FAILED,
     INTERRUPTED,
     REFUSED,
+    OutputSettings,
     answer,
     emit,
     forget_unprinted,
     say,
     tolerate_any_terminal,
 )
-from dmc41x3.cli.settings import OutputSettings
 from maya_un.errors import MayaError, StorageUnavailable, translated
 
 __all__ = [
@@ -39,7 +39,7 @@ __all__ = [
 
 def complain(error: MayaError, settings: OutputSettings) -> int:
     """Print an error, one sentence with its code (or JSON), and return its exit code."""
-    output.complain(error, settings, "maya")
+    console.complain(error, settings, "maya")
     return exit_code(error.code)
 
 
@@ -61,4 +61,4 @@ def exit_code(code: int) -> int:
 
     A disk that is full or read-only is neither: 1, by which systemd starts `maya up` again.
     """
-    return FAILED if code == StorageUnavailable.code else output.exit_code(code)
+    return FAILED if code == StorageUnavailable.code else console.exit_code(code)

@@ -6,8 +6,8 @@ import re
 from math import isfinite, pi
 
 from dmc41x3.address import REAL, SIM, meant
-from dmc41x3.cli import values
-from dmc41x3.cli.values import host_and_port
+from dmc41x3.cli import console
+from dmc41x3.cli.console import host_and_port
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
 from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
@@ -74,7 +74,7 @@ def clock_factor(speed: float | None, address: str) -> float:
     """
     if speed is not None and address != SIM:
         raise SpeedOnRealMachine(address=address)
-    return values.clock_factor(speed)
+    return console.clock_factor(speed)
 
 
 def target_address(text: str, configured: str) -> str:

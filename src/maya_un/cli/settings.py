@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dmc41x3.cli import settings as tools
-from dmc41x3.cli.settings import CommandContext, OutputSettings, asks_for_json, settings_of
+from dmc41x3.cli import console as tools
+from dmc41x3.cli.console import CommandContext, OutputSettings, asks_for_json, settings_of
 
 __all__ = ["CommandContext", "OutputSettings", "asks_for_json", "from_environment", "settings_of", "split"]
 
@@ -20,4 +20,4 @@ def split(arguments: Sequence[str], settings: OutputSettings) -> tuple[OutputSet
 
     Raises `InvalidCommandLine` for an option without its value and `InvalidValue` for an unknown language.
     """
-    return tools.split(arguments, settings, "maya", ("--lang", "--config"))
+    return tools.split_options(arguments, settings, "maya", ("--lang", "--config"))

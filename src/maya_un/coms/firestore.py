@@ -244,8 +244,8 @@ def _value(data: Any) -> dict[str, Any]:
 INTERVAL = 0.5
 """Pause between two queries for commands while there are none [s]; a query costs a read, so a day 172 800 reads.
 
-It is shorter than `maya_ros.graph.steps.QUIET`: the robot refuses a command that was there before a stop only if the
-command reaches the robot within that time after the stop.
+It is shorter than `maya_un.steps.text.QUIET`: the robot refuses a command that was there before a stop
+only if the command reaches the robot within that time after the stop.
 """
 
 

@@ -10,8 +10,7 @@ from math import inf
 import numpy as np
 
 from dmc41x3.twin.timeline import Timeline
-from maya_un.machine.statics import Floats
-from maya_un.machine.truth import MOTOR_LIMIT, TrueConstants
+from maya_un.machine.truth import MOTOR_LIMIT, Floats, TrueConstants
 
 GIVE = 1.0
 """An obstacle gives way by this much before it counts as contact: an encoder count."""

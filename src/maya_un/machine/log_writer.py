@@ -21,9 +21,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
-from maya_un.machine.log import Window
+from maya_un.machine.log import PartDrop, Place, Window
 from maya_un.machine.mechanics import SAMPLE, MayaMechanics
-from maya_un.machine.table import PartDrop, Place
 
 FORMAT = 1
 """Version of the lines."""

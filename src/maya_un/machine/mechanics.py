@@ -18,11 +18,8 @@ import numpy as np
 from dmc41x3.twin.plant import CONTACT_STEP, TORQUE_LIMIT, Sensing
 from dmc41x3.twin.timeline import FLAT, Timeline, TimelinePiece
 from maya_un.machine.drive import GIVE, AxisDrive
-from maya_un.machine.log import MechanicsListener, MechanicsLog, MechanicsRecord, Trace, Window
-from maya_un.machine.start import StartPose
-from maya_un.machine.statics import Floats, LoadStatics, Statics
-from maya_un.machine.table import PartTable, Place
-from maya_un.machine.truth import Triple, TrueConstants
+from maya_un.machine.log import MechanicsListener, MechanicsLog, MechanicsRecord, PartTable, Place, Trace, Window
+from maya_un.machine.truth import Floats, LoadStatics, StartPose, Statics, Triple, TrueConstants
 
 SAMPLE = 0.05
 """The record looks at free motion at least this often [s]."""

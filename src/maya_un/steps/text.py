@@ -30,6 +30,13 @@ ROBOT_TOPIC = "/step_robot"
 TEXT_TYPE = "std_msgs/String"
 """The ROS type of the four topics: JSON in a string."""
 
+QUIET = 1.5
+"""After a stop or a fault steps are refused until none has come for so long [s, real time].
+
+The slowest way is Firestore's: a query each `coms.firestore.INTERVAL`, then two more requests before the robot gets a
+step. They may take 0.2 s each.
+"""
+
 INTERRUPTED = "INTERRUPTED"
 """The code of a step without a result when the program ended: nobody knows how far it came."""
 

@@ -12,8 +12,7 @@ from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.values import Point
 
 

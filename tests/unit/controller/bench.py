@@ -19,8 +19,7 @@ from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import operands, wanted
 from maya_un.events import Event
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
 from tests.virtual_time import elapse

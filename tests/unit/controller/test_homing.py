@@ -23,8 +23,7 @@ from maya_un.errors import (
 )
 from maya_un.events import FaultEntered, HomingBegun, HomingDone, MotionStopped, PhaseBegun
 from maya_un.kinematics.workspace import Workspace
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
 from tests.unit.controller.bench import commands_in, foreign, kinds, rewired

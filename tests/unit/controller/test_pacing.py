@@ -23,7 +23,7 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.events import HomingDone, MotionBegun, MotionEnded, MotionPaused, MotionResumed, SpeedChanged
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
 from tests.campaign import Campaign

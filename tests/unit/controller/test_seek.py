@@ -14,8 +14,7 @@ from maya_un.config.files import parse
 from maya_un.controller.command_slot import RunningCommand
 from maya_un.controller.seek import FORWARD, REVERSE, SETTLE, Seeker, Stall, look_at
 from maya_un.errors import AbortInput, FollowingError, HomingStalled, Stopped, WiringContradictsCn
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
 from tests.unit.controller.bench import box, commands_in, foreign, now, record_of
 from tests.unit.dmc41x3.scripted import conversation

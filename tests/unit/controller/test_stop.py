@@ -15,7 +15,7 @@ from maya_un.controller.controller import GalilController
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import AbortInput, NotHomed, Stopped
 from maya_un.events import GripperClosed, MotionStopped
-from maya_un.machine.start import StartPose
+from maya_un.machine.truth import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode, StopReport
 from tests.unit.controller.bench import (

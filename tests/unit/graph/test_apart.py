@@ -7,9 +7,9 @@ import asyncio
 import pytest
 
 from maya_ros.graph.bus import Bus
+from maya_ros.graph.conversions import primitive_to_message
 from maya_ros.graph.distributed import INNER, robot_floor, robot_floor_seen, tasks_handed_on
 from maya_ros.graph.outcome import error_of, failure, success
-from maya_ros.graph.primitives import to_message
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
 from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
@@ -17,7 +17,7 @@ from maya_un.robot.primitives.home import Home
 from tests.graphs import CALM, below
 from tests.virtual_time import elapse
 
-HOME = {"task": to_message(Home())}
+HOME = {"task": primitive_to_message(Home())}
 
 
 async def handed_on(ending: MayaError | GoalRefused | None) -> tuple[GoalResult, list[Message]]:

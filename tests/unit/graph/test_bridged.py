@@ -14,7 +14,7 @@ import pytest
 from maya_ros.graph.bus import Bus, BusNode
 from maya_ros.graph.outcome import success
 from maya_ros.graph.protocol import Feedback, GraphHandle, Message
-from maya_ros.graph.steps import bridged
+from maya_ros.graph.servers.steps import bridged
 from maya_ros.graph.table import EVENT, STEP_COMMAND, STEP_RESULT, TASK
 from maya_un.errors import NodeGone, StepNotBegun
 from maya_un.steps.store import StepStore

@@ -12,8 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_ros.graph.description import INCLUDE, describe, dimensions
-from maya_ros.graph.joints import BASE, GRIPPER, JAW_CLOSED, JAW_OPEN, NAMES, positions
+from maya_ros.graph.urdf import BASE, GRIPPER, INCLUDE, JAW_CLOSED, JAW_OPEN, NAMES, describe, dimensions, positions
 from maya_un.config import Config
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.values import Joints

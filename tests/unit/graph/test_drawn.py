@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_ros.graph import types
-from maya_ros.graph.joints import JAW_CLOSED, JAW_OPEN, NAMES, PART_RADIUS, jaw, joint_state, positions, velocities
+from maya_ros.graph.urdf import JAW_CLOSED, JAW_OPEN, NAMES, PART_RADIUS, jaw, joint_state, positions, velocities
 from maya_un.config import Config
 from maya_un.kinematics import Mechanism
 from maya_un.values import Joints

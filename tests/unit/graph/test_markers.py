@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from maya_ros.graph import types
-from maya_ros.graph.description import describe
-from maya_ros.graph.joints import NAMES, LineDivision, positions
 from maya_ros.graph.markers import HEAVY, LIGHT, MarkerCache, MarkerScene, line_markers, state_markers
 from maya_ros.graph.protocol import Message
+from maya_ros.graph.urdf import NAMES, LineDivision, describe, positions
 from maya_un.config import Config
 from maya_un.kinematics.zones import Box
 from maya_un.values import Joints, Mode, Notice, Point, State

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_ros.graph import types
-from maya_ros.graph.paths import SLOWEST, from_message, speed_for, to_message
+from maya_ros.graph.conversions import SLOWEST, path_from_message, path_to_message, speed_for
 from maya_ros.graph.protocol import Message
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
@@ -37,7 +37,7 @@ def paths(draw: st.DrawFn) -> Path:
 
 @given(paths(), st.floats(0.0, 1e6))
 def test_a_path_comes_out_as_it_went_in(path: Path, least: float) -> None:
-    read, time = from_message(types.conform(KIND, to_message(path, least)))
+    read, time = path_from_message(types.conform(KIND, path_to_message(path, least)))
     assert (read.space, read.waypoints) == (path.space, path.waypoints)
     assert read.pieces.vias == path.pieces.vias
     assert (read.blends or (Blend(0.0, 0.0),) * (len(path.waypoints) - 2)) == (
@@ -48,7 +48,7 @@ def test_a_path_comes_out_as_it_went_in(path: Path, least: float) -> None:
 
 def test_joints_alone_are_a_path_straight_in_them() -> None:
     route = [Joints(0.0, 1.0, 2.0), Joints(0.1, 1.1, 2.1)]
-    assert from_message(types.conform(KIND, to_message(route))) == (Path.joints(*route), 0.0)
+    assert path_from_message(types.conform(KIND, path_to_message(route))) == (Path.joints(*route), 0.0)
 
 
 @pytest.mark.parametrize("names", list(permutations("abc")))
@@ -56,7 +56,7 @@ def test_joints_come_in_any_order(names: tuple[str, ...]) -> None:
     point = {"a": 0.1, "b": 1.2, "c": 1.3}
     positions = [point[name] for name in names]
     message = trajectory(list(names), [positions, positions])
-    assert from_message(message)[0].waypoints[0] == (0.1, 1.2, 1.3)
+    assert path_from_message(message)[0].waypoints[0] == (0.1, 1.2, 1.3)
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_joints_come_in_any_order(names: tuple[str, ...]) -> None:
 )
 def test_other_names_are_refused(names: list[str]) -> None:
     with pytest.raises(InvalidMessage, match="joint_names"):
-        from_message(trajectory(names, [[0.0] * len(names)] * 2))
+        path_from_message(trajectory(names, [[0.0] * len(names)] * 2))
 
 
 @pytest.mark.parametrize(
@@ -84,12 +84,12 @@ def test_other_names_are_refused(names: list[str]) -> None:
 )
 def test_points_that_are_no_path_are_refused(points: list[Message], error: type[MayaError]) -> None:
     with pytest.raises(error):
-        from_message(types.conform(KIND, {"joint_names": ["a", "b", "c"], "points": points}))
+        path_from_message(types.conform(KIND, {"joint_names": ["a", "b", "c"], "points": points}))
 
 
 def test_velocities_and_efforts_at_the_ends_are_not_looked_at() -> None:
     point = {"positions": [0.0, 1.0, 1.0], "velocities": [9.0], "accelerations": [1.0, 2.0], "effort": [1.0]}
-    path, _ = from_message(types.conform(KIND, {"joint_names": ["a", "b", "c"], "points": [point] * 2}))
+    path, _ = path_from_message(types.conform(KIND, {"joint_names": ["a", "b", "c"], "points": [point] * 2}))
     assert path.blends == ()
 
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_ros.graph.primitives import from_message, to_message
+from maya_ros.graph.conversions import primitive_from_message, primitive_to_message
 from maya_un.errors import InvalidValue, UnknownName
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.approach import Approach
@@ -36,11 +36,11 @@ PRIMITIVES = st.one_of(
 
 @given(PRIMITIVES)
 def test_a_primitive_comes_out_as_it_went_in(primitive: Primitive) -> None:
-    assert from_message(to_message(primitive)) == primitive
+    assert primitive_from_message(primitive_to_message(primitive)) == primitive
 
 
 def test_move_has_its_joints_where_others_have_their_target() -> None:
-    message = to_message(MoveJoints(Joints(0.1, 1.5, 1.3)))
+    message = primitive_to_message(MoveJoints(Joints(0.1, 1.5, 1.3)))
     assert message == {"command": "move", "target": {"x": 0.1, "y": 1.5, "z": 1.3}, "open": False}
 
 
@@ -55,4 +55,4 @@ def test_move_has_its_joints_where_others_have_their_target() -> None:
 )
 def test_what_is_no_primitive_is_refused_with_its_code(message: dict[str, object], error: type[Exception]) -> None:
     with pytest.raises(error):
-        from_message(message)
+        primitive_from_message(message)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_ros.graph.diagnostics import DiagnosticLevel
-from maya_ros.graph.queue import GraphQueue, job_of
+from maya_ros.graph.servers.process import GraphQueue, job_of
 from maya_un.assembly import ProcessAssembly, process_floor
 from maya_un.config import Config
 from maya_un.errors import InvalidJob

@@ -7,19 +7,8 @@ import asyncio
 import pytest
 
 from maya_ros.graph.bus import Bus
-from maya_ros.graph.joints import (
-    DRAWN,
-    JAW_OPEN,
-    NAMES,
-    ROBOT,
-    SILENCE,
-    SLIDERS,
-    Relay,
-    Sliders,
-    joint_state,
-    positions,
-)
 from maya_ros.graph.protocol import Message
+from maya_ros.graph.urdf import DRAWN, JAW_OPEN, NAMES, ROBOT, SILENCE, SLIDERS, Relay, Sliders, joint_state, positions
 from maya_un.config import Config
 from maya_un.kinematics import Mechanism
 from maya_un.values import Joints

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from maya_ros.graph.protocol import GoalResult, GoalStatus, Message
-from maya_ros.graph.steps import QUIET, Steps
+from maya_ros.graph.servers.steps import QUIET, Steps
 from maya_un.errors import (
     Busy,
     FileNotOurs,

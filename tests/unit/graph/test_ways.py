@@ -7,8 +7,8 @@ import asyncio
 import pytest
 
 from maya_ros.graph.bus import Bus
-from maya_ros.graph.path_markers import PathMarkers
-from maya_ros.graph.paths import to_message
+from maya_ros.graph.conversions import path_to_message
+from maya_ros.graph.markers import PathMarkers
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_un.motion import Path
 from maya_un.values import Point
@@ -41,7 +41,7 @@ class Controller:
 
 
 def follow(path: Path) -> Message:
-    return {"trajectory": to_message(path)}
+    return {"trajectory": path_to_message(path)}
 
 
 async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
@@ -91,7 +91,7 @@ async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
     Controller(bus)
     ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: None)
     robot = bus.node("robot")
-    short = {"trajectory": {**to_message(Path.line(START, END)), "joint_names": ["x", "y"]}}
+    short = {"trajectory": {**path_to_message(Path.line(START, END)), "joint_names": ["x", "y"]}}
     for action, kind, goal in (
         ("/controller/follow", "maya_controller/Follow", short),
         ("/move", "maya_controller/Move", THERE._asdict()),

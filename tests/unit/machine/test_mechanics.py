@@ -15,9 +15,7 @@ from hypothesis import strategies as st
 from dmc41x3.twin.plant import BenchPlant, Plant
 from dmc41x3.twin.timeline import TimelinePiece
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.statics import Statics
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, Statics, TrueConstants
 
 A, B, C = range(3)
 COUNT = 1e-6

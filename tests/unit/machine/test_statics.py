@@ -11,8 +11,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from maya_un.machine.statics import LoadStatics, Statics
-from maya_un.machine.truth import MOTOR_LIMIT, TrueConstants
+from maya_un.machine.truth import MOTOR_LIMIT, LoadStatics, Statics, TrueConstants
 
 PAGE = Path(__file__).parents[3] / "docs" / "explanation" / "mechanics.md"
 LINES = st.tuples(st.floats(0.5, 2.5), st.floats(0.5, 2.5)).filter(lambda bc: sum(bc) > 2.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.machine.table import PartDrop, PartTable
+from maya_un.machine.log import PartDrop, PartTable
 
 CUP = (0.5, 1.2, 0.4)
 

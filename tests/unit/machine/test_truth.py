@@ -8,9 +8,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from maya_un.machine.start import legal_start
-from maya_un.machine.statics import Statics
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import Statics, TrueConstants, legal_start
 
 MACHINES = [TrueConstants.drawn(Random(seed)) for seed in range(50)]
 

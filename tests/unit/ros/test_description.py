@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_ros.graph.joints import GRIPPER, NAMES, positions
+from maya_ros.graph.urdf import GRIPPER, NAMES, positions
 from maya_ros.ros1.description import main
 from maya_un.kinematics import Mechanism
 from maya_un.values import Joints

@@ -17,8 +17,8 @@ from dmc41x3.loops import run
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.protocol import Graph
 from maya_ros.rosbridge import wire
+from maya_ros.rosbridge.access import Guest
 from maya_ros.rosbridge.endpoint import Endpoint
-from maya_ros.rosbridge.guest import Guest
 from maya_ros.rosbridge.limits import LONGEST_MESSAGE, WAITING
 from maya_un.http.listeners import bound_socket
 from maya_un.http.middleware.origin import OriginPolicy

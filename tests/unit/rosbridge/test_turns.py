@@ -8,8 +8,8 @@ from collections.abc import Callable
 import pytest
 
 from maya_ros.graph.protocol import Message
+from maya_ros.rosbridge.client import MessageScheduler
 from maya_ros.rosbridge.limits import AT_ONCE, LONGEST_TURN
-from maya_ros.rosbridge.sending import MessageScheduler
 from tests.rosbridging import room
 from tests.virtual_time import turn
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from maya_ros.ros1.coms import settle_environment
+from maya_ros.ros1.nodes.rosbridge import settle_environment
 from maya_un.cli.main import main
 from maya_un.errors import MayaError
 

@@ -6,11 +6,10 @@ import asyncio
 import sys
 from typing import TextIO
 
-from dmc41x3.cli import output
-from dmc41x3.cli.dial import Dial
-from dmc41x3.cli.site import Site
-from dmc41x3.cli.terminal.session import TerminalSession
-from dmc41x3.cli.terminal.stopping import stop_directly
+from dmc41x3.cli import console
+from dmc41x3.cli.connection import Dial
+from dmc41x3.cli.console import Site
+from dmc41x3.cli.terminal.session import TerminalSession, stop_directly
 from dmc41x3.cli.terminal.words import carry_out
 
 QUIT = {":quit", ":q"}
@@ -22,11 +21,11 @@ class PipeOutput:
 
     def answer(self, text: str) -> None:
         """Print what the controller printed."""
-        output.say(text.replace("\r", ""))
+        console.say(text.replace("\r", ""))
 
     def refused(self, text: str) -> None:
         """Print a refusal where its answer would stand."""
-        output.say(text)
+        console.say(text)
 
     def message(self, text: str) -> None:
         """Print a message of a program to standard error."""
@@ -64,4 +63,4 @@ async def converse(dial: Dial, place: str, lines: TextIO, site: Site) -> int:
             work.cancel()
             await asyncio.wait({work})
         await session.close()
-    return output.FAILED if session.refused or session.trouble else output.DONE
+    return console.FAILED if session.refused or session.trouble else console.DONE

@@ -19,16 +19,14 @@ from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
 from prompt_toolkit.renderer import print_formatted_text as print_to
 from prompt_toolkit.styles import Style
 
-from dmc41x3.cli import output
-from dmc41x3.cli.dial import Dial
+from dmc41x3.cli import console
+from dmc41x3.cli.connection import Dial
+from dmc41x3.cli.console import Site
 from dmc41x3.cli.signals import on_end
-from dmc41x3.cli.site import Site
-from dmc41x3.cli.terminal import guide, panel
+from dmc41x3.cli.terminal import completion
 from dmc41x3.cli.terminal.completion import candidates, current_mnemonic
-from dmc41x3.cli.terminal.panel import Line
 from dmc41x3.cli.terminal.pipe import QUIT
-from dmc41x3.cli.terminal.session import TerminalSession
-from dmc41x3.cli.terminal.stopping import stop_directly
+from dmc41x3.cli.terminal.session import Line, TerminalSession, axes, joined, stop_directly, threads, watched
 from dmc41x3.cli.terminal.words import carry_out
 from dmc41x3.errors import FileUnwritable
 from dmc41x3.files import open_own
@@ -156,7 +154,7 @@ async def converse(dial: Dial, place: str, site: Site) -> int:
             await asyncio.wait(tasks)
         await session.close()
         await screen.said()
-    return output.DONE
+    return console.DONE
 
 
 async def _type(session: TerminalSession) -> None:
@@ -193,7 +191,7 @@ def _keys(session: TerminalSession) -> KeyBindings:
 
     @keys.add("f1")
     def help_page(event: KeyPressEvent) -> None:
-        session.voice.note(guide.page(current_mnemonic(event.current_buffer.document.text_before_cursor)))
+        session.voice.note(completion.page(current_mnemonic(event.current_buffer.document.text_before_cursor)))
 
     @keys.add("f2")
     def axes(event: KeyPressEvent) -> None:
@@ -214,18 +212,18 @@ def _toolbar(session: TerminalSession) -> FormattedText:
     app = get_app_or_none()
     width = app.output.get_size().columns if app is not None else 80
     typed = app.current_buffer.document.text_before_cursor if app is not None else ""
-    return FormattedText(panel.joined(below(session, typed, width)))
+    return FormattedText(joined(below(session, typed, width)))
 
 
 def below(session: TerminalSession, typed: str, width: int) -> list[Line]:
     """Return everything under the line being typed: help, the axes, what is watched, the link, the keys."""
     lines: list[Line] = [[("class:rule", "─" * width)]]
-    entry = guide.entry(current_mnemonic(typed))
+    entry = completion.entry(current_mnemonic(typed))
     if entry is not None:
-        lines[0] = [("class:help", guide.line(entry)[:width].ljust(width))]
+        lines[0] = [("class:help", completion.line(entry)[:width].ljust(width))]
     if not session.quiet and session.record is not None:
-        lines += panel.axes(session.record, width)
-    lines += panel.watched(session.watched, width)
+        lines += axes(session.record, width)
+    lines += watched(session.watched, width)
     lines.append(_state(session, width))
     lines.append([("class:keys", _KEYS[:width])])
     return lines
@@ -235,7 +233,7 @@ def _state(session: TerminalSession, width: int) -> Line:
     if not session.link.up:
         return [("class:lost", f" LINK LOST  {session.place}   F5 connects again "[:width].ljust(width))]
     words = [session.place]
-    if session.record is not None and (running := panel.threads(session.record)):
+    if session.record is not None and (running := threads(session.record)):
         words.append(f"threads {running} run")
     if session.waiting:
         words.append(f"{session.waiting} waiting for an answer")

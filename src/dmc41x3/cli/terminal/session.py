@@ -1,4 +1,6 @@
-"""A conversation with a controller: lines in, answers out in order, and what is watched meanwhile.
+"""The session of a terminal: its link, lines in and answers out in order, the axes, and stopping.
+
+Stopping names the axes: a bare ST would also end the programs in the controller (DMC-41x3, command ST).
 
 Nothing here waits for the person or draws on a screen. Lines wait for each other, and nobody waits for them.
 """
@@ -7,21 +9,229 @@ from __future__ import annotations
 
 import asyncio
 import re
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping
 from contextlib import suppress
+from functools import partial
+from itertools import pairwise
+from typing import Protocol, TypeAlias
 
-from dmc41x3.cli.dial import Dial
-from dmc41x3.cli.site import ALONE, Site
-from dmc41x3.cli.terminal import guide, panel, stopping
-from dmc41x3.cli.terminal.link import TerminalLink
-from dmc41x3.cli.terminal.names import CompletionNames, ask, assigned
-from dmc41x3.cli.terminal.voice import SessionOutput
+from dmc41x3.address import SIM, split
+from dmc41x3.cli.connection import TIMEOUT, Dial
+from dmc41x3.cli.console import ALONE, Site
+from dmc41x3.cli.terminal import completion
+from dmc41x3.cli.terminal.completion import CompletionNames, ask, assigned
 from dmc41x3.driver import Driver
 from dmc41x3.errors import CodedError, CommandRejected, MachineError, NotConnected
+from dmc41x3.language.codes import STOP_TEXTS
 from dmc41x3.language.commands import CONTROL, FORMS, split_line
 from dmc41x3.language.hardware import LETTERS
-from dmc41x3.language.record import DataRecord
+from dmc41x3.language.record import AxisRecord, AxisSwitches, DataRecord
+from dmc41x3.wire import emergency
 from dmc41x3.wire.emergency import StopOutcome
+
+
+class SessionOutput(Protocol):
+    """Where the words of a session go. None of it waits."""
+
+    def answer(self, text: str) -> None:
+        """Show what the controller printed, a colon for nothing."""
+        ...
+
+    def refused(self, text: str) -> None:
+        """Show that the controller refused a command, with code and words."""
+        ...
+
+    def message(self, text: str) -> None:
+        """Show a line that a program in the controller sent by itself."""
+        ...
+
+    def note(self, text: str) -> None:
+        """Show what the terminal itself has to say."""
+        ...
+
+    def trouble(self, text: str) -> None:
+        """Show what went wrong on this side, or with the link."""
+        ...
+
+
+_PATIENCE = 2.0
+"""Longest wait for each answer of a controller told directly [s]."""
+
+
+async def stop(driver: Driver) -> StopOutcome:
+    """Stop all motion and return what moved; the first bytes are on the wire before this waits. Raises as `send`."""
+    for plane in "ST":
+        driver.urgent(f"ST {plane}")
+    axes = list(zip(LETTERS, (await driver.record()).axes, strict=False))
+    outcome = StopOutcome(
+        coordinated="".join(letter for letter, axis in axes if axis.moving and axis.coordinated),
+        independent="".join(letter for letter, axis in axes if axis.moving and not axis.coordinated),
+    )
+    if outcome.independent:
+        await driver.send(f"ST {outcome.independent}")
+    return outcome
+
+
+def stop_directly(place: str) -> Callable[[], StopOutcome] | None:
+    """Return what stops the controller at an address by a handle of its own; None for a twin, which has no address.
+
+    It blocks; see `emergency.stop`.
+    """
+    return None if place == SIM else partial(emergency.stop, *split(place), _PATIENCE)
+
+
+_SERIAL = ord("S")
+"""CF as a controller powers up: messages go to its serial port, so nobody on the network misses them."""
+
+
+class TerminalLink:
+    """One controller, reached again and again through `dial`."""
+
+    def __init__(self, dial: Dial, on_message: Callable[[str], None], on_loss: Callable[[MachineError], None]) -> None:
+        self._dial = dial
+        self._on_message = on_message
+        self._on_loss = on_loss
+        self._driver: Driver | None = None
+        self._marked = 2.0
+        self._one_at_a_time = asyncio.Lock()
+        self.messages = False
+
+    @property
+    def driver(self) -> Driver:
+        """The driver of a link that stands; raises `NotConnected` where none does."""
+        if self._driver is None or self._driver.lost.done():
+            raise NotConnected
+        return self._driver
+
+    @property
+    def up(self) -> bool:
+        """Whether the link stands."""
+        return self._driver is not None and not self._driver.lost.done()
+
+    async def connect(self) -> None:
+        """Make the link anew, and take the programs' messages where nobody else has them; raises `ConnectFailed`."""
+        async with self._one_at_a_time:
+            await self._connect()
+
+    async def _connect(self) -> None:
+        await self.close()
+        driver = await Driver.open(await self._dial(), timeout=TIMEOUT)
+        driver.on_message = self._on_message
+        driver.lost.add_done_callback(self._lost)
+        self._driver = driver
+        try:
+            if await _number(driver, "_CF", _SERIAL) == _SERIAL:
+                await self.take_messages()
+        except MachineError:
+            await self.close()
+            raise
+
+    async def take_messages(self) -> None:
+        """Have the messages of programs come here (CF I, CW 1), whoever had them."""
+        self._marked = await _number(self.driver, "_CW", 2)
+        await self.driver.subscribe()
+        self.messages = True
+
+    async def close(self) -> None:
+        """Give back what was taken and end the link; again is harmless."""
+        driver, self._driver = self._driver, None
+        if driver is None:
+            return
+        if self.messages and not driver.lost.done():
+            await self._give_back(driver)
+        self.messages = False
+        await driver.close()
+
+    async def _give_back(self, driver: Driver) -> None:
+        try:
+            await driver.batch(["CF S", f"CW {self._marked:.0f}"])
+        except CodedError:
+            return  # the controller gives it back itself when the handle closes
+
+    def _lost(self, lost: asyncio.Future[MachineError]) -> None:
+        if not lost.cancelled():
+            self._on_loss(lost.result())
+
+
+async def _number(driver: Driver, operand: str, default: float) -> float:
+    try:
+        return await driver.value(operand)
+    except CommandRejected:
+        return default
+
+
+Piece: TypeAlias = tuple[str, str]
+"""A style and a text."""
+
+Line: TypeAlias = list[Piece]
+
+HEAD = "     position velocity  error  torque motor  motion  lim stop code"
+"""Names of the columns; `lim` is F, R and H for the forward, reverse and home switch where they are active."""
+
+
+def axes(record: DataRecord, width: int) -> list[Line]:
+    """Return a head and one line an axis: counts, counts/s, counts, V, motor, motion, switches, stop code."""
+    rows = zip(LETTERS, record.axes, strict=False)
+    return [[("class:head", HEAD[:width])], *(_axis(letter, axis, width) for letter, axis in rows)]
+
+
+def _axis(letter: str, axis: AxisRecord, width: int) -> Line:
+    line: Line = [
+        ("class:letter", letter),
+        ("", f" {axis.position:>11} {axis.velocity:>8.0f} {axis.error:>6} {axis.torque:>6.2f}V"),
+        ("class:off", "   off") if axis.motor_off else ("", "    on"),
+        ("class:moving", "  moving ") if axis.moving else ("", "  at rest"),
+        ("", " "),
+        _switch("F", axis.forward_limit_active, "class:active"),
+        _switch("R", axis.reverse_limit_active, "class:active"),
+        _switch("H", bool(axis.switches & AxisSwitches.HOME_INPUT), "class:letter"),
+    ]
+    left = width - sum(len(text) for _, text in line)
+    words = f" {axis.stop_code:>3} {STOP_TEXTS.get(axis.stop_code, '')}"
+    return [*line, ("", words if len(words) <= left else words[: left - 1] + "…")]
+
+
+def _switch(letter: str, active: bool, style: str) -> Piece:
+    return (style, letter) if active else ("class:quiet", "·")
+
+
+def watched(values: Mapping[str, str], width: int) -> list[Line]:
+    """Return the watched expressions with their values, as many on a line as fit."""
+    lines: list[Line] = []
+    used = width
+    for expression, value in values.items():
+        refused = value.startswith("?")
+        pieces: Line = [("class:letter", f"{expression} "), ("class:refused" if refused else "", value)]
+        length = sum(len(text) for _, text in pieces)
+        if used + 3 + length > width:
+            lines.append([])
+            used = 0
+        elif used:
+            lines[-1].append(("", "   "))
+            used += 3
+        lines[-1] += pieces
+        used += length
+    return lines
+
+
+def threads(record: DataRecord) -> str:
+    """Return which threads of the program run, empty for none."""
+    return " ".join(str(number) for number in range(8) if record.threads >> number & 1)
+
+
+def joined(lines: Iterable[Line]) -> Line:
+    """Return lines as one, with line ends between them."""
+    shown = list(lines)
+    pieces: Line = list(shown[0]) if shown else []
+    for _, line in pairwise(shown):
+        pieces += [("", "\n"), *line]
+    return pieces
+
+
+def plain(lines: Iterable[Line]) -> str:
+    """Return lines as text without styles."""
+    return "\n".join("".join(text for _, text in line).rstrip() for line in lines)
+
 
 REFRESH = 0.2
 """How long the panel rests between two looks at the axes [s]."""
@@ -170,7 +380,7 @@ class TerminalSession:
             self.voice.trouble(f"Not sent: {command}: {reason}.")
             return
         if command == "QR":
-            self.voice.answer(panel.plain(panel.axes(await driver.record(), 120)))
+            self.voice.answer(plain(axes(await driver.record(), 120)))
             return
         patience = SLOW.get(command[:2])
         answer = await driver.exact(CONTROL.get(command, command), timeout=patience)
@@ -183,7 +393,7 @@ class TerminalSession:
     def _refusal(self, command: str, error: CommandRejected) -> None:
         self.refused = True
         hint = ""
-        if command[:2].islower() and guide.entry(command[:2].upper()) is not None:
+        if command[:2].islower() and completion.entry(command[:2].upper()) is not None:
             hint = f"  (commands are written in capitals: {command[:2].upper()})"
         self.voice.refused(f"? {error.details['tc']} {error.details['reason']}{hint}")
 
@@ -199,12 +409,12 @@ class TerminalSession:
             return
         moved = outcome.decelerating
         self.voice.note(f"Stopping {', '.join(moved)}." if moved else "Nothing moves.")
-        if self.record is not None and (running := panel.threads(self.record)):
+        if self.record is not None and (running := threads(self.record)):
             self.voice.note(f"Programs still run (thread {running}) and may move again; HX ends them.")
 
     async def _stop(self) -> StopOutcome:
         try:
-            return await stopping.stop(self.link.driver)
+            return await stop(self.link.driver)
         except CodedError:
             if self._directly is None:
                 raise

@@ -5,19 +5,18 @@ from __future__ import annotations
 import asyncio
 import sys
 
-from dmc41x3.cli import dial
-from dmc41x3.cli.settings import OutputSettings
-from dmc41x3.cli.site import Site
+from dmc41x3.cli import connection
+from dmc41x3.cli.console import OutputSettings, Site
 from dmc41x3.cli.terminal import pipe
 
 
 def terminal(address: str, settings: OutputSettings) -> int:
     """Talk to a controller until the person or the input ends it; return the exit code. Raises `ConnectFailed`."""
-    return asyncio.run(_terminal(dial.meant(address, settings), settings.site))
+    return asyncio.run(_terminal(connection.meant(address, settings), settings.site))
 
 
 async def _terminal(place: str, site: Site) -> int:
-    async with dial.reached(place, site) as way:
+    async with connection.reached(place, site) as way:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             return await pipe.converse(way, place, sys.stdin, site)
         from dmc41x3.cli.terminal import screen

@@ -9,8 +9,8 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 from dmc41x3.cli import program, scope
-from dmc41x3.cli.sampling import ChannelSample
-from dmc41x3.cli.terminal import guide
+from dmc41x3.cli.scope import ChannelSample
+from dmc41x3.cli.terminal import completion
 from dmc41x3.cli.terminal.completion import WORDS
 from dmc41x3.cli.terminal.session import TerminalSession
 from dmc41x3.errors import CodedError, InvalidCommandLine, InvalidValue, MachineError, UnknownName
@@ -22,7 +22,7 @@ async def carry_out(session: TerminalSession, line: str) -> None:
     """Carry out one line: a word of the terminal, a question for help, or commands for the controller."""
     line = line.strip()
     if found := _HELP.fullmatch(line):
-        session.voice.note(guide.page(found[1] or found[2] or ""))
+        session.voice.note(completion.page(found[1] or found[2] or ""))
     elif line.startswith(":"):
         try:
             await _own_word(session, line)
@@ -146,7 +146,7 @@ async def _panel(session: TerminalSession, _: str) -> None:
 
 
 async def _help(session: TerminalSession, name: str) -> None:
-    session.voice.note(guide.page(name))
+    session.voice.note(completion.page(name))
 
 
 _TABLE: dict[str, Callable[[TerminalSession, str], Awaitable[None]]] = {

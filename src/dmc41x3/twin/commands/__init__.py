@@ -1,41 +1,103 @@
-"""The commands, by what they concern; every module has a `TABLE` of two-letter names and handlers."""
+"""The table of all commands, and the part of the language that the twin implements.
+
+An entry of the catalogue that is neither accepted without effect nor refused is implemented: it does what the
+controller does, or sets or tells something that is really used.
+"""
 
 from __future__ import annotations
 
+from enum import Enum
 from functools import partial
+from types import MappingProxyType
+from typing import NamedTuple
 
-from dmc41x3.twin.commands import (
-    array,
-    contouring,
-    coordinated,
-    ethernet,
-    gearing,
-    hardware,
-    inquiry,
-    message,
-    motion,
-    peripherals,
-    program,
-    setting,
-    system,
-    vector,
-)
+from dmc41x3.language.catalogue import CATALOGUE
+from dmc41x3.language.codes import ErrorCode
+from dmc41x3.twin.commands import array, axis, communication, coordinated, gearing, interrogation, program, system
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.coverage import COVERAGE, CoverageClass
+
+
+class CoverageClass(Enum):
+    """What the twin makes of an entry."""
+
+    IMPLEMENTED = "implemented"
+    ACCEPTED = "accepted"
+    REFUSED = "refused"
+
+
+class Coverage(NamedTuple):
+    """The class of an entry, why it is not implemented, and the code of one that is refused."""
+
+    kind: CoverageClass
+    reason: str = ""
+    code: ErrorCode | None = None
+
+
+_SERVO = "kept and told; the plant follows its reference by a law of its own, whatever the servo's filter"
+_CURRENT = "kept and told; the plant's motors have no current"
+_SERIAL = "nothing is connected to a second serial port"
+_PHASE = "kept and told; the plant's motors have no phases"
+_MODBUS = "no Modbus device is on the wire"
+
+_REASONS: dict[str, str] = {
+    **dict.fromkeys(("DV", "FA", "FV", "IL", "KD", "KI", "KP", "NB", "NF", "NZ", "PL"), _SERVO),
+    **dict.fromkeys(("AG", "AU", "LC"), _CURRENT),
+    **dict.fromkeys(("BD", "BM"), _PHASE),
+    **dict.fromkeys(("CC", "CI", "P2CD", "P2CH", "P2NM", "P2ST", "US", "#COMINT"), _SERIAL),
+    **dict.fromkeys(("ME", "MW"), f"kept and told; {_MODBUS}"),
+    "AF": "kept and told; no analog signal carries a position",
+    "AQ": "kept and told; an analog input reads the volts it is given",
+    "AZ": "no amplifier error is latched: a fault shows as long as it lasts",
+    "BI": "0 is taken; there are no Hall sensors, so that others are refused with 110",
+    "BR": "kept and told; the amplifier drives any motor",
+    "CE": "kept and told; encoders are read as they are",
+    "EI": "kept and told; no packets of events are sent",
+    "KS": "kept and told; pulses come without delay",
+    "QH": "tells 0; there are no Hall sensors",
+    "QQ": "no sample ever takes too long",
+    "UI": "no packets of events are sent",
+    "#FWERR": "no sample ever takes too long",
+}
+
+_REFUSED: dict[str, tuple[ErrorCode, str]] = {
+    "AO": (ErrorCode.HANDLE_CLOSED, _MODBUS),
+    "BC": (ErrorCode.NO_HALLS, "there are no Hall sensors"),
+    "MB": (ErrorCode.HANDLE_CLOSED, _MODBUS),
+    "REM": (ErrorCode.PROGRAM_ONLY, "a remark of the programs on a host; the controller reads RE"),
+}
+
+
+def _classified(name: str) -> Coverage:
+    if name in _REFUSED:
+        code, reason = _REFUSED[name]
+        return Coverage(CoverageClass.REFUSED, reason, code)
+    if name in _REASONS:
+        return Coverage(CoverageClass.ACCEPTED, _REASONS[name])
+    return Coverage(CoverageClass.IMPLEMENTED)
+
+
+COVERAGE = MappingProxyType({name: _classified(name) for name in CATALOGUE})
+"""The class of every entry of the catalogue."""
+
+
+def covered() -> float:
+    """Return which part of the entries is implemented."""
+    return sum(entry.kind is CoverageClass.IMPLEMENTED for entry in COVERAGE.values()) / len(COVERAGE)
+
 
 _HANDLERS: dict[str, Handler] = {
-    **setting.TABLE,
-    **motion.TABLE,
-    **coordinated.TABLE,
-    **vector.TABLE,
-    **contouring.TABLE,
+    **axis.REGISTER_TABLE,
+    **axis.MOTION_TABLE,
+    **coordinated.LINEAR_TABLE,
+    **coordinated.VECTOR_TABLE,
+    **coordinated.CONTOUR_TABLE,
     **gearing.TABLE,
-    **hardware.TABLE,
-    **inquiry.TABLE,
+    **axis.HARDWARE_TABLE,
+    **interrogation.INQUIRY_TABLE,
     **system.TABLE,
-    **ethernet.TABLE,
-    **message.TABLE,
-    **peripherals.TABLE,
+    **communication.ETHERNET_TABLE,
+    **interrogation.MESSAGE_TABLE,
+    **communication.PERIPHERALS_TABLE,
     **array.TABLE,
     **program.TABLE,
 }

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.numbers import fits, join_positions, parse_fixed
 from dmc41x3.language.record import VELOCITY_SCALE, VOLTS_SCALE
-from dmc41x3.twin.arrays import MOST, MOST_ARRAYS, Source
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.expressions import ONE, QUERY, Rejection, axis_letter, is_name, place, split
+from dmc41x3.twin.expressions import ONE, QUERY, Rejection, axis_letter, axis_place, is_name, split
+from dmc41x3.twin.memory import MOST, MOST_ARRAYS, Source
 from dmc41x3.twin.motion.axis import Axis
 
 SLOWEST = 8
@@ -196,7 +196,7 @@ def _source(context: CallerContext, text: str) -> Source:
     context.names.operand(name)
     if found[1] not in ("TV", "TT"):
         return lambda: context.names.operand(name)
-    axis = context.unit.axes[place(which, context.unit.letters)]
+    axis = context.unit.axes[axis_place(which, context.unit.letters)]
     return _velocity(context, axis) if found[1] == "TV" else _torque(context, axis)
 
 

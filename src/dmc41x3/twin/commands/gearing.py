@@ -10,9 +10,9 @@ from functools import partial
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import ALIASES, LETTERS
-from dmc41x3.twin.commands.setting import addressed
+from dmc41x3.twin.commands.axis import addressed
 from dmc41x3.twin.context import Answer, CallerContext, Handler
-from dmc41x3.twin.expressions import QUERY, Rejection, by_axis, place, split
+from dmc41x3.twin.expressions import QUERY, Rejection, axis_place, by_axis, split
 from dmc41x3.twin.motion.gearing import ENTRIES, Cam, Master
 from dmc41x3.twin.registers import POSITION
 
@@ -32,7 +32,7 @@ def _master(context: CallerContext, text: str) -> Master:
         raise Rejection(ErrorCode.OPERAND_ERROR)
     letter = form[2].translate(ALIASES)
     if letter in LETTERS:
-        place(letter, context.unit.letters)
+        axis_place(letter, context.unit.letters)
     elif form[1]:
         raise Rejection(ErrorCode.OPERAND_ERROR)
     return Master(letter, form[1] == "C", form[1] == "D")

@@ -13,9 +13,8 @@ from math import inf
 
 from dmc41x3.language.codes import StopCode
 from dmc41x3.language.hardware import LETTERS
-from dmc41x3.twin.motion.profile import AxisProfile
 from dmc41x3.twin.plant import Plant
-from dmc41x3.twin.timeline import Timeline
+from dmc41x3.twin.timeline import AxisProfile, Timeline
 
 
 class ProgramTrigger(Enum):

@@ -15,16 +15,14 @@ from collections.abc import Sequence
 from math import inf, nextafter
 
 from dmc41x3.language.codes import ErrorCode, StopCode
-from dmc41x3.twin import registers
+from dmc41x3.twin import registers, timeline
 from dmc41x3.twin.expressions import Rejection
-from dmc41x3.twin.motion import coordination, homing, limits, profile, smoothing
+from dmc41x3.twin.motion import coordination, independent
 from dmc41x3.twin.motion.axis import LETTERS, VIRTUAL, Axis, Encoder, IndependentMotion, MotionKind, ProgramTrigger
-from dmc41x3.twin.motion.coordination import SharedMotion
-from dmc41x3.twin.motion.feed import Contour, Feed, Pvt
+from dmc41x3.twin.motion.coordination import Contour, Feed, Pvt, SharedMotion
 from dmc41x3.twin.motion.plane import Plane
-from dmc41x3.twin.motion.profile import AxisProfile
 from dmc41x3.twin.plant import Plant
-from dmc41x3.twin.timeline import Timeline, TimelinePiece
+from dmc41x3.twin.timeline import AxisProfile, Timeline, TimelinePiece
 
 SAMPLE = 1.0 / 1024.0
 """Sample time of the servo at TM 1000 [s]."""
@@ -336,10 +334,10 @@ class MotionCore:
     def settings_changed(self, axis: Axis, register: str) -> None:
         """Act on a register that was changed while the axis may be moving."""
         motion = axis.motion
-        if motion is not None and register in ("SP", "AC", "DC", "SD") and motion.kind not in homing.KINDS:
+        if motion is not None and register in ("SP", "AC", "DC", "SD") and motion.kind not in independent.HOMING_KINDS:
             self._replan(axis, motion)
         if register in ("FL", "BL"):
-            limits.watch(axis, self.now)
+            independent.watch_limits(axis, self.now)
         if register in ("ER", "OE", "LD"):
             self.look()
         if register in ("TL", "TK"):
@@ -365,7 +363,7 @@ class MotionCore:
     def shift(self, axis: Axis, distance: int) -> None:
         """Increment the position (IP): lengthen a move, step a jog, or move an idle axis."""
         motion = axis.motion
-        if axis.plane or (motion is not None and motion.kind in homing.KINDS):
+        if axis.plane or (motion is not None and motion.kind in independent.HOMING_KINDS):
             raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         if motion is None:
             axis.kind, axis.distance = MotionKind.RELATIVE, distance
@@ -420,7 +418,7 @@ class MotionCore:
                 t = min(t, axis.soft_limit)
             if axis.turns:
                 t = min(t, axis.turns[0])
-            if (self.errors_matter or int(axis.registers["OE"]) & _ON_ERROR) and limits.near_limit(axis):
+            if (self.errors_matter or int(axis.registers["OE"]) & _ON_ERROR) and independent.near_error_limit(axis):
                 t = min(t, self.now + ERROR_LOOK)
         for course in self.courses.values():
             if course.running:
@@ -430,15 +428,15 @@ class MotionCore:
     def _look_at_motion(self, axis: Axis, motion: IndependentMotion) -> None:
         if self.now >= motion.profile.end:
             self._finish(axis, motion)
-        elif motion.kind in homing.KINDS and not motion.stopping:
+        elif motion.kind in independent.HOMING_KINDS and not motion.stopping:
             level = self.plant.inputs(axis.index)[2]
-            if level != motion.level and (onward := homing.edge(axis, motion, self.now)) is not None:
+            if level != motion.level and (onward := independent.pass_home_edge(axis, motion, self.now)) is not None:
                 self._adopt(axis, motion, onward)
 
     def _look_at_limits(self, axis: Axis) -> None:
         while axis.turns and axis.turns[0] <= self.now:
             del axis.turns[0]
-        if axis.stop_code in limits.CODES:
+        if axis.stop_code in independent.LIMIT_CODES:
             axis.soft_limit = None
             return
         heading = axis.heading(self.now)
@@ -446,9 +444,9 @@ class MotionCore:
         if axis.soft_limit is not None and self.now >= axis.soft_limit:
             axis.soft_limit = None
             self._limit_stop(axis, code)
-        elif axis.bound and heading and limits.beyond(axis, heading, self.now):
+        elif axis.bound and heading and independent.beyond_limit(axis, heading, self.now):
             self._limit_stop(axis, code)
-        elif heading and limits.enabled(axis, heading) and self.limit_active(axis, heading > 0):
+        elif heading and independent.limit_enabled(axis, heading) and self.limit_active(axis, heading > 0):
             self._limit_stop(axis, code)
             if int(axis.registers["OE"]) & _ON_LIMIT:
                 self.fault(axis, code)
@@ -468,7 +466,7 @@ class MotionCore:
         if beyond and oe & _ON_ERROR:
             self.fault(axis, StopCode.OFF_ON_ERROR)
         elif axis.moving and not beyond and (oe & _ON_ERROR or self.errors_matter):
-            limits.learn(axis, error, axis.timeline.at(self.now)[1], self.plant.velocity(axis.index))
+            independent.learn_error(axis, error, axis.timeline.at(self.now)[1], self.plant.velocity(axis.index))
 
     def _limit_stop(self, axis: Axis, code: StopCode) -> None:
         """Stop at a limit: an axis by itself at SD, a sequence along its path at VD, a contour with all its axes."""
@@ -523,15 +521,15 @@ class MotionCore:
             raise Rejection(ErrorCode.BEGIN_MOTOR_OFF)
         if not direction:
             return
-        beyond = limits.beyond(axis, direction, self.now)
-        if beyond or (limits.enabled(axis, direction) and self.limit_active(axis, direction > 0)):
+        beyond = independent.beyond_limit(axis, direction, self.now)
+        if beyond or (independent.limit_enabled(axis, direction) and self.limit_active(axis, direction > 0)):
             raise Rejection(ErrorCode.BEGIN_AT_LIMIT)
 
     def _start(self, axis: Axis) -> None:
         t, (p, _) = self.now, axis.timeline.at(self.now)
-        if axis.kind in homing.KINDS:
+        if axis.kind in independent.HOMING_KINDS:
             level = self.plant.inputs(axis.index)[2]
-            motion = homing.start(
+            motion = independent.begin_homing(
                 axis, t, axis.direction(self.now, not axis.virtual and self.home_state(axis)) or 1, level
             )
         elif axis.kind is MotionKind.JOG:
@@ -549,14 +547,14 @@ class MotionCore:
     def _wanted(self, axis: Axis, motion: IndependentMotion, p: float, v: float) -> AxisProfile:
         """Return the profile of a jog, or of a move to a place, from a state."""
         if motion.kind is MotionKind.JOG:
-            return smoothing.jog(axis, self.now, p, v, motion.speed, self.sample)
-        return smoothing.move(axis, self.now, p, v, motion.target, self.sample)
+            return independent.jog(axis, self.now, p, v, motion.speed, self.sample)
+        return independent.move(axis, self.now, p, v, motion.target, self.sample)
 
     def _replan(self, axis: Axis, motion: IndependentMotion) -> None:
         p, v = axis.timeline.at(self.now)
         if motion.stopping:
-            rate = "SD" if motion.result in limits.CODES else "DC"
-            way = smoothing.stop(axis, self.now, p, v, axis.registers[rate], self.sample)
+            rate = "SD" if motion.result in independent.LIMIT_CODES else "DC"
+            way = independent.stop(axis, self.now, p, v, axis.registers[rate], self.sample)
         else:
             way = self._wanted(axis, motion, p, v)
         self._adopt(axis, motion, way)
@@ -565,18 +563,18 @@ class MotionCore:
         p, v = axis.timeline.at(self.now)
         motion.stopping, motion.result = True, code
         axis.stop_code = code
-        self._adopt(axis, motion, smoothing.stop(axis, self.now, p, v, rate, self.sample))
+        self._adopt(axis, motion, independent.stop(axis, self.now, p, v, rate, self.sample))
 
     def _adopt(self, axis: Axis, motion: IndependentMotion, way: AxisProfile) -> None:
         motion.profile = way
         axis.timeline.plan(self.now, way.pieces)
         axis.peak = way.peak
-        axis.turns = [turn for turn in profile.turns(way.pieces) if turn > self.now]
-        limits.watch(axis, self.now)
+        axis.turns = [turn for turn in timeline.turning_times(way.pieces) if turn > self.now]
+        independent.watch_limits(axis, self.now)
 
     def _finish(self, axis: Axis, motion: IndependentMotion) -> None:
-        if motion.kind in homing.KINDS:
-            onward = homing.rested(axis, motion, self.now, self.plant.inputs(axis.index)[2])
+        if motion.kind in independent.HOMING_KINDS:
+            onward = independent.continue_homing(axis, motion, self.now, self.plant.inputs(axis.index)[2])
             if onward is not None:
                 self._adopt(axis, motion, onward)
                 return

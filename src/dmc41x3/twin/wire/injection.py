@@ -1,5 +1,7 @@
 """Faults in effect, and the server that starts and ends them: lines of JSON over TCP on this computer.
 
+Each request to the server is a line:
+
 | request | what it does |
 |---|---|
 | `{"fault": NAME, "values": {...}, "seconds": S}` | begins a fault; values and seconds may be left out |

@@ -1,4 +1,4 @@
-"""The virtual controller on its wires: TCP, UDP or memory, in the running event loop, on that loop's clock.
+"""The virtual controller on its wires: TCP, UDP or memory, on the clock of the running event loop.
 
 The machine is brought to the present whenever somebody talks to it or looks at it; a timer runs only while a
 program does, or records go out by themselves.
@@ -11,7 +11,9 @@ from collections.abc import Callable, Coroutine
 from math import inf, nextafter
 
 from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.network import RETRIES, Handle, HandleProtocol
+from dmc41x3.twin.plant import ServoBench
 from dmc41x3.twin.wire.connections import ListeningPort, LoopbackLink, LoopbackPort, WireLink, dial, listen
 from dmc41x3.twin.wire.faults import Disturbance
 from dmc41x3.twin.wire.injection import Faults
@@ -317,3 +319,8 @@ class VirtualController:
         for handle, task in self._dials.items():
             if not handle.open:
                 task.cancel()
+
+
+def bench(axes: int, memory: Memory | None = None, firmware: str | None = None, seed: int = 0) -> VirtualController:
+    """Return a controller of `axes` servo motors on a bench, in the running loop; `seed` draws its faults."""
+    return VirtualController(VirtualDmc(ServoBench(axes), axes=axes, memory=memory, firmware=firmware), seed=seed)

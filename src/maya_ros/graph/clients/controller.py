@@ -12,9 +12,9 @@ from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from math import dist, isclose
 
-from maya_ros.graph.clients.calls import called, done, given_up
 from maya_ros.graph.clients.watch import SETTLES, ControllerWatch
-from maya_ros.graph.paths import to_message
+from maya_ros.graph.conversions import path_to_message
+from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
 from maya_ros.graph.protocol import Feedback, Graph, Message
 from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
 from maya_un.config import Config, Units
@@ -105,7 +105,7 @@ class StopSender:
         Where it is not answered all goals are cancelled, which needs no master. Raises `NotConnected` where nobody
         hears that either, and `NodeGone` where the node hangs: it stops when it goes on.
         """
-        saying = asyncio.create_task(called(self._graph, row, {}), name=row.name)
+        saying = asyncio.create_task(call_service(self._graph, row, {}), name=row.name)
         self._saying.add(saying)
         saying.add_done_callback(self._said)
         answered, _ = await asyncio.wait({saying}, timeout=self._patience)
@@ -270,7 +270,7 @@ class GraphController:
         least = 0.0 if speed == 1.0 else self.preview(path, speed=speed).duration
         vias = None if on_via is None else self._vias(path, speed, on_via)
         duration = self._duration(path, speed) if self.state.homed else 0.0
-        goal: Message = {"trajectory": to_message(path, least)}
+        goal: Message = {"trajectory": path_to_message(path, least)}
         await self._do(FOLLOW, goal, self._moving("follow", duration, vias))
         if vias is not None:
             vias.finish()
@@ -350,7 +350,7 @@ class GraphController:
         self._require_there()
         with self._shown():
             try:
-                await done(self._graph, row, goal, feedback)
+                await run_action(self._graph, row, goal, feedback)
             finally:
                 await self._watch.settled()
 
@@ -362,7 +362,7 @@ class GraphController:
             lost = isinstance(event, Disconnected) and self._watch.hangs
             return NodeGone(node=self._watch.node) if lost else None
 
-        return await given_up(self.events, hangs, called(self._graph, row, request))
+        return await cancel_on_event(self.events, hangs, call_service(self._graph, row, request))
 
     def _hear(self, event: Event) -> None:
         """Count stops; have the services of a node that appears found, while there is somebody who knows them."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 
-from maya_ros.graph.clients.calls import done, stoppable
 from maya_ros.graph.clients.controller import GraphController
-from maya_ros.graph.primitives import to_message
+from maya_ros.graph.conversions import primitive_to_message
+from maya_ros.graph.outcome import cancel_on_stop, run_action
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.table import TASK
 from maya_un.config import Config
@@ -46,7 +46,7 @@ class GraphRobot(PlanningRobot):
         """
         with self._turn(primitive):
             try:
-                await stoppable(self._controller.events, self._run(primitive, on_phase))
+                await cancel_on_stop(self._controller.events, self._run(primitive, on_phase))
             finally:
                 await self._settled()
 
@@ -71,7 +71,7 @@ class GraphRobot(PlanningRobot):
 
         while True:
             try:
-                await done(self._graph, TASK, {"task": to_message(part)}, heard)
+                await run_action(self._graph, TASK, {"task": primitive_to_message(part)}, heard)
             except Busy:
                 if phase:
                     raise  # in the middle of it

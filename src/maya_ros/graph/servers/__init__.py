@@ -1,13 +1,13 @@
-"""What each floor offers to a graph.
+"""The topics, services and actions that each layer offers to a graph.
 
-A door needs little of its floor, says so by a Protocol, and opens itself:
+A server states by a Protocol the little that it needs of its layer, and opens itself:
 
-    async with ControllerDoor(controller).open(bus.node("hw_simulator")):
+    async with ControllerServer(controller).open(bus.node("hw_simulator")):
         ...
 
 controller   /home, /move, /controller/..., /gripper, /maya_event       sensors   positions, joints, raw data, markers
 robot        /task, /maya_command, /maya_move                           process   /send_task, /start_queue, /stop_queue
-bridge       /step_command and /step_result
+steps        /step_command and /step_result                             tasks     shared by all servers
 
-Every door tells on /diagnostics how its floor is.
+Every server publishes the status of its layer on /diagnostics.
 """

@@ -12,12 +12,21 @@ from dataclasses import asdict
 from typing import Protocol
 
 from maya_ros.graph import diagnostics
+from maya_ros.graph.conversions import joints_of, path_from_message, speed_for
+from maya_ros.graph.events import ControllerView, EventPublisher, EventSource
 from maya_ros.graph.outcome import trigger_failure
-from maya_ros.graph.paths import from_message, joints_of, speed_for
 from maya_ros.graph.protocol import Feedback, Graph, GraphHandle, Message
-from maya_ros.graph.servers.actions import ActionProgress, ActionSlot
-from maya_ros.graph.servers.events import ControllerView, EventPublisher, EventSource
-from maya_ros.graph.servers.tasks import BackgroundTasks, Clock, clock_or_loop, diagnosed, every, tasks, trigger
+from maya_ros.graph.servers.tasks import (
+    ActionProgress,
+    ActionSlot,
+    BackgroundTasks,
+    Clock,
+    clock_or_loop,
+    diagnosed,
+    every,
+    tasks,
+    trigger,
+)
 from maya_ros.graph.table import (
     ABORT,
     COMMAND,
@@ -215,7 +224,7 @@ class ControllerServer:
         ]
 
     async def _follow(self, trajectory: Message) -> None:
-        path, least = from_message(trajectory)
+        path, least = path_from_message(trajectory)
         await self._floor.follow(path, speed=speed_for(self._floor.preview, path, least))
 
     def _course(self, feedback: Feedback) -> ActionProgress:

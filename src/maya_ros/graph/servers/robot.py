@@ -7,11 +7,19 @@ from contextlib import asynccontextmanager
 from typing import Protocol
 
 from maya_ros.graph import diagnostics
+from maya_ros.graph.conversions import primitive_from_message
 from maya_ros.graph.outcome import failure, success
-from maya_ros.graph.primitives import from_message
 from maya_ros.graph.protocol import Feedback, Graph, Message
-from maya_ros.graph.servers.actions import ActionProgress, ActionSlot
-from maya_ros.graph.servers.tasks import Clock, clock_or_loop, diagnosed, log, tasks, with_values
+from maya_ros.graph.servers.tasks import (
+    ActionProgress,
+    ActionSlot,
+    Clock,
+    clock_or_loop,
+    diagnosed,
+    log,
+    tasks,
+    with_values,
+)
 from maya_ros.graph.table import MAYA_COMMAND, PRIMITIVE, TASK
 from maya_un.errors import Busy, Faulted, MayaError, NotConnected, NotHomed
 from maya_un.robot.primitives import Primitive
@@ -113,7 +121,7 @@ class RobotServer:
 
     def _work(self, message: Message, course: ActionProgress) -> Callable[[], Awaitable[None]]:
         async def work() -> None:
-            await self._floor.run(from_message(message), course.enter)
+            await self._floor.run(primitive_from_message(message), course.enter)
 
         return work
 

@@ -8,13 +8,12 @@ from contextlib import aclosing, asynccontextmanager
 from typing import Protocol
 
 from dmc41x3.language.record import DataRecord
-from maya_ros.graph.joints import joint_state
-from maya_ros.graph.markers import MarkerCache, MarkerScene
-from maya_ros.graph.path_markers import PathMarkers
+from maya_ros.graph.events import ControllerView
+from maya_ros.graph.markers import MarkerCache, MarkerScene, PathMarkers
 from maya_ros.graph.protocol import Graph, Message, Publisher, header
-from maya_ros.graph.servers.events import ControllerView
 from maya_ros.graph.servers.tasks import Clock, clock_or_loop, tasks
 from maya_ros.graph.table import JOINTS, MARKERS, POSITION, SENSORS, Row
+from maya_ros.graph.urdf import joint_state
 from maya_un.config import Config
 from maya_un.controller import state_builder
 from maya_un.values import Point, State

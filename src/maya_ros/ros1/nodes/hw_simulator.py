@@ -14,8 +14,7 @@ from maya_ros.graph.servers.sensors import SensorServer
 from maya_ros.ros1.configuration import checked, configured
 from maya_ros.ros1.controlling import fast_enough, log_event, offered, ros_time
 from maya_ros.ros1.node import RosNode, run
-from maya_ros.ros1.parts import on_the_table
-from maya_ros.ros1.twin_inspection import witness
+from maya_ros.ros1.twin import parts_on_table, serve_inspection
 from maya_un.assembly import controller_floor, staffed
 from maya_un.errors import SpeedOnRealMachine
 
@@ -39,13 +38,13 @@ async def serve(node: RosNode) -> None:
                 address,
                 take_over=await node.flag("take_over"),
                 seed=await node.number("seed", 0),
-                parts=on_the_table(config, job, named),
+                parts=parts_on_table(config, job, named),
                 speed=node.speed,
                 heard=lambda events: events.heard_by(log_event),
                 workers=staff.own,
             ) as floor:
                 if floor.twin is not None:
-                    witness(node.graph, floor.twin)
+                    serve_inspection(node.graph, floor.twin)
                 sensors = SensorServer(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
                 async with sensors.open(node.graph):
                     await offered(node, floor, skip_home=await node.flag("skip_home"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from maya_ros.graph.joints import Relay, Sliders
+from maya_ros.graph.urdf import Relay, Sliders
 from maya_ros.ros1.node import RosNode, run
 from maya_un.config import load
 from maya_un.kinematics.mechanism import Mechanism

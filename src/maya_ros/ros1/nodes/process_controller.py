@@ -17,8 +17,7 @@ from dmc41x3.address import REAL, SIM, meant
 from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.clients.robot import GraphRobot
 from maya_ros.graph.distributed import robot_floor_seen
-from maya_ros.graph.queue import GraphQueue
-from maya_ros.graph.servers.process import ProcessServer
+from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.ros1.configuration import awaited
 from maya_ros.ros1.controlling import log_own_event, ros_time
 from maya_ros.ros1.node import RosNode, run

@@ -111,6 +111,6 @@ def replay(
 
     Only the client's side is said.
     """
-    from dmc41x3.cli import replay as command
+    from dmc41x3.cli import recording as command
 
     return command.replay(file, host, tolerance, settings_of(context))

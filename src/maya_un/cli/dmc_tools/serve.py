@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 from dmc41x3.address import SIM
-from dmc41x3.cli.bench import bench as on_a_bench
 from dmc41x3.cli.serve import burned, require_line
 from dmc41x3.cli.signals import on_end
 from dmc41x3.files import open_own
@@ -20,6 +19,7 @@ from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.wire.injection import HOST, FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.twin.wire.server import bench as on_a_bench
 from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
 from maya_un.cli.configure import configuration, on_the_table

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from dmc41x3.address import meant
 from dmc41x3.cli.program import read
-from dmc41x3.language.program import split
-from dmc41x3.language.source import ProgramSource
+from dmc41x3.language.transfer import ProgramSource, program_lines
 from maya_un.cli.configure import configuration
 from maya_un.cli.settings import OutputSettings
 from maya_un.controller.watchdog_program import merged
@@ -26,11 +25,11 @@ def guarded(file: str, settings: OutputSettings) -> ProgramSource:
     letters = "".join(sorted(axis.letter for axis in (config.axes.a, config.axes.b, config.axes.c)))
     source = read(file)
     text = merged(source.text, config.safety.guard_time or type(config.safety)().guard_time, letters)
-    return replace(source, lines=split(text))
+    return replace(source, lines=program_lines(text))
 
 
 class MayaSite:
-    """The site (`dmc41x3.cli.site.Site`) of the tools in `maya dmc`."""
+    """The site (`dmc41x3.cli.console.Site`) of the tools in `maya dmc`."""
 
     command = "maya dmc"
 

@@ -17,8 +17,7 @@ from maya_un.cli.recordings.scene import ReplayScene, commands_before, forget_st
 from maya_un.config import Config, Units
 from maya_un.config.files import parse
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.start import StartPose
-from maya_un.machine.truth import TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.recorder.exchanges import RecordedTalk, talk
 from maya_un.recorder.recording import Recording, TwinSource
 

@@ -6,8 +6,7 @@ import asyncio
 import io
 from collections.abc import Awaitable, Callable
 
-from dmc41x3.cli.capture import CaptureProxy
-from dmc41x3.cli.replay import compared
+from dmc41x3.cli.recording import CaptureProxy, compared
 from dmc41x3.wire.framing import Reply
 from dmc41x3.wire.transcript import WirePiece, conversations, header, read
 from tests.unit.dmc41x3.cli.bench import Bench, benched

@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.cli import gclib
-from dmc41x3.cli.settings import OutputSettings
-from dmc41x3.cli.site import ALONE
+from dmc41x3.cli.console import ALONE, OutputSettings
 from dmc41x3.errors import FileNotOurs, FileUnwritable
 from maya_un.cli.dmc_tools.site import MAYA
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from dmc41x3 import __version__
-from dmc41x3.cli import app
+from dmc41x3.cli import commands
 from dmc41x3.cli.main import main
 
 WITHOUT_MAYA = """
@@ -39,13 +39,13 @@ def process(*line: str) -> Iterator[subprocess.Popen[str]]:
 def test_every_command_is_in_the_overview(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == 0
     page = capsys.readouterr().out
-    names = {command.callback.__name__ for command in app.group().registered_commands if command.callback}
+    names = {command.callback.__name__ for command in commands.group().registered_commands if command.callback}
     assert len(names) == 10
     assert {name for name in names | {"gclib"} if f"\n  {name} " not in page} == set()
 
 
 def test_no_page_of_help_names_maya(capsys: pytest.CaptureFixture[str]) -> None:
-    names = [command.callback.__name__ for command in app.group().registered_commands if command.callback]
+    names = [command.callback.__name__ for command in commands.group().registered_commands if command.callback]
     for name in ["--help", *names, "gclib"]:
         assert main([name] if name == "--help" else [name, "--help"]) == 0
     assert "maya" not in capsys.readouterr().out.lower()
@@ -73,7 +73,7 @@ def test_a_defect_is_one_sentence_behind_its_traceback(
     def broken(*_: object) -> int:
         raise ZeroDivisionError("a defect")
 
-    monkeypatch.setattr(app, "run", broken)
+    monkeypatch.setattr(commands, "run", broken)
     assert main(["watch", "sim"]) == 1
     said = capsys.readouterr().err
     assert said.startswith("Traceback")

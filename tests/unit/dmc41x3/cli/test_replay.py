@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dmc41x3.cli.replay import AnswerDifference, compared
+from dmc41x3.cli.recording import AnswerDifference, compared
 from dmc41x3.wire.transcript import WirePiece, header
 from tests.unit.dmc41x3.cli.bench import benched
 

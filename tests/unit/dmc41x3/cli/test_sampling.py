@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from dmc41x3.cli.sampling import ChannelSample, Sampler, samples, ticks
+from dmc41x3.cli.scope import ChannelSample, Sampler, samples, ticks
 from dmc41x3.driver import Driver
 from dmc41x3.errors import CommandRejected, UnexpectedReply
 from tests.unit.dmc41x3.cli.bench import driven

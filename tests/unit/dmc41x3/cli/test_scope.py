@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.cli import scope
-from dmc41x3.cli.sampling import ChannelSample
-from dmc41x3.cli.scope import ScopeRecording, ScopeRequest
+from dmc41x3.cli.scope import ChannelSample, ScopeRecording, ScopeRequest
 from dmc41x3.errors import CodedError, FileUnwritable, InvalidValue
 from tests.unit.dmc41x3.cli.bench import driven
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.conformance.pattern import compiled, literal
+from dmc41x3.conformance.runner import compiled, literal
 
 
 @pytest.mark.parametrize(

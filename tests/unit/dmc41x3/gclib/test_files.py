@@ -6,37 +6,37 @@ from pathlib import Path
 
 import pytest
 
-from dmc41x3.gclib import files
+from dmc41x3.gclib import api
 from dmc41x3.gclib.errors import Code, GclibError
 
 
 def test_a_table_has_a_column_for_each_array() -> None:
     table = {"a": [1.0, -2.5], "bb": [3.0]}
-    assert files.text_of(table) == "a,bb\n1.0000,3.0000\n-2.5000,\n"
-    assert files.table_of(files.text_of(table)) == table
+    assert api.text_of(table) == "a,bb\n1.0000,3.0000\n-2.5000,\n"
+    assert api.table_of(api.text_of(table)) == table
 
 
 def test_names_may_have_brackets() -> None:
-    assert files.table_of("a[], b\r\n1,2\r\n") == {"a": [1.0], "b": [2.0]}
+    assert api.table_of("a[], b\r\n1,2\r\n") == {"a": [1.0], "b": [2.0]}
 
 
 @pytest.mark.parametrize("text", ["", "a,b\n1\n", "a\n1,2\n", "a\nx\n", "a\n"])
 def test_what_is_no_table(text: str) -> None:
     with pytest.raises(GclibError) as caught:
-        files.table_of(text)
+        api.table_of(text)
     assert caught.value.code is Code.FILE
 
 
 def test_files_that_cannot_be_read_or_written(tmp_path: Path) -> None:
     for work in (
-        lambda: files.read_text(str(tmp_path / "none")),
-        lambda: files.write_text(str(tmp_path / "no" / "where"), ""),
-        lambda: files.write_text(str(tmp_path / "file"), "ñ"),
+        lambda: api.read_text(str(tmp_path / "none")),
+        lambda: api.write_text(str(tmp_path / "no" / "where"), ""),
+        lambda: api.write_text(str(tmp_path / "file"), "ñ"),
     ):
         with pytest.raises(GclibError, match="file was not found, contents are invalid, or write failed"):
             work()
 
 
 def test_line_ends_stay_as_they_are(tmp_path: Path) -> None:
-    files.write_text(str(tmp_path / "p.dmc"), "#A\r\nEN\r\n")
+    api.write_text(str(tmp_path / "p.dmc"), "#A\r\nEN\r\n")
     assert (tmp_path / "p.dmc").read_bytes() == b"#A\r\nEN\r\n"

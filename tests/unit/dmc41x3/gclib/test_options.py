@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.gclib.errors import Code, GclibError
-from dmc41x3.gclib.options import AddressOptions, parse
+from dmc41x3.gclib.session import AddressOptions, parse
 
 ALL = frozenset({"MG", "DR", "EI"})
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.gclib.record import GDataRecord
+from dmc41x3.gclib.api import GDataRecord
 from dmc41x3.language.record import AxisRecord, DataRecord, PlaneRecord, encode
 
 OFFSETS = {

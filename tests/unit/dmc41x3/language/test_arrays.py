@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmc41x3.errors import InvalidValue, UnexpectedReply
-from dmc41x3.language import arrays
+from dmc41x3.language import transfer
 from dmc41x3.language.numbers import RAW_MAX, RAW_MIN, SCALE, parse_fixed
 
 raws = st.integers(RAW_MIN, RAW_MAX)
@@ -23,17 +23,17 @@ def elements(data: bytes) -> list[str]:
 
 @given(st.lists(raws, min_size=1, max_size=50))
 def test_a_controller_reads_every_number_exactly(values: list[int]) -> None:
-    data = arrays.download("a", [raw / SCALE for raw in values])
+    data = transfer.array_download("a", [raw / SCALE for raw in values])
     assert [parse_fixed(text) for text in elements(data)] == values
     assert max(map(len, data.split(b"\r"))) <= 80
 
 
 def test_bytes_of_a_download() -> None:
-    assert arrays.download("pos", [1, -2.5, 0], 3) == b"QD pos[],3,5\r1,-2.50000,0\r\\TC1\r"
+    assert transfer.array_download("pos", [1, -2.5, 0], 3) == b"QD pos[],3,5\r1,-2.50000,0\r\\TC1\r"
 
 
 def test_no_number_has_a_blank_or_an_exponent() -> None:
-    (text,) = elements(arrays.download("a", [Fraction(1, SCALE)]))  # pyright: ignore[reportArgumentType]
+    (text,) = elements(transfer.array_download("a", [Fraction(1, SCALE)]))  # pyright: ignore[reportArgumentType]
     assert text == "0.00002"
     assert int(Fraction(text) * SCALE) == 1
 
@@ -41,22 +41,22 @@ def test_no_number_has_a_blank_or_an_exponent() -> None:
 @pytest.mark.parametrize("value", [2.0**31, -(2.0**31) - 1, float("inf"), float("nan")])
 def test_a_number_out_of_range_is_refused(value: float) -> None:
     with pytest.raises(InvalidValue):
-        arrays.download("a", [value])
+        transfer.array_download("a", [value])
 
 
 @pytest.mark.parametrize("name", ["", "1a", "a[]", "toolongname", "a b", "a\r"])
 def test_a_name_is_a_name(name: str) -> None:
     with pytest.raises(InvalidValue):
-        arrays.length(name)
+        transfer.array_length(name)
 
 
 @pytest.mark.parametrize(("first", "count", "fits"), [(0, 5, True), (4, 1, True), (4, 2, False), (-1, 1, False)])
 def test_what_does_not_fit_is_refused(first: int, count: int, fits: bool) -> None:
     if fits:
-        arrays.require_fit("a", first, count, 5.0)
+        transfer.require_array_fit("a", first, count, 5.0)
         return
     with pytest.raises(InvalidValue, match="elements 0 to 4"):
-        arrays.require_fit("a", first, count, 5.0)
+        transfer.require_array_fit("a", first, count, 5.0)
 
 
 @pytest.mark.parametrize(
@@ -69,14 +69,14 @@ def test_what_does_not_fit_is_refused(first: int, count: int, fits: bool) -> Non
     ],
 )
 def test_what_an_upload_prints(text: str, values: list[float]) -> None:
-    assert arrays.parse("QU a[]", text) == values
+    assert transfer.parse_array("QU a[]", text) == values
 
 
 def test_an_upload_that_is_no_numbers_is_not_understood() -> None:
     with pytest.raises(UnexpectedReply):
-        arrays.parse("QU a[]", " 1.0000\rwhat\r\n")
+        transfer.parse_array("QU a[]", " 1.0000\rwhat\r\n")
 
 
 def test_uploads_name_all_elements_or_a_part() -> None:
-    assert arrays.upload("a") == "QU a[]"
-    assert arrays.upload("a", 0, 4) == "QU a[],0,4"
+    assert transfer.array_upload("a") == "QU a[]"
+    assert transfer.array_upload("a", 0, 4) == "QU a[],0,4"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.errors import MemoryDamaged
-from dmc41x3.language.burned import Burned
+from dmc41x3.language.codes import Burned
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,17 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.language.channels import SampleClock, columns, quantity, reading, unit
-from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord
+from dmc41x3.language.record import (
+    AxisRecord,
+    AxisStatus,
+    AxisSwitches,
+    DataRecord,
+    SampleClock,
+    columns,
+    quantity,
+    reading,
+    unit,
+)
 
 B = AxisRecord(
     status=AxisStatus.MOVING | AxisStatus.MOTOR_OFF,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.errors import InvalidValue, ProgramDiffers
-from dmc41x3.language import program
+from dmc41x3.language import transfer
 from dmc41x3.wire.framing import LineSplitter, Reply, ReplyKind, ReplySplitter
 
 
@@ -22,7 +22,7 @@ from dmc41x3.wire.framing import LineSplitter, Reply, ReplyKind, ReplySplitter
     ],
 )
 def test_lines_of_a_program(text: str, lines: tuple[str, ...]) -> None:
-    assert program.split(text) == lines
+    assert transfer.program_lines(text) == lines
 
 
 @pytest.mark.parametrize(
@@ -37,35 +37,35 @@ def test_lines_of_a_program(text: str, lines: tuple[str, ...]) -> None:
 )
 def test_what_no_controller_takes_is_refused_before_it_is_sent(lines: list[str], key: str) -> None:
     with pytest.raises(InvalidValue) as caught:
-        program.require_loadable(lines)
+        transfer.require_loadable(lines)
     assert caught.value.details["key"] == key
 
 
 def test_a_full_memory_of_full_lines_is_loadable() -> None:
-    program.require_loadable(["x" * 80] * 4000)
+    transfer.require_loadable(["x" * 80] * 4000)
 
 
 def test_the_probe_is_a_program_where_downloads_are_accepted() -> None:
     splitter = LineSplitter()
     taken: list[str] = []
-    for command in splitter.split(program.PROBE):
+    for command in splitter.split(transfer.PROBE):
         taken.append(command)
         splitter.program = splitter.program or command == "DL"
     assert taken == ["DL", "'", "\\", "", "TC1"]
 
 
 def test_the_probe_is_a_comment_where_downloads_are_refused() -> None:
-    assert LineSplitter().feed(program.PROBE) == ["DL", "'\\", "TC1"]
+    assert LineSplitter().feed(transfer.PROBE) == ["DL", "'\\", "TC1"]
 
 
 def test_bytes_of_a_download() -> None:
-    assert program.download(["#A", "MG 1;EN"]) == b"DL\r#A\rMG 1;EN\r\\TC1\r"
+    assert transfer.program_download(["#A", "MG 1;EN"]) == b"DL\r#A\rMG 1;EN\r\\TC1\r"
 
 
 def test_lines_that_are_to_stay_are_not_sent_again() -> None:
-    assert program.download(["#A", "EN", "#B", "EN"], 2) == b"DL 2\r#B\rEN\r\\TC1\r"
-    assert program.probe(2) == b"DL #\r'\\\rTC1\r"
-    assert program.probe(0) == program.PROBE
+    assert transfer.program_download(["#A", "EN", "#B", "EN"], 2) == b"DL 2\r#B\rEN\r\\TC1\r"
+    assert transfer.download_probe(2) == b"DL #\r'\\\rTC1\r"
+    assert transfer.download_probe(0) == transfer.PROBE
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_lines_that_are_to_stay_are_not_sent_again() -> None:
 )
 def test_the_first_difference_is_named(sent: list[str], found: list[str], line: int) -> None:
     with pytest.raises(ProgramDiffers) as caught:
-        program.require_same(sent, found)
+        transfer.require_same_lines(sent, found)
     assert caught.value.details["line"] == line
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmc41x3.language.commands import LINE_LIMIT
-from dmc41x3.language.source import prepared
+from dmc41x3.language.transfer import prepared
 
 LONG = "x" * LINE_LIMIT
 PLAIN = st.text(st.characters(codec="ascii", exclude_categories=("Cc",)), max_size=LINE_LIMIT).filter(

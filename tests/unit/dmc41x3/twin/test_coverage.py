@@ -14,8 +14,7 @@ import pytest
 
 from dmc41x3.language.catalogue import CATALOGUE, EntryKind
 from dmc41x3.language.commands import CONTROL
-from dmc41x3.twin.commands import TABLE
-from dmc41x3.twin.coverage import COVERAGE, CoverageClass, share
+from dmc41x3.twin.commands import COVERAGE, TABLE, CoverageClass, covered
 from tests.unit.dmc41x3.twin.bench import Bench
 from tests.unit.dmc41x3.twin.program_bench import ProgramBench
 
@@ -220,7 +219,7 @@ def test_every_entry_is_classified_and_says_why_it_is_not_implemented() -> None:
 
 
 def test_four_fifths_of_the_language_are_implemented() -> None:
-    assert share() >= 0.8
+    assert covered() >= 0.8
 
 
 def test_every_command_has_a_handler_and_every_handler_a_command() -> None:

@@ -6,8 +6,8 @@ from math import inf
 import pytest
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.arrays import ArrayRecorder, Arrays
 from dmc41x3.twin.expressions import Rejection
+from dmc41x3.twin.memory import ArrayRecorder, Arrays
 
 SAMPLE = 1.0 / 1024.0
 

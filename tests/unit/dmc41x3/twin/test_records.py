@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from dmc41x3.language.record import DataRecord, decode
-from dmc41x3.twin.burn import BURN_TIME
+from dmc41x3.twin.commands.system import BURN_TIME
 from dmc41x3.twin.network import Handle, HandleProtocol
 from tests.unit.dmc41x3.twin.bench import Bench
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.conformance import load
-from dmc41x3.conformance.pattern import literal
+from dmc41x3.conformance.runner import literal
 from dmc41x3.language.commands import TOO_LONG, split_line
 from dmc41x3.language.record import AxisRecord, DataRecord, encode
 from dmc41x3.wire.framing import LineSplitter, Message, RecordReply, Reply, ReplyKind, ReplySplitter, Stray

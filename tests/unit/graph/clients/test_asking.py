@@ -7,8 +7,7 @@ import asyncio
 import pytest
 
 from maya_ros.graph.bus import Bus
-from maya_ros.graph.clients.calls import called, done
-from maya_ros.graph.outcome import failure, success, trigger_failure
+from maya_ros.graph.outcome import call_service, failure, run_action, success, trigger_failure
 from maya_ros.graph.protocol import Act, Feedback, GoalRefused, Message
 from maya_ros.graph.table import HOME, STOP
 from maya_un.errors import Busy, FollowingError, MayaError, NodeGone, ServiceFailed, Stopped
@@ -18,7 +17,7 @@ from tests.virtual_time import elapse
 async def homed_by(act: Act) -> Message:
     bus = Bus()
     bus.node("hw_simulator").act(HOME.name, HOME.type, act)
-    return await done(bus.node("robot_controller"), HOME, {})
+    return await run_action(bus.node("robot_controller"), HOME, {})
 
 
 async def test_success_returns_the_result() -> None:
@@ -57,9 +56,9 @@ async def test_a_code_that_nobody_knows_is_a_failed_service() -> None:
 async def test_where_nobody_serves_the_node_is_said_to_be_gone() -> None:
     node = Bus().node("robot_controller")
     with pytest.raises(NodeGone, match=HOME.sources[0]):
-        await done(node, HOME, {})
+        await run_action(node, HOME, {})
     with pytest.raises(NodeGone, match=STOP.sources[0]):
-        await called(node, STOP, {})
+        await call_service(node, STOP, {})
 
 
 async def test_a_server_that_dies_in_the_middle_is_gone() -> None:
@@ -72,7 +71,7 @@ async def test_a_server_that_dies_in_the_middle_is_gone() -> None:
         return success()
 
     server.act(HOME.name, HOME.type, act)
-    wish = asyncio.ensure_future(done(bus.node("robot_controller"), HOME, {}))
+    wish = asyncio.ensure_future(run_action(bus.node("robot_controller"), HOME, {}))
     await elapse(1.0)
     server.close()
     with pytest.raises(NodeGone):
@@ -87,7 +86,7 @@ async def test_a_service_says_its_error_too() -> None:
 
     bus.node("hw_simulator").serve(STOP.name, STOP.type, answer)
     with pytest.raises(FollowingError) as raised:
-        await called(bus.node("robot_controller"), STOP, {})
+        await call_service(bus.node("robot_controller"), STOP, {})
     assert str(raised.value) == str(FollowingError(axis="b"))
 
 
@@ -105,7 +104,7 @@ async def test_a_second_cancel_does_not_leave_before_the_robot_is_at_rest() -> N
         return success()
 
     bus.node("hw_simulator").act(HOME.name, HOME.type, act)
-    wish = asyncio.ensure_future(done(bus.node("robot_controller"), HOME, {}))
+    wish = asyncio.ensure_future(run_action(bus.node("robot_controller"), HOME, {}))
     await elapse(1.0)
     wish.cancel()
     await elapse(0.5)

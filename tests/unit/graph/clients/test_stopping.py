@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from maya_ros.graph.clients.calls import stoppable
+from maya_ros.graph.outcome import cancel_on_stop
 from maya_un.errors import FollowingError, Stopped
 from maya_un.events import EventLog, MotionStopped
 from tests.virtual_time import elapse
@@ -30,13 +30,13 @@ async def work(ends: list[str], error: Exception | None = None) -> None:
 
 async def test_nobody_says_stop() -> None:
     ends: list[str] = []
-    await stoppable(log(), work(ends))
+    await cancel_on_stop(log(), work(ends))
     assert ends == ["done"]
 
 
 async def test_a_stop_ends_it_at_rest() -> None:
     events, ends = log(), list[str]()
-    wish = asyncio.ensure_future(stoppable(events, work(ends)))
+    wish = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
     await elapse(1.0)
     events.emit(MotionStopped())
     events.emit(MotionStopped())
@@ -47,7 +47,7 @@ async def test_a_stop_ends_it_at_rest() -> None:
 
 async def test_a_cancel_is_a_cancel_also_where_a_stop_follows() -> None:
     events, ends = log(), list[str]()
-    wish = asyncio.ensure_future(stoppable(events, work(ends)))
+    wish = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
     await elapse(1.0)
     wish.cancel()
     await elapse(1.0)
@@ -59,11 +59,11 @@ async def test_a_cancel_is_a_cancel_also_where_a_stop_follows() -> None:
 
 async def test_its_own_errors_are_raised() -> None:
     with pytest.raises(FollowingError):
-        await stoppable(log(), work([], FollowingError(axis="b")))
+        await cancel_on_stop(log(), work([], FollowingError(axis="b")))
 
 
 async def test_what_was_stopped_before_does_not_matter() -> None:
     events, ends = log(), list[str]()
     events.emit(MotionStopped())
-    await stoppable(events, work(ends))
+    await cancel_on_stop(events, work(ends))
     assert ends == ["done"]

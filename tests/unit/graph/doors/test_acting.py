@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from maya_ros.graph.protocol import GoalRefused, Message
-from maya_ros.graph.servers.actions import FEEDBACK_RATE, ActionProgress, ActionSlot
+from maya_ros.graph.servers.tasks import FEEDBACK_RATE, ActionProgress, ActionSlot
 from maya_un.errors import Busy, EndNotReached, NotHomed, Stopped
 from maya_un.events import EventLog, GripperOpened, HomingBegun, MotionBegun, PhaseBegun
 from tests.virtual_time import elapse

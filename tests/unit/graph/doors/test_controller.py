@@ -12,12 +12,11 @@ import pytest
 
 from dmc41x3.twin.wire.server import VirtualController
 from maya_ros.graph.bus import Bus, BusNode
-from maya_ros.graph.events import ReportedEvent, read
-from maya_ros.graph.paths import to_message
+from maya_ros.graph.conversions import path_to_message
+from maya_ros.graph.events import EventPublisher, ReportedEvent, read
 from maya_ros.graph.protocol import GoalStatus, Message
-from maya_ros.graph.servers.actions import FEEDBACK_RATE
 from maya_ros.graph.servers.controller import ControllerServer
-from maya_ros.graph.servers.events import EventPublisher
+from maya_ros.graph.servers.tasks import FEEDBACK_RATE
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose
@@ -218,7 +217,7 @@ async def test_a_path_is_followed_in_every_space_and_takes_the_time_it_is_to_tak
         there = here._replace(z=here.z + 0.1)
         path = Path.line(here, there._replace(z=here.z + 0.05), there)
         least = 2.0 * floor.controller.preview(path).duration
-        goal = {"trajectory": to_message(path, least)}
+        goal = {"trajectory": path_to_message(path, least)}
         before = asyncio.get_running_loop().time()
         ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
         assert ended.outcome is GoalStatus.SUCCEEDED
@@ -228,7 +227,7 @@ async def test_a_path_is_followed_in_every_space_and_takes_the_time_it_is_to_tak
 
 async def test_a_path_that_starts_elsewhere_is_refused() -> None:
     async with behind(homed=True) as floor:
-        goal = {"trajectory": to_message([NEAR, AWAY])}
+        goal = {"trajectory": path_to_message([NEAR, AWAY])}
         ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "2107")
         nonsense = {"trajectory": {"joint_names": ["x"]}}
@@ -239,16 +238,16 @@ async def test_a_path_that_starts_elsewhere_is_refused() -> None:
 async def test_a_path_on_the_topic_is_followed_and_its_refusal_told_among_the_events() -> None:
     async with behind(homed=True) as floor:
         command = floor.client.advertise("/controller/command", TRAJECTORY)
-        command.publish(to_message([HOMED, AWAY]))
+        command.publish(path_to_message([HOMED, AWAY]))
         await floor.until("moving")
-        command.publish(to_message([HOMED, NEAR]))
+        command.publish(path_to_message([HOMED, NEAR]))
         await floor.until("refused")
         assert (floor.told[-1].code, floor.told[-1].detail["wish"]) == (2104, "/controller/command")
         assert "follow" in str(floor.told[-1].detail["message"])
         assert floor.told[-1].standing.mode is Mode.MOVING
         await floor.until("idle")
         assert floor.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
-        command.publish(to_message([NEAR, AWAY]))
+        command.publish(path_to_message([NEAR, AWAY]))
         await elapse(0.1)
         assert (floor.words[-1], floor.told[-1].code) == ("refused", 2107)
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import pytest
 
 from maya_ros.graph.bus import Bus, BusNode
+from maya_ros.graph.conversions import primitive_to_message
 from maya_ros.graph.distributed import DistributedLayers
-from maya_ros.graph.primitives import to_message
 from maya_ros.graph.protocol import GoalStatus, Message
 from maya_ros.graph.servers.robot import RobotServer, why_not
 from maya_un.config import Config
@@ -42,11 +42,11 @@ class Behind:
     client: BusNode
 
     async def command(self, primitive: Primitive | Message) -> Message:
-        task = primitive if isinstance(primitive, dict) else to_message(primitive)
+        task = primitive if isinstance(primitive, dict) else primitive_to_message(primitive)
         return await self.client.call("/maya_command", {"task": task}, "maya_robot/MayaCommand")
 
     async def task(self, primitive: Primitive) -> tuple[GoalStatus, str]:
-        ended = await self.client.do("/task", TASK, {"task": to_message(primitive)})
+        ended = await self.client.do("/task", TASK, {"task": primitive_to_message(primitive)})
         return ended.outcome, str(ended.result.get("code"))
 
     def names(self) -> list[str]:
@@ -65,7 +65,7 @@ async def behind(*, homed: bool = True) -> AsyncIterator[Behind]:
 async def test_a_pick_by_action_tells_its_phases() -> None:
     async with behind() as robot:
         heard = list[Message]()
-        ended = await robot.client.do("/task", TASK, {"task": to_message(Pick(CUBE))}, heard.append)
+        ended = await robot.client.do("/task", TASK, {"task": primitive_to_message(Pick(CUBE))}, heard.append)
         assert ended.result == DONE
         phases = list(dict.fromkeys(message["phase"] for message in heard))
         assert phases == ["approach", "open", "down", "close", "up"] or len(phases) >= 4
@@ -152,17 +152,17 @@ async def test_what_comes_on_the_topic_is_done_and_its_refusal_logged_and_told(
         heard = list[Message]()
         robot.client.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", heard.append)
         wish = robot.client.advertise("/maya_move", "maya_robot/MayaPrimitive")
-        wish.publish(to_message(Pick(CUBE)))
+        wish.publish(primitive_to_message(Pick(CUBE)))
         await elapse(0.5)
         with caplog.at_level(logging.WARNING):
-            wish.publish(to_message(Home()))
+            wish.publish(primitive_to_message(Home()))
             await elapse(1.5)
         assert "2104" in caplog.text
         values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
         assert values["last refused"].startswith("home: 2104 ")
         await elapse(60.0)
         assert robot.robot.holding
-        wish.publish(to_message(Gripper(open=True)))
+        wish.publish(primitive_to_message(Gripper(open=True)))
         await elapse(5.0)
         values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
         assert values["last refused"] == ""
@@ -182,7 +182,7 @@ async def test_a_door_that_closes_stops_what_runs() -> None:
     bus = Bus()
     client = bus.node("somebody")
     async with RobotServer(DistributedLayers(robot, controller)).open(bus.node("robot_controller")):
-        task = asyncio.ensure_future(client.do("/task", TASK, {"task": to_message(Pick(CUBE))}))
+        task = asyncio.ensure_future(client.do("/task", TASK, {"task": primitive_to_message(Pick(CUBE))}))
         await elapse(1.0)
     assert (await task).outcome is GoalStatus.PREEMPTED
     assert robot.running is None

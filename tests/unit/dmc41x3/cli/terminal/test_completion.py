@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.cli.terminal.completion import WORDS, candidates, current_mnemonic
-from dmc41x3.cli.terminal.names import CompletionNames
+from dmc41x3.cli.terminal.completion import WORDS, CompletionNames, candidates, current_mnemonic
 from dmc41x3.language.commands import FORMS
 
 NAMES = CompletionNames(labels=("#AUTO", "#HOME"), variables=("count", "speed"), arrays=("table",))

@@ -2,23 +2,23 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.cli.terminal import guide
+from dmc41x3.cli.terminal import completion
 from dmc41x3.language.commands import FORMS
 
 
 def test_every_command_is_explained() -> None:
-    assert [name for name in FORMS if guide.entry(name) is None] == []
-    assert all(entry.purpose for entry in guide.entries())
+    assert [name for name in FORMS if completion.entry(name) is None] == []
+    assert all(entry.purpose for entry in completion.entries())
 
 
 def test_what_is_no_command_has_no_entry() -> None:
-    assert guide.entry("QX") is None
-    assert guide.entry("@SIN") is None
-    assert guide.entry("") is None
+    assert completion.entry("QX") is None
+    assert completion.entry("@SIN") is None
+    assert completion.entry("") is None
 
 
 def test_a_page_tells_how_a_command_is_written_and_what_holds_without_it() -> None:
-    first, second = guide.page("sp").splitlines()
+    first, second = completion.page("sp").splitlines()
     assert first.startswith("SP  ")
     assert second.strip() == "SP ABC, SP 1,2,3 or SPA=1; default 25000; operand _SP"
 
@@ -27,29 +27,29 @@ def test_a_page_tells_how_a_command_is_written_and_what_holds_without_it() -> No
     ("name", "fact"), [("AM", "in a program only"), ("DL", "not in a program"), ("LI", "LI"), ("@SIN", "sine")]
 )
 def test_a_page_tells_where_a_name_may_stand(name: str, fact: str) -> None:
-    assert fact in guide.page(name)
+    assert fact in completion.page(name)
 
 
 @pytest.mark.parametrize(
     ("name", "fact"), [("_LFA", "1 while the forward switch is free"), ("_lr", "reverse switch"), ("_TPB", "TP  ")]
 )
 def test_operands_are_explained_with_their_axis_and_without(name: str, fact: str) -> None:
-    assert fact in guide.page(name)
+    assert fact in completion.page(name)
 
 
 def test_an_operand_that_is_none_has_no_page() -> None:
-    assert "_QX is no command" in guide.page("_QX")
-    assert "_ is no command" in guide.page("_")
+    assert "_QX is no command" in completion.page("_QX")
+    assert "_ is no command" in completion.page("_")
 
 
 def test_commands_that_are_no_operands_are_not_called_so() -> None:
-    names = {entry.name for entry in guide.operands()}
+    names = {entry.name for entry in completion.operands()}
     assert {"TP", "BG", "XQ", "BN"} <= names
     assert not {"SH", "MG", "WT"} & names
-    assert "operand" not in guide.page("SH")
+    assert "operand" not in completion.page("SH")
 
 
 def test_help_on_the_terminal_fits_a_small_screen() -> None:
-    lines = guide.OVERVIEW.splitlines()
+    lines = completion.OVERVIEW.splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) <= 16

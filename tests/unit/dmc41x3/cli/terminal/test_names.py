@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.cli.terminal.names import CompletionNames, ask, assigned
+from dmc41x3.cli.terminal.completion import CompletionNames, ask, assigned
 from tests.unit.dmc41x3.cli.bench import driven
 from tests.unit.dmc41x3.scripted import conversation
 

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dmc41x3.cli.terminal import panel
+from dmc41x3.cli.terminal import session
 from dmc41x3.language.record import AxisRecord, AxisStatus, AxisSwitches, DataRecord
 
 RECORD = DataRecord(
@@ -21,7 +21,7 @@ RECORD = DataRecord(
 
 
 def test_every_fact_of_an_axis_is_shown() -> None:
-    head, a, b, c = panel.plain(panel.axes(RECORD, 100)).splitlines()
+    head, a, b, c = session.plain(session.axes(RECORD, 100)).splitlines()
     assert head.split() == ["position", "velocity", "error", "torque", "motor", "motion", "lim", "stop", "code"]
     assert a.split() == ["A", "-2147483648", "-25000", "-16384", "-10.00V", "on", "moving", "···", "0", "running"]
     assert b.split()[5:] == ["off", "at", "rest", "·R·", "1", "arrived", "where", "commanded"]
@@ -30,19 +30,19 @@ def test_every_fact_of_an_axis_is_shown() -> None:
 
 
 def test_columns_stand_below_their_names() -> None:
-    head, a, *_ = panel.plain(panel.axes(RECORD, 100)).splitlines()
+    head, a, *_ = session.plain(session.axes(RECORD, 100)).splitlines()
     for name, value in [("position", "-2147483648"), ("velocity", "-25000"), ("torque", "-10.00V")]:
         assert head.index(name) + len(name) == a.index(value) + len(value)
 
 
 def test_it_fits_eighty_columns() -> None:
-    lines = panel.plain(panel.axes(RECORD, 80)).splitlines()
+    lines = session.plain(session.axes(RECORD, 80)).splitlines()
     assert max(map(len, lines)) <= 80
     assert lines[3].endswith("…")
 
 
 def test_what_needs_a_look_stands_out() -> None:
-    styles = {text.strip(): style for line in panel.axes(RECORD, 100) for style, text in line}
+    styles = {text.strip(): style for line in session.axes(RECORD, 100) for style, text in line}
     assert styles["moving"] == "class:moving"
     assert styles["off"] == "class:off"
     assert styles["F"] == styles["R"] == "class:active"
@@ -50,16 +50,19 @@ def test_what_needs_a_look_stands_out() -> None:
 
 def test_watched_values_share_lines_as_far_as_they_fit() -> None:
     values = {"_TPA": "1.0000", "_TPB*1000000": "2.0000", "nothing": "?57"}
-    assert panel.plain(panel.watched(values, 40)).splitlines() == ["_TPA 1.0000   _TPB*1000000 2.0000", "nothing ?57"]
-    assert ("class:refused", "?57") in panel.watched(values, 40)[1]
-    assert panel.watched({}, 40) == []
+    assert session.plain(session.watched(values, 40)).splitlines() == [
+        "_TPA 1.0000   _TPB*1000000 2.0000",
+        "nothing ?57",
+    ]
+    assert ("class:refused", "?57") in session.watched(values, 40)[1]
+    assert session.watched({}, 40) == []
 
 
 def test_threads_that_run() -> None:
-    assert panel.threads(RECORD) == "0 2"
-    assert panel.threads(DataRecord(RECORD.axes)) == ""
+    assert session.threads(RECORD) == "0 2"
+    assert session.threads(DataRecord(RECORD.axes)) == ""
 
 
 def test_lines_are_joined_by_line_ends() -> None:
-    assert "".join(text for _, text in panel.joined([[("", "a"), ("", "b")], [("", "c")]])) == "ab\nc"
-    assert panel.joined([]) == []
+    assert "".join(text for _, text in session.joined([[("", "a"), ("", "b")], [("", "c")]])) == "ab\nc"
+    assert session.joined([]) == []

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from prompt_toolkit.history import FileHistory, InMemoryHistory
 
-from dmc41x3.cli.terminal import panel
 from dmc41x3.cli.terminal.screen import below, history
+from dmc41x3.cli.terminal.session import plain
 from maya_un.cli.dmc_tools.site import MAYA
 from tests.unit.dmc41x3.cli.bench import say, talking
 from tests.virtual_time import elapse
@@ -14,7 +14,7 @@ from tests.virtual_time import elapse
 
 async def test_below_the_line_stand_axes_link_and_keys() -> None:
     async with talking() as (session, _, _bench):
-        lines = panel.plain(below(session, "", 80)).splitlines()
+        lines = plain(below(session, "", 80)).splitlines()
         assert [line[:1] for line in lines[2:5]] == ["A", "B", "C"]
         assert lines[5] == "bench"
         assert "F12 STOP MOTION" in lines[6]
@@ -23,15 +23,15 @@ async def test_below_the_line_stand_axes_link_and_keys() -> None:
 
 async def test_the_command_under_the_cursor_is_explained() -> None:
     async with talking() as (session, _, _bench):
-        assert panel.plain(below(session, "x=1;SPA=", 80)).startswith("SP  ")
-        assert panel.plain(below(session, "x=1;", 80)).startswith("─")
+        assert plain(below(session, "x=1;SPA=", 80)).startswith("SP  ")
+        assert plain(below(session, "x=1;", 80)).startswith("─")
 
 
 async def test_what_is_watched_stands_below_the_axes() -> None:
     async with talking() as (session, _, _bench):
         await say(session, ":watch 6*7")
         await elapse(0.5)
-        assert panel.plain(below(session, "", 80)).splitlines()[5] == "6*7 42.0000"
+        assert plain(below(session, "", 80)).splitlines()[5] == "6*7 42.0000"
 
 
 async def test_hidden_axes_leave_link_and_keys() -> None:

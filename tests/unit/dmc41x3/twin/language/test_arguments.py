@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.expressions import Rejection, axes_and_planes, by_axis, mask, place, split
+from dmc41x3.twin.expressions import Rejection, axes_and_planes, axis_place, by_axis, mask, split
 
 
 @pytest.mark.parametrize(
@@ -87,4 +87,4 @@ def test_axes_and_planes_of_one_mask(text: str, found: tuple[list[int], list[str
 
 
 def test_w_is_another_name_of_d() -> None:
-    assert place("W", "ABCD") == 3
+    assert axis_place("W", "ABCD") == 3

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin.arrays import LENGTH, MOST_ARRAYS, MOST_ELEMENTS, Arrays
 from dmc41x3.twin.expressions import Rejection
+from dmc41x3.twin.memory import LENGTH, MOST_ARRAYS, MOST_ELEMENTS, Arrays
 
 ONE = 65536
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.twin.motion import limits
+from dmc41x3.twin.motion import independent
 from tests.unit.dmc41x3.twin.bench import Bench
 
 
@@ -17,9 +17,9 @@ def test_an_error_is_near_where_speed_could_bring_it(gain: float | None, peak: f
     bench.do(f"ERA={limit}")
     axis = bench.axis(0)
     axis.error_gain, axis.peak = gain, peak
-    assert limits.near_limit(axis) is near
+    assert independent.near_error_limit(axis) is near
     bench.do("ERA=-1")
-    assert not limits.near_limit(axis)
+    assert not independent.near_error_limit(axis)
 
 
 @pytest.mark.parametrize(
@@ -31,5 +31,5 @@ def test_it_is_learned_only_from_an_axis_that_runs_with_its_reference(
 ) -> None:
     axis = Bench().axis(0)
     axis.error_gain = None
-    limits.learn(axis, 20.0, wanted, actual)
+    independent.learn_error(axis, 20.0, wanted, actual)
     assert axis.error_gain == gain

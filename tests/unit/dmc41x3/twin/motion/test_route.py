@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.twin.motion.path import TANGENT, Arc, PathSegment, PathSpan, X, Y
-from dmc41x3.twin.motion.sequence import Route, RouteAxis
+from dmc41x3.twin.motion.plane import Route, RouteAxis
 
 
 def line(x: float, y: float) -> PathSegment:

@@ -8,7 +8,7 @@ import pytest
 
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.commands import FORMS
-from dmc41x3.twin.programs.runner import LEISURE
+from dmc41x3.twin.runner import LEISURE
 from tests.campaign import Campaign
 from tests.unit.dmc41x3.twin.program_bench import SAMPLE, ProgramBench
 

@@ -1,0 +1,138 @@
+"""Connect the tools to a controller: a twin, the configured one, or one by its address; `dmc send`."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import asdict
+from typing import TypeVar
+
+from dmc41x3.address import REAL, SIM, split
+from dmc41x3.cli import console
+from dmc41x3.cli.console import OutputSettings, Site, host_and_port
+from dmc41x3.cli.signals import on_end
+from dmc41x3.driver import Driver
+from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import AxisRecord, DataRecord
+from dmc41x3.wire.framing import LineSplitter
+from dmc41x3.wire.transport import TcpTransport, Transport
+
+TIMEOUT = 5.0
+"""Longest wait for a reply of a controller [s]."""
+
+
+def send(address: str, commands: Sequence[str], settings: OutputSettings) -> int:
+    """Send commands one after the other and print their replies; ends at the first that is refused.
+
+    Each may be several with `;` between them.
+
+    Raises `ConnectFailed`, `LinkTimeout`, and `CommandRejected` with the controller's own code.
+    """
+    host, port = host_and_port(settings.site.meant(address, settings.config), "HOST")
+    replies = asyncio.run(_converse(host, port, commands, settings))
+    if settings.json:
+        console.emit({"address": f"{host}:{port}", "replies": replies})
+    return console.DONE
+
+
+async def _converse(host: str, port: int, commands: Sequence[str], settings: OutputSettings) -> list[dict[str, object]]:
+    driver = await Driver.open(await TcpTransport.connect(host, port, TIMEOUT), timeout=TIMEOUT)
+    replies: list[dict[str, object]] = []
+    try:
+        for command in _single(commands):
+            reply = await _reply(driver, command)
+            record = isinstance(reply, DataRecord)
+            replies.append({"command": command, "reply": asdict(reply) if record else reply})
+            if not settings.json:
+                console.say(_record_text(reply) if record else reply or ":")
+    finally:
+        await driver.close()
+    return replies
+
+
+def _single(commands: Sequence[str]) -> Iterator[str]:
+    """Yield single commands; a `;` ends one as on the wire, also where another follows (`SH;TP`)."""
+    for command in commands:
+        if not command.isascii() or ";" not in command:
+            yield command
+        else:
+            splitter = LineSplitter()
+            splitter.limit = len(command)  # each goes in a line of its own
+            yield from filter(None, splitter.feed(f"{command}\r".encode("ascii")))
+
+
+async def _reply(driver: Driver, command: str) -> str | DataRecord:
+    """Return a reply as text; QR answers with a record."""
+    return await driver.record() if command.strip().upper() == "QR" else await driver.send(command)
+
+
+def _record_text(record: DataRecord) -> str:
+    """Return a record for people: one line an axis, in the controller's units."""
+    return "\n".join(_axis_text(letter, axis) for letter, axis in zip(LETTERS, record.axes, strict=False))
+
+
+def _axis_text(letter: str, axis: AxisRecord) -> str:
+    facts = {
+        "moving": axis.moving,
+        "motor off": axis.motor_off,
+        "forward limit": axis.forward_limit_active,
+        "reverse limit": axis.reverse_limit_active,
+    }
+    numbers = (
+        f"{letter}  position {axis.position}  reference {axis.reference}  error {axis.error}  "
+        f"velocity {axis.velocity:g}  torque {axis.torque:.3f} V  stop code {axis.stop_code}"
+    )
+    return "  ".join((numbers, *(name for name, holds in facts.items() if holds)))
+
+
+T = TypeVar("T")
+
+Dial = Callable[[], Awaitable[Transport]]
+"""Makes one more connection to the same controller; raises `ConnectFailed`."""
+
+
+def meant(address: str, settings: OutputSettings) -> str:
+    """Return what an address on the command line means: `sim`, HOST or HOST:PORT; raises `InvalidValue`."""
+    place = settings.site.meant(address, settings.config)
+    if address != SIM:
+        host_and_port(place, words=f"{SIM} or {REAL}")
+    return place
+
+
+@asynccontextmanager
+async def reached(address: str, site: Site) -> AsyncIterator[Dial]:
+    """Give the way to the controller at `address` while the block runs; for `sim` that is how long the twin lives."""
+    if address != SIM:
+        host, port = split(address)
+        yield lambda: TcpTransport.connect(host, port, TIMEOUT)
+        return
+    twin = site.twin()
+
+    async def loopback() -> Transport:
+        return twin.loopback()
+
+    try:
+        yield loopback
+    finally:
+        await twin.close()
+
+
+@asynccontextmanager
+async def opened(address: str, site: Site) -> AsyncIterator[Driver]:
+    """Give a driver on the controller at `address` while the block runs; raises `ConnectFailed`."""
+    async with reached(address, site) as dial:
+        driver = await Driver.open(await dial(), timeout=TIMEOUT)
+        try:
+            yield driver
+        finally:
+            await driver.close()
+
+
+async def until_asked(work: Coroutine[None, None, T]) -> T | None:
+    """Return what `work` returns, None where Ctrl-C or SIGTERM ends it before."""
+    task = asyncio.create_task(work)
+    with on_end(task.cancel, signal.SIGINT, signal.SIGTERM):
+        await asyncio.wait({task})
+    return None if task.cancelled() else task.result()

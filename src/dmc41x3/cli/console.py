@@ -1,0 +1,290 @@
+"""The command line of every tool: its options, its surroundings, its output and its exit codes.
+
+Nothing heavy is imported here: `maya` uses it at every start.
+
+`dmc` uses `Alone`; a program that is built on this package has a site of its own.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from io import TextIOWrapper
+from itertools import takewhile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+
+from dmc41x3.address import REAL, split
+from dmc41x3.errors import CodedError, FileUnwritable, InvalidCommandLine, InvalidValue
+from dmc41x3.i18n import LANGUAGES
+
+if TYPE_CHECKING:
+    from dmc41x3.driver import Driver
+    from dmc41x3.twin.wire.server import VirtualController
+
+FASTEST = 1000.0
+"""Largest factor of the twin's clock."""
+
+
+def clock_factor(speed: float | None) -> float:
+    """Return how many times as fast as the wall the twin's clock runs, 1 where nothing is said.
+
+    Raises `InvalidValue` outside 0 < speed ≤ 1000.
+    """
+    if speed is None:
+        return 1.0
+    if not 0.0 < speed <= FASTEST:
+        raise InvalidValue(key="--speed", value=speed, reason=f"it is above 0 and at most {FASTEST:g}")
+    return speed
+
+
+def host_and_port(text: str, key: str = "--address", words: str = REAL) -> tuple[str, int]:
+    """Return host and port of HOST or HOST:PORT (Galil's where none is named).
+
+    Raises `InvalidValue`, which names the `words` that would have been understood too.
+    """
+    try:
+        return split(text)
+    except ValueError as error:
+        raise InvalidValue(key=key, value=repr(text), reason=f"where it is not {words}, {error}") from error
+
+
+ADDRESS = "DMC_ADDRESS"
+"""The environment variable that names the controller for `real`."""
+
+
+class Site(Protocol):
+    """The facts that the tools ask the program about that they are part of."""
+
+    @property
+    def command(self) -> str:
+        """The words before the name of a tool on the command line."""
+        ...
+
+    def meant(self, address: str, config: str | None) -> str:
+        """Return `address`, or for `real` that of the configured controller.
+
+        `config` is the configuration file named on the command line. Raises `InvalidValue`, `InvalidConfig`.
+        """
+        ...
+
+    def twin(self) -> VirtualController:
+        """Make the twin that `sim` means, in the running loop."""
+        ...
+
+    async def require_free(self, driver: Driver, address: str) -> None:
+        """Raise `ControllerOwned` if the controller belongs to another program that still runs."""
+        ...
+
+    def history(self) -> Path:
+        """Return the file for the history of the terminal."""
+        ...
+
+
+class Alone:
+    """The site of the command `dmc`: the twin is a bench, and no program owns a controller."""
+
+    command = "dmc"
+
+    def meant(self, address: str, config: str | None) -> str:
+        """Return `address`, or for `real` the one in $DMC_ADDRESS; raises `InvalidValue` if that is not set."""
+        del config
+        if address != REAL:
+            return address
+        named = os.environ.get(ADDRESS, "")
+        if not named:
+            raise InvalidValue(key="HOST", value=repr(REAL), reason=f"${ADDRESS} does not name a controller")
+        return named
+
+    def twin(self) -> VirtualController:
+        """Return a DMC-4133 with three servo motors on a bench."""
+        from dmc41x3.twin.wire.server import bench
+
+        return bench(3)
+
+    async def require_free(self, driver: Driver, address: str) -> None:
+        """Accept every controller."""
+
+    def history(self) -> Path:
+        """Return a file in $XDG_STATE_HOME."""
+        state = os.environ.get("XDG_STATE_HOME", "")
+        return (Path(state) if state else Path.home() / ".local" / "state") / "dmc41x3" / "history"
+
+
+ALONE = Alone()
+"""The site of every command of `dmc`."""
+
+
+class OutputSettings(NamedTuple):
+    """How to answer: in which language, as JSON or as sentences; `site` knows the surroundings.
+
+    `config` is the configuration file named on the line, None without one; `dmc` has no such option.
+    """
+
+    language: str = "en"
+    json: bool = False
+    config: str | None = None
+    site: Site = ALONE
+
+
+class CommandContext(Protocol):
+    """A command's context, which carries the settings of the line."""
+
+    obj: Any
+
+
+def settings_of(context: CommandContext) -> OutputSettings:
+    """Return the settings of the whole line."""
+    settings = context.obj
+    assert isinstance(settings, OutputSettings)
+    return settings
+
+
+def from_environment(variable: str = "DMC_LANG") -> OutputSettings:
+    """Return the settings of an empty line: the language in `variable`, English for a language we lack."""
+    wanted = os.environ.get(variable, "en")[:2].lower()
+    return OutputSettings(language=wanted if wanted in LANGUAGES else "en")
+
+
+def asks_for_json(arguments: Sequence[str]) -> bool:
+    """Tell whether answers are wanted as JSON, also where the rest of the line is not understood."""
+    return "--json" in takewhile(lambda word: word != "--", arguments)
+
+
+def split_options(
+    arguments: Sequence[str],
+    settings: OutputSettings,
+    command: str = "dmc",
+    with_value: Sequence[str] = ("--lang",),
+) -> tuple[OutputSettings, list[str]]:
+    """Take the options that hold everywhere out of `arguments`; return them and the rest, in order.
+
+    `with_value` are those of --lang and --config that `command` has. Raises `InvalidCommandLine` for an option
+    without its value and `InvalidValue` for an unknown language.
+    """
+    rest: list[str] = []
+    words = iter(arguments)
+    for word in words:
+        name, given, value = word.partition("=")
+        if word == "--":
+            rest.extend(words)
+        elif word == "--json":
+            settings = settings._replace(json=True)
+        elif name in with_value:
+            settings = _with(settings, name, value if given else next(words, None), command)
+        else:
+            rest.append(word)
+    return settings, rest
+
+
+def _with(settings: OutputSettings, name: str, value: str | None, command: str) -> OutputSettings:
+    if not value:
+        raise InvalidCommandLine(reason=f"{name} needs a value", command=command)
+    if name == "--config":
+        return settings._replace(config=value)
+    if value not in LANGUAGES:
+        raise InvalidValue(key=name, value=value, reason=f"it is one of {', '.join(LANGUAGES)}")
+    return settings._replace(language=value)
+
+
+DONE = 0
+"""Everything asked for was done."""
+
+FAILED = 1
+"""The command was understood but not carried out, or not to its end."""
+
+REFUSED = 2
+"""The command line, a value, a file or the configuration is wrong; nothing was tried."""
+
+INTERRUPTED = 130
+"""Ctrl-C ended it; motion was stopped on its path."""
+
+
+def tolerate_any_terminal() -> None:
+    """Show `?` for a letter that the terminal's encoding lacks, rather than fail on it, and read what is none as such.
+
+    Without an input, as under a service manager, reading finds the end of a file.
+    """
+    if cast("object", sys.stdin) is None:
+        sys.stdin = Path(os.devnull).open(encoding="utf-8")  # noqa: SIM115 - for as long as the process lives
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def say(text: str) -> None:
+    """Print one line for people, in one piece, so that a reader never sees half of it."""
+    _print(f"{text}\n")
+
+
+def emit(value: object) -> None:
+    """Print `value` as JSON; its keys are stable."""
+    _print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False, default=str) + "\n")
+
+
+def _print(text: str) -> None:
+    """Print; raises `FileUnwritable`, and `BrokenPipeError` if the reader is gone."""
+    try:
+        print(text, end="", flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise FileUnwritable(path="stdout", reason=error.strerror or str(error)) from error
+
+
+def forget_unprinted() -> None:
+    """Drop unprinted output if the reader is gone; otherwise the interpreter reports it again at its end."""
+    try:
+        print(end="", flush=True)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def answer(value: Mapping[str, object], text: str, settings: OutputSettings) -> int:
+    """Print an answer as JSON (`value`) or as `text`, as the settings say, and return the exit code of success."""
+    if settings.json:
+        emit(value)
+    else:
+        say(text)
+    return DONE
+
+
+def complain(error: CodedError, settings: OutputSettings, program: str = "dmc") -> int:
+    """Print an error of `program`, one sentence with its code (or JSON), and return its exit code.
+
+    If JSON cannot be printed, the sentence goes to the error line.
+    """
+    try:
+        _print_error(error, settings, program)
+    except BrokenPipeError:
+        pass  # the reader is gone; the exit code tells the rest
+    except CodedError:
+        _print_error(error, settings._replace(json=False), program)
+    return exit_code(error.code)
+
+
+def _print_error(error: CodedError, settings: OutputSettings, program: str) -> None:
+    text = error.text(settings.language)
+    if settings.json:
+        details = {key: _plain(value) for key, value in error.details.items()}
+        emit({"error": {"code": error.code, "message": text, "details": details}})
+    else:
+        with suppress(OSError):  # then nobody is there to be told
+            print(f"{program}: error {error.code}: {text}", file=sys.stderr, flush=True)
+
+
+def exit_code(code: int) -> int:
+    """Return the exit code of an error's code: 2 for wrong requests and files (4xxx, 5xxx), else 1."""
+    return REFUSED if 4000 <= code < 5999 else FAILED
+
+
+def _plain(value: object) -> object:
+    """Return a detail as it is where JSON can say it, else as text."""
+    try:
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError):
+        return str(value)
+    return value

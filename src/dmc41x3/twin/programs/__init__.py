@@ -1,1 +1,0 @@
-"""Programs in the controller: threads, flow, waits, automatic subroutines."""

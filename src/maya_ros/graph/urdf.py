@@ -1,0 +1,259 @@
+"""The robot's description (URDF): its joints, the lengths of one configuration, and sliders that set joints.
+
+The macros in ros/maya_controller/urdf read all lengths from dimensions.xacro beside them, which `dimensions` writes.
+The file kept there describes the manual's machine. For another machine, `describe` uses a file of its own.
+"""
+
+from __future__ import annotations
+
+import importlib
+import shutil
+from collections.abc import Callable, Iterator
+from math import atan2, ceil, cos, pi, sin, sqrt
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from maya_ros.graph.protocol import Graph, GraphHandle, Message, header
+from maya_un.config import AxisConfig, Config, Units
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.values import AXES, Joints, State
+
+BASE = "base"
+"""The frame on the table top below axis a: x, y and z are those of every point."""
+
+GRIPPER = "gripper"
+"""The frame at the gripper point; x is outward along the boom, z upward."""
+
+NAMES = (*AXES, "b_swing", "c_swing", "jaw")
+"""The joints that are published, in this order."""
+
+JAW_OPEN = 0.045
+"""How far from the middle each jaw stands when the gripper is open [m]."""
+
+JAW_CLOSED = 0.004
+"""The same when it is closed on nothing [m]."""
+
+PART_RADIUS = 0.02
+"""Half of what the jaws hold between them [m]; parts are drawn as thick as that."""
+
+_SPARE = 1.05
+_MOST_PIECES = 12
+
+
+class LineDivision(NamedTuple):
+    """Of how many pieces a line is drawn, and how long each of them is [m].
+
+    They slide into each other, evenly, so that together they are always as long as the line.
+    """
+
+    number: int
+    length: float
+
+    @classmethod
+    def of(cls, line: AxisConfig) -> LineDivision:
+        """Return pieces that are shorter than the shortest line, and together longer than the longest."""
+        longest = _SPARE * line.maximum
+        length = max(line.minimum / _SPARE, longest / _MOST_PIECES)
+        return cls(ceil(longest / length), length)
+
+    def frames(self, name: str) -> Iterator[tuple[str, float]]:
+        """Yield the frame of each piece of line `name`, and where on its x the middle of the piece is [m]."""
+        yield f"line_{name}", 0.5 * self.length
+        yield from ((f"{name}_piece_{index}", 0.5 * self.length) for index in range(1, self.number - 1))
+        yield f"{name}_end", -0.5 * self.length
+
+
+def positions(mechanism: Mechanism, joints: Joints, jaw: float = JAW_OPEN) -> tuple[float, ...]:
+    """Return the positions (rad, m) of `NAMES` where the axes are at `joints`.
+
+    Lines too short to meet are drawn toward each other along the boom.
+    """
+    u, square = mechanism.section(joints)
+    h = sqrt(square) if square > 0.0 else 0.0
+    return (*joints, atan2(h, u), atan2(h, u - mechanism.width), jaw)
+
+
+def velocities(mechanism: Mechanism, joints: Joints, rates: tuple[float, float, float]) -> tuple[float, ...]:
+    """Return the velocities (rad/s, m/s) of `NAMES` where the axes go at `rates`; straight lines have no swing's.
+
+    By the derivatives of u and h: u' = (b b' − c c')/W, h h' = b b' − u u', and an angle of a line turns by the cross
+    product of its end's place and velocity over the square of its length.
+    """
+    _, b, c = joints
+    _, pay_b, pay_c = rates
+    W = mechanism.width
+    u, square = mechanism.section(joints)
+    if not square > 0.0:
+        return (*rates, 0.0, 0.0, 0.0)
+    h = sqrt(square)
+    outward = (b * pay_b - c * pay_c) / W
+    downward = (b * pay_b - u * outward) / h
+    return (
+        *rates,
+        (u * downward - h * outward) / (b * b),
+        ((u - W) * downward - h * outward) / (c * c),
+        0.0,
+    )
+
+
+def jaw(*, closed: bool, holding: bool = False) -> float:
+    """Return how far from the middle each jaw stands [m]."""
+    if not closed:
+        return JAW_OPEN
+    return PART_RADIUS if holding else JAW_CLOSED
+
+
+def joint_state(state: State, mechanism: Mechanism, seconds: float, *, holding: bool = False) -> Message | None:
+    """Return /joint_states (sensor_msgs/JointState) of `state` at the time `seconds` since the epoch.
+
+    None before homing, when the counts say nothing about lengths: what nobody knows is not drawn. `holding` tells that
+    there is a part between closed jaws.
+    """
+    if state.joints is None:
+        return None
+    opening = jaw(closed=state.gripper_closed, holding=holding)
+    return {
+        "header": header(seconds),
+        "name": list(NAMES),
+        "position": list(positions(mechanism, state.joints, opening)),
+        "velocity": list(velocities(mechanism, state.joints, state.velocity)),
+        "effort": [],
+    }
+
+
+SILENCE = 1.0
+"""So long after its last message the robot counts as silent [s]."""
+
+ROBOT = "/joint_states"
+SLIDERS = "/joint_sliders"
+DRAWN = "/drawn_joint_states"
+
+_TYPE = "sensor_msgs/JointState"
+_SET = (*AXES, "jaw")
+
+
+class Sliders:
+    """Chooses what is drawn: `clock` tells the time [s], normally the running loop's."""
+
+    def __init__(self, mechanism: Mechanism, clock: Callable[[], float]) -> None:
+        self._mechanism = mechanism
+        self._clock = clock
+        self._heard: float | None = None
+        self._left: tuple[float, ...] | None = None
+
+    def robot(self, message: Message) -> Message:
+        """Return what is drawn when the robot says where its joints are: just that."""
+        self._heard = self._clock()
+        return message
+
+    def slid(self, message: Message) -> Message | None:
+        """Return what is drawn when the sliders say where they are, None where the robot is to be drawn.
+
+        The sliders tell a, b, c and the jaw; the joints that follow from them are worked out here.
+        """
+        told = dict(zip(message["name"], message["position"], strict=False))
+        if not all(axis in told for axis in AXES):
+            return None
+        wanted = tuple(float(told.get(name, JAW_OPEN)) for name in _SET)
+        if self._heard is not None and (self._clock() - self._heard < SILENCE or wanted == self._left):
+            self._left = wanted
+            return None
+        self._heard = self._left = None
+        a, b, c, jaw = wanted
+        drawn = list(positions(self._mechanism, Joints(a, b, c), jaw))
+        return {"header": message["header"], "name": list(NAMES), "position": drawn, "velocity": [], "effort": []}
+
+
+class Relay:
+    """Robot and sliders on a graph, and what is drawn of them. Closing it ends it."""
+
+    def __init__(self, graph: Graph, sliders: Sliders) -> None:
+        self._drawn = graph.advertise(DRAWN, _TYPE, queue_size=1)
+        self._held: tuple[GraphHandle, ...] = (
+            self._drawn,
+            graph.subscribe(ROBOT, _TYPE, lambda message: self._drawn.publish(sliders.robot(message)), queue_size=1),
+            graph.subscribe(SLIDERS, _TYPE, lambda message: self._show(sliders.slid(message)), queue_size=1),
+        )
+
+    def close(self) -> None:
+        """Hear and draw no more."""
+        for held in reversed(self._held):
+            held.close()
+
+    def _show(self, message: Message | None) -> None:
+        if message is not None:
+            self._drawn.publish(message)
+
+
+INCLUDE = "dimensions.xacro"
+"""The name of the file with the lengths, in the folder of the macros."""
+
+_NOTE = "Generated by scripts/docs from the default configuration; change that instead."
+_ROOM = 0.25
+
+
+def dimensions(config: Config) -> str:
+    """Return dimensions.xacro for a configuration: lengths [m], angles [rad], speeds [rad/s, m/s]."""
+    lines = [f'  <xacro:property name="{name}" value="{value:.12g}"/>' for name, value in _properties(config).items()]
+    body = "\n".join(lines)
+    head = f'<?xml version="1.0"?>\n<!-- {_NOTE} -->\n<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    return f"{head}\n{body}\n</robot>\n"
+
+
+def describe(macros: Path, config: Config) -> str:
+    """Return the description made by the file `macros` and its neighbours, with the lengths of `config`.
+
+    Needs the library xacro, ROS's own or the one of the package index.
+    """
+    xacro = importlib.import_module("xacro")
+    with TemporaryDirectory(prefix="maya-description-") as made:
+        copy = Path(made)
+        for macro in macros.parent.glob("*.xacro"):
+            shutil.copyfile(macro, copy / macro.name)
+        (copy / INCLUDE).write_text(dimensions(config), encoding="utf-8")
+        document = xacro.process_file(str(copy / macros.name))
+    return '<?xml version="1.0"?>\n' + document.documentElement.toprettyxml(indent="  ")
+
+
+def _properties(config: Config) -> dict[str, float]:
+    geometry = config.geometry
+    return {
+        "height": geometry.height,
+        "length": geometry.length,
+        "delta": geometry.delta,
+        "drop": geometry.gripper_height,
+        **_axis("a", config.axes.a, Units.of(config).per_unit[0]),
+        **_line("b", config.axes.b, Units.of(config).per_unit[1]),
+        **_line("c", config.axes.c, Units.of(config).per_unit[2]),
+        **_table(config),
+    }
+
+
+def _axis(name: str, axis: AxisConfig, per_unit: float) -> dict[str, float]:
+    return {
+        f"{name}_low": axis.minimum,
+        f"{name}_high": axis.maximum,
+        f"{name}_speed": axis.speed_counts / per_unit,
+    }
+
+
+def _line(name: str, axis: AxisConfig, per_unit: float) -> dict[str, float]:
+    """Return the limits of a line, and of how many pieces of which length it is drawn."""
+    pieces = LineDivision.of(axis)
+    return {**_axis(name, axis, per_unit), f"{name}_piece": pieces.length, f"{name}_pieces": pieces.number}
+
+
+def _table(config: Config) -> dict[str, float]:
+    """Return the rectangle that the boom's end can be above, and the mast, with some room around [m]."""
+    boom = config.axes.a
+    quarters = [quarter * pi / 2.0 for quarter in range(-2, 5)]
+    turns = [boom.minimum, boom.maximum, *(turn for turn in quarters if boom.minimum < turn < boom.maximum)]
+    x = [0.0, *(config.geometry.length * sin(turn) for turn in turns)]
+    y = [0.0, *(config.geometry.length * cos(turn) for turn in turns)]
+    return {
+        "table_west": min(x) - _ROOM,
+        "table_east": max(x) + _ROOM,
+        "table_south": min(y) - _ROOM,
+        "table_north": max(y) + _ROOM,
+    }

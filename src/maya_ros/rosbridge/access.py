@@ -1,0 +1,227 @@
+"""Access of one client: its sign-in and its present rights, and a graph that checks them for each request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+from maya_ros.graph.protocol import (
+    Act,
+    Answer,
+    Directory,
+    Feedback,
+    GoalResult,
+    Graph,
+    GraphHandle,
+    Heard,
+    Message,
+    ParameterServer,
+    Publisher,
+    Quick,
+    Request,
+    Subscription,
+)
+from maya_ros.graph.table import MAYA_COMMAND, Kind, asked_by_call, asked_by_topic
+from maya_un.errors import MayaError, NotSignedIn
+from maya_un.http.authentication import RightsSource
+from maya_un.robot.primitives.can_teleop import CanTeleop
+from maya_un.service.access.operations import BYSTANDER, ROS, STOPPING, Caller, Operation, allowed, require
+
+
+class TokenChecker(RightsSource, Protocol):
+    """Authenticates tokens; implemented by `server.bridge.Bridge`."""
+
+    async def caller(
+        self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool, alone: Caller = ROS
+    ) -> Caller:
+        """Return the caller of a token; `alone` for a local client while no users exist.
+
+        Raises `NotSignedIn`, `TooManyRequests`.
+        """
+        ...
+
+
+class Guest:
+    """A client and its source; a client on the robot's machine (`local`) may always stop.
+
+    `lease` is the control lease that it sent, "" without one.
+    """
+
+    def __init__(self, source: str = "", *, local: bool = True, lease: str = "") -> None:
+        self.source = source
+        self.local = local
+        self.left = False
+        self._lease = lease
+        self._caller: Caller | None = None
+        self._why: MayaError = NotSignedIn(reason="the request has none")
+
+    @property
+    def known(self) -> Caller | None:
+        """The caller, None while unknown."""
+        return self._caller
+
+    @property
+    def caller(self) -> Caller:
+        """The caller of its requests; an unknown one may only stop."""
+        return self._caller or replace(BYSTANDER, source=self.source)
+
+    def require(self, operation: Operation) -> None:
+        """Raise `NotSignedIn` or `NotAllowed` if it may not request `operation`."""
+        if self._caller is not None:
+            require(self._caller, operation)
+        elif not (self.local and operation in STOPPING):
+            raise self._why
+
+    async def introduce(self, admission: TokenChecker, token: str | None) -> None:
+        """Sign in with a token; raises `NotSignedIn`, `TooManyRequests`, and then the client is unknown."""
+        self._caller = None
+        shown = None if token is None else f"Bearer {token}"
+        try:
+            found = await admission.caller(
+                shown, self._lease, self.source, loopback=self.local, stopping=False, alone=ROS
+            )
+        except MayaError as refusal:
+            self._why = refusal
+            raise
+        self._caller = _at_rights(found)
+
+    def outlasts(self, now: Caller | MayaError) -> bool:
+        """Apply the present rights; return whether none are lost."""
+        before, self._caller = self._caller, None if isinstance(now, MayaError) else _at_rights(now)
+        if isinstance(now, MayaError):
+            self._why = now
+        return before is None or (self._caller is not None and self._caller.role >= before.role)
+
+
+def _at_rights(caller: Caller) -> Caller:
+    """Return the caller of a protocol without a message for the lease.
+
+    While the lease is free, a role that may take it drives for each command; others need a lent lease.
+    """
+    if caller.name == ROS.name:
+        return replace(ROS, lease=caller.lease)
+    return replace(caller, implicit=allowed(caller.role, Operation.LEND) and not caller.lease)
+
+
+_CANCEL = "/cancel"
+
+
+class RestrictedGraph:
+    """A `graph` for one `guest`; see `graph.protocol.Graph`. Everything raises `NotSignedIn` and `NotAllowed` as well.
+
+    Every message is checked again, because rights may have ended.
+    """
+
+    def __init__(self, graph: Graph, guest: Guest) -> None:
+        self._graph = graph
+        self._guest = guest
+        self._parameters = _RestrictedParameters(graph.parameters, guest)
+
+    @property
+    def directory(self) -> Directory:
+        """What there is in it."""
+        self._guest.require(Operation.READ)
+        return self._graph.directory
+
+    @property
+    def parameters(self) -> ParameterServer:
+        """Its parameters."""
+        return self._parameters
+
+    def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
+        """Take a topic to publish on. A client that disconnected may still cancel its goals."""
+
+        def check() -> None:
+            if not (self._guest.left and topic.endswith(_CANCEL)):
+                self._guest.require(asked_by_topic(_whole(topic)))
+
+        check()
+        return _RestrictedPublisher(self._graph.advertise(topic, kind, latch=latch, queue_size=queue_size), check)
+
+    def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
+        """Listen to a topic."""
+        self._guest.require(Operation.READ)
+        return self._graph.subscribe(topic, kind, heard, queue_size=queue_size)
+
+    def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
+        """Answer a service."""
+        self._guest.require(Operation.GRAPH)
+        return self._graph.serve(service, kind, answer, quick)
+
+    async def call(self, service: str, request: Request, kind: str = "") -> Message:
+        """Return the answer of a service."""
+        self._guest.require(_asked_by(_whole(service), request))
+        return await self._graph.call(service, request, kind)
+
+    def expect(self, *services: str) -> None:
+        """Find services that will be called, soon."""
+        self._graph.expect(*services)
+
+    def act(self, action: str, kind: str, act: Act) -> GraphHandle:
+        """Be the server of an action."""
+        self._guest.require(Operation.GRAPH)
+        return self._graph.act(action, kind, act)
+
+    async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
+        """Have a goal carried out and return how it ended."""
+        self._guest.require(asked_by_call(_whole(action), Kind.ACTION))
+        return await self._graph.do(action, kind, goal, feedback)
+
+
+class _RestrictedPublisher:
+    def __init__(self, publisher: Publisher, check: Callable[[], None]) -> None:
+        self._publisher = publisher
+        self._check = check
+
+    @property
+    def readers(self) -> int:
+        """How many subscribe now."""
+        return self._publisher.readers
+
+    def publish(self, message: Message) -> None:
+        """Put a message on the topic."""
+        self._check()
+        self._publisher.publish(message)
+
+    def close(self) -> None:
+        """Give it back."""
+        self._publisher.close()
+
+
+class _RestrictedParameters:
+    def __init__(self, parameters: ParameterServer, guest: Guest) -> None:
+        self._all = parameters
+        self._guest = guest
+
+    async def get(self, name: str, default: Any = None) -> Any:
+        """Return the value at `name`."""
+        self._guest.require(Operation.READ)
+        return await self._all.get(name, default)
+
+    async def set(self, name: str, value: Any) -> None:
+        """Set the value at `name`."""
+        self._guest.require(Operation.GRAPH)
+        await self._all.set(name, value)
+
+    async def delete(self, name: str) -> None:
+        """Forget `name`."""
+        self._guest.require(Operation.GRAPH)
+        await self._all.delete(name)
+
+    async def names(self) -> Sequence[str]:
+        """Return the names of all values."""
+        self._guest.require(Operation.READ)
+        return await self._all.names()
+
+
+def _asked_by(service: str, request: Request) -> Operation:
+    """Return the operation of a call; `can_teleop` only reads."""
+    first = request[0] if isinstance(request, list) and request else None
+    task = request.get("task") if isinstance(request, dict) else first
+    question = isinstance(task, dict) and task.get("command") == CanTeleop.command
+    return Operation.READ if question and service == MAYA_COMMAND.name else asked_by_call(service, Kind.SERVICE)
+
+
+def _whole(name: str) -> str:
+    return "/" + name.strip("/")
