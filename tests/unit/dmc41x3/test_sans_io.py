@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pkgutil import iter_modules
 
 import pytest
 
-MODULES = [
-    *(f"language.{name}" for name in ("arrays", "burned", "codes", "commands", "numbers", "program", "record")),
-    "wire.framing",
-]
+from dmc41x3 import language
+
+MODULES = [*(f"language.{module.name}" for module in iter_modules(language.__path__)), "wire.framing"]
 
 
 @pytest.mark.parametrize("module", MODULES)
