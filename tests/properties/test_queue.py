@@ -24,6 +24,12 @@ STEPS: tuple[Any, ...] = ("home", {"gripper": "open"}, {"gripper": "close"}, {"a
 
 PATIENCE = 1000.0
 
+FAILURES: tuple[Callable[[], MayaError], ...] = (
+    lambda: PathRefused(target="cube", reason="x"),
+    lambda: EndNotReached(axis="b", distance="1 mm"),
+    Stopped,
+)
+
 Action = tuple[Any, ...]
 
 numbers = st.integers(0, 5)
@@ -45,7 +51,7 @@ actions = st.one_of(
         st.none() | numbers,
     ),
     st.tuples(st.just("elapse"), st.sampled_from((0.0, 0.3, 10.0, 100.0))),
-    st.tuples(st.just("fail"), st.sampled_from((PathRefused, EndNotReached, Stopped))),
+    st.tuples(st.just("fail"), st.sampled_from(FAILURES)),
     st.tuples(st.just("take"), st.sampled_from(OWNERS)),
     st.tuples(st.just("recover"), st.sampled_from(("resume", "redo", "skip", "abort")), st.none() | st.booleans()),
     st.tuples(st.just("move"), numbers, numbers, st.booleans()),
@@ -198,9 +204,8 @@ class World:
         number = await process.wish(Home())
         self.accepted.append(number)
 
-    async def _fail(self, error: type[MayaError]) -> None:
-        details = {"reason": "x", "where": "y", "axis": "b", "distance": "1 mm"}
-        self.floor.controller.fail_at[len(self.floor.controller.calls) + 1] = error(**details)
+    async def _fail(self, failure: Callable[[], MayaError]) -> None:
+        self.floor.controller.fail_at[len(self.floor.controller.calls) + 1] = failure()
 
     async def _take(self, owner: str) -> None:
         held = self.floor.lease.take(owner, "test", patience=60.0)
