@@ -9,7 +9,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import paho.mqtt.client as mqtt
+
 from tests.ports import free_port
+
+
+def disconnect(client: mqtt.Client) -> None:
+    """Disconnect a client, and end its thread.
+
+    A method of its owner as callback closes a cycle of references. The garbage collector would then finalise paho's
+    sockets before paho closes them, and warn of it.
+    """
+    client.disconnect()
+    client.loop_stop()
+    client.on_message = client.on_connect = None
 
 
 class Broker:

@@ -14,7 +14,7 @@ import paho.mqtt.client as mqtt
 from paho.mqtt.enums import CallbackAPIVersion
 
 from maya_un.coms.schemas import SCHEMAS
-from tests.system.brokers import Broker
+from tests.system.brokers import Broker, disconnect
 
 
 class Seen(NamedTuple):
@@ -87,8 +87,7 @@ class Observer:
 
     def close(self) -> None:
         """Disconnect."""
-        self._client.disconnect()
-        self._client.loop_stop()
+        disconnect(self._client)
 
 
 @contextmanager

@@ -21,7 +21,7 @@ from maya_un.cli.doctor.finding import FindingOutcome
 from maya_un.config.files import parse
 from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
 from maya_un.supervisor import Supervisor as Supervising
-from tests.system.brokers import Broker, broker
+from tests.system.brokers import Broker, broker, disconnect
 from tests.system.processes import CALM, Process, running
 from tests.waiting import eventually
 
@@ -73,8 +73,7 @@ class Supervisor:
 
     def close(self) -> None:
         """Disconnect."""
-        self._client.disconnect()
-        self._client.loop_stop()
+        disconnect(self._client)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from paho.mqtt.enums import CallbackAPIVersion
 
 from tests.campaign import Campaign
 from tests.system import coms_chaos
-from tests.system.brokers import Broker, broker
+from tests.system.brokers import Broker, broker, disconnect
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(3600)]
 
@@ -66,8 +66,7 @@ class Supervisor(coms_chaos.Supervisor):
 
     def close(self) -> None:
         """Disconnect."""
-        self._client.disconnect()
-        self._client.loop_stop()
+        disconnect(self._client)
 
 
 def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from paho.mqtt.enums import CallbackAPIVersion
 from maya_un.errors import KeyReused, SupervisorsNotReached, Unreachable
 from maya_un.steps.text import StepEnd, StepState, content_of
 from maya_un.supervisor import Supervisor
-from tests.system.brokers import Broker, broker
+from tests.system.brokers import Broker, broker, disconnect
 from tests.system.observing import Observer, observing
 from tests.system.processes import Process
 from tests.system.test_coms import coms, robot
@@ -170,8 +170,7 @@ class Crowd:
             self._client.publish(f"maya/v1/{robot}/results", result.text, 1)
 
     def close(self) -> None:
-        self._client.disconnect()
-        self._client.loop_stop()
+        disconnect(self._client)
 
 
 def test_no_result_is_missed_while_other_robots_are_added(tmp_path: Path) -> None:
