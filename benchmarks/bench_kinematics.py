@@ -9,7 +9,7 @@ from maya_un.config import Config, Units
 from maya_un.kinematics import Box, Workspace
 from maya_un.motion import Limits, commands, plan
 from maya_un.motion.clearance import lowest
-from maya_un.motion.knots import straight
+from maya_un.motion.move import straight
 from maya_un.motion.proof import prove
 from maya_un.values import Point
 

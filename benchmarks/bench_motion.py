@@ -24,8 +24,7 @@ from maya_un.controller.seek import SETTLE
 from maya_un.kinematics import Workspace
 from maya_un.motion.path import Path
 from maya_un.robot.gripper import GripperState
-from maya_un.robot.plan import Pose, TravelAction
-from maya_un.robot.plan_builder import PlanBuilder
+from maya_un.robot.plan_builder import PlanBuilder, Pose, TravelAction
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot

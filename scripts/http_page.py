@@ -15,8 +15,7 @@ from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.errors import AGAIN
 from maya_un.http.exchange import LONG
-from maya_un.http.middleware.guard import BODY_LIMIT, BODY_PATIENCE
-from maya_un.http.middleware.origin import FAR, NEAR
+from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, FAR, NEAR
 from maya_un.http.openapi import ruled
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_SAMPLED

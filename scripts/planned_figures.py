@@ -8,10 +8,9 @@ from matplotlib.figure import Figure
 
 from maya_un.config import Config, Units
 from maya_un.kinematics import Floats, Workspace
-from maya_un.motion.knots import lay
-from maya_un.motion.limits import Limits
-from maya_un.motion.move import CoordinatedMove
+from maya_un.motion.move import CoordinatedMove, lay
 from maya_un.motion.path import Path
+from maya_un.motion.profile import Limits
 from maya_un.motion.timing import plan
 from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, blank, house_style, quiet_grid
 from maya_un.values import Point

@@ -13,8 +13,7 @@ from maya_un.service.access.callers import Hasher
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.access.users import Store
-from maya_un.service.leasing import LeaseService
-from maya_un.service.people import UserService
+from maya_un.service.people import LeaseService, UserService
 
 FIRST_DAY = datetime(2026, 11, 21, 9, 0, 0, tzinfo=UTC)
 

@@ -8,10 +8,8 @@ from dataclasses import replace
 
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
-from maya_un.controller.inspection import Inspection
 from maya_un.controller.planner import Planner
-from maya_un.controller.protocol import Preview
-from maya_un.controller.run import OnVia
+from maya_un.controller.protocol import Inspection, OnVia, Preview
 from maya_un.errors import Busy, MayaError, Stopped
 from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone
 from maya_un.kinematics.mechanism import Mechanism

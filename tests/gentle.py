@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from maya_un.kinematics import Floats
 from maya_un.motion import Knots, Limits
-from maya_un.motion.jerk import Allowed, Fastest, gentle
-from maya_un.motion.segmentation import Ramps
-from maya_un.motion.span import Smooth
-from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
+from maya_un.motion.jerk import Allowed, Fastest, Smooth, gentle
+from maya_un.motion.speeds import Budget, Chords, Ramps, caps, knot_squares, peaks
 
 BRISK = 46_080.0
 """The controller itself rises and falls no faster along the path [counts/s²]."""

@@ -15,7 +15,7 @@ from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner, S
 from maya_un.process.journal.sqlite import MemoryJournal
 from maya_un.process.lease import ControlLease
 from maya_un.process.process import Process
-from maya_un.process.queue.submission import SubmitRequest
+from maya_un.process.queue.editing import SubmitRequest
 from maya_un.process.spec.job import Job
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.jobs import TRANSITIONS, TaskState

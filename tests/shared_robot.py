@@ -19,10 +19,10 @@ from maya_ros.rosbridge.standalone import endpoint
 from maya_un.assembly import Stack, stack
 from maya_un.config import load
 from maya_un.edges import EndpointOptions
-from maya_un.http import dates
+from maya_un.http import request_context
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.middleware.origin import OriginPolicy, Rate
+from maya_un.http.middleware import OriginPolicy, Rate
 from maya_un.http.thread import bound_socket, served
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.service.access.operations import Role
@@ -96,7 +96,7 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
     journal = await SqliteJournal.open(file)
     try:
         async with stack(
-            load(CALM_FILE), speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)
+            load(CALM_FILE), speed=SPEED, journal=journal, calendar=request_context, users=FileStore(file)
         ) as running:
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)

@@ -21,15 +21,13 @@ from websockets.uri import parse_uri
 from maya_un.controller.monitor import StateBroadcaster
 from maya_un.events import Event, EventLog, PhaseBegun
 from maya_un.http.bridge import Bridge
-from maya_un.http.stream.reader import MOST_EVENTS
+from maya_un.http.stream.hub import MOST_EVENTS
 from maya_un.http.stream.server import add_stream
 from maya_un.http.thread import bound_socket, served
 from maya_un.schema.robot import EventMessage
 from maya_un.service.access.control import AccessControl
-from maya_un.service.gate import Gate
-from maya_un.service.leasing import LeaseService
-from maya_un.service.people import UserService
-from maya_un.service.service import Service
+from maya_un.service.people import LeaseService, UserService
+from maya_un.service.service import Gate, Service
 from maya_un.values import Mode, State
 
 PHASE = PhaseBegun("down")

@@ -18,8 +18,8 @@ from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
-from maya_un.controller.link import Dial
 from maya_un.controller.protocol import Controller
+from maya_un.controller.registers import Dial
 from maya_un.events import Event, EventLog
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.truth import TrueConstants, legal_start
@@ -36,8 +36,7 @@ from maya_un.schema.robot import plain
 from maya_un.service import previews
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.users import Calendar, FileStore, Store
-from maya_un.service.gate import Gate
-from maya_un.service.service import Service
+from maya_un.service.service import Gate, Service
 from maya_un.values import Point
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
 

@@ -16,9 +16,8 @@ from maya_un.controller.planner import Planner
 from maya_un.kinematics import Floats
 from maya_un.motion import Knots, Limits, Path, lay, plan
 from maya_un.motion.emergency import Emergency, emergency_speed
-from maya_un.motion.jerk import gentle
-from maya_un.motion.knots import STEP
-from maya_un.motion.span import Smooth
+from maya_un.motion.jerk import Smooth, gentle
+from maya_un.motion.move import STEP
 from maya_un.motion.speeds import Chords, caps
 from maya_un.values import Point
 from tests.campaign import Campaign

@@ -23,7 +23,7 @@ from maya_un.motion import (
     plan,
 )
 from maya_un.motion.clearance import extremes
-from maya_un.motion.knots import straight
+from maya_un.motion.move import straight
 from maya_un.motion.proof import between
 from maya_un.values import Joints
 from tests.campaign import Campaign

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
 from maya_un.motion import Blend, Knots, Limits, Path, Space, lay, plan
-from maya_un.motion.knots import JUMPS, TOLERANCE, divided
+from maya_un.motion.move import JUMPS, TOLERANCE, divided
 from maya_un.motion.path import Waypoint, from_joints, to_joints
 from maya_un.values import Joints, Point
 from tests.strategies import reachable_joints

@@ -31,8 +31,7 @@ from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.thread import bound_socket, served
 from maya_un.service.access.operations import Caller, Operation
-from maya_un.service.gate import Gate
-from maya_un.service.service import Service
+from maya_un.service.service import Gate, Service
 from maya_un.values import Mode
 from tests.campaign import Campaign
 from tests.entrances import Days

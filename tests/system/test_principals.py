@@ -21,8 +21,8 @@ from websockets.exceptions import ConnectionClosed
 from dmc41x3.loops import run
 from maya_un.assembly import Stack
 from maya_un.errors import MayaError
-from maya_un.http import authentication
-from maya_un.http.authentication import Rights
+from maya_un.http import exchange
+from maya_un.http.exchange import Rights
 from maya_un.service.access import callers
 from maya_un.service.access.operations import LOCAL, Role
 from maya_un.service.people import UserService
@@ -267,7 +267,7 @@ REVOKED: dict[str, Callable[[UserService, str], Awaitable[object]]] = {
 def test_rosbridge_connection_closes_at_once_when_its_rights_end(
     robot: SharedRobot, monkeypatch: pytest.MonkeyPatch, how: str, way: str
 ) -> None:
-    monkeypatch.setattr(authentication, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
     token = newcomer(robot, "guest", "operator")
 
     async def main() -> None:
@@ -444,7 +444,7 @@ def test_http_request_that_waits_ends_at_once_when_its_rights_end(
     robot: SharedRobot, monkeypatch: pytest.MonkeyPatch, how: str, method: str, path: str, body: object
 ) -> None:
     """The lease alone does not end it: another token of the same user took that."""
-    monkeypatch.setattr(authentication, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
     robot.tokens["driver"] = newcomer(robot, "guest", "operator")
     made = robot.do(lambda stack: stack.service.users.token("guest", by=LOCAL))
     robot.tokens["waiter"] = made.token

@@ -17,8 +17,7 @@ from maya_un.process.lease import ControlLease
 from maya_un.robot.primitives.move import MoveJoints
 from maya_un.service.access.operations import LOCAL, Operation
 from maya_un.service.direct import DirectCommands
-from maya_un.service.gate import Gate
-from maya_un.service.service import Service
+from maya_un.service.service import Gate, Service
 from tests.campaign import Campaign
 from tests.graphs import Apart, apart
 from tests.unit.controller.bench import FAR

@@ -10,9 +10,8 @@ from functools import partial
 from math import inf
 
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin import status
 from dmc41x3.twin.commands import system
-from dmc41x3.twin.context import CallerContext, OperandScope
+from dmc41x3.twin.context import CallerContext, OperandScope, record
 from dmc41x3.twin.execution import execute
 from dmc41x3.twin.expressions import Rejection
 from dmc41x3.twin.memory import Memory
@@ -55,7 +54,7 @@ class VirtualDmc:
             raise ValueError("a DMC-41x3 has one to eight axes")
         line = firmware or f"DMC41{axes}3 {REVISION}"
         self._unit = Unit(plant, axes, ControllerIdentity(line, serial, ADDRESS, HARDWARE_ADDRESS), motors_off, memory)
-        self._unit.records.source = partial(status.record, self._unit)
+        self._unit.records.source = partial(record, self._unit)
         self._runner = ProgramRunner(self._unit)
         self._unit.activities = (self._runner, *self._unit.activities, self._unit.records)
         self.balk: Callable[[], bool] | None = None

@@ -23,7 +23,7 @@ from maya_un.controller.protocol import Preview
 from maya_un.errors import InvalidMessage, InvalidValue, TrajectoryRefused
 from maya_un.motion.path import SHARP, Blend, Path, Route, Space, Waypoint
 from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict
-from maya_un.robot.primitives.arguments import JointTarget, Switch, Target
+from maya_un.robot.primitives.primitive import JointTarget, Switch, Target
 from maya_un.values import FARTHEST, WITHIN, Joints
 
 NAMES = {

@@ -18,8 +18,8 @@ from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import EVENT, SENSORS
 from maya_ros.graph.types import default
 from maya_un.config import Config, Units
-from maya_un.controller.link import DriverLink
 from maya_un.controller.monitor import StateBroadcaster
+from maya_un.controller.registers import DriverLink
 from maya_un.errors import InvalidMessage, MachineError, NotConnected, Unreachable
 from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints, Mode, Point, State

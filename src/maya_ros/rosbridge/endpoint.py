@@ -21,10 +21,10 @@ from maya_ros.rosbridge.rosapi import Rosapi
 from maya_ros.rosbridge.session import RosbridgeSession
 from maya_ros.rosbridge.wire import GOING, RosbridgeWire
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
-from maya_un.http.authentication import LEASE, Rights
-from maya_un.http.language import language_of
-from maya_un.http.middleware.origin import OriginPolicy
-from maya_un.service.access import tokens
+from maya_un.http.errors import language_of
+from maya_un.http.exchange import LEASE, Rights
+from maya_un.http.middleware import OriginPolicy
+from maya_un.service.access import callers
 from maya_un.service.access.operations import ROS, Caller
 
 PORT = 9090
@@ -125,7 +125,7 @@ class Endpoint:
             entry = partial(guest.introduce, self._admission)
             session = RosbridgeSession(client, Rosapi(graph, self._press.now), self._turns, entry)
             self._sessions[wire] = (session, stack.pop_all())
-        session.begin(tokens.of_header(headers.get("authorization")))
+        session.begin(callers.of_header(headers.get("authorization")))
         self._tell_count()
         return session
 

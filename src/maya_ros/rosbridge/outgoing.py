@@ -24,7 +24,7 @@ from maya_ros.graph.protocol import Message, stamp
 from maya_ros.graph.validation import BYTES
 from maya_ros.rosbridge import incoming
 from maya_un.errors import InvalidRequest, UnknownInterface
-from maya_un.http.stream.wire import BINARY, framed
+from maya_un.http.stream.messages import BINARY, framed
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _MODES = {0: "L", 2: "RGB", 4: "LA", 6: "RGBA"}

@@ -22,8 +22,16 @@ from websockets.server import ServerProtocol
 
 from maya_ros.rosbridge.limits import LONGEST_MESSAGE, READ_AT_ONCE
 from maya_un.errors import MayaError
-from maya_un.http.language import language_of
-from maya_un.http.stream.wire import HIGH_WATER, KERNEL_BUFFER, LINGER, LOW_WATER, PING_INTERVAL, PING_TIMEOUT, SILENT
+from maya_un.http.errors import language_of
+from maya_un.http.stream.messages import (
+    HIGH_WATER,
+    KERNEL_BUFFER,
+    LINGER,
+    LOW_WATER,
+    PING_INTERVAL,
+    PING_TIMEOUT,
+    SILENT,
+)
 
 HANDSHAKE = 10.0
 """How long a client may take to ask for a websocket [s]."""

@@ -159,7 +159,7 @@ def jog(
 
     Without AXIS and DISTANCE, on a terminal: by keys, with the position and the nearest limits in view.
     """
-    from maya_un.cli import robot_commands
+    from maya_un.cli import primitives
 
     if axis is None and sys.stdin.isatty() and sys.stdout.isatty():
         from maya_un.cli.pendant import screen
@@ -171,31 +171,31 @@ def jog(
     if axis not in JOG_AXES:
         raise UnknownName(name=axis, known=", ".join(JOG_AXES))
     way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")
-    return robot_commands.jog(axis, way, settings_of(context))
+    return primitives.jog(axis, way, settings_of(context))
 
 
 @app.command(**_HOW)
 def abort(context: typer.Context) -> int:
     """Stop without deceleration; the motors may go off, then run `maya recover`."""
-    from maya_un.cli import robot_commands
+    from maya_un.cli import primitives
 
-    return robot_commands.abort(settings_of(context))
+    return primitives.abort(settings_of(context))
 
 
 @app.command(**_HOW)
 def pause(context: typer.Context) -> int:
     """Stop on the path and hold all motion until `maya resume`."""
-    from maya_un.cli import robot_commands
+    from maya_un.cli import primitives
 
-    return robot_commands.pause(settings_of(context))
+    return primitives.pause(settings_of(context))
 
 
 @app.command(**_HOW)
 def resume(context: typer.Context) -> int:
     """Continue after `maya pause`."""
-    from maya_un.cli import robot_commands
+    from maya_un.cli import primitives
 
-    return robot_commands.resume(settings_of(context))
+    return primitives.resume(settings_of(context))
 
 
 @app.command(**_HOW)
@@ -204,17 +204,17 @@ def speed(
     ratio: Annotated[str, typer.Argument(metavar="RATIO", help="of the full speed, like 50% or 0.5; at least 1%")],
 ) -> int:
     """Scale the speed of all motion, the current one included."""
-    from maya_un.cli import robot_commands
+    from maya_un.cli import primitives
 
-    return robot_commands.speed(share(ratio, "RATIO"), settings_of(context))
+    return primitives.speed(share(ratio, "RATIO"), settings_of(context))
 
 
 @app.command(**_HOW)
 def recover(context: typer.Context, take_over: TakeOver = False) -> int:
     """Clear a fault after its cause is removed; moves nothing."""
-    from maya_un.cli import robot_commands
+    from maya_un.cli import primitives
 
-    return robot_commands.recover(settings_of(context), take_over=take_over)
+    return primitives.recover(settings_of(context), take_over=take_over)
 
 
 @app.command(**_HOW)

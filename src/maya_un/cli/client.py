@@ -1,4 +1,8 @@
-"""The client of the command line: sends the generated requests by http.client, and returns JSON as it comes.
+"""The client of the command line: its service, its request, and the caller's name.
+
+What is refused is called as it was said: by the option of the command line, not by the key of the request.
+
+The client of the command line: sends the generated requests by http.client, and returns JSON as it comes.
 
 It loads neither the messages nor a library for HTTP, so that `maya status` and `maya stop` start at once.
 """
@@ -6,7 +10,8 @@ It loads neither the messages nor a library for HTTP, so that `maya status` and 
 from __future__ import annotations
 
 import json
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from http.client import HTTPConnection, HTTPException, HTTPResponse
 from typing import Any, cast
 from urllib.parse import urlsplit
@@ -14,7 +19,29 @@ from urllib.parse import urlsplit
 from maya_un import credentials, runtime
 from maya_un.client import requests
 from maya_un.client.request import TIMEOUT, Request
-from maya_un.errors import LeaseLost, MayaError, NotSignedIn, ServiceNotAnswering, ServiceNotRunning, from_notice
+from maya_un.errors import (
+    InvalidRequest,
+    InvalidValue,
+    LeaseLost,
+    MayaError,
+    NotSignedIn,
+    ServiceNotAnswering,
+    ServiceNotRunning,
+    from_notice,
+)
+
+
+@contextmanager
+def called(options: Mapping[str, str]) -> Iterator[None]:
+    """Have refusals of the block name an option, where `options` has one for the key that they name."""
+    try:
+        yield
+    except (InvalidValue, InvalidRequest) as refusal:
+        option = options.get(str(refusal.details.get("key")))
+        if option is None:
+            raise
+        raise refusal.copy(key=option) from None
+
 
 ANSWER = 5.0
 """Longest wait for an ordinary answer [s]."""

@@ -19,12 +19,12 @@ from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places
-from maya_un.cli.follow import INTERRUPTION, follow
 from maya_un.cli.progress import Display, chosen, tell
 from maya_un.cli.quantities import clock_factor, target_address
 from maya_un.cli.recordings.recordings import shelf
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.waiting import INTERRUPTION, follow
 from maya_un.client import requests
 from maya_un.config import Config
 from maya_un.errors import InvalidCommandLine, InvalidJob

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from maya_un.robot.primitives import PRIMITIVES
-from maya_un.robot.primitives.arguments import Argument, Switch
+from maya_un.robot.primitives.primitive import Argument, Switch
 from maya_un.steps.text import LONGEST_ID, StepState
 from maya_un.values import FARTHEST
 

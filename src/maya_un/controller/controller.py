@@ -9,19 +9,14 @@ from contextlib import asynccontextmanager
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
-from maya_un.controller import homing_mark
 from maya_un.controller.command_slot import RunningCommand
-from maya_un.controller.execution import Execution
+from maya_un.controller.execution import Execution, Pacing
 from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing import HomingRun
-from maya_un.controller.inspection import Inspection
-from maya_un.controller.link import Dial
-from maya_un.controller.monitor import SETTLED, Monitor
-from maya_un.controller.pacing import Pacing
-from maya_un.controller.planner import Jogging, MotionPlan, Planner
-from maya_un.controller.planning import Planning
-from maya_un.controller.protocol import Preview
-from maya_un.controller.run import OnVia
+from maya_un.controller.monitor import SETTLED, Monitor, erase, leave, noted
+from maya_un.controller.planner import Jogging, MotionPlan, Planner, Planning
+from maya_un.controller.protocol import Inspection, OnVia, Preview
+from maya_un.controller.registers import Dial
 from maya_un.controller.seek import Seeker
 from maya_un.controller.stopping import MotionStopper
 from maya_un.errors import (
@@ -216,7 +211,7 @@ class GalilController:
             monitor.homed = False
             monitor.displaced = None
             await monitor.registers.configure(driver)
-            await homing_mark.erase(driver)
+            await erase(driver)
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
             self.events.emit(HomingBegun())
@@ -225,7 +220,7 @@ class GalilController:
             seeker = Seeker(driver, self.config, self.units, wish.wait, self._loop.time, self._lookout.load)
             found = await HomingRun(seeker, driver, self.config, self.units, monitor.enter_phase).run()
             ends = (found.b_end, found.c_end)
-            await homing_mark.leave(driver, ends, self.units)
+            await leave(driver, ends, self.units)
             monitor.set_homed(ends)
             monitor.seeking, monitor.phase = False, None
             await monitor.look()
@@ -355,7 +350,7 @@ class GalilController:
                 void = void or not await self._kept(driver)
             if void or not await monitor.adopt(driver):
                 monitor.homed = False
-                await homing_mark.erase(driver)
+                await erase(driver)
             monitor.displaced = None
             monitor.hold(driver)
             monitor.fault = None
@@ -456,12 +451,12 @@ class GalilController:
     async def _require_kept(self, driver: Driver) -> None:
         """Raise `PositionNotKept` if the references differ from the end of our last motion."""
         monitor = self._monitor
-        left = await homing_mark.noted(driver)
+        left = await noted(driver)
         if left is None:
             return
         for axis, (counts, here) in enumerate(zip(left, monitor.standing(), strict=True)):
             if abs(here - counts) > SETTLED:
-                await homing_mark.erase(driver)
+                await erase(driver)
                 raise PositionNotKept(axis=AXES[axis], distance=monitor.reckoning.shown(axis, here - counts))
 
     def _tell_stopped(self) -> None:

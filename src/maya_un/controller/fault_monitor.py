@@ -11,8 +11,8 @@ from contextlib import suppress
 
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
-from maya_un.controller import homing_mark, state_builder
-from maya_un.controller.monitor import Monitor
+from maya_un.controller import state_builder
+from maya_un.controller.monitor import Monitor, erase, plausible, remembered
 from maya_un.controller.registers import GROUPS, MEANING, PendingRead
 from maya_un.controller.seek import strays
 from maya_un.controller.watchdog import Watchdog, WatchdogStatus
@@ -137,7 +137,7 @@ class FaultMonitor:
             await registers.require(driver, registers.ask(driver))
         except RegisterChanged as changed:
             with suppress(MachineError):
-                if await homing_mark.remembered(driver):
+                if await remembered(driver):
                     self._void_by(changed)
                     return changed
         except MachineError:
@@ -227,10 +227,10 @@ class FaultMonitor:
     async def _tell(self, driver: Driver, error: MachineError) -> None:
         """End the motion under way with an error, or enter the fault state; after a reset, report the reset."""
         monitor = self._monitor
-        if not await homing_mark.remembered(driver):
+        if not await remembered(driver):
             monitor.homed, error = False, ControllerReset()
         if monitor.displaced is not None and not monitor.under_way:
-            await homing_mark.erase(driver)
+            await erase(driver)
         if monitor.fault is not None:
             return
         wish = monitor.desk.current
@@ -254,8 +254,8 @@ class FaultMonitor:
                 driver.urgent("ST S")
             await self._tell(driver, monitor.displaced)
             return
-        strange = monitor.homed and not homing_mark.plausible(monitor.config, monitor.here())
-        if strange and not await homing_mark.remembered(monitor.link.driver):
+        strange = monitor.homed and not plausible(monitor.config, monitor.here())
+        if strange and not await remembered(monitor.link.driver):
             if monitor.fault is None:
                 monitor.homed = False
                 monitor.end(ControllerReset())

@@ -1,4 +1,18 @@
-"""The known state of the machine: link, latest record, expected positions, events, and a latched fault.
+"""The known state of the machine: latest record, expected positions, homing mark, events, and a latched fault.
+
+The mark that a homing leaves in the controller, and that a reset loses.
+
+A variable alone would come back by a burned BV, so the mark is a pair: the variable `mayahome` and the
+axis user variables ZA (kept in the data record, zero after a reset) must hold the same number, and the lines'
+counts must lie within their strokes, where a reset controller, which counts from zero, never is.
+
+Counts mean what the configuration of their homing called the switches (`axes.*.minimum`), so that is noted too, as
+`mayamina`, `mayaminb`, `mayaminc` [counts]. Where a calibration has moved them since, the mark holds no more.
+
+Every motion writes its rest position into `mayaata`, `mayaatb`, `mayaatc` [counts], valid while `mayamove` is 0. A
+program that adopts the mark later compares it with the positions, and so detects foreign changes.
+
+The known state of the machine: link, latest record, expected positions, events, and a latched fault.
 
 The reference of an axis (Galil DMC-41x3, command RP) changes by motion, by DP, and by SH, which sets it to the position
 of the axis. So at rest it does not change, and in motion it stays on the path.
@@ -14,13 +28,11 @@ import numpy as np
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
-from maya_un.controller import homing_mark, state_builder
+from maya_un.controller import state_builder
 from maya_un.controller.command_slot import ExclusiveSlot
-from maya_un.controller.link import Dial, DriverLink
-from maya_un.controller.registers import Registers
-from maya_un.controller.run import MotionPace, MotionRun
+from maya_un.controller.protocol import MotionPace, MotionRun
+from maya_un.controller.registers import Dial, DriverLink, Registers, Torque
 from maya_un.controller.state_builder import ControllerStatus, StateBuilder
-from maya_un.controller.torque import Torque
 from maya_un.errors import (
     CommandRejected,
     ControllerReset,
@@ -38,6 +50,105 @@ from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, Phas
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.values import AXES, Joints, Mode, Progress, State
+
+_SLACK = 0.035
+"""A measured long end may lie 3 % beyond the configured one, plus the way past its switch."""
+
+
+def plausible(config: Config, here: Joints) -> bool:
+    """Tell whether the lines' counts can be those of a homed controller; one that was reset counts from zero."""
+    return all(
+        axis.minimum - _SLACK <= length <= axis.maximum * (1 + _SLACK) + _SLACK
+        for axis, length in ((config.axes.b, here.b), (config.axes.c, here.c))
+    )
+
+
+def datum(config: Config, units: Units, axis: int) -> str:
+    """Return the command that notes at which counts the datum of an axis (0, 1, 2) was defined."""
+    return f"{_noted(axis)}={_datum_counts(config, units, axis)}"
+
+
+def _noted(axis: int) -> str:
+    return f"mayamin{AXES[axis]}"
+
+
+def _datum_counts(config: Config, units: Units, axis: int) -> int:
+    return round(config.axes[axis].minimum * units.per_unit[axis])
+
+
+async def _datum_holds(driver: Driver, config: Config, units: Units, axis: int) -> bool:
+    """Tell whether the counts of an axis were defined as `config` does; nothing noted means the manual's machine."""
+    try:
+        noted = await driver.value(_noted(axis))
+    except CommandRejected:
+        manual = Config()
+        noted = _datum_counts(manual, Units.of(manual), axis)
+    return noted == _datum_counts(config, units, axis)
+
+
+async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None:
+    """Write the mark; `ends` are the measured long ends of lines b and c [m]."""
+    number = int(await driver.value("TIME")) & 0x3FFFFFFF | 1
+    scale = units.per_unit
+    await driver.batch(
+        [
+            f"ZAA={number}",
+            f"mayaendb={round(ends[0] * scale[1])}",
+            f"mayaendc={round(ends[1] * scale[2])}",
+            f"mayahome={number}",
+        ]
+    )
+
+
+async def erase(driver: Driver) -> None:
+    """Take the mark away: until a homing has ended, there is none."""
+    await driver.batch(["mayahome=0", "ZAA=0"])
+
+
+async def remembered(driver: Driver) -> bool:
+    """Return whether the controller still has the variable of the mark; a reset removes it."""
+    try:
+        await driver.value("mayahome")
+    except CommandRejected:
+        return False
+    return True
+
+
+MOVING = "mayamove=1"
+"""Command before a motion: the rest position is unknown from now on."""
+
+
+def resting(counts: Sequence[int]) -> list[str]:
+    """Return the commands that write the rest positions of the references of a, b, c."""
+    places = [f"mayaat{name}={count}" for name, count in zip(AXES, counts, strict=True)]
+    return [*places, "mayamove=0"]
+
+
+async def noted(driver: Driver) -> tuple[float, float, float] | None:
+    """Return the written rest positions of the references of a, b, c [counts], None if unknown."""
+    try:
+        if await driver.value("mayamove") != 0.0:
+            return None
+        a, b, c = [await driver.value(f"mayaat{name}") for name in AXES]
+    except CommandRejected:
+        return None
+    return a, b, c
+
+
+async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tuple[float, float] | None:
+    """Return the measured long ends of b and c [m] where a valid mark stands, None otherwise."""
+    try:
+        number = await driver.value("mayahome")
+        ends = (await driver.value("mayaendb"), await driver.value("mayaendc"))
+    except CommandRejected:
+        return None
+    if number == 0 or number != await driver.value("_ZAA"):
+        return None
+    if not plausible(config, here):
+        return None
+    if not all([await _datum_holds(driver, config, units, axis) for axis in range(3)]):
+        return None
+    return ends[0] / units.per_unit[1], ends[1] / units.per_unit[2]
 
 
 class StateBroadcaster:
@@ -274,7 +385,7 @@ class Monitor:
         """Set the torque of rest for the lines; a live program also writes the rest position of the axes."""
         commands = self.registers.torque(self.torque.rest)
         if self.live and self.homed:
-            commands += homing_mark.resting(self.standing())
+            commands += resting(self.standing())
         if commands and not driver.lost.done():
             self.registers.sent(commands)
             sent = driver.begin_batch(commands)
@@ -326,7 +437,7 @@ class Monitor:
 
     async def adopt(self, driver: Driver) -> bool:
         """Take over a standing mark of homing; the robot must also be inside its workspace, zones aside."""
-        ends = await homing_mark.read(driver, self.config, self.units, self.here())
+        ends = await read(driver, self.config, self.units, self.here())
         if ends is None:
             return False
         self.set_homed(ends)
@@ -395,7 +506,7 @@ class Monitor:
         homed = self.homed
         try:
             await self.look()
-            lost = homed and await homing_mark.read(driver, self.config, self.units, self.here()) is None
+            lost = homed and await read(driver, self.config, self.units, self.here()) is None
         except (NotConnected, MachineError) as error:
             if not isinstance(error, MachineError) or driver.lost.done():
                 return  # lost again: the link's keeper dials again

@@ -1,25 +1,35 @@
-"""The check of all motion, jogs included, and the plan that is sent.
+"""Check every motion, jogs included, and plan it, with a controller or without one.
+
+The check of all motion, jogs included, and the plan that is sent.
 
 How far a jog may go is found in two steps. Places along the line show where it leaves the workspace; then the way
 there is proved as every path is (`maya_un.motion.proof`). What only the proof sees, a zone thinner than the places
 are apart, is found by bisection on the proof itself: the way to a place is good as far as the way to any place behind
 it is.
+
+The planning of the controller layer without a controller: the preview equals the real motion.
+
+In a worker (`maya_un.workers`) there is one, made by `prepare`; the functions of this module work on it there.
+
+Plan motions of the controller layer in this process, or in a worker, so that planning never blocks the loop.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable, Coroutine, Generator
 from dataclasses import dataclass
 from functools import lru_cache
 from math import cos, inf, pi, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from maya_un.config import Config, Units
-from maya_un.controller.inspection import Inspection, inspect
-from maya_un.controller.protocol import Preview
+from maya_un.controller.command_slot import RunningCommand
+from maya_un.controller.protocol import Inspection, Preview, inspect
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import InvalidValue, PathRefused, TrajectoryRefused, UnknownName, Unreachable
 from maya_un.kinematics.mechanism import Floats, Mechanism
@@ -27,14 +37,14 @@ from maya_un.kinematics.workspace import Reason, Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.clearance import extremes
 from maya_un.motion.emergency import Emergency, emergency_speed
-from maya_un.motion.knots import Knots, divided, lay
-from maya_un.motion.limits import Limits
-from maya_un.motion.move import CoordinatedMove
+from maya_un.motion.move import CoordinatedMove, Knots, divided, lay
 from maya_un.motion.path import Path, Route, Space
+from maya_un.motion.profile import Limits
 from maya_un.motion.proof import prove
 from maya_un.motion.timing import plan
 from maya_un.schema.robot import Jogged
 from maya_un.values import AXES, FARTHEST, JOG_AXES, WITHIN, Joints, Point
+from maya_un.workers import Workers, WorkResult
 
 MOST_SEGMENTS = 511
 """Places in the controller's buffer of coordinated segments (Galil LM); a motion is sent whole before it begins."""
@@ -338,3 +348,112 @@ def _sensible(way: float) -> float:
     if not abs(way) <= FARTHEST:
         raise InvalidValue(key="distance", value=way, reason=WITHIN)
     return way
+
+
+T = TypeVar("T")
+
+_WORKSPACES = 4
+
+
+class OfflineMachine:
+    """A machine of `config` in a `workspace`, for planning without a controller."""
+
+    def __init__(self, config: Config, workspace: Workspace, planner: Planner) -> None:
+        self.config = config
+        self.workspace = workspace
+        self._planner = planner
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """Geometry of the machine."""
+        return self.workspace.mechanism
+
+    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
+        """Check and time `path` as a motion would; raises what the motion would raise."""
+        return self._planner.preview(self.workspace, path, speed)
+
+    def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
+        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
+        return self._planner.inspect(self.workspace, path, speed, samples)
+
+
+class PlannerCache:
+    """Caches a planner, and the result of `made` for each recently used workspace."""
+
+    def __init__(self, config: Config) -> None:
+        self.config = config
+        mechanism = Mechanism.of(config)
+        self.planner = Planner(config, mechanism)
+        self.jogging = Jogging(self.planner, mechanism)
+        self._made: OrderedDict[tuple[object, Workspace], Any] = OrderedDict()
+
+    def on(self, workspace: Workspace, made: Callable[[OfflineMachine], T]) -> T:
+        """Return the result of `made` for a workspace, cached."""
+        key = (made, workspace)
+        found = self._made.pop(key, None)
+        if found is None:
+            found = made(OfflineMachine(self.config, workspace, self.planner))
+        self._made[key] = found
+        while len(self._made) > _WORKSPACES:
+            self._made.popitem(last=False)
+        return found
+
+
+_drawers: list[PlannerCache] = []
+
+
+def prepare(config: Config) -> None:
+    """Create the cache of this process."""
+    _drawers[:] = [PlannerCache(config)]
+
+
+def drawer() -> PlannerCache:
+    """Return the cache of this process."""
+    return _drawers[0]
+
+
+def plan_offline(workspace: Workspace, route: Route, speed: float) -> Generator[None, None, MotionPlan]:
+    """Return the plan of a route; raises as `Planner.plan` does."""
+    yield
+    return drawer().planner.plan(workspace, route, speed)
+
+
+def jogged(workspace: Workspace, axis: str, here: Joints, way: float) -> Generator[None, None, Jogged]:
+    """Return how far of a way along an axis the workspace allows; raises as `Jogging.within` does."""
+    yield
+    return drawer().jogging.within(workspace, axis, here, way)
+
+
+OWN = "motion"
+"""Principal of the robot's own plans, for the worker's scheduler."""
+
+
+class Planning:
+    """Plans by `planner` and `jogging`, in `workers` if there are any."""
+
+    def __init__(self, planner: Planner, jogging: Jogging, workers: Workers | None) -> None:
+        self._planner = planner
+        self._jogging = jogging
+        self._workers = workers
+
+    async def plan(self, wish: RunningCommand, workspace: Workspace, route: Route, speed: float) -> MotionPlan:
+        """Return the plan of a route for `wish`; raises as `Planner.plan`, what ends the command, `WorkerFailed`."""
+        if self._workers is None:
+            return self._planner.plan(workspace, route, speed)
+        return await _unless_ended(wish, self._workers.run(plan_offline, workspace, route, speed, whose=OWN))
+
+    async def jogged(self, wish: RunningCommand, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
+        """Return how far a jog goes; raises as `Jogging.within`, what ends the command, `WorkerFailed`."""
+        if self._workers is None:
+            return self._jogging.within(workspace, axis, here, way)
+        return await _unless_ended(wish, self._workers.run(jogged, workspace, axis, here, way, whose=OWN))
+
+
+async def _unless_ended(wish: RunningCommand, work: Coroutine[Any, Any, WorkResult[T]]) -> T:
+    """Return the result of work; a stop does not wait for it."""
+    task = asyncio.ensure_future(work)
+    try:
+        await wish.wait(inf, task)
+        return task.result().value
+    finally:
+        task.cancel()

@@ -1,24 +1,120 @@
-"""The registers that safety depends on: declared once, written at connect, and read again and again.
+"""The link to the controller, and the registers that safety depends on, torque limits included.
+
+Torque limits of the line motors: almost no torque at rest; in motion what the path needs, and a reserve.
+
+A self-locking drum holds its load without its motor. So a line outside our motions gets too little torque to lift any
+load: if another program begins a motion of it, the line stays. The bound is kept
+by the controller (Galil DMC-41x3, command TL), so it holds also while this program is late or dead.
+
+To shorten a line that carries T loads, a motor needs `homing.torque_per_load` times T, and friction.
+
+The registers that safety depends on: declared once, written at connect, and read again and again.
 
 The configuration gives the value of some. Others, such as gains and types of motors and encoders, belong to the
 machine: they must keep the value that they had when this program connected. The last motion sets those of the
 coordinate system. All are read before every motion, a few with every record in motion, and all in turn at rest.
+
+The link to the controller: opened, watched, opened again after a loss, and never used to send motion by itself.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from math import floor
 from typing import NamedTuple
+
+import numpy as np
 
 from dmc41x3.driver import Driver
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.language.numbers import parse_number
+from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
-from maya_un.controller import torque
-from maya_un.controller.torque import Torque, Volts
-from maya_un.errors import CommandRejected, ParameterMismatch, RegisterChanged, UnexpectedReply, WrongController
+from maya_un.errors import (
+    CommandRejected,
+    MachineError,
+    MayaError,
+    NotConnected,
+    ParameterMismatch,
+    RegisterChanged,
+    UnexpectedReply,
+    WrongController,
+)
+from maya_un.kinematics.mechanism import Floats
+
+HOLD = 0.25
+"""Torque of a line at rest [loads]: it overcomes friction at most, and holds the motor against shaking."""
+
+HOMING = 4.0
+"""Torque of a line that homing moves [loads]: it needs 2.6 on the tightest ellipse, and friction up to half a load."""
+
+SPARE, FRICTION = 1.25, 1.0
+"""In motion, a line gets this multiple of the greatest tension of its path, and these loads for friction."""
+
+_LINES = (1, 2)
+_STEP = 20.0 / 65536.0
+_MOST = 9.9982
+
+Volts = Mapping[str, float]
+"""Torque limits by the letters of the controller's axes [V]."""
+
+
+class Torque:
+    """Torque limits of the lines of one machine."""
+
+    def __init__(self, config: Config) -> None:
+        self._config = config
+        self._letters = {axis: config.axes[axis].letter for axis in _LINES}
+        self._width = config.geometry.width
+
+    @property
+    def most(self) -> Volts:
+        """The limits for the greatest tension of any path."""
+        return self._each(_LINES, self._needed(self._config.safety.tension_limit))
+
+    @property
+    def rest(self) -> Volts:
+        """The limits at rest; a drum that is not self-locking needs its motor to hold the load."""
+        return self._each(_LINES, HOLD) if self._config.safety.self_locking else self.most
+
+    def homing(self, axes: Collection[int]) -> Volts:
+        """Return the limits for a step of homing that moves `axes` (0 to 2)."""
+        if not self._config.safety.self_locking:
+            return self.most
+        return {**self.rest, **self._each(axes, HOMING)}
+
+    def travel(self, axes: Collection[int], knots: Floats) -> Volts:
+        """Return the limits for a motion of `axes` (0 to 2) through `knots` (n, 3) [rad, m, m]."""
+        if not self._config.safety.self_locking:
+            return self.most
+        return {**self.rest, **self._each(axes, self._needed(self.peak(knots)))}
+
+    def peak(self, knots: Floats) -> float:
+        """Return the greatest tension of a line at any of `knots` [multiples of the load].
+
+        T_b = (W - u)/W · b/h and T_c = u/W · c/h, with u and h the place of the load from anchor b.
+        """
+        b, c, width = knots[:, 1], knots[:, 2], self._width
+        u = np.clip((width * width + b * b - c * c) / (2.0 * width), 0.0, width)
+        h = np.sqrt(np.maximum(b * b - u * u, 1e-9))
+        return float((np.maximum((width - u) * b, u * c) / (width * h)).max(initial=0.0))
+
+    @staticmethod
+    def _needed(tension: float) -> float:
+        return SPARE * tension + FRICTION
+
+    def _each(self, axes: Collection[int], loads: float) -> dict[str, float]:
+        volts = min(_MOST, loads * self._config.homing.torque_per_load)
+        kept = floor(volts / _STEP) * _STEP
+        return {self._letters[axis]: kept for axis in axes if axis in self._letters}
+
+
+def commands(limits: Volts) -> list[str]:
+    """Return the commands that set torque limits."""
+    return [f"TL{letter}={volts + 1e-5:.5f}" for letter, volts in limits.items()]  # rounded up: the controller cuts
+
 
 _SAMPLE = 1000
 """TM [us, nominal]: speeds and the guard's time refer to this value."""
@@ -174,7 +270,7 @@ class Registers:
     def torque(self, limits: Volts) -> list[str]:
         """Return the commands that set torque limits, without unchanged ones."""
         known = self._expected
-        return torque.commands(
+        return commands(
             {letter: volts for letter, volts in limits.items() if abs(known.get(f"_TL{letter}", -1.0) - volts) > _SAME}
         )
 
@@ -275,8 +371,107 @@ async def _one_by_one(driver: Driver, names: Sequence[str]) -> dict[str, float]:
 
 def _command(operand: str, value: float) -> str:
     if operand.startswith("_TL"):
-        return torque.commands({operand[3:]: value})[0]
+        return commands({operand[3:]: value})[0]
     number = f"{value:.4f}".rstrip("0").rstrip(".")
     if operand[1:3] in _ODD:
         return f"CN {',' * int(operand[3:])}{number}" if operand.startswith("_CN") else f"TM {number}"
     return f"{operand[1:]}={number}"
+
+
+Dial = Callable[[], Awaitable[Transport]]
+"""Opens a transport to the controller; raises `ConnectFailed`."""
+
+RETRY = (0.5, 1.0, 2.0, 5.0)
+"""Waits between attempts to reach a lost controller [s]; the last one repeats."""
+
+
+class DriverLink:
+    """One driver at a time; `firmware` is what the device last said it is.
+
+    `on_lost` is told the reason of a loss once, `on_back` when the controller answers again.
+    """
+
+    def __init__(
+        self,
+        dial: Dial,
+        address: str,
+        timeout: float,
+        on_lost: Callable[[MachineError], None],
+        on_back: Callable[[Driver], Awaitable[None]],
+    ) -> None:
+        self._dial = dial
+        self.address = address
+        self.firmware = ""
+        self._timeout = timeout
+        self._on_lost = on_lost
+        self._on_back = on_back
+        self._driver: Driver | None = None
+        self._keeper: asyncio.Task[None] | None = None
+        self._tap: Callable[[str, bytes], None] | None = None
+
+    def tap(self, listener: Callable[[str, bytes], None]) -> None:
+        """Hand every byte on the wire to `listener` ("tx" or "rx"), of this connection and of later ones."""
+        self._tap = listener
+        if self._driver is not None:
+            self._driver.tap = listener
+
+    @property
+    def up(self) -> bool:
+        """Whether there is a driver whose link has not been lost."""
+        return self._driver is not None and not self._driver.lost.done()
+
+    @property
+    def driver(self) -> Driver:
+        """The driver; raises `NotConnected` while there is none."""
+        if self._driver is None or self._driver.lost.done():
+            raise NotConnected
+        return self._driver
+
+    async def open(self) -> Driver:
+        """Connect, make sure it is a DMC-41x3, and keep the link from now on.
+
+        Raises `ConnectFailed`, `LinkTimeout`, `WrongController`.
+        """
+        self._driver = await self._connect()
+        self._keeper = asyncio.get_running_loop().create_task(self._keep(), name="keep link")
+        return self._driver
+
+    async def close(self) -> None:
+        """End the link and give the handle back."""
+        if self._keeper is not None:
+            self._keeper.cancel()
+            await asyncio.gather(self._keeper, return_exceptions=True)
+            self._keeper = None
+        if self._driver is not None:
+            await self._driver.close()
+            self._driver = None
+
+    async def _connect(self) -> Driver:
+        transport = await self._dial()
+        driver = await Driver.open(transport, timeout=self._timeout)
+        driver.tap = self._tap
+        try:
+            self.firmware = await identify(driver, self.address)
+        except BaseException:
+            await driver.close()
+            raise
+        return driver
+
+    async def _keep(self) -> None:
+        while True:
+            assert self._driver is not None
+            reason = await asyncio.shield(self._driver.lost)
+            await self._driver.close()
+            self._on_lost(reason)
+            self._driver = await self._again()
+            await self._on_back(self._driver)
+
+    async def _again(self) -> Driver:
+        attempt = 0
+        while True:
+            await asyncio.sleep(RETRY[min(attempt, len(RETRY) - 1)])
+            attempt += 1
+            try:
+                return await self._connect()
+            except MayaError:
+                continue

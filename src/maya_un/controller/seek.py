@@ -16,9 +16,9 @@ import numpy as np
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
-from maya_un.controller import homing_mark, state_builder, torque
+from maya_un.controller import monitor, registers, state_builder
 from maya_un.controller.monitor import PositionReckoner
-from maya_un.controller.torque import Torque
+from maya_un.controller.registers import Torque
 from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
 from maya_un.values import AXES
 
@@ -178,7 +178,7 @@ class Seeker:
                 await self._ended(look, counts, halted=halted)
                 self._known = look.reference
                 await self._pause(self._clock() + SETTLE)
-                await self._load(self._driver, torque.commands(self._torque.rest))
+                await self._load(self._driver, registers.commands(self._torque.rest))
                 look = await self.look()
                 self._require_known(look)
                 return look
@@ -201,7 +201,7 @@ class Seeker:
     async def define(self, axis: int, counts: int) -> None:
         """Define the position of an axis at rest as `counts` (DP), and note it in the controller."""
         command = f"DP{self._config.axes[axis].letter}={counts}"
-        await self._driver.batch([command, homing_mark.datum(self._config, self._units, axis)])
+        await self._driver.batch([command, monitor.datum(self._config, self._units, axis)])
         if self._known is not None:
             a, b, c = (counts if i == axis else known for i, known in enumerate(self._known))
             self._known = a, b, c
@@ -243,7 +243,7 @@ class Seeker:
         slew = max(2, int(min(vector, *(axes[i].speed_counts / s for i, s in shares.items() if s))) // 2 * 2)
         brake = _step1024(min(axes[i].stop_deceleration_counts / s for i, s in shares.items() if s))
         names = "".join(sorted(letters))
-        limits = torque.commands(self._torque.homing(counts))
+        limits = registers.commands(self._torque.homing(counts))
         values = ",".join(str(letters.get(letter, "")) for letter in "ABC").rstrip(",")
         await self._load(
             self._driver,

@@ -9,11 +9,10 @@ from starlette.exceptions import HTTPException
 from maya_un import __version__
 from maya_un.errors import MayaError
 from maya_un.http import errors
-from maya_un.http.authentication import Rights
 from maya_un.http.bridge import Bridge
+from maya_un.http.exchange import Rights
 from maya_un.http.metrics import Metrics
-from maya_un.http.middleware.guard import RequestGuard
-from maya_un.http.middleware.origin import OriginPolicy
+from maya_un.http.middleware import OriginPolicy, RequestGuard
 from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks
 from maya_un.http.routes.people import add_lease, add_sessions, add_tokens, add_users
 from maya_un.http.routes.places import add_geometry, add_pallets, add_poses, add_zones

@@ -16,9 +16,8 @@ from maya_un.process.lease import ControlLease
 from maya_un.schema.robot import EventMessage
 from maya_un.service.access.callers import Callers
 from maya_un.service.access.operations import LOCAL, Caller, Operation
-from maya_un.service.gate import Gate
-from maya_un.service.history import MOST_EVENTS
-from maya_un.service.service import Service
+from maya_un.service.queueing import MOST_EVENTS
+from maya_un.service.service import Gate, Service
 from maya_un.values import Point
 
 SHARE = 0.2

@@ -1,4 +1,7 @@
-"""Errors as answers: problem+json (RFC 9457) with our stable code, words and details."""
+"""Which language a client reads.
+
+Errors as answers: problem+json (RFC 9457) with our stable code, words and details.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from pydantic_core import PydanticSerializationError, to_json
 from starlette.exceptions import HTTPException
 from starlette.routing import Match, Route
 
+from dmc41x3.i18n import LANGUAGES
 from maya_un.errors import (
     EventsForgotten,
     InternalError,
@@ -28,7 +32,29 @@ from maya_un.errors import (
     TooMuchAsked,
     WorkerFailed,
 )
-from maya_un.http.language import language_of
+
+_DEFAULT = "en"
+
+
+def language_of(headers: Mapping[str, str]) -> str:
+    """Return the language that Accept-Language wants most of those that we have, English where it wants none."""
+    best, most = _DEFAULT, 0.0
+    for choice in headers.get("accept-language", "").split(","):
+        name, _, rest = choice.partition(";")
+        language = name.strip()[:2].lower()
+        weight = _weight(rest)
+        if language in LANGUAGES and weight > most:
+            best, most = language, weight
+    return best
+
+
+def _weight(rest: str) -> float:
+    key, _, value = rest.strip().partition("=")
+    try:
+        return float(value) if key.strip() == "q" else 1.0
+    except ValueError:
+        return 0.0
+
 
 _CONFLICTS = {
     *(1010, 2103, 2104, 2105, 2106, 2108, 2111, 2112, 2201, 2202, 3001, 3002),

@@ -28,16 +28,14 @@ from maya_un.errors import (
     TooManyRequests,
     by_code,
 )
-from maya_un.http.authentication import LEASE
 from maya_un.http.errors import status_of, title_of
-from maya_un.http.exchange import RawBody
-from maya_un.http.middleware.guard import UNLIMITED
+from maya_un.http.exchange import LEASE, RawBody
+from maya_un.http.middleware import UNLIMITED
 from maya_un.http.routing import RouteRule
 from maya_un.process.journal.protocol import JobOptions
 from maya_un.process.spec.job import BARE, COMMANDS, Grid, Job
 from maya_un.robot.primitives import PRIMITIVES
-from maya_un.robot.primitives.arguments import Argument, JointTarget, Switch, Target
-from maya_un.robot.primitives.primitive import Primitive
+from maya_un.robot.primitives.primitive import Argument, JointTarget, Primitive, Switch, Target
 from maya_un.service.access.operations import RULES, STOPPING, Operation
 from maya_un.values import FARTHEST
 

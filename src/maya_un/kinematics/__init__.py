@@ -8,9 +8,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from maya_un.kinematics.mechanism import Floats, Mechanism
+    from maya_un.kinematics.mechanism import Floats, Mechanism, hanging, slack, tension
     from maya_un.kinematics.section import Section
-    from maya_un.kinematics.statics import hanging, slack, tension
     from maya_un.kinematics.workspace import Limit, Margins, Reason, Stroke, Verdict, Workspace
     from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
 
@@ -34,9 +33,8 @@ __all__ = [
 ]
 
 _HOMES = {
-    "mechanism": ("Floats", "Mechanism"),
+    "mechanism": ("Floats", "Mechanism", "hanging", "slack", "tension"),
     "section": ("Section",),
-    "statics": ("hanging", "slack", "tension"),
     "workspace": ("Limit", "Margins", "Reason", "Stroke", "Verdict", "Workspace"),
     "zones": ("Box", "Cylinder", "HalfSpace", "Zone"),
 }

@@ -14,8 +14,7 @@ from math import hypot, inf, pi, sqrt
 
 import numpy as np
 
-from maya_un.kinematics.mechanism import Floats
-from maya_un.kinematics.statics import shallowest, shallowest_many
+from maya_un.kinematics.mechanism import Floats, shallowest, shallowest_many
 
 _COLUMNS = 2001
 _NODES = 40

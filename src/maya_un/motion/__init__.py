@@ -1,10 +1,8 @@
 """Motion as mathematics: paths in joint space, the proof that they are safe, and their timing on the controller."""
 
-from maya_un.motion.knots import Knots, lay
-from maya_un.motion.limits import Limits
-from maya_un.motion.move import CoordinatedMove, Counts, Segment, commands
+from maya_un.motion.move import CoordinatedMove, Counts, Knots, Segment, commands, lay
 from maya_un.motion.path import Blend, Path, Route, Space
-from maya_un.motion.profile import ProfilePiece, SpeedProfile
+from maya_un.motion.profile import Limits, ProfilePiece, SpeedProfile
 from maya_un.motion.proof import between
 from maya_un.motion.timing import plan
 

@@ -2,7 +2,7 @@
 
 In the controller's linear mode the speed is the norm over the listed axes in counts/s. It accelerates at VA and
 brakes at VD; VD is the deceleration of a stop. The fastest way along the path under the limits of every axis
-(`maya_un.motion.speeds`) is cut into segments that follow it (`maya_un.motion.segmentation`). The controller drives
+(`maya_un.motion.speeds`) is cut into segments that follow it (`maya_un.motion.speeds`). The controller drives
 them as `maya_un.motion.profile` computes, and that gives the duration.
 """
 
@@ -17,11 +17,9 @@ from maya_un.config import Units
 from maya_un.errors import InvalidValue
 from maya_un.kinematics import Floats
 from maya_un.motion.jerk import Allowed, Fastest, smoothed
-from maya_un.motion.knots import Knots
-from maya_un.motion.limits import Limits
-from maya_un.motion.move import CoordinatedMove, Segments
-from maya_un.motion.segmentation import Ramps, segments
-from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
+from maya_un.motion.move import CoordinatedMove, Knots, Segments
+from maya_un.motion.profile import Limits
+from maya_un.motion.speeds import Budget, Chords, Ramps, caps, knot_squares, peaks, segments
 
 _QUANTUM = 1024
 

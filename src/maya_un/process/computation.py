@@ -17,19 +17,16 @@ from math import inf
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from maya_un.config import Config, Units
-from maya_un.controller.inspection import Closest, Inspection
-from maya_un.controller.protocol import Controller
+from maya_un.controller.protocol import Closest, Controller, Inspection
 from maya_un.errors import MayaError, RequestError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.kinematics.workspace import Workspace
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.json_object import decode_object
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.stored_job import Body, StoredJob, expanded, write_job
-from maya_un.process.spec.tasks import Expansion, Recall, Task, expand
-from maya_un.robot.plan import ActionDetail, Pose, PrimitivePreview
-from maya_un.robot.plan_cache import on_paper
+from maya_un.process.spec.tasks import Body, Expansion, Recall, StoredJob, Task, expand, expanded, write_job
+from maya_un.robot.plan_builder import ActionDetail, Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.robot import Robot
+from maya_un.robot.robot import Robot, on_paper
 from maya_un.schema.previews import Band, JobInspection, JobPreview, Nearest, Refusal, Samples, StepPreview
 from maya_un.values import Notice, Point
 from maya_un.workers import Work, WorkerSet

@@ -23,21 +23,17 @@ from maya_un.process.computation import JobComputer
 from maya_un.process.journal.protocol import JobRow, Journal, RequestOwner, StepRow
 from maya_un.process.journal.sqlite import MemoryJournal
 from maya_un.process.lease import ControlLease
-from maya_un.process.queue.changes import Changes, Dates, QueuePauser
-from maya_un.process.queue.editing import JobEditor
+from maya_un.process.queue.changes import Changes, Dates, QueuePauser, TransactionLog
+from maya_un.process.queue.editing import DEFAULT_OPTIONS, JobEditor, JobSubmitter, SubmitRequest
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
-from maya_un.process.queue.interrupted import JobRecoverer
-from maya_un.process.queue.recovery import RecoveryChoice
+from maya_un.process.queue.recovery import JobRecoverer, RecoveryChoice
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler, ShieldedTasks
-from maya_un.process.queue.submission import DEFAULT_OPTIONS, JobSubmitter, SubmitRequest
-from maya_un.process.queue.transaction_log import TransactionLog
 from maya_un.process.queue.views import QueueViews
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.stored_job import StoredJob, write_command
-from maya_un.process.spec.tasks import Recall
-from maya_un.robot.plan import Pose
+from maya_un.process.spec.tasks import Recall, StoredJob, write_command
+from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobReport, TaskState

@@ -21,9 +21,20 @@ from maya_un.config import Config, Units
 from maya_un.controller.protocol import Preview
 from maya_un.errors import PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.motion.corners import LegLimits, overlap, pace, reversed_blend
-from maya_un.motion.limits import Limits
-from maya_un.motion.path import SHARP, Blend, Path, Route, Space, Waypoint, from_joints
+from maya_un.motion.path import (
+    SHARP,
+    Blend,
+    LegLimits,
+    Path,
+    Route,
+    Space,
+    Waypoint,
+    from_joints,
+    overlap,
+    pace,
+    reversed_blend,
+)
+from maya_un.motion.profile import Limits
 from maya_un.values import Joints
 
 TOLERANCE = 1e-5

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.controller.planner import LONGEST
-from maya_un.controller.protocol import Controller
-from maya_un.controller.run import OnVia
+from maya_un.controller.protocol import Controller, OnVia
 from maya_un.errors import Busy, Cancelled, InvalidValue, MayaError, NotConnected
 from maya_un.motion.path import Route
 from maya_un.process.process import Process

@@ -10,14 +10,14 @@ from collections.abc import Callable, Generator
 from typing import Any, TypeVar
 
 from maya_un.config import Config
-from maya_un.controller import offline_planner
+from maya_un.controller import planner
 from maya_un.controller.protocol import Controller
 from maya_un.errors import InvalidValue, Unreachable
 from maya_un.kinematics.limits import Limit, unit
 from maya_un.kinematics.workspace import Workspace
 from maya_un.process import computation
 from maya_un.process.computation import JobComputer
-from maya_un.robot.plan import Pose
+from maya_un.robot.plan_builder import Pose
 from maya_un.schema.encoding import to_json
 from maya_un.schema.previews import Broken, Distance, Reach
 from maya_un.service.access.operations import LOCAL, Caller
@@ -140,7 +140,7 @@ def require_samples(samples: int) -> None:
 
 def prepare(config: Config) -> None:
     """Prepare a worker for a machine; the import of this module loads all that it needs."""
-    offline_planner.prepare(config)
+    planner.prepare(config)
 
 
 def preview(*args: Any) -> Generator[Any, None, None]:

@@ -19,7 +19,7 @@ from maya_un.errors import (
     from_sentence,
 )
 from maya_un.robot.primitives import PRIMITIVES
-from maya_un.robot.primitives.arguments import Argument, Switch
+from maya_un.robot.primitives.primitive import Argument, Switch
 from maya_un.steps.text import ARGUMENTS, INTERRUPTED, StepEnd, StepProgress, StepState, content_of
 from maya_un.values import FARTHEST, WITHIN
 

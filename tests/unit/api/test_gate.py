@@ -18,10 +18,9 @@ from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
 from maya_un.schema.bodies import PATIENCE
-from maya_un.service.access.audit import COUNTED, SINGLY, TOGETHER, Audit
+from maya_un.service.access.control import COUNTED, SINGLY, TOGETHER, Audit
 from maya_un.service.access.operations import LOCAL, OWN, ROS, RULES, Caller, Operation, Role, require_over
-from maya_un.service.gate import Gate
-from maya_un.service.service import Service
+from maya_un.service.service import Gate, Service
 from tests.virtual_time import elapse, turn
 
 NEEDS = {

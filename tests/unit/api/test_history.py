@@ -9,7 +9,7 @@ from maya_un.events import EventLog, MotionBegun
 from maya_un.process.journal.protocol import AuditRow, EventRow, Filter
 from maya_un.process.queue import entries
 from maya_un.schema.jobs import TaskState
-from maya_un.service.history import HistoryService
+from maya_un.service.queueing import HistoryService
 from tests.queues import Machine, asked, job
 from tests.virtual_time import elapse
 

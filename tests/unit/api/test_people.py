@@ -19,7 +19,7 @@ from maya_un.errors import (
     TooManyRequests,
     UnknownName,
 )
-from maya_un.service.access.attempts import LIMIT
+from maya_un.service.access.callers import LIMIT
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.access.users import Change, FileStore, MemoryStore
 from maya_un.service.people import MOST_SESSIONS, MOST_TOKENS, SESSION

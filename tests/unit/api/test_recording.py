@@ -15,7 +15,7 @@ from maya_un.errors import InvalidRequest, NotFound
 from maya_un.events import Connected
 from maya_un.recorder import mcap_file
 from maya_un.service.access.operations import LOCAL
-from maya_un.service.history import RecordingService
+from maya_un.service.queueing import RecordingService
 from tests.recorded import recorded, shelf
 from tests.virtual_time import elapse
 

@@ -14,7 +14,8 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un import credentials, runtime
-from maya_un.cli.access import files, lease, user_reset
+from maya_un.cli.access import files, lease
+from maya_un.cli.access.users import reset
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import LeaseLost
@@ -289,7 +290,7 @@ def test_a_reset_keeps_the_password_and_raises_the_role(state: Path) -> None:
         await store.close()
 
     run(fill())
-    assert user_reset.reset("sam", None, OutputSettings(json=True)) == 0
+    assert reset("sam", None, OutputSettings(json=True)) == 0
     assert users_in(state)[0] == [User("sam", Role.ADMIN, DAY, "hash")]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.cli.called import called
+from maya_un.cli.client import called
 from maya_un.errors import InvalidRequest, InvalidValue, NotHomed
 
 

@@ -18,7 +18,7 @@ from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.faults import TABLE
 from dmc41x3.twin.wire.injection import FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.cli.dmc_tools.fault import ServedTwin, published
+from maya_un.cli.dmc_tools.serve import ServedTwin, published
 from maya_un.cli.main import main
 
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import pytest
 
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.follow import follow
 from maya_un.cli.progress import Display, FactLines
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.waiting import follow
 from tests.unit.cli.queueing.answers import LINE, OFFER, VIEW, Service, Several, running
 
 PAUSED: dict[str, object] = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}

@@ -9,7 +9,7 @@ import pytest
 from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord, decode, encode
 from dmc41x3.wire.framing import RecordReply
 from dmc41x3.wire.transcript import WirePiece
-from maya_un.cli.recordings.scene import ReplayScene, commands_before, forget_stop_codes, scene_of
+from maya_un.cli.recordings.replay import ReplayScene, commands_before, forget_stop_codes, scene_of
 from maya_un.config import Config
 from maya_un.events import HomingBegun
 from maya_un.recorder.exchanges import RecordedExchange

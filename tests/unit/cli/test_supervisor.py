@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli.service import shutdown
+from maya_un.cli.service import up
 from tests.virtual_time import elapse
 
 
@@ -23,14 +23,14 @@ def ear(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_word_arrives_as_it_is_said(ear: socket.socket) -> None:
-    shutdown.tell("READY=1")
+    up.tell("READY=1")
     assert ear.recv(100) == b"READY=1"
 
 
 @pytest.mark.parametrize("place", ["", "nowhere", "/no/such/socket", "@nobody"])
 def test_without_a_supervisor_nothing_happens(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NOTIFY_SOCKET", place)
-    shutdown.tell("READY=1")
+    up.tell("READY=1")
 
 
 @pytest.mark.parametrize(
@@ -51,13 +51,13 @@ def test_how_often_it_wants_to_hear_is_half_of_its_patience(
     monkeypatch.delenv("WATCHDOG_PID", raising=False)
     if pid:
         monkeypatch.setenv("WATCHDOG_PID", str(os.getpid()) if pid == "own" else pid)
-    assert shutdown.interval() == seconds
+    assert up.interval() == seconds
 
 
 async def test_it_hears_again_and_again_in_its_own_time(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "2000000")
     monkeypatch.delenv("WATCHDOG_PID", raising=False)
-    telling = asyncio.create_task(shutdown.stay_alive(speed=50.0))
+    telling = asyncio.create_task(up.stay_alive(speed=50.0))
     await elapse(125.0)  # 2.5 s of a clock fifty times as fast
     telling.cancel()
     await asyncio.wait({telling})

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli.dmc_tools.fault import ServedTwin, chosen, published, served
+from maya_un.cli.dmc_tools.serve import ServedTwin, chosen, published, served
 from maya_un.errors import TwinNotFound
 
 OWN = os.getpid()

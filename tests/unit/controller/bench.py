@@ -14,7 +14,7 @@ from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
 from maya_un.config.files import parse
-from maya_un.controller import homing_mark
+from maya_un.controller import monitor
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import operands, wanted
 from maya_un.events import Event
@@ -92,7 +92,7 @@ async def _plugged(
 
 async def _take_over(bench: Rig) -> None:
     a, b, c = bench.controller.units.to_counts(HERE)
-    datum = [homing_mark.datum(bench.controller.config, bench.controller.units, axis) for axis in range(3)]
+    datum = [monitor.datum(bench.controller.config, bench.controller.units, axis) for axis in range(3)]
     await foreign(bench, f"DP {a},{b},{c}", *datum, "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
     await bench.controller.skip_home()
 

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from maya_un.config.files import parse
-from maya_un.controller.run import OnVia
+from maya_un.controller.protocol import OnVia
 from maya_un.errors import Busy, LinkLost, Stopped
 from maya_un.events import MotionEnded
 from maya_un.motion.path import Path

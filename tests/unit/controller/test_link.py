@@ -10,8 +10,8 @@ from dmc41x3.driver import Driver
 from dmc41x3.language.record import AxisRecord
 from dmc41x3.wire.transport import LoopbackTransport, Transport, loopback_pair
 from maya_un.config import Config
-from maya_un.controller.link import DriverLink
 from maya_un.controller.monitor import Monitor
+from maya_un.controller.registers import DriverLink
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, NotConnected, WrongController
 from tests.unit.controller.bench import FIRMWARE, now, record_of
 from tests.unit.dmc41x3.scripted import Peer

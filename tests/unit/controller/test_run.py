@@ -7,7 +7,7 @@ from math import inf
 import pytest
 
 from maya_un.config import Config, Units
-from maya_un.controller.run import MotionPace, MotionRun
+from maya_un.controller.protocol import MotionPace, MotionRun
 from maya_un.motion.move import CoordinatedMove, Segment, Segments
 from maya_un.values import StopReport
 

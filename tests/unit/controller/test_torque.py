@@ -5,7 +5,7 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.config.files import parse
-from maya_un.controller.torque import FRICTION, HOLD, HOMING, SPARE, Torque, commands
+from maya_un.controller.registers import FRICTION, HOLD, HOMING, SPARE, Torque, commands
 from maya_un.machine.truth import Statics
 from tests.unit.controller.bench import FAR, HERE, foreign, homed
 from tests.virtual_time import elapse

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats
-from maya_un.kinematics.convex import Tangents, least
+from maya_un.kinematics.zones import Tangents, least
 
 ACCURACY = 1e-7
 SAMPLES = 500

@@ -237,9 +237,9 @@ def test_the_straight_line_and_who_is_slowest_on_it() -> None:
 
 def test_the_line_takes_as_long_as_the_page_says() -> None:
     from maya_un.config import Units
-    from maya_un.motion.knots import lay
-    from maya_un.motion.limits import Limits
+    from maya_un.motion.move import lay
     from maya_un.motion.path import Path
+    from maya_un.motion.profile import Limits
     from maya_un.motion.timing import plan
 
     limits, units = Limits.of(Config()), Units.of(Config())
@@ -251,8 +251,8 @@ def test_the_line_takes_as_long_as_the_page_says() -> None:
 
 def test_the_example_of_a_limit_of_jerk() -> None:
     from maya_un.config import Units
-    from maya_un.motion.knots import straight
-    from maya_un.motion.limits import Limits
+    from maya_un.motion.move import straight
+    from maya_un.motion.profile import Limits
     from maya_un.motion.timing import plan
 
     limits, units = Limits.of(Config()), Units.of(Config())

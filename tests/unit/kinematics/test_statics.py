@@ -7,7 +7,7 @@ from math import hypot, inf, sqrt
 import pytest
 
 from maya_un.kinematics import hanging, slack, tension
-from maya_un.kinematics.statics import shallowest
+from maya_un.kinematics.mechanism import shallowest
 
 W = 2.0
 

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from maya_un.motion.span import Ramped, Smooth
+from maya_un.motion.jerk import Ramped, Smooth
 
 TRAPEZOID = Ramped.over(np.array([2.0, 2.0, 2.0]), np.array([0.0, 10.0, 10.0, 0.0]))
 """Up to 10 counts/s in 2 s, on for 2 s, down in 2 s: 40 counts."""

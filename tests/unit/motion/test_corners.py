@@ -9,8 +9,7 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
 from maya_un.motion import Limits, Space
-from maya_un.motion.corners import LegLimits, overlap, pace, reversed_blend
-from maya_un.motion.path import Blend, Waypoint
+from maya_un.motion.path import Blend, LegLimits, Waypoint, overlap, pace, reversed_blend
 
 CONFIG = Config()
 MAYA = Mechanism.of(CONFIG)

@@ -12,9 +12,8 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Floats
 from maya_un.motion import CoordinatedMove, Limits, Path, commands, lay, plan
-from maya_un.motion.jerk import gentle
-from maya_un.motion.knots import straight
-from maya_un.motion.span import Smooth
+from maya_un.motion.jerk import Smooth, gentle
+from maya_un.motion.move import straight
 from maya_un.values import Joints
 from tests.gentle import fastest_of, gentle_of
 from tests.strategies import WORKSPACE, configuration

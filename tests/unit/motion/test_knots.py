@@ -10,7 +10,7 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
 from maya_un.motion import Knots, Limits, Path, lay
-from maya_un.motion.knots import divided, fastest, straight
+from maya_un.motion.move import divided, fastest, straight
 from maya_un.values import Joints, Point
 
 CONFIG = Config()

@@ -10,7 +10,7 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Floats, Mechanism
 from maya_un.motion import Limits, Path, lay, plan
-from maya_un.motion.knots import Knots, straight
+from maya_un.motion.move import Knots, straight
 from maya_un.motion.path import to_joints
 from maya_un.motion.speeds import Budget, Chords, caps, knot_squares, peaks
 from maya_un.values import Joints, Point

@@ -10,10 +10,8 @@ import pytest
 from maya_un.config import Config, Units
 from maya_un.kinematics import Mechanism
 from maya_un.motion import Limits, Path, Segment, SpeedProfile, lay, plan
-from maya_un.motion.knots import Knots, divided
-from maya_un.motion.move import Segments
-from maya_un.motion.segmentation import LONGEST, Ramps, segments
-from maya_un.motion.speeds import Chords
+from maya_un.motion.move import Knots, Segments, divided
+from maya_un.motion.speeds import LONGEST, Chords, Ramps, segments
 from maya_un.values import Point
 
 CONFIG = Config()

@@ -10,8 +10,8 @@ import pytest
 
 from maya_un.config import Config
 from maya_un.motion import Knots, Limits
-from maya_un.motion.segmentation import Ramps
-from maya_un.motion.span import ChordSpan, Ramped, Smooth
+from maya_un.motion.jerk import ChordSpan, Ramped, Smooth
+from maya_un.motion.speeds import Ramps
 
 LIMITS = replace(Limits.of(Config()), jerk=(10.0, 20.0, 40.0))
 SMOOTH = Smooth.mean(Ramped.over(np.array([2.0, 2.0, 2.0]), np.array([0.0, 10.0, 10.0, 0.0])), 1.0)

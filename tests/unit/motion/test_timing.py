@@ -10,7 +10,7 @@ from maya_un.config import Config, Units
 from maya_un.config.files import parse
 from maya_un.errors import InvalidValue
 from maya_un.motion import CoordinatedMove, Limits, commands, plan
-from maya_un.motion.knots import straight
+from maya_un.motion.move import straight
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE, configuration
 

@@ -6,7 +6,7 @@ import pytest
 
 from maya_un.errors import Stopped, StorageFailed
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced, StorageChanged
-from maya_un.process.queue.transaction_log import RETRY
+from maya_un.process.queue.changes import RETRY
 from maya_un.robot.primitives import Home
 from maya_un.schema.jobs import QueueMode, TaskState
 from tests.queues import Floor, Machine, asked, job

@@ -4,7 +4,7 @@ import pytest
 
 from maya_un.errors import InvalidRequest, InvalidValue
 from maya_un.process.journal.protocol import JobOptions
-from maya_un.process.queue.submission import DEFAULT_OPTIONS, checked_options, read_options
+from maya_un.process.queue.editing import DEFAULT_OPTIONS, checked_options, read_options
 from maya_un.schema.jobs import OnFailure
 
 

@@ -9,7 +9,7 @@ import pytest
 from maya_un.errors import InvalidRequest, UnknownName
 from maya_un.process.spec.job import Grid, Job
 from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
-from maya_un.process.spec.stored_job import as_written, expanded, write_command, write_job
+from maya_un.process.spec.tasks import as_written, expanded, write_command, write_job
 from maya_un.robot.primitives import Home, Pick, Primitive
 from maya_un.schema.jobs import TaughtPose
 from maya_un.values import Joints, Point

@@ -26,7 +26,7 @@ from maya_un.kinematics import Box
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion import Path, Space, between
 from maya_un.robot.gripper import GripperState
-from maya_un.robot.plan import Pose
+from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
 from maya_un.robot.primitives.line import Line
 from maya_un.robot.robot import MayaRobot

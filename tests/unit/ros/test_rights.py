@@ -12,13 +12,13 @@ from maya_ros.ros1.rights import TOKEN_FILE, FolderTokenChecker, GraphRights, to
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, MayaError
 from maya_un.process.journal.file import FILE_NAME
-from maya_un.service.access import tokens
+from maya_un.service.access import callers
 from maya_un.service.access.callers import Hasher
 from maya_un.service.access.operations import ROS, RULES, STOPPING, Caller, Operation, Role
 from maya_un.service.access.users import Change, FileStore, Token, User
 from tests.virtual_time import turn
 
-SHOWN = tokens.PresentedToken("0123abcd", "f" * 48)
+SHOWN = callers.PresentedToken("0123abcd", "f" * 48)
 TODAY = "2026-11-21T16:02:21+00:00"
 HASHED = Hasher(memory=8, passes=1).hash_now(SHOWN.secret)
 

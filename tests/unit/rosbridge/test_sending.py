@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from maya_ros.rosbridge.client import Backlog, Sender
 from maya_ros.rosbridge.limits import ANSWERS_OWED, OWED
-from maya_un.http.stream.wire import framed
+from maya_un.http.stream.messages import framed
 from tests.rosbridging import Mouth
 
 

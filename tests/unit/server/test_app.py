@@ -10,7 +10,7 @@ import pytest
 
 from maya_un.errors import Busy, CannotPause, InvalidJob, LinkLost, MayaError, NotFound, NotPaused, Unreachable
 from maya_un.events import FaultEntered, HomingBegun, HomingDone
-from maya_un.http.middleware.guard import BODY_LIMIT
+from maya_un.http.middleware import BODY_LIMIT
 from maya_un.process.journal.protocol import Filter
 from maya_un.values import Point
 from tests.unit.server.stand_in import StandIn, door, problem

@@ -13,9 +13,8 @@ from starlette.types import Message
 
 from maya_un import __version__
 from maya_un.errors import Busy, MayaError, TooMuchAsked, WorkerFailed
-from maya_un.http import log
-from maya_un.http.middleware import guard
-from maya_un.http.middleware.origin import OriginPolicy, Rate
+from maya_un.http import log, middleware
+from maya_un.http.middleware import OriginPolicy, Rate
 from tests.unit.server.stand_in import StandIn, door, problem
 from tests.virtual_time import elapse
 
@@ -129,7 +128,7 @@ async def test_a_body_that_does_not_come_is_not_waited_for() -> None:
         began = asyncio.get_running_loop().time()
         sent = await asked_of(application(client), [beginning], scope_of("http", "/v1/jobs"))
     assert sent[0]["status"] == 408
-    assert asyncio.get_running_loop().time() - began == pytest.approx(guard.BODY_PATIENCE)
+    assert asyncio.get_running_loop().time() - began == pytest.approx(middleware.BODY_PATIENCE)
     assert service.asked == []
 
 

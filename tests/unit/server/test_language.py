@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.http.language import language_of
+from maya_un.http.errors import language_of
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.errors import TooManyRequests
-from maya_un.http.middleware.origin import Buckets, Rate
+from maya_un.http.middleware import Buckets, Rate
 
 
 def taken(buckets: Buckets, source: str, now: float) -> bool:

@@ -17,10 +17,10 @@ from websockets.exceptions import ConnectionClosed
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
-from maya_un.http import authentication
-from maya_un.http.listeners import bound_socket
-from maya_un.http.stream import server, session, wire
-from maya_un.http.stream.wire import LONGEST_MESSAGE
+from maya_un.http import exchange
+from maya_un.http.stream import messages, server, session
+from maya_un.http.stream.messages import LONGEST_MESSAGE
+from maya_un.http.thread import bound_socket
 from maya_un.service.access.operations import LOCAL
 from tests.streaming import Client, Sluggard, Watched, connected, streamed
 from tests.virtual_time import turn
@@ -337,7 +337,7 @@ def test_who_says_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_token_that_is_revoked_ends_the_stream_though_the_client_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(authentication, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
 
     async def main() -> None:
         watched = Watched()
@@ -378,7 +378,7 @@ def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest
 
 
 def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(authentication, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
 
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", state={"rate": 10})
@@ -437,8 +437,8 @@ def test_a_lease_is_renewed_and_one_that_is_bound_ends_with_the_connection() -> 
 
 
 def test_a_client_that_does_not_answer_pings_is_cut_off(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(wire, "PING_INTERVAL", 0.05)
-    monkeypatch.setattr(wire, "PING_TIMEOUT", 0.05)
+    monkeypatch.setattr(messages, "PING_INTERVAL", 0.05)
+    monkeypatch.setattr(messages, "PING_TIMEOUT", 0.05)
 
     async def main() -> None:
         watched, loop = Watched(), asyncio.get_running_loop()

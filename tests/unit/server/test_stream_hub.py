@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
-from maya_un.http.stream.hub import HEARTBEAT, QUEUE_PERIOD, Batch, StreamHub, StreamSource
-from maya_un.http.stream.reader import EventRing, StreamReader
+from maya_un.http.stream.hub import HEARTBEAT, QUEUE_PERIOD, Batch, EventRing, StreamHub, StreamReader, StreamSource
 from tests.streaming import Watched
 from tests.unit.server.frames import messages
 from tests.virtual_time import elapse

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.http.stream.reader import EventRing
+from maya_un.http.stream.hub import EventRing
 
 
 def filled(last: int, count: int, *, most: int = 1000, most_bytes: int = 10_000) -> EventRing:

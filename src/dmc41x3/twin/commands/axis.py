@@ -11,12 +11,11 @@ from collections.abc import Callable
 from functools import partial
 
 from dmc41x3.language.codes import ErrorCode, StopCode
-from dmc41x3.twin.context import Answer, CallerContext, Handler
+from dmc41x3.twin.context import Answer, CallerContext, Handler, distance_set
 from dmc41x3.twin.expressions import QUERY, Rejection, axes_and_planes, by_axis, mask, split
 from dmc41x3.twin.motion.axis import VIRTUAL, Axis, Latch, MotionKind
 from dmc41x3.twin.motion.monitors import step_error
 from dmc41x3.twin.registers import AXIS, JOG, POSITION, STEPPER_FASTEST, TM, Register, WriteCondition
-from dmc41x3.twin.status import distance_set
 
 _OF_VIRTUAL = re.compile(r"\s*([MN])\s*=\s*(.+)")
 _STEPPER = frozenset({"MT", "YA", "YB", "YC"})

@@ -9,8 +9,7 @@ from functools import partial
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.commands import CONTROL
 from dmc41x3.language.hardware import LETTERS, LONGEST_PERIOD, SHORTEST_PERIOD
-from dmc41x3.twin import status
-from dmc41x3.twin.context import Answer, CallerContext, Handler
+from dmc41x3.twin.context import AUXILIARY_BANK, Answer, CallerContext, Handler, address_bytes, input_bank, output_bank
 from dmc41x3.twin.expressions import QUERY, Rejection, split
 from dmc41x3.twin.network import COUNT, DEFAULT_PORT, SERIAL, Handle, HandleProtocol, Network, Quad
 from dmc41x3.twin.unit import ANALOG_INPUTS, Peripherals
@@ -40,7 +39,7 @@ def _handle(context: CallerContext, text: str) -> Answer:
     letter, address, port, kind = opening.groups()
     if address.strip() == QUERY:
         handle = context.unit.handles.at(letter)
-        return context.unit.position_text(status.address_bytes(handle.peer[0] if handle else ""))
+        return context.unit.position_text(address_bytes(handle.peer[0] if handle else ""))
     if text.rstrip().endswith(QUERY):
         raise Rejection(ErrorCode.QUESTION_MARK_INVALID)
     _open(context, letter, address, port, kind)
@@ -167,7 +166,7 @@ def _line(letter: str, handle: Handle | None) -> str:
     if handle is None:
         return f"IH{letter} AVAILABLE"
     host, port = handle.peer
-    remote = ",".join(map(str, status.address_bytes(host)))
+    remote = ",".join(map(str, address_bytes(host)))
     return f"IH{letter} {handle.kind.name} PORT {handle.port} TO IP ADDRESS {remote} PORT {port}"
 
 
@@ -326,11 +325,11 @@ def _listing(context: CallerContext, text: str) -> Answer:
     banks = range(len(unit.inputs) // 8)
     lines: list[str] = []
     for bank in banks:
-        lines.append(_bank("input", bank, 8 * bank + 1, status.input_bank(unit, bank)))
-        lines.append(_bank("output", bank, 8 * bank + 1, status.output_bank(unit, bank)))
+        lines.append(_bank("input", bank, 8 * bank + 1, input_bank(unit, bank)))
+        lines.append(_bank("output", bank, 8 * bank + 1, output_bank(unit, bank)))
     for bank in banks:
-        auxiliary = status.AUXILIARY_BANK + bank
-        lines.append(_bank("input", auxiliary, 8 * auxiliary + 1, status.input_bank(unit, auxiliary)))
+        auxiliary = AUXILIARY_BANK + bank
+        lines.append(_bank("input", auxiliary, 8 * auxiliary + 1, input_bank(unit, auxiliary)))
     return "\r\n".join(lines)
 
 

@@ -10,8 +10,20 @@ from typing import NamedTuple
 
 from dmc41x3.language.codes import ERROR_TEXTS, ErrorCode
 from dmc41x3.language.numbers import format_raw, format_value, join_positions
-from dmc41x3.twin import status
-from dmc41x3.twin.context import Answer, CallerContext, Handler
+from dmc41x3.twin.context import (
+    AXIS,
+    COORDINATE,
+    GENERAL,
+    INPUT_BANKS,
+    Answer,
+    CallerContext,
+    Handler,
+    amplifier_byte,
+    input_bank,
+    program_byte,
+    record,
+    switches_byte,
+)
 from dmc41x3.twin.expressions import QUERY, Rejection, Value, compiled, mask, unpack
 from dmc41x3.twin.motion.axis import Axis
 
@@ -53,21 +65,21 @@ def _byte(read: Callable[[CallerContext, int], int], most: int, context: CallerC
 
 def _inputs(context: CallerContext, text: str) -> Answer:
     """TI n: eight inputs as one number."""
-    bank = context.integer(text, 0, status.INPUT_BANKS[-1]) if text.strip() not in ("", QUERY) else 0
-    if bank not in status.INPUT_BANKS:
+    bank = context.integer(text, 0, INPUT_BANKS[-1]) if text.strip() not in ("", QUERY) else 0
+    if bank not in INPUT_BANKS:
         raise Rejection(ErrorCode.OUT_OF_RANGE)
-    return context.unit.fixed_text([status.input_bank(context.unit, bank)], 0)
+    return context.unit.fixed_text([input_bank(context.unit, bank)], 0)
 
 
 def _record(context: CallerContext, text: str) -> Answer:
     blocks = text.replace(" ", "")
     if any(block not in context.unit.letters + _BLOCKS for block in blocks):
         raise Rejection(ErrorCode.INVALID_AXIS)
-    return status.record(context.unit, blocks)
+    return record(context.unit, blocks)
 
 
 def _layout(context: CallerContext, _: str) -> Answer:
-    return f" {len(context.unit.axes)}, {status.GENERAL}, {status.COORDINATE}, {status.AXIS}"
+    return f" {len(context.unit.axes)}, {GENERAL}, {COORDINATE}, {AXIS}"
 
 
 def _identity(context: CallerContext, _: str) -> Answer:
@@ -85,13 +97,13 @@ INQUIRY_TABLE: dict[str, Handler] = {
     "TD": partial(_positions, lambda context, axis: context.core.auxiliary(axis)),
     "TV": partial(_positions, lambda context, axis: round(context.core.velocity(axis))),
     "RL": partial(_positions, lambda _, axis: axis.latched),
-    "TS": partial(_codes, lambda context, axis: status.switches_byte(context.unit, axis)),
+    "TS": partial(_codes, lambda context, axis: switches_byte(context.unit, axis)),
     "SC": partial(_codes, lambda context, axis: context.core.stop_code(axis)),
     "TT": _torque,
     "TC": _error_code,
-    "TB": partial(_byte, lambda context, _: status.program_byte(context.unit), 0),
+    "TB": partial(_byte, lambda context, _: program_byte(context.unit), 0),
     "TI": _inputs,
-    "TA": partial(_byte, lambda context, number: status.amplifier_byte(context.unit, number), 3),
+    "TA": partial(_byte, lambda context, number: amplifier_byte(context.unit, number), 3),
     "QR": _record,
     "QZ": _layout,
     "ID": _identity,

@@ -13,8 +13,8 @@ from functools import partial
 
 from dmc41x3.errors import FileUnwritable
 from dmc41x3.language.codes import ErrorCode
-from dmc41x3.twin import registers, status
-from dmc41x3.twin.context import Answer, CallerContext, Handler
+from dmc41x3.twin import registers
+from dmc41x3.twin.context import Answer, CallerContext, Handler, output_bank
 from dmc41x3.twin.expressions import QUERY, Rejection, split
 from dmc41x3.twin.memory import Parameters
 from dmc41x3.twin.network import SERIAL, Network, Quad
@@ -243,7 +243,7 @@ def _port(context: CallerContext, text: str) -> Answer:
         raise Rejection(ErrorCode.OPERAND_ERROR)
     if QUERY in arguments:
         banks = [bank for bank, argument in enumerate(arguments) if argument == QUERY]
-        return unit.position_text([status.output_bank(unit, bank) for bank in banks])
+        return unit.position_text([output_bank(unit, bank) for bank in banks])
     masks = [context.integer(argument, 0, 255) if argument else None for argument in arguments]
     for bank, bits in enumerate(masks):
         for bit in range(8 if bits is not None else 0):

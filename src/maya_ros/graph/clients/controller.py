@@ -18,11 +18,9 @@ from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
 from maya_ros.graph.protocol import Feedback, Graph, Message
 from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
 from maya_un.config import Config, Units
-from maya_un.controller.inspection import Inspection
-from maya_un.controller.pacing import SLOWEST
+from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import Jogging, MotionPlan, Planner
-from maya_un.controller.protocol import Preview
-from maya_un.controller.run import PLACES, OnVia
+from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview
 from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
 from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
 from maya_un.kinematics.mechanism import Mechanism

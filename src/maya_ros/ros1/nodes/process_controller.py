@@ -28,12 +28,11 @@ from maya_un.config import Config, default_path
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import AddressInUse, MayaError
 from maya_un.events import EventLog
-from maya_un.http import dates, log
+from maya_un.http import log, request_context
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.listeners import PORT, bound_socket
 from maya_un.http.metrics import Metrics
-from maya_un.http.thread import served
+from maya_un.http.thread import PORT, bound_socket, served
 from maya_un.process.journal.file import FILE_NAME
 
 
@@ -88,7 +87,7 @@ async def _floor(
         GraphController.on(node.graph, config, speed=node.speed) as controller,
     ):
         assert kept.journal is not None
-        keep_events(controller.events, kept.journal, dates)
+        keep_events(controller.events, kept.journal, request_context)
         _listened(controller.events, metrics)
         await controller.connected()
         with staffed(config) as staff:
@@ -101,7 +100,7 @@ async def _floor(
                 speed=node.speed,
                 places=default_path().with_name("poses.toml"),
                 journal=kept.journal,
-                calendar=dates,
+                calendar=request_context,
                 users=kept.users,
                 staff=staff,
             ) as floor:

@@ -184,9 +184,9 @@ def reset(
 
     At the machine, while `maya up` does not run.
     """
-    from maya_un.cli.access import user_reset
+    from maya_un.cli.access import users
 
     if (name is None) is not forget:
         raise InvalidCommandLine(reason="it is NAME, or --all", command="maya user reset")
     settings = settings_of(context)
-    return user_reset.forget(journal, settings) if name is None else user_reset.reset(name, journal, settings)
+    return users.forget(journal, settings) if name is None else users.reset(name, journal, settings)

@@ -8,7 +8,7 @@ from pathlib import Path
 from dmc41x3.files import PRIVATE, unwritable, write
 from maya_un import credentials, runtime
 from maya_un.errors import FileUnwritable
-from maya_un.service.access import tokens
+from maya_un.service.access import callers
 
 
 def keep_token(token: str) -> Path:
@@ -29,7 +29,7 @@ def remove_token(void: Collection[str]) -> Path | None:
     """
     place = credentials.token_file()
     try:
-        shown = tokens.parse(place.read_text(encoding="ascii").strip())
+        shown = callers.parse(place.read_text(encoding="ascii").strip())
         if shown is None or shown.id not in void:
             return None
         place.unlink()

@@ -17,8 +17,7 @@ from dmc41x3.i18n import marked, translate
 from maya_un import credentials
 from maya_un.cli import output
 from maya_un.cli.access import files
-from maya_un.cli.called import called
-from maya_un.cli.client import ServiceClient
+from maya_un.cli.client import ServiceClient, called
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.errors import MayaError, ServiceNotAnswering

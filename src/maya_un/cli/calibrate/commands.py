@@ -74,7 +74,7 @@ def collect(
 
     By the running robot. s skips a pose, q ends; what was said is in FILE already.
     """
-    from maya_un.cli.calibrate import collect as command
+    from maya_un.cli.calibrate import points as command
 
     return command.collect(file, number, settings_of(context))
 

@@ -1,9 +1,13 @@
-"""Files of measured points: a table with commas, one row a point.
+"""Points of a calibration: their file, and the tour that collects them.
+
+Files of measured points: a table with commas, one row a point.
 
 The columns `a`, `b`, `c` (or `a_counts`, ...) are encoder counts, `a_rad`, `b_m`, `c_m` are joints as the present
 configuration reads them; `x`, `y`, `z` are the gripper point in metres, `sigma` is what each of them may be off by [m].
 A line `# datum A B C` says at how many counts homing put the short-end switches when the points were measured; where
 a calibration has moved them since, the counts are moved along.
+
+`maya calibrate collect FILE`: the running robot goes from pose to pose, a person measures, the file grows.
 """
 
 from __future__ import annotations
@@ -12,19 +16,40 @@ import csv
 import hashlib
 import os
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import isfinite, pi
+from math import dist, isfinite, pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from dmc41x3.files import open_own, writable_place
+from dmc41x3.i18n import marked, translate
+from maya_un.cli import output
+from maya_un.cli.client import ANSWER, ServiceClient
+from maya_un.cli.configure import configuration
+from maya_un.cli.offline import joints_text
+from maya_un.cli.progress import chosen
+from maya_un.cli.quantities import length
+from maya_un.cli.settings import OutputSettings
+from maya_un.cli.waiting import follow
+from maya_un.client import requests
 from maya_un.config import Config, Units
-from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
-from maya_un.kinematics.calibration import Observations
-from maya_un.values import AXES, Point
+from maya_un.errors import (
+    FileUnreadable,
+    FileUnwritable,
+    InvalidConfig,
+    InvalidValue,
+    NotHomed,
+    PathRefused,
+    Unreachable,
+)
+from maya_un.kinematics import Floats, Mechanism
+from maya_un.kinematics.calibration import FITTED, Observations, design
+from maya_un.values import AXES, Joints, Point
 
 Counts = tuple[int, int, int]
 """Encoder counts of a, b, c."""
@@ -262,3 +287,206 @@ def is_there(path: Path) -> bool:
 def _ends_a_line(path: Path) -> bool:
     """Tell whether a file ends with a whole line; one whose writer lost power may not."""
     return _bytes(path).endswith(b"\n")
+
+
+_FREE = tuple(name for name in FITTED if name != "gripper_height")
+"""Poses are chosen to tell these; Φ cannot be told."""
+
+_SAME = 1e-6
+"""The service and this command agree about joints and places to so much (rad, m)."""
+
+_WHOLE = 1.0
+"""Two data that differ by less [counts] are the same."""
+
+MOST_OFF = 0.5
+"""No machine is so far from its configuration [m]; who says so has mixed up coordinates, signs or units."""
+
+_UNREACHED = {Unreachable.code, PathRefused.code}
+
+
+class _Quit(Exception):
+    """The person has had enough."""
+
+
+class _Failed(Exception):
+    """A motion ended with an error; `report` is the job's."""
+
+    def __init__(self, report: Mapping[str, Any]) -> None:
+        super().__init__(report["message"])
+        self.report = report
+
+
+def collect(file: str, number: int, settings: OutputSettings) -> int:
+    """Fill `file` up to `number` points; return the exit code.
+
+    Raises `ServiceNotRunning`, `NotHomed`, `InvalidConfig` where the running robot has another configuration,
+    `FileUnreadable` and `InvalidValue` for a file that cannot be gone on with, and what a wish raises.
+    """
+    config, path = configuration(settings), Path(file)
+    client = ServiceClient.find()
+    here = _standing(client, config)
+    before = _already(path, config)
+    notebook = PointNotebook(path, config)
+    session = _Session(client, config, notebook, settings)
+    poses = _poses(config, before, number - len(before), here)
+    code = session.run(poses, len(before), number)
+    count = len(before) + session.written
+    value = {"path": file, "points": count, "written": session.written}
+    output.answer(
+        value,
+        translate("{count} points in {path}. Next: maya calibrate {path}", settings.language, count=count, path=path),
+        settings,
+    )
+    return code
+
+
+def _standing(client: ServiceClient, config: Config) -> Joints:
+    """Return where the robot stands; raises `NotHomed`, and `InvalidConfig` where it reckons with other constants."""
+    state = client.ask(requests.status())["state"]
+    if state["joints"] is None or state["point"] is None:
+        raise NotHomed
+    here, place = Joints(*state["joints"]), Point(*state["point"])
+    ours = Units.of(config).to_joints(tuple(state["counts"]))
+    if dist(ours, here) > _SAME or dist(Mechanism.of(config).fk(ours), place) > _SAME:
+        reason = "the running robot has another configuration; restart `maya up` with this one and home"
+        raise InvalidConfig(key="scale, geometry", value="(tables)", reason=reason)
+    return here
+
+
+def _already(path: Path, config: Config) -> Floats:
+    """Return the joints of the points that a file holds, shape (n, 3); raises `InvalidValue` for a foreign one."""
+    if not is_there(path):
+        return np.empty((0, 3))
+    try:
+        measured = read(path, config)
+    except FileUnreadable:
+        if path.is_file() and not _holds_rows(path):
+            return np.empty((0, 3))
+        raise
+    datum = measured.datum
+    if measured.head != HEAD or datum is None or dist(datum, datum_of(config)) > _WHOLE:
+        reason = "it was not begun by this command with this configuration; begin another file"
+        raise InvalidValue(key="FILE", value=str(path), reason=reason)
+    return measured.observations.counts / np.array(Units.of(config).per_unit)
+
+
+def _holds_rows(path: Path) -> bool:
+    """Tell whether a file holds more than the head that this command writes."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    return [line for line in lines if line.strip() and not line.startswith("#")] != [",".join(HEAD)]
+
+
+def _poses(config: Config, before: Floats, number: int, here: Joints) -> list[Joints]:
+    """Return the poses that tell most beside the points there are, in the order of travel."""
+    grid = design.apart(design.grid(config), before)
+    rows = design.information(config, grid, _FREE)
+    known = design.information(config, before, _FREE)
+    picked = grid[design.chosen(rows, max(0, number), known)]
+    return [Joints(*map(float, picked[index])) for index in design.ordered(config, picked, here)]
+
+
+@dataclass(slots=True)
+class _Session:
+    """One round: drive, ask, write down."""
+
+    client: ServiceClient
+    config: Config
+    notebook: PointNotebook
+    settings: OutputSettings
+    written: int = 0
+
+    def run(self, poses: Sequence[Joints], before: int, total: int) -> int:
+        """Go through the poses; return the exit code."""
+        try:
+            for number, pose in enumerate(poses, before + 1):
+                self._say(
+                    marked("Point {number} of {total}: moving to {joints}."),
+                    number=number,
+                    total=total,
+                    joints=joints_text(pose),
+                )
+                if self._drive(pose):
+                    self._measure()
+        except _Quit:
+            return output.DONE
+        except _Failed as failed:
+            return output.concluded(failed.report, self.settings)
+        except KeyboardInterrupt:
+            return output.INTERRUPTED
+        return output.DONE
+
+    def _drive(self, pose: Joints) -> bool:
+        """Go to a pose, over the middle of the workspace where the straight way leaves it; tell whether it is there."""
+        width = self.config.geometry.width
+        middle = Joints(pose.a, 0.75 * width, 0.65 * width)
+        refusal = ""
+        for way in ([pose], [middle, pose]):
+            refused = next((reason for reason in map(self._go, way) if reason), "")
+            if not refused:
+                return True
+            refusal = refusal or refused
+        self._say(marked("Left out: {reason}"), reason=refusal)
+        return False
+
+    def _go(self, joints: Joints) -> str:
+        """Go straight to joints; return why it was refused, "" where it was done. Raises `_Failed`."""
+        since = self.client.ask(requests.status())["last_event"]
+        try:
+            request = requests.task({"command": "move", "joints": list(joints)})
+            accepted = self.client.ask(request, timeout=ANSWER)
+        except (Unreachable, PathRefused) as refusal:
+            return refusal.text(self.settings.language)
+        with chosen(self.settings) as display:
+            report, interrupted = follow(self.client, accepted["id"], since, display, self.settings)
+        if interrupted:
+            raise KeyboardInterrupt
+        if report["state"] == "done":
+            return ""
+        if report["code"] in _UNREACHED:
+            return str(report["message"])
+        raise _Failed(report)
+
+    def _measure(self) -> None:
+        """Ask where the gripper is until the answer is understood, and write it down; raises `_Quit`."""
+        counts = self._counts()
+        expected = Mechanism.of(self.config).fk(Units.of(self.config).to_joints(counts))
+        self._say(marked("Measured x y z (in m, or like 812.5mm; s skips, q quits):"))
+        while True:
+            answer = sys.stdin.readline()
+            said = answer.strip().lower()
+            if not answer or said in {"q", "quit"}:
+                raise _Quit
+            if said in {"s", "skip"}:
+                return
+            try:
+                place, off = self._place(said, expected)
+            except InvalidValue as wrong:
+                self._say(marked("{reason} Enter it again."), reason=wrong.text(self.settings.language))
+                continue
+            self.notebook.add(counts, place)
+            self.written += 1
+            self._say(marked("Saved; {off:.1f} mm from the configured position."), off=off * 1e3)
+            return
+
+    def _counts(self) -> Counts:
+        a, b, c = self.client.ask(requests.status())["state"]["counts"]
+        return int(a), int(b), int(c)
+
+    def _place(self, said: str, expected: Point) -> tuple[Point, float]:
+        """Return three lengths, and how far they are from what is expected [m]; raises `InvalidValue`."""
+        words = said.replace(",", " ").split()
+        if len(words) != 3:
+            raise InvalidValue(key="x y z", value=repr(said), reason=f"three lengths are needed, here are {len(words)}")
+        place = Point(*(length(text, axis) for text, axis in zip(words, "xyz", strict=True)))
+        for axis, value in zip("xyz", place, strict=True):
+            if abs(value) > LONGEST:
+                raise InvalidValue(key=axis, value=value, reason="that is in m; write mm behind millimetres")
+        off = dist(expected, place)
+        if off > MOST_OFF:
+            reason = f"that is {off:.1f} m from where the configuration has it; mind the order and the signs"
+            raise InvalidValue(key="x y z", value=repr(said), reason=reason)
+        return place, off
+
+    def _say(self, text: str, **details: object) -> None:
+        if not self.settings.json:
+            output.say(translate(text, self.settings.language, **details))

@@ -1,12 +1,21 @@
-"""Serve `maya coms` until Ctrl-C or SIGTERM."""
+"""`maya coms`: connect a robot to its supervisors, in a process of its own.
+
+`maya coms` beside `maya up`: a process of its own that ends with it.
+
+Serve `maya coms` until Ctrl-C or SIGTERM.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import os
 import socket
+import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from urllib.parse import urlsplit
 
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
@@ -16,8 +25,34 @@ from maya_un.coms.agent import Agent
 from maya_un.coms.robot import Rosbridge
 from maya_un.coms.selection import transport_of
 from maya_un.coms.server import AgentSwitch, serve
-from maya_un.http import dates
-from maya_un.http.listeners import bound_socket
+from maya_un.config.model import ComsConfig
+from maya_un.http import request_context
+from maya_un.http.thread import bound_socket
+
+_PATIENCE = 5.0
+"""It may take so long to end [s]."""
+
+
+@contextmanager
+def coms_beside(rosbridge: str, config: ComsConfig) -> Iterator[None]:
+    """Run `maya coms` for the robot behind a rosbridge while the block runs, however the block ends.
+
+    It is connected at once if MAYA_COMS_URL names the supervisors' server.
+    """
+    port = urlsplit(config.server_address).port
+    line = ["coms", "--rosbridge", rosbridge, "--name", config.name, "--port", str(80 if port is None else port)]
+    if os.environ.get("MAYA_COMS_URL"):
+        line.append("--connect")
+    process = subprocess.Popen([sys.executable, "-m", "maya_un.cli.parent_watch", *line], stdin=subprocess.PIPE)
+    try:
+        yield
+    finally:
+        assert process.stdin is not None
+        process.stdin.close()
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(_PATIENCE)
+        process.kill()
+        process.wait()
 
 
 def coms(
@@ -47,7 +82,7 @@ def coms(
 async def _serve(found: environment.AgentSettings, door: socket.socket, *, connect: bool) -> None:
     def agent() -> Agent:
         robot = Rosbridge(found.rosbridge, found.token, found.namespace)
-        return Agent(found.name, robot, transport_of(found), dates.now)
+        return Agent(found.name, robot, transport_of(found), request_context.now)
 
     warning = environment.password_warning(found)
     if warning is not None:

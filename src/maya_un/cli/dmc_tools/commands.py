@@ -68,7 +68,7 @@ def fault(
 
     The controller is one that `maya dmc serve` runs.
     """
-    from maya_un.cli.dmc_tools import fault as command
+    from maya_un.cli.dmc_tools import serve as command
 
     settings = settings_of(context)
     command.check(name, values or (), seconds, clear=clear, active=active)

@@ -16,8 +16,7 @@ from maya_un.cli.doctor.service import limits
 from maya_un.config import Config
 from maya_un.controller import state_builder
 from maya_un.controller.ownership import living_owner
-from maya_un.controller.registers import identify
-from maya_un.controller.torque import Torque
+from maya_un.controller.registers import Torque, identify
 from maya_un.errors import CommandRejected, MayaError
 from maya_un.values import AXES
 

@@ -22,7 +22,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged, translated
-from maya_un.process.journal import backup, file, history
+from maya_un.process.journal import file, history
 
 _LISTENS = "0A"
 """The state of a listening socket in /proc/net/tcp."""
@@ -153,7 +153,7 @@ def storage(settings: OutputSettings, *, served_by: int) -> Iterator[Finding]:
 
 def _kept(path: Path, settings: OutputSettings) -> Finding:
     try:
-        with backup.reading(path) as connection:
+        with history.reading(path) as connection:
             file.check(connection, path)
             runs = connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0]
     except sqlite3.Error as error:

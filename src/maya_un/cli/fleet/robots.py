@@ -14,7 +14,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.coms.settings import from_environment, where_of
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.robot.primitives import PRIMITIVES
-from maya_un.robot.primitives.arguments import Switch
+from maya_un.robot.primitives.primitive import Switch
 from maya_un.steps.text import ARGUMENTS, StepEnd
 from maya_un.supervisor import Event, Supervisor
 from maya_un.supervisor.lab import DEADLINE, ONLINE

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 from dmc41x3.i18n import translate
 from maya_un.cli import output
-from maya_un.cli.called import called
-from maya_un.cli.client import ServiceClient
+from maya_un.cli.client import ServiceClient, called
 from maya_un.cli.queueing import text
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests

@@ -13,15 +13,13 @@ from typing import Any, NamedTuple
 
 from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
-from maya_un.cli.called import called
-from maya_un.cli.client import ServiceClient
-from maya_un.cli.follow import follow
+from maya_un.cli.client import ServiceClient, called
 from maya_un.cli.progress import chosen
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.text import clock_text
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.waiting import reason
+from maya_un.cli.waiting import follow, reason
 from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
 from maya_un.process.spec.job import load_job

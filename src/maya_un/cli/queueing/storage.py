@@ -10,7 +10,7 @@ from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import InvalidValue
-from maya_un.process.journal import backup as backups
+from maya_un.process.journal import history as backups
 from maya_un.process.journal import history as exports
 from maya_un.process.journal.file import FILE_NAME
 from maya_un.schema.encoding import to_data

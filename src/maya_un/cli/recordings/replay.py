@@ -1,28 +1,376 @@
-"""`maya replay`: the recorded commands said to a fresh twin, and what is another there than it was."""
+"""`maya replay`: run a recording again on a twin, and compare both.
+
+Where a replay begins, and what the controller was then.
+
+A fresh twin in the place of the controller that was recorded, and the recorded commands said to it again.
+
+`maya replay`: the recorded commands said to a fresh twin, and what is another there than it was.
+"""
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from dmc41x3.i18n import marked, translate
 from dmc41x3.language.hardware import LETTERS
+from dmc41x3.language.record import AxisRecord, DataRecord, decode
 from dmc41x3.loops import run_virtual
+from dmc41x3.twin.machine import VirtualDmc
+from dmc41x3.twin.wire.server import VirtualController
+from dmc41x3.wire.framing import RecordReply, Reply
+from dmc41x3.wire.transcript import WirePiece
+from dmc41x3.wire.transport import LoopbackTransport
 from maya_un.cli import output
 from maya_un.cli.recordings.recordings import found
-from maya_un.cli.recordings.twin import Replayed
-from maya_un.cli.recordings.twin import replay as say_again
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
-from maya_un.config import Units
+from maya_un.config import Config, Units
 from maya_un.config.files import parse
 from maya_un.errors import FileUnreadable, InvalidValue
+from maya_un.events import HomingBegun
 from maya_un.kinematics import Floats
+from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.recorder import mcap_file
 from maya_un.recorder.compare import Comparison, RecordSample, ReplayDifference, Tolerances, compare, samples
-from maya_un.recorder.recording import Recording
+from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk, talk
+from maya_un.recorder.recording import Recording, TwinSource
+
+_AXES, _AXIS, _STOP_CODE = 82, 36, 3
+"""Where the axes begin in a data record, how long each is, and where in it its stop code stands (QR)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayScene:
+    """From where a recording is played: `pieces` from loop time `begin` [s] on, on a twin made for that instant.
+
+    `opening` is what was said to configure the controller, long before; `record` is what the controller was at `begin`,
+    None for a twin that is played from its power-up. `lacks` has texts about differences that cannot be avoided.
+    """
+
+    begin: float
+    pieces: tuple[WirePiece, ...]
+    opening: tuple[WirePiece, ...] = ()
+    record: DataRecord | None = None
+    homed: bool = False
+    lacks: tuple[str, ...] = ()
+
+
+def scene_of(recording: Recording) -> ReplayScene:
+    """Return where to begin: at the power-up of a twin that was recorded whole, else where the axes were at rest.
+
+    Raises `ValueError` where they never were.
+    """
+    header, wire = recording.header, tuple(piece for piece in recording.wire if piece.link >= 0)
+    lacks = [marked("Not compared: unsolicited data records, by UDP.")] if len(wire) < len(recording.wire) else []
+    source = header.origin.twin
+    if source is not None and header.complete:
+        return ReplayScene(source.born, wire, lacks=tuple(lacks))
+    if source is None:
+        lacks.append(
+            marked(
+                "Different from the machine: friction, lag, stiffness, and registers that Maya does not set. "
+                "They are the twin's."
+            )
+        )
+    opening = tuple(piece for piece in wire if piece.time < header.whole)
+    rest = wire[len(opening) :]
+    resting = _at_rest(talk(rest).exchanges)
+    if resting is None or resting.answered is None or not isinstance(resting.reply, RecordReply):
+        raise ValueError("it holds no instant at which the axes were at rest")
+    homed = _homed(recording, resting.answered)
+    if not homed:
+        lacks.append(marked("Different: the position of the machine before homing, which its counts do not tell."))
+    record = decode(resting.reply.data)
+    if header.complete:
+        return ReplayScene(rest[0].time, rest, (), record, homed, tuple(lacks))
+    begin = resting.answered
+    later = tuple(piece for piece in rest if piece.time > begin)
+    if not opening:
+        lacks.append(
+            marked(
+                "Different: registers, program and variables from before the recording, which does not contain them."
+            )
+        )
+    return ReplayScene(begin, later, opening, record, homed, tuple(lacks))
+
+
+def _at_rest(exchanges: Sequence[RecordedExchange]) -> RecordedExchange | None:
+    for exchange in exchanges:
+        if isinstance(exchange.reply, RecordReply) and exchange.answered is not None:
+            record = decode(exchange.reply.data)
+            if not any(axis.moving for axis in record.axes):
+                return exchange
+    return None
+
+
+def _homed(recording: Recording, time: float) -> bool:
+    """Tell whether counts meant lengths: the robot was homed, or it was later, and no homing came between."""
+    if next((state.homed for state in reversed(recording.states) if state.time <= time), False):
+        return True
+    later = next((state.time for state in recording.states if state.time > time and state.homed), -inf)
+    begun = (event.time for event in recording.events if isinstance(event, HomingBegun))
+    return later > time and not any(time <= began <= later for began in begun)
+
+
+def commands_before(scene: ReplayScene, config: Config) -> bytes:
+    """Return what makes a fresh twin what the recorded controller was when the scene begins.
+
+    What configured the controller comes before the state of the scene. Where that is not known, the answers that the
+    controller gave in the scene are the best that is.
+    """
+    state, known = _lines(_preparation(scene, config)), _lines(_earlier_answers(scene.opening or scene.pieces))
+    if not scene.opening:
+        return state + known
+    return known + b"".join(piece.data for piece in scene.opening if piece.side == "client") + state
+
+
+def _lines(commands: Iterable[str]) -> bytes:
+    return "".join(f"{command}\r" for command in commands).encode()
+
+
+def _preparation(scene: ReplayScene, config: Config) -> Iterator[str]:
+    """Yield the commands for counts, motors, outputs, and the mark of a homing."""
+    record = scene.record
+    if record is None:
+        return
+    axes = list(zip(LETTERS, record.axes, strict=False))
+    yield f"DP {','.join(str(axis.reference) for _, axis in axes)}"
+    on = "".join(letter for letter, axis in axes if not axis.motor_off)
+    if on:
+        yield f"SH{on}"
+    for bit in range(8):
+        yield f"{'SB' if record.outputs[0] >> bit & 1 else 'CB'} {bit + 1}"
+    yield from (f"ZA{letter}={axis.user}" for letter, axis in axes)
+    if scene.homed:
+        units = Units.of(config)
+        yield f"mayahome={record.axes[0].user}"
+        yield f"mayaendb={round(config.axes.b.maximum * units.per_unit[1])}"
+        yield f"mayaendc={round(config.axes.c.maximum * units.per_unit[2])}"
+
+
+def _earlier_answers(pieces: Sequence[WirePiece]) -> Iterator[str]:
+    """Yield the commands that make what was asked of a controller, before it was told so, answer as it did.
+
+    That is its program (UL), and variables.
+    """
+    told: set[str] = set()
+    for exchange in talk(pieces).exchanges:
+        name, equals, _ = exchange.command.partition("=")
+        if equals:
+            told.add(name)
+        asked = exchange.command.removeprefix("MG ").strip()
+        reply = exchange.reply
+        if not isinstance(reply, Reply) or not reply.ok:
+            continue
+        if exchange.command == "UL" and "UL" not in told:
+            told.add("UL")
+            text = reply.text.removesuffix("\x1a")
+            if text.strip():
+                yield "DL\r" + "\r".join(text.splitlines()) + "\r\\"
+        elif exchange.command.startswith("MG ") and asked.isidentifier() and asked[0].islower() and asked not in told:
+            told.add(asked)
+            yield f"{asked}={reply.text.strip()}"
+
+
+def forget_stop_codes(exchanges: list[RecordedExchange]) -> None:
+    """Put the code of a twin that was just switched on (1) in the place of why axes stopped before the scene."""
+    moved: set[int] = set()
+    for number, exchange in enumerate(exchanges):
+        if not isinstance(exchange.reply, RecordReply):
+            continue
+        data = bytearray(exchange.reply.data)
+        for place, axis in enumerate(decode(exchange.reply.data).axes):
+            moved |= {place} if axis.moving else set()
+            if place not in moved:
+                data[_AXES + place * _AXIS + _STOP_CODE] = 1
+        exchanges[number] = exchange._replace(reply=RecordReply(bytes(data)))
+
+
+_PAST = 1e-5
+"""A switch is tripped, or not, by so much [rad, m]."""
+
+_SETTLE = 0.01
+"""So long is waited for what the twin has to say [s, virtual]."""
+
+
+class Replayed(NamedTuple):
+    """Both runs, taken apart, with the same times; `lacks` as in `ReplayScene`."""
+
+    recorded: RecordedTalk
+    replayed: RecordedTalk
+    begin: float
+    lacks: tuple[str, ...]
+
+
+async def run_on_twin(recording: Recording) -> Replayed:
+    """Say the recorded commands to a fresh twin, each at its time; raises `ValueError` where there is no beginning.
+
+    For a loop whose clock jumps.
+    """
+    scene = scene_of(recording)
+    twin = _twin(recording, scene)
+    try:
+        pieces = await _Player(twin, scene, parse(recording.header.origin.config)).play()
+    finally:
+        await twin.close()
+    recorded = talk(scene.pieces)
+    if scene.record is not None:
+        forget_stop_codes(recorded.exchanges)
+    return Replayed(recorded, talk(pieces), scene.begin, scene.lacks)
+
+
+def _twin(recording: Recording, scene: ReplayScene) -> VirtualController:
+    header = recording.header
+    config, source = parse(header.origin.config), header.origin.twin
+    truth = _truth(source, config)
+    start = _start(source, scene, config, truth)
+    parts = {} if source is None else {name: (place[0], place[1], place[2]) for name, place in source.parts.items()}
+    mechanics = MayaMechanics(truth, start, parts=parts)
+    machine = VirtualDmc(mechanics, firmware=header.firmware or None)
+    if source is not None:
+        machine.advance(scene.begin - source.born - _SETTLE)  # what its programs do depends on its clock
+    return VirtualController(machine, seed=0 if source is None else source.seed)
+
+
+def _truth(source: TwinSource | None, config: Config) -> TrueConstants:
+    """Return what the twin is made of: what the recorded one was, else what the configuration says of the machine."""
+    if source is not None:
+        return TypeAdapter(TrueConstants).validate_python(source.truth)
+    geometry, scale, axes = config.geometry, config.scale, config.axes
+    a, b, c = ((axis.minimum, axis.maximum) for axis in (axes.a, axes.b, axes.c))
+    machine = TrueConstants(
+        height=geometry.height,
+        length=geometry.length,
+        delta=geometry.delta,
+        gripper_height=geometry.gripper_height,
+        counts_per_degree=scale.pulses_per_degree,
+        counts_per_metre=scale.pulses_per_metre,
+        switches=(a, b, c),
+        torque_per_load=config.homing.torque_per_load,
+        self_locking=config.safety.self_locking,
+        gripper_output=config.gripper.output,
+        gripper_closes_on=config.gripper.closed_by == "set",
+    )
+    return machine.with_wiring(config.wiring.limit_active_level == 1)
+
+
+def _start(source: TwinSource | None, scene: ReplayScene, config: Config, truth: TrueConstants) -> StartPose:
+    """Return where the twin stands: as its counts say once homed, on the switches that were active."""
+    record = scene.record
+    if source is not None and not scene.homed:
+        return StartPose(*source.start)
+    if record is None:
+        return StartPose()
+    axes = [record.axes[LETTERS.index(config.axes[axis].letter)] for axis in range(3)]
+    a, b, c = (axis.reference for axis in axes)
+    places = Units.of(config).to_joints((a, b, c)) if scene.homed else StartPose()
+    return StartPose(*(_beside(places[i], axes[i], truth.switches[i]) for i in range(3)))
+
+
+def _beside(place: float, axis: AxisRecord, switches: tuple[float, float]) -> float:
+    """Return a place [rad or m] at which the limit switches read as the record says, next to the one given."""
+    reverse, forward = switches
+    if axis.reverse_limit_active:
+        return min(place, reverse - _PAST)
+    if axis.forward_limit_active:
+        return max(place, forward + _PAST)
+    return min(max(place, reverse + _PAST), forward - _PAST)
+
+
+_TURNS = 8
+"""Turns of the loop in which a twin has answered what it was told at the same instant."""
+
+
+class _Player:
+    """Says the pieces of a scene to a twin, and keeps both sides of what is said then."""
+
+    def __init__(self, twin: VirtualController, scene: ReplayScene, config: Config) -> None:
+        self._twin = twin
+        self._scene = scene
+        self._config = config
+        self._loop = asyncio.get_running_loop()
+        self._zero = self._loop.time()
+        self._links: dict[int, LoopbackTransport] = {}
+        self._readers: dict[int, asyncio.Task[None]] = {}
+        self._said: list[WirePiece] = []
+
+    async def play(self) -> list[WirePiece]:
+        """Return all that was said, with the times of the recording."""
+        scene = self._scene
+        try:
+            await self._prepare()
+            self._zero = self._loop.time()
+            for piece in scene.pieces:
+                await self._until(piece.time)
+                await self._do(piece)
+            await self._until(scene.pieces[-1].time if scene.pieces else scene.begin)
+            await asyncio.sleep(_SETTLE)
+        finally:
+            for link in list(self._links):
+                await self._end(link)
+        return self._said
+
+    async def _prepare(self) -> None:
+        """Make the twin what the controller was: what configured it, then the state in which the scene begins.
+
+        It is said over the connection that the scene goes on with, for that is where programs send their messages.
+        """
+        scene = self._scene
+        if scene.record is None or not scene.pieces:
+            return
+        first = scene.pieces[0]
+        self._open(first.link)
+        end = self._links[first.link]
+        end.write(commands_before(scene, self._config))
+        await asyncio.sleep(_SETTLE)
+        if first.event == "open":
+            await self._end(first.link)
+        self._said.clear()
+
+    async def _until(self, time: float) -> None:
+        left = self._zero + (time - self._scene.begin) - self._loop.time()
+        if left > 0.0:
+            await asyncio.sleep(left)
+
+    async def _do(self, piece: WirePiece) -> None:
+        if piece.event == "end":
+            for _ in range(_TURNS):
+                await asyncio.sleep(0)
+            await self._end(piece.link)
+            return
+        if piece.event == "open":
+            self._said.append(piece)
+        if piece.link not in self._links:
+            self._open(piece.link)
+        if piece.side == "client" and piece.data:
+            self._said.append(piece)
+            self._links[piece.link].write(piece.data)
+
+    def _open(self, link: int) -> None:
+        self._links[link] = end = self._twin.loopback()
+        self._readers[link] = self._loop.create_task(self._read(link, end))
+
+    async def _read(self, link: int, end: LoopbackTransport) -> None:
+        while data := await end.read():
+            time = self._scene.begin + (self._loop.time() - self._zero)
+            self._said.append(WirePiece(time, link, "controller", data))
+
+    async def _end(self, link: int) -> None:
+        end, reader = self._links.pop(link, None), self._readers.pop(link, None)
+        if end is not None and reader is not None:
+            reader.cancel()
+            await asyncio.wait({reader})
+            await end.close()
+
 
 HORIZON = 1e9
 """Longest recording that is replayed [s]."""
@@ -63,7 +411,7 @@ def replay(file: str, options: ReplayOptions, settings: OutputSettings) -> int:
     path = found(file)
     recording = mcap_file.read(path)
     try:
-        runs = run_virtual(say_again(recording), HORIZON)
+        runs = run_virtual(run_on_twin(recording), HORIZON)
     except ValueError as error:
         raise FileUnreadable(path=path, reason=str(error)) from error
     tolerances = tolerated(recording, options)

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
 from maya_un.errors import InvalidCommandLine, InvalidValue
-from maya_un.http.listeners import ListeningSocket, bound_socket, far_socket, tls_of
-from maya_un.http.middleware.origin import OriginPolicy, host_of, origin_of
+from maya_un.http.middleware import OriginPolicy, host_of, origin_of
+from maya_un.http.thread import ListeningSocket, bound_socket, far_socket, tls_of
 
 if TYPE_CHECKING:
     from maya_un.edges import EndpointOptions

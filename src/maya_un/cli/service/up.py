@@ -1,47 +1,269 @@
-"""`maya up`: keep a robot running in this thread, and its HTTP door in another."""
+"""`maya up`: start the service, print its state, and end it well.
+
+What `maya up` says once it runs: where, what waits from before, what to say next.
+
+The end of `maya up`, on the path or after the step under way, and the messages to systemd (sd_notify(3)).
+
+`maya up`: keep a robot running in this thread, and its HTTP door in another.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import socket
-from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractAsyncContextManager, ExitStack, asynccontextmanager, nullcontext
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import (
+    AbstractAsyncContextManager,
+    ExitStack,
+    asynccontextmanager,
+    contextmanager,
+    nullcontext,
+    suppress,
+)
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM
+from dmc41x3.cli.signals import on_end
+from dmc41x3.i18n import marked, translate
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output
-from maya_un.cli.coms.colocated import coms_beside
+from maya_un.cli.coms.run import coms_beside
 from maya_un.cli.configure import configuration, on_the_table, require_twin, taught_places
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.recordings.recordings import shelf
-from maya_un.cli.service import shutdown
-from maya_un.cli.service.banner import StartupBanner, greet
 from maya_un.cli.service.listeners import RemoteAccess, require_users, rosbridge_at, url_of
-from maya_un.cli.service.shutdown import ShutdownRequest, brought_to_rest
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.waiting import because
 from maya_un.config import Config
 from maya_un.config.state_folder import own_state_folder
 from maya_un.errors import MayaError
-from maya_un.http import dates, log
+from maya_un.http import log, request_context
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.listeners import PORT, ListeningSocket, bound_socket
 from maya_un.http.log import keep_quiet
 from maya_un.http.metrics import Metrics
-from maya_un.http.thread import served
+from maya_un.http.thread import PORT, ListeningSocket, bound_socket, served
 from maya_un.interpreter import prompt_loop
 from maya_un.process.journal.file import remove_new, require_place
-from maya_un.values import Point
+from maya_un.schema.jobs import QueueMode, QueueView
+from maya_un.values import Mode, Point
 
 if TYPE_CHECKING:
     from maya_un.edges import EndpointOptions
+
+
+@dataclass(frozen=True, slots=True)
+class StartupBanner:
+    """What there is to say: `far` is the URL for other machines, `rosbridge` that of its endpoint.
+
+    `refusal` tells why a homing was not taken over.
+    """
+
+    url: str
+    far: str | None
+    address: str
+    speed: float
+    journal: Path | None
+    queue: QueueView
+    refusal: MayaError | None
+    rosbridge: str | None = None
+
+
+def greet(greeting: StartupBanner, settings: OutputSettings) -> None:
+    """Say it."""
+    if settings.json:
+        output.emit(_data(greeting, settings.language))
+        return
+    if greeting.refusal is not None:
+        output.complain(greeting.refusal, settings)
+    for line in _lines(greeting, settings.language):
+        output.say(line)
+
+
+def _data(greeting: StartupBanner, language: str) -> dict[str, object]:
+    refusal, queue = greeting.refusal, greeting.queue
+    return {
+        "url": greeting.url,
+        "remote": greeting.far,
+        "rosbridge": greeting.rosbridge,
+        "pid": os.getpid(),
+        "address": greeting.address,
+        "speed": greeting.speed,
+        "journal": None if greeting.journal is None else str(greeting.journal),
+        "queue": queue.mode.value,
+        "reason": queue.reason,
+        "jobs": queue.counts,
+        "interrupted": None if queue.recovery is None else queue.recovery.job,
+        "code": 0 if refusal is None else refusal.code,
+        "message": "" if refusal is None else refusal.text(language),
+    }
+
+
+def _lines(greeting: StartupBanner, language: str) -> Iterator[str]:
+    yield translate(
+        "Maya is up on {address}, clock × {speed:g}. Service: {url}",
+        language,
+        address=greeting.address,
+        speed=greeting.speed,
+        url=greeting.url,
+    )
+    if greeting.far is not None:
+        yield translate("For other machines, with a token: {url}", language, url=greeting.far)
+    if greeting.rosbridge is not None:
+        yield translate("rosbridge: {url}", language, url=greeting.rosbridge)
+    queue = greeting.queue
+    if queue.recovery is not None:
+        found = queue.recovery
+        text = _INTERRUPTED if found.index else _INTERRUPTED_BETWEEN
+        yield translate(text, language, job=found.job, name=found.name, index=found.index, step=found.step)
+    waiting = sum(queue.counts.values()) - (queue.recovery is not None)
+    if waiting:
+        reason = because({"reason": queue.reason, "by": queue.by}, language)
+        yield translate(_waiting(queue), language, count=waiting, reason=reason)
+    yield translate(
+        "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends it.", language
+    )
+
+
+def _waiting(queue: QueueView) -> str:
+    if queue.recovery is not None:
+        return marked("Jobs waiting behind it: {count}.")
+    if queue.mode is QueueMode.RUNNING:
+        return marked("Waiting jobs from before: {count}.")
+    return marked("Waiting jobs from before: {count}; the queue is paused ({reason}). `maya queue resume` continues.")
+
+
+_INTERRUPTED = marked(
+    "Job {job} ({name}) was interrupted at step {index}, {step}. Nothing moves by itself: `maya queue` shows the job, "
+    "`maya queue recover` decides about it."
+)
+_INTERRUPTED_BETWEEN = marked(
+    "Job {job} ({name}) was interrupted between two steps. Nothing moves by itself: `maya queue` shows the job, "
+    "`maya queue recover` decides about it."
+)
+
+
+def tell(words: str) -> None:
+    """Say something like "READY=1" at $NOTIFY_SOCKET; where nobody listens nothing happens."""
+    place = os.environ.get("NOTIFY_SOCKET", "")
+    if not place.startswith(("/", "@")):
+        return
+    address = f"\0{place[1:]}" if place.startswith("@") else place
+    with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as mouth:
+        mouth.sendto(words.encode(), address)
+
+
+def interval() -> float | None:
+    """Return how often the supervisor wants to hear that this process lives [s, real time], None where never.
+
+    Half of $WATCHDOG_USEC, as sd_watchdog_enabled(3) advises.
+    """
+    meant = os.environ.get("WATCHDOG_PID", str(os.getpid()))
+    microseconds = os.environ.get("WATCHDOG_USEC", "")
+    if meant != str(os.getpid()) or not microseconds.isdecimal() or int(microseconds) == 0:
+        return None
+    return int(microseconds) / 2e6
+
+
+async def stay_alive(speed: float) -> None:
+    """Say again and again that the running loop, whose clock runs `speed` times as fast, is alive; until cancelled."""
+    every = interval()
+    while every is not None:
+        tell("WATCHDOG=1")
+        await asyncio.sleep(every * speed)
+
+
+FINISH = signal.SIGUSR1
+"""What `maya down --finish` sends."""
+
+_MOVING = {Mode.MOVING, Mode.HOMING, Mode.STOPPING}
+_ORDINARY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class ShutdownRequest:
+    """How the program is to end: `asked` is set with the first word, `hurried` with a second.
+
+    With `finish` the step under way is carried to its end, also where somebody asks for that.
+    """
+
+    def __init__(self, *, finish: bool) -> None:
+        self.finish = finish
+        self.asked = asyncio.Event()
+        self.hurried = asyncio.Event()
+
+    @contextmanager
+    def listening(self) -> Iterator[None]:
+        """Listen to signals while the block runs; must run in the main thread."""
+        with ExitStack() as signals:
+            signals.enter_context(on_end(self._end, *_ORDINARY))
+            signals.enter_context(on_end(self._finish, FINISH))
+            yield
+
+    def _end(self) -> None:
+        (self.hurried if self.asked.is_set() else self.asked).set()
+
+    def _finish(self) -> None:
+        if not self.asked.is_set():
+            self.finish = True
+        self.asked.set()
+
+
+async def brought_to_rest(running: Stack, ending: ShutdownRequest, settings: OutputSettings) -> None:
+    """End what runs and return when the robot is at rest and all is written down; says which way it ends."""
+    under_way = running.process.running
+    finish = ending.finish and under_way is not None
+    if not settings.json:
+        text = _ending(finish=finish, job=under_way)
+        output.say(translate(text, settings.language, job=under_way))
+    if finish:
+        await _finished(running, ending, settings)
+    else:
+        await running.process.close()
+    await _come_to_rest(running)
+
+
+def _ending(*, finish: bool, job: int | None) -> str:
+    if job is None:
+        return marked("Ending.")
+    if finish:
+        return marked("Ending after the running step of job {job}; repeat the command to stop now.")
+    return marked(
+        "Ending: job {job} stops on its path and stays interrupted; a person decides about it at the next start."
+    )
+
+
+async def _finished(running: Stack, ending: ShutdownRequest, settings: OutputSettings) -> None:
+    """Carry the step under way to its end, unless a second word comes."""
+    closing = asyncio.ensure_future(running.process.close(finish=True))
+    hurrying = asyncio.ensure_future(ending.hurried.wait())
+    await asyncio.wait({closing, hurrying}, return_when=asyncio.FIRST_COMPLETED)
+    if not closing.done():
+        if not settings.json:
+            output.say(translate("Stopping on the path now.", settings.language))
+        await running.process.close()
+    hurrying.cancel()
+    await closing
+
+
+async def _come_to_rest(running: Stack) -> None:
+    """Stop on the path and wait for it; a machine that cannot be told any more is left to itself."""
+    if running.controller.state.mode not in _MOVING:
+        return
+    with suppress(MayaError, TimeoutError):
+        report = await running.service.stop()
+        async with asyncio.timeout(report.duration + 5.0):
+            async for state in running.controller.watch():
+                if state.mode not in _MOVING:
+                    return
+
 
 ROSBRIDGE_PORT = 9090
 """The usual port of rosbridge."""
@@ -162,9 +384,9 @@ async def _serve(robot: _Robot, options: UpOptions, doors: _UpListeners, setting
                 controller = None if robot.address == SIM else host_and_port(robot.address)
                 runtime.publish(runtime.Running(url, os.getpid(), controller))
                 greet(_greeting(running, robot, url, doors, refusal), settings)
-                shutdown.tell("READY=1")
+                tell("READY=1")
                 await ending.asked.wait()
-                shutdown.tell("STOPPING=1")
+                tell("STOPPING=1")
                 await brought_to_rest(running, ending, settings)
 
 
@@ -186,7 +408,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
                     take_over=robot.take_over,
                     places=robot.places,
                     journal=kept.journal,
-                    calendar=dates,
+                    calendar=request_context,
                     users=kept.users,
                     recordings=shelf(robot.config.recorder),
                     staff=staff,
@@ -202,7 +424,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
 @asynccontextmanager
 async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
     """Watch the running loop, and tell the supervisor that it lives."""
-    tasks = [asyncio.create_task(metrics.watch_loop(speed)), asyncio.create_task(shutdown.stay_alive(speed))]
+    tasks = [asyncio.create_task(metrics.watch_loop(speed)), asyncio.create_task(stay_alive(speed))]
     try:
         yield
     finally:

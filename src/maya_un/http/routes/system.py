@@ -23,21 +23,20 @@ from maya_un.errors import (
     StorageFailed,
 )
 from maya_un.http.bridge import Bridge
-from maya_un.http.dates import now
+from maya_un.http.errors import language_of
 from maya_un.http.exchange import MOST, answer
-from maya_un.http.language import language_of
 from maya_un.http.metrics import CONTENT_TYPE, JournalHealth, Metrics
 from maya_un.http.openapi import document
-from maya_un.http.request_context import Ask
+from maya_un.http.request_context import Ask, now
 from maya_un.http.routing import AT_REST, Routes
-from maya_un.process.journal import backup
+from maya_un.process.journal import history
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
 from maya_un.schema.robot import EventMessage, Health, Kept, Readiness, Status, Table
 from maya_un.service.access.operations import Operation
-from maya_un.service.history import MOST_EVENTS
+from maya_un.service.queueing import MOST_EVENTS
 from maya_un.service.service import Service
 from maya_un.values import Mode, Notice
 
@@ -216,7 +215,7 @@ async def _copied(journal: Path) -> Response:
     folder = TemporaryDirectory(prefix="maya-backup-")
     copy = Path(folder.name) / journal.name
     try:
-        await asyncio.get_running_loop().run_in_executor(None, backup.make, journal, copy)
+        await asyncio.get_running_loop().run_in_executor(None, history.make, journal, copy)
     except BaseException:
         folder.cleanup()
         raise

@@ -10,15 +10,14 @@ from fastapi import FastAPI
 from starlette.websockets import WebSocket
 
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
-from maya_un.http.authentication import Rights, is_local, source_of
 from maya_un.http.bridge import Bridge
-from maya_un.http.language import language_of
+from maya_un.http.errors import language_of
+from maya_un.http.exchange import Rights, is_local, source_of
 from maya_un.http.log import written_down
 from maya_un.http.protocol import ConnectionSlots
-from maya_un.http.stream.hub import Batch, StreamHub, StreamSource
-from maya_un.http.stream.reader import MOST_EVENTS, EventRing
+from maya_un.http.stream.hub import MOST_EVENTS, Batch, EventRing, StreamHub, StreamSource
+from maya_un.http.stream.messages import WIRE, StreamWire
 from maya_un.http.stream.session import StreamHandshake, StreamSession, refuse
-from maya_un.http.stream.wire import WIRE, StreamWire
 from maya_un.service.access.operations import Caller
 from maya_un.service.service import Service
 

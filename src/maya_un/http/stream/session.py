@@ -16,13 +16,14 @@ from starlette.websockets import WebSocket
 
 from maya_un import __version__
 from maya_un.errors import EventsForgotten, InvalidRequest, MayaError, NotSignedIn, StreamLagging
-from maya_un.http.authentication import is_local, source_of
 from maya_un.http.bridge import Bridge, LoopShare
+from maya_un.http.exchange import is_local, source_of
 from maya_un.http.log import written_down
-from maya_un.http.stream.hub import StreamHub
+from maya_un.http.stream.hub import CHUNK, StreamHub, StreamReader
 from maya_un.http.stream.messages import (
     PROTOCOL,
     ReplayStart,
+    StreamWire,
     decoded,
     error_frame,
     event_frame,
@@ -30,8 +31,6 @@ from maya_un.http.stream.messages import (
     plain_frame,
     subscription,
 )
-from maya_un.http.stream.reader import CHUNK, StreamReader
-from maya_un.http.stream.wire import StreamWire
 from maya_un.schema.robot import EventMessage
 from maya_un.service.access.operations import Caller, Operation
 

@@ -4,10 +4,8 @@ Pure mathematics on arrays: counts and points in, constants and their uncertaint
 something is fitted.
 """
 
-from maya_un.kinematics.calibration.fit import calibrate
-from maya_un.kinematics.calibration.observations import Observations
-from maya_un.kinematics.calibration.parameters import FITTED, WORDS, FittedConstants, named
-from maya_un.kinematics.calibration.result import Calibration, LineDifference
+from maya_un.kinematics.calibration.fit import Calibration, LineDifference, calibrate
+from maya_un.kinematics.calibration.parameters import FITTED, WORDS, FittedConstants, Observations, named
 
 __all__ = [
     "FITTED",

@@ -13,8 +13,7 @@ from math import degrees
 import numpy as np
 
 from maya_un.errors import NotIdentifiable
-from maya_un.kinematics.calibration.observations import Observations
-from maya_un.kinematics.calibration.parameters import FITTED, TYPICAL, FittedConstants, listed
+from maya_un.kinematics.calibration.parameters import FITTED, TYPICAL, FittedConstants, Observations, listed
 from maya_un.kinematics.mechanism import Floats
 
 UNKNOWN = 10.0

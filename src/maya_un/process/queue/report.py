@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from maya_un.process.journal.protocol import JobRow, StepRow
 from maya_un.process.spec.tasks import Expansion, Task
-from maya_un.robot.plan import Pose
+from maya_un.robot.plan_builder import Pose
 from maya_un.schema.jobs import JobLine, JobReport, StepResult, TaskState, advance
 from maya_un.schema.previews import JobPreview
 from maya_un.values import Notice, Point, State

@@ -20,10 +20,9 @@ from maya_un.errors import (
     StorageFailed,
 )
 from maya_un.process.computation import JobComputer
-from maya_un.process.queue.changes import Changes, Dates, QueuePauser
+from maya_un.process.queue.changes import Changes, Dates, QueuePauser, Transaction, TransactionLog
 from maya_un.process.queue.entries import QueueEntry
 from maya_un.process.queue.report import JobRecord, StepRecord, where
-from maya_un.process.queue.transaction_log import Transaction, TransactionLog
 from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.jobs import TaskState
 from maya_un.values import Notice

@@ -22,10 +22,10 @@ from maya_un.errors import (
 from maya_un.events import Event, Trouble
 from maya_un.process.journal.protocol import RequestOwner
 from maya_un.process.lease import ControlLease
+from maya_un.process.queue.changes import Transaction
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.recovery import RecoveryChoice
 from maya_un.process.queue.runner import JobEnd, JobRunner, RunnerContext
-from maya_un.process.queue.transaction_log import Transaction
 from maya_un.schema.jobs import OnFailure, TaskState
 from maya_un.values import Mode, StopReport
 

@@ -1,28 +1,41 @@
-"""Expand a job to its tasks: one for each step, cell and round, with names resolved to points.
+"""The tasks of a job with all places resolved, and the form in which an accepted job is stored.
+
+Expand a job to its tasks: one for each step, cell and round, with names resolved to points.
 
 Names are looked up in this order: parts, places, cells of pallets, taught poses.
 
 A part is where it stood at the start until it is placed, then where it was placed; so a job may be repeated, and
 a part may be picked by name wherever the job itself put it.
+
+Jobs and commands as the journal stores them: as written, with the taught places that they name.
+
+A taught place that a job names is kept with the job, as it was when the job came: whatever is taught later, and after
+any restart, the job is what was checked when it was accepted.
+
+    {"name": …, "steps": […]}                       a job that names nothing taught
+    {"wish": {"command": …}}                        one primitive
+    {"job": {…}, "taught": {"poses": {…}, "pallets": {…}}}      with taught places; also a primitive
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from math import dist
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 from maya_un.errors import InvalidJob, InvalidValue, UnknownName
-from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Job, Step, point_of
+from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Grid, Job, Step, point_of
 from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
-from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.robot.primitives import PRIMITIVES, Primitive
-from maya_un.robot.primitives.arguments import JointTarget, Switch, Target
-from maya_un.robot.primitives.primitive import PartEffect
+from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
+from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
+from maya_un.robot.primitives.primitive import JointTarget, PartEffect, Switch, Target
+from maya_un.schema.jobs import TaughtPose
 from maya_un.values import Joints, Point
 
 SAME_PLACE = 1e-6
@@ -390,3 +403,143 @@ class _PartTracker:
         key = f"{planned.key}.{step.command}"
         point, name = self._names.spot(spot, self.parts, planned.loop, key, step.command)
         return point, f"{step.command} {name}"
+
+
+def job_of_command(wish: Mapping[str, object]) -> Job | None:
+    """Return the job of a command like {"command": "pick", "target": "shelf"}, None for one that names nothing.
+
+    Raises `InvalidValue` for the cell of a pallet that only a job can tell.
+    """
+    command = wish.get("command")
+    primitive = PRIMITIVES.get(command) if isinstance(command, str) else None
+    if primitive is None or not primitive.argument.nameable:
+        return None
+    key = primitive.argument.key
+    name = wish.get(key)
+    if not isinstance(name, str) or len(wish) != 2:
+        return None
+    reference = read_reference(name)
+    if reference is not None and isinstance(reference.which, str):
+        raise InvalidValue(key=key, value=name, reason="next and each are for jobs; name a cell by row and column")
+    return Job.parse({"name": command, "steps": [{command: name}]})
+
+
+T = TypeVar("T")
+
+Body = dict[str, Any]
+"""Plain data that JSON can hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredJob:
+    """A job ready to be queued: its name, what is kept of it, what it comes to."""
+
+    name: str
+    body: Body
+    expansion: Expansion
+
+
+def write_job(job: Job, grasp_height: float, recall: Recall) -> StoredJob:
+    """Return a job as it is kept; raises what `tasks.expand` and `recall` raise."""
+    body: Body = job.model_dump(mode="json", exclude_unset=True, warnings=False)
+    noted = _Noted(recall)
+    expansion = expand(job, grasp_height, noted.recall)
+    return StoredJob(job.name, body if noted.empty else {"job": body, "taught": noted.body()}, expansion)
+
+
+def write_command(wish: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> StoredJob:
+    """Return one primitive as it is kept; raises `InvalidRequest`, `UnknownName`, `InvalidValue`."""
+    job = job_of_command(wish) if isinstance(wish, Mapping) else None
+    if job is not None:
+        noted = _Noted(recall)
+        expansion = expand(job, grasp_height, noted.recall)
+        body: Body = {"wish": dict(wish) if isinstance(wish, Mapping) else {}}
+        return StoredJob(job.name, body if noted.empty else body | {"taught": noted.body()}, expansion)
+    primitive = from_dict(wish, grasp_height) if isinstance(wish, Mapping) else wish
+    return StoredJob(primitive.command, {"wish": to_dict(primitive)}, single(primitive))
+
+
+def expanded(body: Body, grasp_height: float) -> Expansion:
+    """Return what a kept job comes to; raises what `tasks.expand` raises."""
+    taught = _taught(body["taught"]) if "taught" in body else TaughtPlaces()
+    if "wish" not in body:
+        return expand(Job.parse(as_written(body)), grasp_height, lambda: taught)
+    job = job_of_command(body["wish"])
+    if job is not None:
+        return expand(job, grasp_height, lambda: taught)
+    return single(from_dict(body["wish"], grasp_height))
+
+
+def as_written(body: Body) -> Body:
+    """Return a job as it was submitted, without the data that is kept with it; a command as {"wish": …}."""
+    if "wish" in body:
+        return {"wish": body["wish"]}
+    return body["job"] if "taught" in body else body
+
+
+def version_of(body: Body) -> str:
+    """Return what tells a kept job from another, with the places that it names: who approves it says which he saw."""
+    text = json.dumps(body, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
+
+
+class _Noted:
+    """Hands out what has been taught, and notes what of it is used."""
+
+    def __init__(self, recall: Recall) -> None:
+        self._recall = recall
+        self._poses = _Noting[TaughtPose]({})
+        self._pallets = _Noting[TaughtPallet]({})
+
+    def recall(self) -> TaughtPlaces:
+        taught = self._recall()
+        self._poses, self._pallets = _Noting(taught.poses), _Noting(taught.pallets)
+        return TaughtPlaces(self._poses, self._pallets)
+
+    @property
+    def empty(self) -> bool:
+        return not self._poses.used and not self._pallets.used
+
+    def body(self) -> Body:
+        poses = {
+            name: {
+                "joints": list(pose.joints),
+                "point": None if pose.point is None else list(pose.point),
+                "taught": pose.taught,
+            }
+            for name, pose in self._poses.used.items()
+        }
+        pallets = {
+            name: {"grid": pallet.grid.model_dump(mode="json", warnings=False), "taught": pallet.taught}
+            for name, pallet in self._pallets.used.items()
+        }
+        return {"poses": poses, "pallets": pallets}
+
+
+class _Noting(dict[str, T]):
+    """A mapping that notes what is taken out of it."""
+
+    def __init__(self, known: Mapping[str, T]) -> None:
+        super().__init__(known)
+        self.used: dict[str, T] = {}
+
+    def __getitem__(self, name: str) -> T:
+        self.used[name] = super().__getitem__(name)
+        return self.used[name]
+
+
+def _taught(body: Body) -> TaughtPlaces:
+    poses = {
+        name: TaughtPose(
+            name,
+            Joints(*pose["joints"]),
+            None if pose["point"] is None else Point(*pose["point"]),
+            pose["taught"],
+        )
+        for name, pose in body["poses"].items()
+    }
+    pallets = {
+        name: TaughtPallet(name, Grid.model_validate(pallet["grid"]), pallet["taught"])
+        for name, pallet in body["pallets"].items()
+    }
+    return TaughtPlaces(poses, pallets)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from maya_un.robot.primitives.arguments import TARGET
-from maya_un.robot.primitives.primitive import Primitive
+from maya_un.robot.primitives.primitive import TARGET, Primitive
 from maya_un.values import Point
 
 if TYPE_CHECKING:

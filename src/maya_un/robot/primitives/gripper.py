@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from maya_un.robot.primitives.arguments import OPEN
-from maya_un.robot.primitives.primitive import PartEffect, Primitive
+from maya_un.robot.primitives.primitive import OPEN, PartEffect, Primitive
 
 if TYPE_CHECKING:
     from maya_un.robot.plan_builder import PlanBuilder

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from maya_un.robot.primitives.arguments import JOINTS
-from maya_un.robot.primitives.primitive import Primitive
+from maya_un.robot.primitives.primitive import JOINTS, Primitive
 from maya_un.values import Joints
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from maya_un.errors import GripperEmpty
 from maya_un.robot.gripper import GripperState
-from maya_un.robot.primitives.arguments import GRASP
-from maya_un.robot.primitives.primitive import PartEffect, Primitive
+from maya_un.robot.primitives.primitive import GRASP, PartEffect, Primitive
 from maya_un.values import Point
 
 if TYPE_CHECKING:

@@ -1,15 +1,229 @@
-"""The declaration of a primitive, from which all edges follow."""
+"""The base of primitives, and their arguments with units and bounds.
+
+Kinds of arguments of primitives: how each is read, written and named in every form of a command.
+
+An edge with a form of its own (a ROS message, a JSON schema, the parameters of a command line) looks a kind up, never a
+primitive: a new primitive of a known kind needs no change there.
+
+The declaration of a primitive, from which all edges follow.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum, auto
+from reprlib import repr
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from maya_un.robot.primitives.arguments import NOTHING, Argument
+from maya_un.errors import InvalidValue
+from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
 if TYPE_CHECKING:
     from maya_un.robot.plan_builder import PlanBuilder
+
+
+class Argument(ABC):
+    """A kind of argument. `key` names it in plain data, "" if there is none; a primitive has a field of that name.
+
+    `numbers` are the names of the values that a remote process gives. `nameable` tells whether the name of a taught
+    place may stand for it.
+    """
+
+    key: str = ""
+    numbers: tuple[str, ...] = ()
+    nameable: ClassVar[bool] = False
+    phrases: ClassVar[tuple[str, str, str]] = ("", "", "")
+    """For help: the name that may stand for it, its numbers, their units."""
+
+    def phrase(self, *, names: bool = True, units: bool = False) -> str:
+        """Return what people may give, for help: `names` too, and the `units` of numbers."""
+        name, numbers, unit = self.phrases
+        return (f"{name} or " if name and names else "") + numbers + (f" {unit}" if unit and units else "")
+
+    @abstractmethod
+    def read(self, value: object, grasp_height: float) -> object:
+        """Return the value of plain data; a target without z is at `grasp_height` [m]. Raises `InvalidValue`."""
+
+    @abstractmethod
+    def plain(self, value: object) -> object:
+        """Return a value as plain data, as `read` reads it."""
+
+    @abstractmethod
+    def step(self, value: object) -> object:
+        """Return a value as people write it in the step of a job."""
+
+    @abstractmethod
+    def words(self, value: object) -> tuple[str, ...]:
+        """Return a value as the words of a label."""
+
+    def of_numbers(self, args: Mapping[str, object]) -> object:
+        """Return the plain data of the values that a remote process gives; `args` has all `numbers`."""
+        return {name: args[name] for name in self.numbers}
+
+
+@dataclass(frozen=True, slots=True)
+class Nothing(Argument):
+    """No argument."""
+
+    def read(self, value: object, grasp_height: float) -> object:
+        """Return None."""
+        del value, grasp_height
+
+    def plain(self, value: object) -> object:
+        """Return None."""
+        del value
+
+    def step(self, value: object) -> object:
+        """Return True: a step without an argument is written `home: true`."""
+        del value
+        return True
+
+    def words(self, value: object) -> tuple[str, ...]:
+        """Return no words."""
+        del value
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class Target(Argument):
+    """A place of the gripper [m]. If `grasps`, a command line may omit z: it is the grasp height."""
+
+    grasps: bool = False
+    key: str = "target"
+    numbers: tuple[str, ...] = ("x", "y", "z")
+    nameable: ClassVar[bool] = True
+    phrases: ClassVar[tuple[str, str, str]] = ("a taught place", "x, y, z", "[m]")
+
+    def read(self, value: object, grasp_height: float) -> Point:
+        """Return a point [m]."""
+        return read_point(value, self.key, grasp_height)
+
+    def plain(self, value: object) -> list[float]:
+        """Return [x, y, z]."""
+        assert isinstance(value, Point)
+        return list(value)
+
+    def step(self, value: object) -> list[float]:
+        """Return [x, y, z]."""
+        return self.plain(value)
+
+    def words(self, value: object) -> tuple[str, ...]:
+        """Return x, y and z."""
+        return tuple(f"{number:g}" for number in self.plain(value))
+
+
+@dataclass(frozen=True, slots=True)
+class JointTarget(Argument):
+    """Joints a, b, c (rad, m, m)."""
+
+    key: str = "joints"
+    numbers: tuple[str, ...] = ("a", "b", "c")
+    nameable: ClassVar[bool] = True
+    phrases: ClassVar[tuple[str, str, str]] = ("a taught pose", "joints a, b, c", "[rad, m, m]")
+
+    def read(self, value: object, grasp_height: float) -> Joints:
+        """Return joints (rad, m, m)."""
+        del grasp_height
+        return read_joints(value, self.key)
+
+    def plain(self, value: object) -> list[float]:
+        """Return [a, b, c]."""
+        assert isinstance(value, Joints)
+        return list(value)
+
+    def step(self, value: object) -> dict[str, float]:
+        """Return {"a": …, "b": …, "c": …}."""
+        return dict(zip("abc", self.plain(value), strict=True))
+
+    def words(self, value: object) -> tuple[str, ...]:
+        """Return a, b and c."""
+        return tuple(f"{number:g}" for number in self.plain(value))
+
+
+@dataclass(frozen=True, slots=True)
+class Switch(Argument):
+    """One of two states: true is called `on`, false `off`."""
+
+    on: str
+    off: str
+    key: str
+    numbers: tuple[str, ...]
+
+    def read(self, value: object, grasp_height: float) -> bool:
+        """Return a boolean."""
+        del grasp_height
+        if not isinstance(value, bool):
+            raise InvalidValue(key=self.key, value=repr(value), reason="it must be true or false")
+        return value
+
+    def plain(self, value: object) -> bool:
+        """Return a boolean."""
+        return bool(value)
+
+    def step(self, value: object) -> str:
+        """Return the name of the state."""
+        return self.on if value else self.off
+
+    def words(self, value: object) -> tuple[str, ...]:
+        """Return the name of the state."""
+        return (self.step(value),)
+
+    def of_numbers(self, args: Mapping[str, object]) -> object:
+        """Return the only value."""
+        return args[self.numbers[0]]
+
+
+NOTHING = Nothing()
+TARGET = Target()
+GRASP = Target(grasps=True)
+JOINTS = JointTarget()
+OPEN = Switch("open", "close", "open", ("open",))
+
+
+def read_point(value: object, key: str, grasp_height: float) -> Point:
+    """Return [x, y, z], [x, y] or {"x": …, "y": …, "z": …} as a point [m]; raises `InvalidValue` naming `key`."""
+    if isinstance(value, Mapping):
+        numbers = _by_name(value, "xyz", key, optional="z")
+    else:
+        numbers = _in_order(value, key, (2, 3), "[x, y] or [x, y, z] in metres")
+    return Point(numbers[0], numbers[1], numbers[2] if len(numbers) > 2 else grasp_height)
+
+
+def read_joints(value: object, key: str) -> Joints:
+    """Return [a, b, c] or {"a": …, "b": …, "c": …} as joints (rad, m, m); raises `InvalidValue` naming `key`."""
+    if isinstance(value, Mapping):
+        return Joints(*_by_name(value, "abc", key))
+    return Joints(*_in_order(value, key, (3,), "[a, b, c] in radians and metres"))
+
+
+def _in_order(value: object, key: str, lengths: tuple[int, ...], form: str) -> list[float]:
+    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) not in lengths:
+        raise InvalidValue(key=key, value=repr(value), reason=f"it must be {form}")
+    return [_number(item, f"{key}.{place}") for place, item in enumerate(value)]
+
+
+def _by_name(value: Mapping[object, object], names: str, key: str, optional: str = "") -> list[float]:
+    for name in value:
+        if not isinstance(name, str) or name not in tuple(names):
+            raise InvalidValue(key=f"{key}.{name}", value=repr(value[name]), reason=f"it has {', '.join(names)} only")
+    for name in names:
+        if name not in value and name not in optional:
+            raise InvalidValue(key=f"{key}.{name}", value=None, reason="it must be a number")
+    return [_number(value[name], f"{key}.{name}") for name in names if name in value]
+
+
+def _number(value: object, key: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InvalidValue(key=key, value=repr(value), reason="it must be a number")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = float("inf")
+    if not abs(number) <= FARTHEST:
+        raise InvalidValue(key=key, value=repr(value), reason=WITHIN)
+    return number
 
 
 class PartEffect(Enum):

@@ -1,4 +1,10 @@
-"""Authentication: from the credentials of a request to its caller, with secrets hashed by argon2.
+"""Callers: who sends a request, by which token, with which role, and after how many failed attempts.
+
+Failed attempts to sign in, counted by source; all addresses of one machine are one source.
+
+Tokens as they are written: `maya_<id>_<secret>`. The id is public and says which it is; the secret is shown once.
+
+Authentication: from the credentials of a request to its caller, with secrets hashed by argon2.
 
 The hash takes tens of milliseconds and megabytes: it is worked out beside the loop, one or two at a time, and never on
 it.
@@ -9,19 +15,126 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import hmac
+import re
 import secrets
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NoReturn
+from ipaddress import IPv6Address, ip_address
+from math import ceil
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from maya_un.errors import MayaError, NotSignedIn
-from maya_un.service.access import tokens
-from maya_un.service.access.attempts import Attempts
+from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.service.access.operations import BYSTANDER, LOCAL, Caller, Operation, allowed
 from maya_un.service.access.users import Calendar, OnChange, Token, User, UserRegistry
 
 if TYPE_CHECKING:
     from argon2 import PasswordHasher
+
+LOOPBACK = "127.0.0.1"
+"""The one name of this machine for all of its loopback addresses."""
+
+
+def counted(source: str) -> str:
+    """Return the source of an address; text after a space is ignored.
+
+    All of 127.0.0.0/8 and ::1 are this machine. An IPv6 address stands for its /64, because one machine may have all
+    of its addresses. An IPv4 address in IPv6 form is that IPv4 address. A text that is not an address is unchanged.
+    """
+    text, space, rest = source.partition(" ")
+    try:
+        address = ip_address(text.partition("%")[0])
+    except ValueError:
+        return source
+    if isinstance(address, IPv6Address) and address.ipv4_mapped is not None:
+        address = address.ipv4_mapped
+    if address.is_loopback:
+        return LOOPBACK + space + rest
+    return (address.exploded[:19] if isinstance(address, IPv6Address) else str(address)) + space + rest
+
+
+LIMIT = 10
+"""Failed attempts of one source within `WINDOW`."""
+
+WINDOW = 60.0
+"""How long a failed attempt counts [s, real time]."""
+
+_MOST_SOURCES = 10_000
+
+
+class Attempts:
+    """Counts attempts by source; `scale` is how fast the loop's clock runs.
+
+    An attempt counts from its beginning, so that many at a time are not all let in before the first has failed.
+    """
+
+    def __init__(self, scale: float = 1.0) -> None:
+        self._scale = max(1.0, scale)
+        self._by_source: dict[str, deque[float]] = {}
+
+    def begin(self, source: str, now: float) -> None:
+        """Count an attempt at `now` [s, loop time]; raises `TooManyRequests`."""
+        source = counted(source)
+        window = WINDOW * self._scale
+        past = self._by_source.pop(source, None) or deque[float]()
+        self._by_source[source] = past
+        while past and past[0] <= now - window:
+            past.popleft()
+        if len(past) >= LIMIT:
+            wait = ceil((past[0] + window - now) / self._scale)
+            raise TooManyRequests(limit=LIMIT, seconds=f"{WINDOW:.0f}", wait=wait)
+        past.append(now)
+        if len(self._by_source) > _MOST_SOURCES:
+            del self._by_source[next(iter(self._by_source))]
+
+    def succeeded(self, source: str) -> None:
+        """Take the latest attempt back: it was right."""
+        source = counted(source)
+        past = self._by_source.get(source)
+        if past:
+            past.pop()
+        if not past:
+            self._by_source.pop(source, None)
+
+
+PREFIX = "maya"
+_FORM = re.compile(r"maya_([0-9a-f]{8})_([0-9a-f]{48})", re.ASCII)
+_SCHEME = "bearer"
+
+
+class PresentedToken(NamedTuple):
+    """A token as somebody shows it."""
+
+    id: str
+    secret: str
+
+    @property
+    def text(self) -> str:
+        """The token whole."""
+        return f"{PREFIX}_{self.id}_{self.secret}"
+
+
+def new() -> PresentedToken:
+    """Return a token that nobody can guess: 192 random bits."""
+    return PresentedToken(secrets.token_hex(4), secrets.token_hex(24))
+
+
+def parse(text: str) -> PresentedToken | None:
+    """Return the parts of a token, None for what is none."""
+    found = _FORM.fullmatch(text)
+    return None if found is None else PresentedToken(found[1], found[2])
+
+
+def of_header(authorization: str | None) -> str | None:
+    """Return what `Authorization: Bearer …` carries, None where it carries nothing of the kind."""
+    scheme, _, rest = (authorization or "").strip().partition(" ")
+    return rest.strip() or None if scheme.lower() == _SCHEME else None
+
+
+def hidden(text: str) -> str:
+    """Return a text with the secrets of the tokens in it left out, for a log."""
+    return _FORM.sub(r"maya_\1_…", text)
+
 
 MEMORY = 12 * 1024
 """Memory of one hash [KiB]; with three passes one of the sets that OWASP's cheat sheet on password storage names."""
@@ -150,7 +263,7 @@ class Callers:
         """
         if loopback and not self.kept:
             return replace(alone, source=source or alone.source, lease=lease)
-        text = tokens.of_header(authorization)
+        text = of_header(authorization)
         known = None if text is None else self._recalled(text)
         if known is not None:
             return self._caller(known, lease, source)
@@ -204,7 +317,7 @@ class Callers:
         self._attempts.succeeded(source)
         return still
 
-    def know(self, shown: tokens.PresentedToken) -> None:
+    def know(self, shown: PresentedToken) -> None:
         """Take a token that was just made for right."""
         self._keep(shown, self._register.tokens[shown.id])
 
@@ -222,7 +335,7 @@ class Callers:
         return found
 
     async def _looked_up(self, text: str, source: str) -> Token:
-        shown = tokens.parse(text)
+        shown = parse(text)
         meant = None if shown is None else self._register.tokens.get(shown.id)
         # An existing token has attempts of its own: those of others do not block a stop.
         counted = source if meant is None else f"{source} {meant.id}"
@@ -234,7 +347,7 @@ class Callers:
         self._keep(shown, found)
         return found
 
-    async def _compared(self, shown: tokens.PresentedToken | None, meant: Token | None) -> Token | None:
+    async def _compared(self, shown: PresentedToken | None, meant: Token | None) -> Token | None:
         """Return the token that somebody shows, None where it is not right; takes the same time either way.
 
         Tokens that there are go ahead of all that is made up: a stop must not wait behind that.
@@ -267,7 +380,7 @@ class Callers:
     def _expired(self, token: Token) -> bool:
         return bool(token.expires) and token.expires <= self._calendar.now()
 
-    def _keep(self, shown: tokens.PresentedToken, token: Token) -> None:
+    def _keep(self, shown: PresentedToken, token: Token) -> None:
         self._known[self._digest(shown.text)] = token
         while len(self._known) > _MOST_KNOWN:
             del self._known[next(iter(self._known))]

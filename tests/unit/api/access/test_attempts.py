@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_un.errors import TooManyRequests
-from maya_un.service.access.attempts import LIMIT, WINDOW, Attempts
+from maya_un.service.access.callers import LIMIT, WINDOW, Attempts
 
 
 def tried(attempts: Attempts, source: str, now: float) -> bool:

@@ -8,9 +8,7 @@ from datetime import timedelta
 import pytest
 
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
-from maya_un.service.access import tokens
-from maya_un.service.access.attempts import LIMIT, WINDOW
-from maya_un.service.access.callers import FAILURE_COSTS
+from maya_un.service.access.callers import FAILURE_COSTS, LIMIT, WINDOW, new, parse
 from maya_un.service.access.operations import Caller, Role
 from tests.entrances import House, house
 from tests.virtual_time import elapse, turn
@@ -204,9 +202,9 @@ async def test_failures_stand_in_the_audit_log() -> None:
 
 
 async def test_a_token_has_one_form() -> None:
-    shown = tokens.new()
-    assert tokens.parse(shown.text) == shown
+    shown = new()
+    assert parse(shown.text) == shown
     assert len(shown.text) == 4 + 1 + 8 + 1 + 48
     for text in (shown.text + "\n", shown.text.upper(), f" {shown.text}", shown.text[:-1], "maya__", ""):
-        assert tokens.parse(text) is None
-    assert len({tokens.new() for _ in range(100)}) == 100
+        assert parse(text) is None
+    assert len({new() for _ in range(100)}) == 100

@@ -215,7 +215,7 @@ def test_a_motion_that_ctrl_c_ends_is_cancelled(door: Door, file: Path, monkeypa
     def interrupted(*_: object) -> tuple[dict[str, object], bool]:
         return {"state": "cancelled", "code": 2202, "message": "", "steps": []}, True
 
-    monkeypatch.setattr("maya_un.cli.calibrate.collect.follow", interrupted)
+    monkeypatch.setattr("maya_un.cli.calibrate.points.follow", interrupted)
     assert collect(monkeypatch, file, THERE) == 130
     assert len(door.told) == 1
 

@@ -10,8 +10,8 @@ from dmc41x3.wire.transport import TcpTransport
 from maya_un.cli.doctor import controller
 from maya_un.cli.doctor.finding import Finding, FindingOutcome
 from maya_un.config import Config
-from maya_un.controller import torque
-from maya_un.controller.torque import Torque
+from maya_un.controller import registers
+from maya_un.controller.registers import Torque
 from tests.ports import free_port
 from tests.served import ServedTwin, served
 
@@ -64,13 +64,13 @@ def test_what_somebody_changed_is_told() -> None:
 def test_torque_limit_that_a_killed_program_left_is_told() -> None:
     """It left its token too, which beats no more."""
     with served() as twin:
-        said(twin, "ZAB=77", *torque.commands(Torque(Config()).rest))
+        said(twin, "ZAB=77", *registers.commands(Torque(Config()).rest))
         found = asked(twin.address)
         assert (found["torque_low"].outcome, found["torque_low"].details["found"]) == (
             FindingOutcome.WARN,
             "TLB=0.12, TLC=0.12",
         )
-        said(twin, *torque.commands(Torque(Config()).most))
+        said(twin, *registers.commands(Torque(Config()).most))
         assert "torque_low" not in asked(twin.address)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from maya_un.cli.logs.entries import LogReader
+from maya_un.cli.logs.show import LogReader
 
 
 def line(message: str, logger: str = "maya.http") -> str:

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from maya_un.cli.logs.entries import moment
+from maya_un.cli.logs.show import moment
 from maya_un.errors import InvalidValue
 
 NOW = datetime(2026, 11, 21, 10, 30, tzinfo=UTC)

@@ -15,10 +15,8 @@ import pytest
 from maya_un import runtime
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.main import main
-from maya_un.cli.pendant.keys import MOVES, STEPS, KeyStep
-from maya_un.cli.pendant.nearest import distances
-from maya_un.cli.pendant.picture import drawn
-from maya_un.cli.pendant.session import PendantSession
+from maya_un.cli.pendant.screen import drawn
+from maya_un.cli.pendant.session import MOVES, STEPS, KeyStep, PendantSession, distances
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.kinematics.workspace import Workspace

@@ -18,7 +18,7 @@ from maya_un.errors import (
     StorageInUse,
     StorageTooNew,
 )
-from maya_un.process.journal import backup
+from maya_un.process.journal import history
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.jobs import TaskState
@@ -58,7 +58,7 @@ async def test_a_backup_made_while_jobs_come_in_is_whole(path: Path, tmp_path: P
             await journal.add(job_row(number))
 
     coming = asyncio.ensure_future(submit())
-    made = await asyncio.get_running_loop().run_in_executor(None, backup.make, path, tmp_path / "b.db")
+    made = await asyncio.get_running_loop().run_in_executor(None, history.make, path, tmp_path / "b.db")
     await coming
     await journal.close()
     held = looked_up(tmp_path / "b.db", "SELECT id FROM jobs ORDER BY id")
@@ -72,7 +72,7 @@ async def test_a_backup_is_one_file_for_its_owner_alone(path: Path, tmp_path: Pa
     await filled(path, 3, state=TaskState.DONE)
     target = tmp_path / "backups" / "b.db"
     target.parent.mkdir()
-    made = backup.make(path, target)
+    made = history.make(path, target)
     assert (made.jobs, made.unfinished, made.aside) == (3, 2, None)
     assert names(target.parent) == {"b.db"}
     assert rights(target) == 0o600
@@ -81,37 +81,37 @@ async def test_a_backup_is_one_file_for_its_owner_alone(path: Path, tmp_path: Pa
 async def test_a_backup_takes_the_place_of_an_older_one_only_when_it_is_whole(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
     target = tmp_path / "b.db"
-    backup.make(path, target)
+    history.make(path, target)
     before = target.read_bytes()
     damage(path)
     with pytest.raises(StorageDamaged):
-        backup.make(path, target)
+        history.make(path, target)
     assert target.read_bytes() == before
     assert names(tmp_path) == {"state", "b.db"}
 
 
 async def test_what_cannot_be_backed_up_is_said(path: Path, tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
-        backup.make(path, tmp_path / "b.db")
+        history.make(path, tmp_path / "b.db")
     await filled(path, 1)
     with pytest.raises(FileUnwritable):
-        backup.make(path, tmp_path / "missing" / "b.db")
+        history.make(path, tmp_path / "missing" / "b.db")
     with pytest.raises(FileUnwritable, match="the file itself"):
-        backup.make(path, path)
+        history.make(path, path)
     with closing(sqlite3.connect(tmp_path / "other.db")) as connection:
         connection.execute("CREATE TABLE bookmarks (url TEXT)")
     with pytest.raises(FileNotOurs):
-        backup.make(tmp_path / "other.db", tmp_path / "b.db")
+        history.make(tmp_path / "other.db", tmp_path / "b.db")
     (tmp_path / "empty.db").touch()
     with pytest.raises(FileNotOurs):
-        backup.make(tmp_path / "empty.db", tmp_path / "b.db")
+        history.make(tmp_path / "empty.db", tmp_path / "b.db")
 
 
 async def test_a_backup_put_back_is_what_it_was(path: Path, tmp_path: Path) -> None:
     await filled(path, 1, 2)
-    backup.make(path, tmp_path / "b.db")
+    history.make(path, tmp_path / "b.db")
     await filled(path, 3)
-    restored = backup.restore(tmp_path / "b.db", path)
+    restored = history.restore(tmp_path / "b.db", path)
     assert restored.aside is not None
     assert (restored.jobs, restored.path) == (2, path)
     assert await numbers(path) == [1, 2]
@@ -120,19 +120,19 @@ async def test_a_backup_put_back_is_what_it_was(path: Path, tmp_path: Path) -> N
 
 async def test_a_backup_is_put_where_there_was_nothing(path: Path, tmp_path: Path) -> None:
     await filled(tmp_path / "a.db", 1)
-    backup.make(tmp_path / "a.db", tmp_path / "b.db")
-    assert backup.restore(tmp_path / "b.db", path).aside is None
+    history.make(tmp_path / "a.db", tmp_path / "b.db")
+    assert history.restore(tmp_path / "b.db", path).aside is None
     assert await numbers(path) == [1]
     assert names(path.parent) == {"maya.db", "maya.db.lock"}
 
 
 async def test_a_damaged_file_is_replaced_and_kept_aside_with_its_log(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
-    backup.make(path, tmp_path / "b.db")
+    history.make(path, tmp_path / "b.db")
     overwrite(path, b"rubbish")
     log = path.with_name("maya.db-wal")
     overwrite(log, b"the log of rubbish")
-    aside = backup.restore(tmp_path / "b.db", path).aside
+    aside = history.restore(tmp_path / "b.db", path).aside
     assert aside is not None
     assert aside.read_bytes() == b"rubbish"
     assert aside.with_name(aside.name + "-wal").read_bytes() == b"the log of rubbish"
@@ -141,22 +141,22 @@ async def test_a_damaged_file_is_replaced_and_kept_aside_with_its_log(path: Path
 
 async def test_every_file_put_aside_gets_a_name_of_its_own(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
-    backup.make(path, tmp_path / "b.db")
-    asides = [backup.restore(tmp_path / "b.db", path).aside for _ in range(3)]
+    history.make(path, tmp_path / "b.db")
+    asides = [history.restore(tmp_path / "b.db", path).aside for _ in range(3)]
     assert [aside.name for aside in asides if aside] == ["maya.db.old-1", "maya.db.old-2", "maya.db.old-3"]
 
 
 async def test_runs_are_numbered_on_whatever_was_put_back(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
-    backup.make(path, tmp_path / "b.db")
+    history.make(path, tmp_path / "b.db")
     for number in (2, 3, 4):
         await filled(path, number)
-    backup.restore(tmp_path / "b.db", path)
+    history.restore(tmp_path / "b.db", path)
     journal = await SqliteJournal.open(path)
     assert journal.run == 5
     await journal.close()
     overwrite(path, b"rubbish")
-    backup.restore(tmp_path / "b.db", path)
+    history.restore(tmp_path / "b.db", path)
     journal = await SqliteJournal.open(path)
     assert journal.run > 5
     await journal.close()
@@ -164,10 +164,10 @@ async def test_runs_are_numbered_on_whatever_was_put_back(path: Path, tmp_path: 
 
 async def test_nothing_is_put_back_while_the_file_is_in_use(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
-    backup.make(path, tmp_path / "b.db")
+    history.make(path, tmp_path / "b.db")
     journal = await SqliteJournal.open(path)
     with pytest.raises(StorageInUse):
-        backup.restore(tmp_path / "b.db", path)
+        history.restore(tmp_path / "b.db", path)
     await journal.add(job_row(2))
     await journal.close()
     assert await numbers(path) == [1, 2]
@@ -190,10 +190,10 @@ def newer(path: Path) -> None:
 )
 async def test_a_bad_backup_leaves_the_file_as_it_is(path: Path, tmp_path: Path, spoil: Any, error: type) -> None:
     await filled(path, 1)
-    backup.make(path, tmp_path / "b.db")
+    history.make(path, tmp_path / "b.db")
     spoil(tmp_path / "b.db")
     with pytest.raises(error):
-        backup.restore(tmp_path / "b.db", path)
+        history.restore(tmp_path / "b.db", path)
     assert await numbers(path) == [1]
 
 
@@ -208,23 +208,23 @@ async def test_a_restore_that_is_cut_short_loses_neither_and_is_done_again(
         raise Cut
 
     await filled(path, 1)
-    backup.make(path, tmp_path / "b.db")
+    history.make(path, tmp_path / "b.db")
     await filled(path, 2)
     old = content(path)
     place = {"link": "os.link", "unlink": "pathlib.Path.unlink", "replace": "pathlib.Path.replace", "sync": "os.fsync"}
     with monkeypatch.context() as patched:
-        exchange = backup._exchange
-        monkeypatch.setattr(backup, "_exchange", partial(_cut_within, exchange, patched, place[cut], cut_short))
+        exchange = history._exchange
+        monkeypatch.setattr(history, "_exchange", partial(_cut_within, exchange, patched, place[cut], cut_short))
         with pytest.raises(Cut):
-            backup.restore(tmp_path / "b.db", path)
-        monkeypatch.setattr(backup, "_exchange", exchange)
+            history.restore(tmp_path / "b.db", path)
+        monkeypatch.setattr(history, "_exchange", exchange)
     if cut in {"link", "sync"}:
         assert await numbers(path) == [1, 2], "nothing had been exchanged yet"
     else:
         with pytest.raises(StorageDamaged, match="cut short"):
             await SqliteJournal.open(path)
         assert old in [file.read_bytes() for file in path.parent.iterdir()]
-    backup.restore(tmp_path / "b.db", path)
+    history.restore(tmp_path / "b.db", path)
     assert await numbers(path) == [1]
 
 
@@ -239,14 +239,14 @@ def _cut_within(exchange: Any, patched: pytest.MonkeyPatch, what: str, cut_short
 def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("mine", encoding="ascii")
     with pytest.raises(FileUnwritable):
-        backup.restore(tmp_path / "b.db", tmp_path / "state" / "maya.db")
+        history.restore(tmp_path / "b.db", tmp_path / "state" / "maya.db")
 
 
 async def test_a_copy_that_is_not_put_anywhere_is_removed(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
-    with backup.copied(path, tmp_path) as copy:
+    with history.copied(path, tmp_path) as copy:
         assert copy.exists()
     assert names(tmp_path) == {"state"}
-    with pytest.raises(MayaError), backup.copied(tmp_path / "missing.db", tmp_path):
+    with pytest.raises(MayaError), history.copied(tmp_path / "missing.db", tmp_path):
         pass
     assert names(tmp_path) == {"state"}

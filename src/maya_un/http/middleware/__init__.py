@@ -1,1 +1,0 @@
-"""Middleware: origin policy, limits, access log, and checks before every request."""
