@@ -1,4 +1,4 @@
-"""A new operation is a method and a route: OpenAPI, the Python client and `maya call` follow.
+"""A new operation is a method and a route: OpenAPI, the Python client, `maya call` and rosbridge follow.
 
 The package is copied, the operation is added to the copy, and real processes run from there. This is also the example
 for those who add one: docs/how-to/add-an-operation.md shows both pieces.
@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from websockets.sync.client import connect
 
 from tests.system.processes import CALM, done, running
 
@@ -63,12 +64,13 @@ def environment(tree: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[st
 
 
 @pytest.fixture(scope="module", autouse=True)
-def robot(environment: dict[str, str]) -> Iterator[None]:
-    """Run a robot from the copy, with its queue paused."""
-    with running(f"up --port 0 --journal memory --speed 100 {CALM}", environment) as process:
+def rosbridge(environment: dict[str, str]) -> Iterator[str]:
+    """Run a robot from the copy, with its queue paused; return the address of its rosbridge."""
+    with running(f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 {CALM}", environment) as process:
+        address = process.until("rosbridge: ").split()[-1]
         process.until("Ctrl-C")
         assert done("call pause_queue", env=environment)[0] == 0
-        yield
+        yield address
 
 
 def test_command_line_has_it(environment: dict[str, str]) -> None:
@@ -86,6 +88,15 @@ def test_python_client_has_it(environment: dict[str, str]) -> None:
     known = {**os.environ, **environment}
     ended = subprocess.run([sys.executable, "-c", program], env=known, capture_output=True, text=True, check=False)
     assert (ended.stdout, ended.stderr) == ("QueueView\n", "")
+
+
+def test_rosbridge_has_it(rosbridge: str) -> None:
+    called = {"operation": "hold_queue", "arguments": ""}
+    with connect(rosbridge) as client:
+        client.send(json.dumps({"op": "call_service", "service": "/call_operation", "args": called}))
+        answer = json.loads(client.recv(30.0))
+    assert (answer["result"], answer["values"]["success"]) == (True, True)
+    assert json.loads(answer["values"]["result"])["mode"] == "paused"
 
 
 def test_openapi_describes_it(environment: dict[str, str]) -> None:

@@ -147,6 +147,11 @@ ASKED: dict[str, tuple[tuple[int, int, int, int, int], Callable[[Visitor], Await
         lambda one: one.say("advertise_action", action="/own", type="maya_robot/Task"),
     ),
     "move the gripper": ((4101, 4102, 4104, 0, 0), lambda one: one.call("/gripper", data=True)),
+    "call an operation that reads": ((4101, 0, 0, 0, 0), lambda one: one.call("/call_operation", operation="status")),
+    "call an operation that drives": (
+        (4101, 4102, 4104, 0, 0),
+        lambda one: one.call("/call_operation", operation="resume_queue"),
+    ),
     "resume the queue": ((4101, 4102, 4104, 0, 0), lambda one: one.call("/resume_queue")),
     "recover the queue": ((4101, 4102, 4102, 0, 0), lambda one: one.call("/recover_queue", choice="abort")),
     "recover": ((4101, 4102, 4102, 0, 0), lambda one: one.call("/controller/recover")),

@@ -77,6 +77,16 @@ class Robot:
         assert answer["result"] is True, answer
         return answer["values"]
 
+    async def call(self, operation: str, arguments: object = None) -> Message:
+        """Call an operation by its name, and return the answer of /call_operation; text is sent as it is."""
+        name = f"{operation} {len(self.talker.mouth.frames)}"
+        text = arguments if isinstance(arguments, str) else json.dumps(arguments or {})
+        args = {"operation": operation, "arguments": text}
+        self.talker.say("call_service", id=name, service="/call_operation", args=args)
+        answer = await self.until(lambda message: message.get("id") == name)
+        assert answer["result"] is True, answer
+        return answer["values"]
+
     async def idle(self) -> None:
         """Return when the queue is empty again."""
         while self.stack.service.queue.view().running or self.waiting:
@@ -171,7 +181,19 @@ async def by_start_queue(one: Robot) -> None:
     await one.idle()
 
 
-@pytest.mark.parametrize("way", [by_command, by_task, by_goal_topic, by_move, by_send_task, by_start_queue])
+async def by_operation(one: Robot) -> None:
+    job = {"name": "cube", "parts": {"cube": [*START]}, "places": {"tray": [*TRAY]}}
+    steps = ["home", {"pick": "cube"}, {"place": "tray"}]
+    accepted = await one.call("submit", {"job": {**job, "steps": steps}})
+    assert accepted["success"], accepted
+    number = json.loads(accepted["result"])["id"]
+    await one.idle()
+    assert json.loads((await one.call("report", {"job": number}))["result"])["state"] == "done"
+
+
+@pytest.mark.parametrize(
+    "way", [by_command, by_task, by_goal_topic, by_move, by_send_task, by_start_queue, by_operation]
+)
 async def test_a_part_is_moved_by_every_door_of_the_manual(way: Callable[[Robot], object], tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         assert not stands_on_the_tray(one.cube)
@@ -296,6 +318,40 @@ async def test_who_holds_the_lease_drives_and_the_graph_is_told_so(tmp_path: Pat
         assert (await one.command("home"))["code"] == "4103"
         one.talker.say("call_service", id="stop", service="/controller/stop")
         assert (await one.until(lambda message: message.get("id") == "stop"))["values"]["success"] is True
+
+
+@pytest.mark.parametrize(
+    ("operation", "arguments", "code", "reason"),
+    [
+        ("resume-queue", None, "4005", "'resume-queue' is unknown; `maya call` lists all operations"),
+        ("recording", {"name": "x"}, "4005", "'recording' is unknown"),
+        ("reach", {"x": 1.0, "y": 1.0}, "4005", "z: it is missing"),
+        ("reach", {"x": 1.0, "y": 1.0, "z": "high"}, "4005", "z: it is not of the type float"),
+        ("reach", {"x": True, "y": 1.0, "z": 1.0}, "4005", "x: it is not of the type float"),
+        ("reach", {"x": 1.0, "y": 1.0, "z": 1.0, "w": 1.0}, "4005", "w: reach has the parameters x, y, z"),
+        ("report", {"job": "1/cancel"}, "4005", "job: it is not of the type int"),
+        ("status", "[]", "4005", "it is not a JSON object"),
+        ("status", "{", "4005", "it is not JSON"),
+        ("status", '{"a": ' + "1" * 20_000 + "}", "4005", "they are longer than 16384 characters; use HTTP"),
+        ("teach", {"name": "tray"}, "2103", ""),
+    ],
+)
+async def test_a_bad_call_of_an_operation_is_refused_as_over_http(
+    operation: str, arguments: object, code: str, reason: str, tmp_path: Path
+) -> None:
+    async with robot(tmp_path) as one:
+        answer = await one.call(operation, arguments)
+        assert (answer["success"], answer["code"], answer["result"]) == (False, code, ""), answer
+        assert reason in answer["message"]
+
+
+async def test_an_operation_is_called_with_the_rights_of_the_sender(tmp_path: Path) -> None:
+    async with robot(tmp_path) as one:
+        assert json.loads((await one.call("status"))["result"])["state"]["homed"] is False
+        ada = Caller("ada", Role.OPERATOR, "test")
+        await one.bridge.call(ada, Operation.LEND, lambda service: service.lease.take(ada))
+        assert (await one.call("resume_queue"))["code"] == "4103"
+        assert (await one.call("stop"))["success"] is True
 
 
 async def test_steps_of_others_are_carried_out_once(tmp_path: Path) -> None:

@@ -183,6 +183,12 @@ RECOVER_QUEUE = Row(
     ("process_controller",), ("maya_dashboard",), manual=False,
     asks=Operation.RESTART,
 )  # fmt: skip
+CALL_OPERATION = Row(
+    "/call_operation", Kind.SERVICE, "maya_process/CallOperation", Layer.PROCESS,
+    "call any operation of the service by its name; the right is that of the operation", ("process_controller",),
+    manual=False,
+    asks=Operation.READ,
+)  # fmt: skip
 STEP_COMMAND = Row(
     COMMAND_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "a step of a process, as JSON",
     ("ros_coms",), ("firebase_bridge",), heard=True,
@@ -206,6 +212,7 @@ TABLE = (
     STEP_STATUS, STEP_ROBOT,
     GRIPPER, MAYA_COMMAND, STOP, RECOVER, HOME, MOVE, FOLLOW, TASK,
     JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT, QUEUE_STATUS, RESUME_QUEUE, RECOVER_QUEUE,
+    CALL_OPERATION,
 )  # fmt: skip
 """The whole graph: first what the manual names, then what is ours."""
 

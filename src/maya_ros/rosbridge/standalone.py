@@ -12,6 +12,7 @@ from dmc41x3.address import SIM
 from maya_ros.graph.bus import Bus, BusNode
 from maya_ros.graph.protocol import Graph
 from maya_ros.graph.servers.controller import ControllerServer
+from maya_ros.graph.servers.operations import InternalApp, OperationServer
 from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.graph.servers.sensors import SensorServer
@@ -76,6 +77,7 @@ def _doors(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple
         (sensor, SensorServer(floor, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
         ("robot_controller", RobotServer(RobotProxy(stack, bridge, echo), clock=now)),
         ("process_controller", ProcessServer(queue, clock=now)),
+        ("process_controller", OperationServer(InternalApp(bridge))),
     )
 
 

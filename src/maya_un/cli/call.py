@@ -1,24 +1,18 @@
-"""`maya call`: send any operation of the HTTP interface to the running robot, by its name.
-
-The operations and their parameters are the functions of `maya_un.client.requests`, which are generated from the routes
-of the service. So a new operation is here without a line of code.
-"""
+"""`maya call`: send any operation of the HTTP interface to the running robot, by its name."""
 
 from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.settings import OutputSettings
-from maya_un.client import requests
+from maya_un.client.operations import Operation, operations
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
-
-Operation = Callable[..., Request[Any]]
 
 
 def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> int:
@@ -35,12 +29,6 @@ def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> in
     request = request_of(name, operation, given)
     output.emit(ServiceClient.find().ask(request))
     return output.DONE
-
-
-def operations() -> dict[str, Operation]:
-    """Return the operations by name, in the order of the reference page. Each of them answers in JSON."""
-    found = {name: one for name, one in vars(requests).items() if inspect.isfunction(one)}
-    return {name: one for name, one in found.items() if one.__module__ == requests.__name__ and _answers_json(one)}
 
 
 def request_of(name: str, operation: Operation, given: Sequence[str]) -> Request[Any]:
@@ -73,10 +61,6 @@ def _list(settings: OutputSettings) -> int:
 
 def _summary(operation: Operation) -> str:
     return (inspect.getdoc(operation) or "").partition("\n")[0]
-
-
-def _answers_json(operation: Operation) -> bool:
-    return inspect.signature(operation).return_annotation not in {"Request[str]", "Request[bytes]"}
 
 
 def _value(text: str, annotation: str) -> Any:

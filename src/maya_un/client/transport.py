@@ -172,7 +172,7 @@ def decoded(request: Request[T], status: int, headers: Mapping[str, str], conten
     if VERSION_HEADER not in headers:
         raise ServiceNotAnswering(reason=_NOBODY)
     if status >= 400:
-        raise _refusal(content)
+        raise refusal(content)
     if request.answer is type(None):
         return cast("T", None)
     if request.answer is bytes or request.answer is str:
@@ -201,7 +201,8 @@ def decoded_message(text: str | bytes) -> dict[str, Any]:
     raise error
 
 
-def _refusal(content: bytes) -> MayaError:
+def refusal(content: bytes) -> MayaError:
+    """Return the error that the content of an answer describes (problem+json)."""
     try:
         problem: dict[str, Any] = json.loads(content)
         return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))

@@ -28,6 +28,9 @@ from maya_un.service.access.operations import STOPPING, Caller, Operation
 LEASE = "Maya-Lease"
 """The header that shows the control lease."""
 
+CALLER = "maya_caller"
+"""The key of the caller in the ASGI scope of a request that another edge of this process makes."""
+
 _FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
 
 
@@ -51,6 +54,9 @@ def is_local(connection: HTTPConnection) -> bool:
 
 async def caller_of(connection: HTTPConnection, bridge: Bridge, operations: tuple[Operation, ...]) -> Caller:
     """Return who asks for one of `operations`; raises `NotSignedIn` and `TooManyRequests`."""
+    known: Caller | None = connection.scope.get(CALLER)
+    if known is not None:
+        return known
     return await bridge.caller(
         connection.headers.get("authorization"),
         connection.headers.get(LEASE, ""),

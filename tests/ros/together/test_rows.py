@@ -9,6 +9,7 @@ import pytest
 from maya_ros.graph.protocol import GoalStatus
 from maya_ros.graph.table import (
     ABORT,
+    CALL_OPERATION,
     COMMAND,
     DIAGNOSTICS,
     EVENT,
@@ -220,6 +221,14 @@ def test_a_step_is_carried_out_and_told(robot: Floors) -> None:
     id_ = robot.step("row", HERE)
     told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])
     assert (told["success"], told["error"]) == (True, None)
+
+
+def test_any_operation_is_called_by_its_name(robot: Floors) -> None:
+    parameters = {"operation": "reach", "arguments": json.dumps({"x": 9.0, "y": 9.0, "z": 0.4})}
+    answer = robot.driver.call(CALL_OPERATION.name, parameters)
+    assert (answer["success"], json.loads(answer["result"])["reachable"]) == (True, False)
+    refused = robot.driver.call(CALL_OPERATION.name, {"operation": "report", "arguments": '{"job": 999999}'})
+    assert (refused["success"], refused["code"], refused["result"]) == (False, "4004", "")
 
 
 def test_abort_stops_without_deceleration_and_a_person_recovers(robot: Floors) -> None:

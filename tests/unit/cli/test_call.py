@@ -7,6 +7,7 @@ import pytest
 from maya_un.cli import call
 from maya_un.cli.main import main
 from maya_un.client import requests
+from maya_un.client.operations import operations
 from maya_un.errors import InvalidCommandLine
 
 
@@ -24,7 +25,7 @@ from maya_un.errors import InvalidCommandLine
 def test_parameters_are_read_as_the_operation_declares_them(
     name: str, given: list[str], target: str, body: object
 ) -> None:
-    request = call.request_of(name, call.operations()[name], given)
+    request = call.request_of(name, operations()[name], given)
     assert (request.target, request.body) == (target, body)
 
 

@@ -201,7 +201,8 @@ Asker = Callable[[], Awaitable[Caller]]
 """Returns the principal of the command."""
 
 
-async def _sender() -> Caller:
+async def sender() -> Caller:
+    """Return the sender of the message."""
     return caller()
 
 
@@ -218,7 +219,7 @@ class GraphQueue:
         self._call = call
         self._view = view
         self._controller = controller
-        self._who = _sender if who is None else who
+        self._who = sender if who is None else who
 
     def status(self) -> DiagnosticStatus:
         """Return the status of the process layer."""

@@ -17,6 +17,7 @@ from dmc41x3.address import REAL, SIM, meant
 from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.clients.robot import GraphRobot
 from maya_ros.graph.distributed import robot_floor_seen
+from maya_ros.graph.servers.operations import InternalApp, OperationServer
 from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.ros1.configuration import awaited
 from maya_ros.ros1.controlling import log_own_event, ros_time
@@ -53,10 +54,17 @@ async def serve(node: RosNode) -> None:
         config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
         metrics = Metrics()
         async with _floor(node, config, metrics) as (floor, controller), graph_rights(floor.entrance.callers) as rights:
-            app = create_app(_bridge(floor, missing), None, metrics)
+            bridge = _bridge(floor, missing)
+            app = create_app(bridge, None, metrics)
             queue = GraphQueue(floor.gate.call, floor.service.queue.view, controller, rights.who)
             door = ProcessServer(queue, clock=ros_time, speed=node.speed)
-            async with served(app, near) as url, _timed(metrics, node.speed), door.open(node.graph):
+            operations = OperationServer(InternalApp(bridge), rights.who)
+            async with (
+                served(app, near) as url,
+                _timed(metrics, node.speed),
+                door.open(node.graph),
+                operations.open(node.graph),
+            ):
                 runtime.publish(runtime.Running(url, os.getpid(), None))
                 try:
                     await node.say_ready(f"The queue is worked; {url} and the `maya` commands find it.")

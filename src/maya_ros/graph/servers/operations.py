@@ -1,0 +1,94 @@
+"""All operations of the service on a graph, by name: the service /call_operation.
+
+Operations, parameters, rights, errors and answers are those of the routes of `maya_un.http`. Its application answers
+the call within this process, without a socket.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Mapping
+from contextlib import asynccontextmanager
+from typing import Any, Protocol
+
+from httpx import ASGITransport, AsyncClient
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from maya_ros.graph.outcome import failure, success
+from maya_ros.graph.protocol import Graph, Message
+from maya_ros.graph.servers.process import Asker, sender
+from maya_ros.graph.table import CALL_OPERATION
+from maya_un.client.operations import request_of
+from maya_un.client.request import Request
+from maya_un.client.transport import ServiceAddress, encoded, refusal
+from maya_un.errors import InvalidRequest, MayaError
+from maya_un.http.app import create_app
+from maya_un.http.bridge import Bridge
+from maya_un.http.exchange import CALLER
+from maya_un.process.spec.json_object import decode_object
+from maya_un.service.access.operations import Caller
+
+LONGEST = 16_384
+"""Longest arguments of a call [characters]: they are parsed in the loop. Longer jobs go over HTTP."""
+
+_HERE = ServiceAddress("http://localhost", "", "")
+_SOURCE = ("127.0.0.1", 0)
+
+
+class OperationApp(Protocol):
+    """Answers requests of operations."""
+
+    async def ask(self, request: Request[Any], caller: Caller) -> str:
+        """Return the answer as JSON, "" for none; raises the error of the operation."""
+        ...
+
+
+class InternalApp:
+    """The application of the HTTP interface on `bridge`, for requests of this process. It belongs to one loop."""
+
+    def __init__(self, bridge: Bridge) -> None:
+        self._app: ASGIApp = create_app(bridge)
+
+    async def ask(self, request: Request[Any], caller: Caller) -> str:
+        """Return the answer as JSON, "" for none; raises the error of the operation."""
+
+        async def with_caller(scope: Scope, receive: Receive, send: Send) -> None:
+            await self._app({**scope, CALLER: caller}, receive, send)
+
+        sent = encoded(request, _HERE, caller.lease)
+        async with AsyncClient(transport=ASGITransport(with_caller, client=_SOURCE), timeout=None) as client:
+            answer = await client.request(request.method, sent.url, headers=sent.headers, content=sent.content)
+        if answer.is_error:
+            raise refusal(answer.content)
+        return answer.text
+
+
+class OperationServer:
+    """Serves /call_operation on a graph; `who` returns the caller, by default the sender of the message."""
+
+    def __init__(self, app: OperationApp, who: Asker = sender) -> None:
+        self._app = app
+        self._who = who
+
+    @asynccontextmanager
+    async def open(self, graph: Graph) -> AsyncGenerator[None]:
+        """Serve while the block runs."""
+        served = graph.serve(CALL_OPERATION.name, CALL_OPERATION.type, self._answer)
+        try:
+            yield
+        finally:
+            served.close()
+
+    async def _answer(self, message: Message) -> Message:
+        try:
+            request = request_of(message["operation"], _parameters(message["arguments"]))
+            result = await self._app.ask(request, await self._who())
+        except MayaError as error:
+            return {**failure(error), "result": ""}
+        return {**success(), "result": result}
+
+
+def _parameters(text: str) -> Mapping[str, Any]:
+    """Return the parameters of a call; raises `InvalidRequest`."""
+    if len(text) > LONGEST:
+        raise InvalidRequest(key="arguments", reason=f"they are longer than {LONGEST} characters; use HTTP")
+    return decode_object(text.encode("utf-8", "surrogatepass")) if text.strip() else {}

@@ -1,0 +1,57 @@
+"""All operations of the service by their names, and the request of one of them for given parameters.
+
+They are the functions of `maya_un.client.requests`, which are generated from the routes. So a new operation is here
+without a line of code.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from maya_un.client import requests
+from maya_un.client.request import Request
+from maya_un.errors import InvalidRequest
+
+Operation = Callable[..., Request[Any]]
+
+_KINDS: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (int, float), "bool": (bool,)}
+"""The types of Python that JSON has for the annotation of a parameter."""
+
+
+def operations() -> dict[str, Operation]:
+    """Return the operations by name, in the order of the reference page. Each of them answers in JSON."""
+    found = {name: one for name, one in vars(requests).items() if inspect.isfunction(one)}
+    return {name: one for name, one in found.items() if one.__module__ == requests.__name__ and _answers_json(one)}
+
+
+def request_of(name: str, values: Mapping[str, Any]) -> Request[Any]:
+    """Return the request of the operation `name` for parameters as JSON has them. The service checks their values.
+
+    Raises `InvalidRequest` for an unknown operation, a parameter that it does not have or lacks, and one of another
+    type.
+    """
+    operation = operations().get(name)
+    if operation is None:
+        raise InvalidRequest(key="operation", reason=f"{name[:64]!r} is unknown; `maya call` lists all operations")
+    parameters = inspect.signature(operation).parameters
+    for key, value in values.items():
+        if key not in parameters:
+            raise InvalidRequest(key=key[:64], reason=f"{name} has the parameters {', '.join(parameters) or 'none'}")
+        _check_type(key, value, str(parameters[key].annotation))
+    for key, one in parameters.items():
+        if one.default is one.empty and key not in values:
+            raise InvalidRequest(key=key, reason="it is missing")
+    return operation(**values)
+
+
+def _answers_json(operation: Operation) -> bool:
+    return inspect.signature(operation).return_annotation not in {"Request[str]", "Request[bytes]"}
+
+
+def _check_type(key: str, value: object, annotation: str) -> None:
+    """Raise `InvalidRequest` if the value of a plain parameter has another type: it may become a part of the path."""
+    kinds = _KINDS.get(annotation)
+    if kinds is not None and (not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds)):
+        raise InvalidRequest(key=key, reason=f"it is not of the type {annotation}")
