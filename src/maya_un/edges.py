@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol, cast
 
 from maya_un.assembly import Stack
 from maya_un.config import Config
-from maya_un.errors import UnknownName
+from maya_un.errors import EdgeNotInstalled
 from maya_un.http.bridge import Bridge
 from maya_un.http.middleware import OriginPolicy
 
@@ -40,8 +40,8 @@ class Edge(Protocol):
 
 
 def edge(name: str) -> Edge:
-    """Return the edge that an installed package provides under `name`. Raises `UnknownName`."""
+    """Return the edge that an installed package provides under `name`. Raises `EdgeNotInstalled`."""
     found = entry_points(group=GROUP)
     if name not in found.names:
-        raise UnknownName(name=name, known=", ".join(sorted(found.names)))
+        raise EdgeNotInstalled(edge=name)
     return cast("Edge", found[name].load())

@@ -394,3 +394,13 @@ class CertificateRefused(
     """The service's certificate is not trusted, or the service speaks no TLS: nothing was sent to it."""
 
     reason: str
+
+
+class EdgeNotInstalled(
+    RequestError,
+    code=4051,
+    en="No installed package provides the edge {edge}. Install maya_un again (./run does), then try again.",
+):
+    """`maya up` is asked for an edge whose entry point is missing, as in an installation of an older version."""
+
+    edge: str

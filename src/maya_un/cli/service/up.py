@@ -334,6 +334,8 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
     config = configuration(settings)
     address = target_address(options.address, config.controller.address)
     speed = clock_factor(options.speed, address)
+    if options.rosbridge is not None:
+        config = _configured(config, speed)
     require_twin(address, "maya up", seed=options.seed, table=options.table)
     parts = on_the_table(options.table, config, settings)
     places, journal = taught_places(settings), journal_file(options.journal)
@@ -347,10 +349,8 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
         if far is not None:
             doors.enter_context(far.socket)
         rosbridge = doors.enter_context(rosbridge_at(options.rosbridge, journal, options.remote))
-        if rosbridge is not None:
-            robot = robot._replace(config=_configured(config, speed))
-            if options.coms:
-                doors.enter_context(coms_beside(url_of(rosbridge), config.coms))
+        if rosbridge is not None and options.coms:
+            doors.enter_context(coms_beside(url_of(rosbridge), config.coms))
         run(_serve(robot, options, _UpListeners(near, far, rosbridge), settings), clock)
     return output.DONE
 
