@@ -11,7 +11,7 @@ from maya_un.controller.homing import homed_pose
 from maya_un.controller.planner import Planner
 from maya_un.controller.protocol import Inspection, OnVia, Preview
 from maya_un.errors import Busy, MayaError, Stopped
-from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone
+from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone, OutputCleared, OutputSet
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
@@ -129,6 +129,11 @@ class FakeController:
         await self._take("gripper", open_, self.config.gripper.settle_time)
         self.state = replace(self.state, gripper_closed=not open_)
         self.events.emit(GripperOpened() if open_ else GripperClosed())
+
+    async def output(self, number: int, *, on: bool) -> None:
+        """Switch an output at once."""
+        await self._take("output", (number, on), 0.0)
+        self.events.emit(OutputSet(number) if on else OutputCleared(number))
 
     async def stop(self) -> StopReport:
         """End what is under way with `Stopped`."""

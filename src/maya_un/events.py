@@ -222,6 +222,20 @@ class GripperClosed(ControllerEvent, word="gripper_closed", en="gripper closed",
     """The gripper has closed."""
 
 
+@dataclass(frozen=True)
+class OutputSet(ControllerEvent, word="output_on", en="output {number} on", narrated=True):
+    """A digital output of the controller was switched on. `number` is 1 to 8."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class OutputCleared(ControllerEvent, word="output_off", en="output {number} off", narrated=True):
+    """A digital output of the controller was switched off. `number` is 1 to 8."""
+
+    number: int
+
+
 class LimitHit(Trouble, word="limit", en="limit switch", narrated=True, level=logging.WARNING):
     """An axis met a limit switch. A person recovers."""
 

@@ -88,6 +88,11 @@ GRIPPER = Row(
     HARDWARE, ("robot_controller",),
     asks=Operation.WISH,
 )  # fmt: skip
+OUTPUT = Row(
+    "/controller/output", Kind.SERVICE, "maya_controller/SetOutput", Layer.CONTROLLER,
+    "switch a digital output that `controller.outputs` lists", HARDWARE, ("robot_controller",), manual=False,
+    asks=Operation.WISH,
+)  # fmt: skip
 HOME = Row(
     "/home", Kind.ACTION, "maya_controller/Home", Layer.CONTROLLER, "find the switches",
     HARDWARE, ("robot_controller",),
@@ -212,7 +217,7 @@ TABLE = (
     STEP_STATUS, STEP_ROBOT,
     GRIPPER, MAYA_COMMAND, STOP, RECOVER, HOME, MOVE, FOLLOW, TASK,
     JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT, QUEUE_STATUS, RESUME_QUEUE, RECOVER_QUEUE,
-    CALL_OPERATION,
+    OUTPUT, CALL_OPERATION,
 )  # fmt: skip
 """The whole graph: first what the manual names, then what is ours."""
 

@@ -136,6 +136,10 @@ class ControllerProxy:
         """Open or close the gripper."""
         await self._wish(Operation.WISH, lambda service: service.direct.gripper(open_), "gripper")
 
+    async def output(self, number: int, *, on: bool) -> None:
+        """Switch a digital output of the controller."""
+        await self._wish(Operation.WISH, lambda service: service.direct.output(number, on=on), "output")
+
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path."""
         return await self._wish(Operation.STOP, lambda service: service.stop())

@@ -206,6 +206,10 @@ class ControllerConfig(ConfigSection):
     address: Annotated[Address, Field(description="HOST or HOST:PORT that `--address real` means")] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
     stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records a second [Hz]")] = 20.0
+    outputs: Annotated[
+        tuple[Annotated[int, Field(ge=1, le=8)], ...],
+        Field(strict=False, max_length=7, description="digital outputs that primitives may switch; there are none"),
+    ] = ()
 
 
 class Geometry(ConfigSection):
@@ -423,6 +427,12 @@ class Config(ConfigSection):
         if grasp + self.cell.clearance >= highest:
             reason = f"with the clearance it must stay below {highest:g}, where the lines are straight"
             raise Contradiction("cell.grasp_height", grasp, reason)
+        return self
+
+    @model_validator(mode="after")
+    def _gripper_has_its_output_alone(self) -> Self:
+        if self.gripper.output in self.controller.outputs:
+            raise Contradiction("controller.outputs", self.gripper.output, "it is the output of the gripper")
         return self
 
     @model_validator(mode="after")

@@ -15,7 +15,7 @@ from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing import HomingRun
 from maya_un.controller.monitor import SETTLED, Monitor, erase, leave, noted
 from maya_un.controller.planner import Jogging, MotionPlan, Planner, Planning
-from maya_un.controller.protocol import Inspection, OnVia, Preview
+from maya_un.controller.protocol import Inspection, OnVia, Preview, require_output
 from maya_un.controller.registers import Dial
 from maya_un.controller.seek import Seeker
 from maya_un.controller.stopping import MotionStopper
@@ -42,6 +42,8 @@ from maya_un.events import (
     MotionBegun,
     MotionEnded,
     MotionStopped,
+    OutputCleared,
+    OutputSet,
     ZonesChanged,
 )  # fmt: skip
 from maya_un.kinematics.mechanism import Mechanism
@@ -273,6 +275,16 @@ class GalilController:
             await wish.wait(self._loop.time() + grip.settle_time)
             await monitor.look()
             self.events.emit(GripperOpened() if open_ else GripperClosed())
+            wish.check()
+
+    async def output(self, number: int, *, on: bool) -> None:
+        """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others."""
+        require_output(self.config, number)
+        monitor = self._monitor
+        with monitor.desk.take("output") as wish:
+            await self._lookout.output(monitor.ready(homed=False), number, high=on)
+            await monitor.look()
+            self.events.emit(OutputSet(number) if on else OutputCleared(number))
             wish.check()
 
     async def stop(self) -> StopReport:

@@ -20,6 +20,7 @@ import numpy as np
 
 from dmc41x3.language.numbers import SCALE, fixed
 from maya_un.config import Config
+from maya_un.errors import InvalidValue
 from maya_un.events import EventLog
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
@@ -314,6 +315,10 @@ class Controller(Protocol):
         """Open or close the gripper and wait until it has moved."""
         ...
 
+    async def output(self, number: int, *, on: bool) -> None:
+        """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others."""
+        ...
+
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path, past every queue; answer how long and how far it takes."""
         ...
@@ -343,3 +348,9 @@ class Controller(Protocol):
         With `take_over` the controller is taken from another program that owns it, at rest.
         """
         ...
+
+
+def require_output(config: Config, number: int) -> None:
+    """Raise `InvalidValue` for an output that primitives may not switch."""
+    if number not in config.controller.outputs:
+        raise InvalidValue(key="output", value=number, reason="`controller.outputs` of the configuration lacks it")

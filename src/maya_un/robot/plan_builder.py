@@ -17,7 +17,7 @@ from typing import NamedTuple, Protocol
 
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
-from maya_un.controller.protocol import Inspection, Preview
+from maya_un.controller.protocol import Inspection, Preview, require_output
 from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Limit, Reason, Workspace
@@ -92,7 +92,21 @@ class GripAction:
         return (PhasePreview(self.phase, self.duration),)
 
 
-Action = HomingAction | TravelAction | GripAction
+@dataclass(frozen=True, slots=True)
+class OutputAction:
+    """Switch a digital output; the controller does so at once."""
+
+    phase: str
+    number: int
+    on: bool
+    duration: float = 0.0
+
+    def phases(self) -> tuple[PhasePreview, ...]:
+        """Return its one phase."""
+        return (PhasePreview(self.phase, self.duration),)
+
+
+Action = HomingAction | TravelAction | GripAction | OutputAction
 
 
 @dataclass(frozen=True, slots=True)
@@ -329,6 +343,11 @@ class PlanBuilder:
         """Open or close the gripper."""
         self._actions.append(GripAction(phase, open_, self._config.gripper.settle_time, grasps))
         self.pose = self.pose._replace(gripper=GripperState.OPEN if open_ else GripperState.CLOSED)
+
+    def output(self, phase: str, number: int, *, on: bool) -> None:
+        """Switch a digital output that `controller.outputs` lists; raises `InvalidValue` for others."""
+        require_output(self._config, number)
+        self._actions.append(OutputAction(phase, number, on))
 
     def here(self) -> Joints:
         """Return the joints of the pose; raises `NotHomed` where they are not known."""

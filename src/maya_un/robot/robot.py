@@ -27,6 +27,7 @@ from maya_un.robot.plan_builder import (
     ActionDetail,
     GripAction,
     HomingAction,
+    OutputAction,
     PlanBuilder,
     PlanningMachine,
     Pose,
@@ -303,6 +304,8 @@ class MayaRobot(PlanningRobot):
                 await self._controller.gripper(open_)
                 if grasps:
                     self._memory.grasped()
+            case OutputAction(number=number, on=on):
+                await self._controller.output(number, on=on)
 
     async def _travel(self, action: TravelAction, enter: OnPhase) -> None:
         if action.turn is None:

@@ -180,6 +180,10 @@ class DirectCommands:
         """Open or close the gripper."""
         await self._do("gripper", self._controller.gripper(open_))
 
+    async def output(self, number: int, *, on: bool) -> None:
+        """Switch a digital output of the controller."""
+        await self._do("output", self._controller.output(number, on=on))
+
     async def primitive(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
         """Do a primitive, and tell its phases."""
         await self._do(primitive.command, self._robot.run(primitive, on_phase))

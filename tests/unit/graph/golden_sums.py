@@ -56,6 +56,7 @@ SERVICES = {
     "std_srvs/SetBool": "09fb03525b03e7ea1fd3992bafd87e16",
     "std_srvs/Trigger": "937c9679a518e3a18d831e57125ea522",
     "maya_robot/MayaCommand": "accaee53b86502f815f15e7bedb58165",
+    "maya_controller/SetOutput": "8aa4eb2ebc4b55c56196c9590a456dcb",
     "maya_process/CallOperation": "4a4397802d724577e46d422cf2558fcb",
     "maya_process/RecoverQueue": "d9c1fcb92c797e5dc46a889a7825d3ff",
 }

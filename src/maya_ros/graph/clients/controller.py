@@ -16,11 +16,11 @@ from maya_ros.graph.clients.watch import SETTLES, ControllerWatch
 from maya_ros.graph.conversions import path_to_message
 from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
 from maya_ros.graph.protocol import Feedback, Graph, Message
-from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
+from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, OUTPUT, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
 from maya_un.config import Config, Units
 from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import Jogging, MotionPlan, Planner
-from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview
+from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview, require_output
 from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
 from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
 from maya_un.kinematics.mechanism import Mechanism
@@ -290,6 +290,11 @@ class GraphController:
         await self._call(GRIPPER, {"data": open_})
         await self._watch.until(lambda: self.state.gripper_closed is not open_, SETTLES)
 
+    async def output(self, number: int, *, on: bool) -> None:
+        """Switch a digital output that `controller.outputs` lists; raises `InvalidValue` for others."""
+        require_output(self.config, number)
+        await self._call(OUTPUT, {"number": number, "on": on})
+
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path; tell how long and how far it takes.
 
@@ -367,7 +372,7 @@ class GraphController:
         if isinstance(event, MotionStopped):
             self.stops += 1
         if isinstance(event, Connected):
-            self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER)))
+            self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER, OUTPUT)))
 
     def _require_there(self) -> None:
         if not self._watch.there:

@@ -35,6 +35,7 @@ from maya_ros.graph.table import (
     GRIPPER,
     HOME,
     MOVE,
+    OUTPUT,
     PAUSE,
     RECOVER,
     RESUME,
@@ -82,6 +83,10 @@ class ControllerLayer(ControllerView, Protocol):
 
     async def gripper(self, open_: bool) -> None:
         """Open or close the gripper."""
+        ...
+
+    async def output(self, number: int, *, on: bool) -> None:
+        """Switch a digital output of the controller."""
         ...
 
     async def stop(self) -> StopReport:
@@ -182,6 +187,13 @@ class ControllerServer:
                 return trigger_failure(error)
             return {"success": True, "message": ""}
 
+        async def output(request: Message) -> Message:
+            try:
+                await floor.output(request["number"], on=request["on"])
+            except MayaError as error:
+                return trigger_failure(error)
+            return {"success": True, "message": ""}
+
         rows: tuple[tuple[Row, Callable[[], Awaitable[str]]], ...] = (
             (STOP, stop),
             (PAUSE, lambda: _reported(floor.pause())),
@@ -190,7 +202,8 @@ class ControllerServer:
             (ABORT, abort),
         )
         served = [graph.serve(row.name, row.type, trigger(work)) for row, work in rows]
-        return [graph.serve(GRIPPER.name, GRIPPER.type, gripper), *served]
+        own = ((GRIPPER, gripper), (OUTPUT, output))
+        return [*(graph.serve(row.name, row.type, answer) for row, answer in own), *served]
 
     def _topics(self, graph: Graph, teller: EventPublisher, working: BackgroundTasks) -> list[GraphHandle]:
         async def told(wish: str, work: Awaitable[object]) -> None:
