@@ -30,7 +30,7 @@ from harness import Case, Goal, Sample, measure, report
 
 from dmc41x3.loops import run
 from maya_ros.graph.protocol import Feedback, Message
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.steps.store import StepStore
 from tests.system.brokers import broker
 from tests.system.processes import Process
@@ -250,7 +250,7 @@ async def journal(held: AsyncExitStack, folder: Path) -> list[Case]:
         times: list[float] = []
         for _ in range(TIMES):
             asked = time.perf_counter()
-            await store.accept(f"b{next(NUMBERS)}", "0" * 64, request_context.now(), (), begins=True)
+            await store.accept(f"b{next(NUMBERS)}", "0" * 64, dates.now(), (), begins=True)
             times.append(time.perf_counter() - asked)
         return median(times)
 

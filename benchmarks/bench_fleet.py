@@ -23,7 +23,7 @@ from threading import Thread
 import aiomqtt
 from harness import Case, Goal, Sample, measure, report
 
-from maya_un.http import request_context
+from maya_un.http import dates
 from tests.system.brokers import broker
 from tests.system.processes import MAYA
 
@@ -80,7 +80,7 @@ async def reports(port: int, last: str) -> None:
         for number in range(LASTS * ROBOTS):
             await asyncio.sleep(begin + number / ROBOTS - time.perf_counter())
             id_ = last if number == LASTS * ROBOTS - 1 else f"step {number}"
-            text = json.dumps({"id": id_, "state": "executing", "date": request_context.now()})
+            text = json.dumps({"id": id_, "state": "executing", "date": dates.now()})
             await robots.publish(f"maya/v1/R{number % ROBOTS}/progress", text, 1)
 
 

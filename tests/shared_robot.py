@@ -19,7 +19,7 @@ from maya_ros.rosbridge.standalone import endpoint
 from maya_un.assembly import Stack, stack
 from maya_un.config import load
 from maya_un.edges import EndpointOptions
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.middleware import OriginPolicy, Rate
@@ -96,7 +96,7 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
     journal = await SqliteJournal.open(file)
     try:
         async with stack(
-            load(CALM_FILE), speed=SPEED, journal=journal, calendar=request_context, users=FileStore(file)
+            load(CALM_FILE), speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)
         ) as running:
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)

@@ -15,7 +15,7 @@ from maya_ros.graph.outcome import success
 from maya_ros.graph.protocol import Feedback, Message
 from maya_ros.graph.servers.steps import bridged
 from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, TASK
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.steps.store import StepStore
 
 
@@ -41,7 +41,7 @@ async def main(path: Path) -> None:
     cloud.subscribe(STEP_RESULT.name, STEP_RESULT.type, lambda message: say(f"result {message['data']}"))
     commands = cloud.advertise(STEP_COMMAND.name, STEP_COMMAND.type)
     store = await StepStore.open(path)
-    async with bridged(bridge, store, request_context.now):
+    async with bridged(bridge, store, dates.now):
         say("ready")
         lines = asyncio.StreamReader()
         await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(lines), sys.stdin)

@@ -18,7 +18,7 @@ from maya_un.coms.robot import Rosbridge
 from maya_un.coms.selection import transport_of
 from maya_un.coms.settings import from_environment
 from maya_un.coms.transport import LONGEST_PAUSE
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.steps.store import StepStore
 from tests.system import coms_chaos, test_coms_chaos, test_coms_firestore_chaos, test_coms_rtdb_chaos
 from tests.system.brokers import broker
@@ -106,7 +106,7 @@ async def linked(place: Place, folder: Path) -> None:
         robot = Robot(store)
         await stack.enter_async_context(robot.bridge())
         await stack.enter_async_context(robot.rosbridge())
-        agent = Agent("MAYA", Rosbridge(robot.url), transport_of(settings), request_context.now, Random(1))
+        agent = Agent("MAYA", Rosbridge(robot.url), transport_of(settings), dates.now, Random(1))
         running = asyncio.create_task(agent.run())
         try:
             await story(agent, robot, server, lab)

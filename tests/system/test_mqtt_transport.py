@@ -21,7 +21,7 @@ from maya_un.coms.mqtt import Broker as Address
 from maya_un.coms.mqtt import Mqtt
 from maya_un.coms.robot import Rosbridge
 from maya_un.errors import SessionTakenOver
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.steps.store import StepStore
 from tests.system.brokers import Broker, broker
 from tests.unit.coms.test_agent import Robot, command
@@ -39,7 +39,7 @@ def client(one: Broker) -> aiomqtt.Client:
 @asynccontextmanager
 async def linked(one: Broker, robot: Robot) -> AsyncIterator[Agent]:
     """Run an agent while the block runs."""
-    agent = Agent("MAYA", Rosbridge(robot.url), Mqtt(Address(one.url)), request_context.now, Random(1))
+    agent = Agent("MAYA", Rosbridge(robot.url), Mqtt(Address(one.url)), dates.now, Random(1))
     running = asyncio.create_task(agent.run())
     try:
         yield agent

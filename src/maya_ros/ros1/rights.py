@@ -16,7 +16,7 @@ from pathlib import Path
 from maya_un import credentials
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, MayaError, NotSignedIn
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.process.journal.file import FILE_NAME
 from maya_un.service.access.callers import Callers, Hasher
 from maya_un.service.access.operations import BYSTANDER, ROS, RULES, STOPPING, Caller, Operation, allowed, require
@@ -84,7 +84,7 @@ class FolderTokenChecker:
         self._store = ReadOnlyStore(state_folder() / FILE_NAME)
         self._register = UserRegistry(self._store)
         self._speed = max(1.0, speed)
-        self.callers = Callers(self._register, request_context, speed=speed, hasher=Hasher())
+        self.callers = Callers(self._register, dates, speed=speed, hasher=Hasher())
 
     async def open(self) -> None:
         """Read them; raises `StorageDamaged` and related errors."""

@@ -25,14 +25,14 @@ from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEv
 from maya_un.assembly import Stack
 from maya_un.config import Config
 from maya_un.edges import EndpointOptions
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.http.bridge import Bridge
 from maya_un.steps.store import StepStore
 
 
 @asynccontextmanager
 async def endpoint(
-    stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0, now: Clock = request_context.epoch
+    stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0, now: Clock = dates.epoch
 ) -> AsyncIterator[Endpoint]:
     """Serve rosbridge for `stack` at a place, on the graph that `graph_of` makes of it, while the block runs."""
     async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
@@ -43,7 +43,7 @@ async def endpoint(
 
 @asynccontextmanager
 async def graph_of(
-    stack: Stack, bridge: Bridge, steps: Path, *, speed: float = 1.0, now: Clock = request_context.epoch
+    stack: Stack, bridge: Bridge, steps: Path, *, speed: float = 1.0, now: Clock = dates.epoch
 ) -> AsyncIterator[Bus]:
     """Yield a graph on which all floors of `stack` are offered, which lives in the bridge's loop at `speed`.
 
@@ -59,7 +59,7 @@ async def graph_of(
         for name, door in _doors(stack, bridge, echo, now):
             await _open(held, bus, name, door)
         name = stack.config.coms.name
-        await _open(held, bus, "firebase_bridge", TaskServer(store, request_context.now, clock=now, name=name))
+        await _open(held, bus, "firebase_bridge", TaskServer(store, dates.now, clock=now, name=name))
         yield bus
 
 

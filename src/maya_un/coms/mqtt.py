@@ -30,7 +30,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import InvalidValue, SessionTakenOver, SupervisorsNotReached
-from maya_un.http import request_context
+from maya_un.http import dates
 
 VERSION = "maya/v1"
 
@@ -176,7 +176,7 @@ class Mqtt:
 
     broker: Broker
     default_command: str | None = None
-    session: str = field(default_factory=lambda: f"{request_context.epoch():020.6f} {uuid4().hex}")
+    session: str = field(default_factory=lambda: f"{dates.epoch():020.6f} {uuid4().hex}")
     needs_journal: bool = False
     _was_online: bool = False
 

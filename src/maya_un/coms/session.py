@@ -19,7 +19,7 @@ from uuid import uuid4
 
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.steps.text import StepEnd
 
 _LONGEST_KEY = 64
@@ -118,7 +118,7 @@ class SessionClaims:
 
     def refusal(self, command: SupervisorCommand, id_: str | None) -> Report:
         """Return the result of a command that another journal may know."""
-        result = StepEnd.refused(id_, StepTakenElsewhere(name=self._robot), request_context.now())
+        result = StepEnd.refused(id_, StepTakenElsewhere(name=self._robot), dates.now())
         return Report(id_, ReportKind.RESULT, result.text, command.key)
 
     async def require(self) -> str | None:

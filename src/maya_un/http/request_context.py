@@ -1,13 +1,9 @@
-"""Dates: an edge says when something was taught, for nothing below it looks at a clock.
-
-The context of a request: its caller, its operation, and its answer.
-"""
+"""The context of a request: its caller, its operation, and its answer."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from datetime import UTC, datetime, timedelta
 from typing import Annotated, TypeVar
 
 from fastapi import Depends, Request
@@ -18,22 +14,6 @@ from maya_un.http.exchange import Rights, caller_of
 from maya_un.http.routing import RouteRule, rule_of
 from maya_un.service.access.operations import Caller, Operation, allowed, require
 from maya_un.service.service import Service
-
-
-def now() -> str:
-    """Return date and time as a taught place carries them (ISO 8601, UTC)."""
-    return datetime.now(UTC).isoformat(timespec="seconds")
-
-
-def epoch() -> float:
-    """Return the seconds since 1970-01-01 00:00 UTC, as messages of a graph are stamped with."""
-    return datetime.now(UTC).timestamp()
-
-
-def after(seconds: float) -> str:
-    """Return the date in so many seconds, in the same form."""
-    return (datetime.now(UTC) + timedelta(seconds=seconds)).isoformat(timespec="seconds")
-
 
 T = TypeVar("T")
 

@@ -32,7 +32,7 @@ from maya_un.errors import (
     StepOfOtherRobot,
     WrongRobot,
 )
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.http.thread import bound_socket
 from maya_un.steps.store import StepStore
 from maya_un.steps.text import RobotIdentity, StepEnd
@@ -70,7 +70,7 @@ class Robot:
     @asynccontextmanager
     async def bridge(self) -> AsyncIterator[Steps]:
         """Be the node firebase_bridge."""
-        async with bridged(self.bus.node("firebase_bridge"), self.store, request_context.now, name=self.name) as steps:
+        async with bridged(self.bus.node("firebase_bridge"), self.store, dates.now, name=self.name) as steps:
             yield steps
 
     @asynccontextmanager
@@ -99,7 +99,7 @@ def told(
     async def main() -> None:
         store = await StepStore.open(folder / "steps.db")
         robot, memory = Robot(store), kind(default_command)
-        agent = Agent("MAYA", Rosbridge(robot.url), memory, request_context.now, Random(1))
+        agent = Agent("MAYA", Rosbridge(robot.url), memory, dates.now, Random(1))
         running = asyncio.create_task(agent.run())
         try:
             async with asyncio.timeout(150.0):
@@ -414,7 +414,7 @@ async def test_commands_survive_ten_minutes_without_a_side(side: str, tmp_path: 
     store = await StepStore.open(tmp_path / "steps.db")
     robot, memory = Robot(store), Memory()
     direct = Direct(robot)
-    agent = Agent("MAYA", cast(Rosbridge, direct), memory, request_context.now, Random(1))
+    agent = Agent("MAYA", cast(Rosbridge, direct), memory, dates.now, Random(1))
     running = asyncio.create_task(agent.run())
     loop = asyncio.get_running_loop()
     async with robot.bridge():
@@ -476,9 +476,7 @@ def test_results_of_steps_that_no_supervisor_sent_do_not_pile_up(tmp_path: Path)
             await until(lambda: agent.status()["robot"]["connected"])
             results = robot.bus.node("firebase_bridge").advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=10)
             for number in range(1010):
-                results.publish(
-                    {"data": StepEnd(f"s{number}", None, None, request_context.now(), request_context.now()).text}
-                )
+                results.publish({"data": StepEnd(f"s{number}", None, None, dates.now(), dates.now()).text})
                 if number % 10 == 9:  # as many as wait
                     await until(lambda: f"s{number}" in agent.status()["steps"])  # noqa: B023 - it is called at once
             assert len(agent.status()["steps"]) == 1000

@@ -13,7 +13,7 @@ from maya_un.coms.agent import Agent
 from maya_un.coms.robot import Rosbridge
 from maya_un.coms.transport import Report, ReportKind
 from maya_un.errors import RobotNotReached
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.http.thread import bound_socket
 from tests.unit.coms.memory import Memory
 
@@ -29,7 +29,7 @@ async def test_credentials_in_the_address_are_shown_nowhere() -> None:
     with bound_socket(0) as door:
         port = door.getsockname()[1]
     robot = Rosbridge(f"ws://anna:geheim@127.0.0.1:{port}/?token=secreto")
-    shown = json.dumps(Agent("MAYA", robot, Memory(), request_context.now).status())
+    shown = json.dumps(Agent("MAYA", robot, Memory(), dates.now).status())
     with pytest.raises(RobotNotReached) as caught:
         async with robot.connected():
             pass

@@ -15,7 +15,7 @@ from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.rights import rights_of_node
 from maya_un.config import load
 from maya_un.config.state_folder import state_folder
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.steps.store import NAME, StepStore
 
 
@@ -32,7 +32,7 @@ async def serve(node: RosNode) -> None:
             rights_of_node(node.speed) as rights,
             TaskServer(
                 store,
-                request_context.now,
+                dates.now,
                 clock=ros_time,
                 speed=node.speed,
                 permit=rights.permit,

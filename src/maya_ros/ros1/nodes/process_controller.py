@@ -29,7 +29,7 @@ from maya_un.config import Config, default_path
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import AddressInUse, MayaError
 from maya_un.events import EventLog
-from maya_un.http import log, request_context
+from maya_un.http import dates, log
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.metrics import Metrics
@@ -95,7 +95,7 @@ async def _floor(
         GraphController.on(node.graph, config, speed=node.speed) as controller,
     ):
         assert kept.journal is not None
-        keep_events(controller.events, kept.journal, request_context)
+        keep_events(controller.events, kept.journal, dates)
         _listened(controller.events, metrics)
         await controller.connected()
         with staffed(config) as staff:
@@ -108,7 +108,7 @@ async def _floor(
                 speed=node.speed,
                 places=default_path().with_name("poses.toml"),
                 journal=kept.journal,
-                calendar=request_context,
+                calendar=dates,
                 users=kept.users,
                 staff=staff,
             ) as floor:

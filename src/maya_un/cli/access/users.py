@@ -29,7 +29,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.config.state_folder import own_state_folder
 from maya_un.errors import InvalidCommandLine, InvalidValue
-from maya_un.http.request_context import now
+from maya_un.http.dates import now
 from maya_un.process.journal import file
 from maya_un.service.access import callers
 from maya_un.service.access.callers import Hasher

@@ -26,7 +26,7 @@ from maya_un.coms.robot import Rosbridge
 from maya_un.coms.selection import transport_of
 from maya_un.coms.server import AgentSwitch, serve
 from maya_un.config.model import ComsConfig
-from maya_un.http import request_context
+from maya_un.http import dates
 from maya_un.http.thread import bound_socket
 
 _PATIENCE = 5.0
@@ -82,7 +82,7 @@ def coms(
 async def _serve(found: environment.AgentSettings, door: socket.socket, *, connect: bool) -> None:
     def agent() -> Agent:
         robot = Rosbridge(found.rosbridge, found.token, found.namespace)
-        return Agent(found.name, robot, transport_of(found), request_context.now)
+        return Agent(found.name, robot, transport_of(found), dates.now)
 
     warning = environment.password_warning(found)
     if warning is not None:

@@ -37,7 +37,7 @@ from maya_un.cli.quantities import clock_factor
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileUnwritable, InvalidCommandLine, TwinNotFound, from_notice
-from maya_un.http.request_context import epoch
+from maya_un.http.dates import epoch
 from maya_un.machine.log_writer import MechanicsRecordWriter
 from maya_un.machine.mechanics import SAMPLE
 from maya_un.values import Point

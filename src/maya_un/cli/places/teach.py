@@ -19,7 +19,7 @@ from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, NameTaken, ServiceNotRunning
-from maya_un.http.request_context import now
+from maya_un.http.dates import now
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.process.spec.pallet import check_counts
 from maya_un.process.spec.poses import PoseStore, checked_name

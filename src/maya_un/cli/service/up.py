@@ -45,7 +45,7 @@ from maya_un.cli.waiting import because
 from maya_un.config import Config
 from maya_un.config.state_folder import own_state_folder
 from maya_un.errors import MayaError
-from maya_un.http import log, request_context
+from maya_un.http import dates, log
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.log import keep_quiet
@@ -408,7 +408,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
                     take_over=robot.take_over,
                     places=robot.places,
                     journal=kept.journal,
-                    calendar=request_context,
+                    calendar=dates,
                     users=kept.users,
                     recordings=shelf(robot.config.recorder),
                     staff=staff,

@@ -21,9 +21,10 @@ from maya_un.errors import (
     NotTaught,
     Unreachable,
 )
+from maya_un.http.dates import now
 from maya_un.http.exchange import answer, sent, sent_as_written
 from maya_un.http.openapi import GRID, ZONE
-from maya_un.http.request_context import Ask, now
+from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
 from maya_un.schema.bodies import Forgotten, Name, Removed
 from maya_un.schema.jobs import PalletInfo, TaughtPose

@@ -23,11 +23,12 @@ from maya_un.errors import (
     StorageFailed,
 )
 from maya_un.http.bridge import Bridge
+from maya_un.http.dates import now
 from maya_un.http.errors import language_of
 from maya_un.http.exchange import MOST, answer
 from maya_un.http.metrics import CONTENT_TYPE, JournalHealth, Metrics
 from maya_un.http.openapi import document
-from maya_un.http.request_context import Ask, now
+from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, Routes
 from maya_un.process.journal import history
 from maya_un.process.journal.sqlite import SqliteJournal
