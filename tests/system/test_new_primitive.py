@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from websockets.sync.client import connect
 
 from dmc41x3.loops import run
 from tests.rosbridging import web
@@ -29,18 +30,21 @@ PAGE = ROOT / "docs" / "how-to" / "add-a-primitive.md"
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a copy of the project with the primitive `tap`, as the page says."""
+    """Return a copy of the project with the primitives `tap` and `rotate`, as the page says."""
     copy = tmp_path_factory.mktemp("tree")
     for folder in ("src", "scripts"):
         shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
     primitives = copy / "src" / "maya_un" / "robot" / "primitives"
-    file, into, entry = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    file, into, entry, rotate = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     (primitives / "tap.py").write_text(file, encoding="utf-8")
     listed = (primitives / "__init__.py").read_text(encoding="utf-8")
     before, after = entry.splitlines()
     assert before in listed
     last = "from maya_un.robot.primitives.primitive import Primitive\n"
     text = listed.replace(last, last + into).replace(before, after)
+    (primitives / "rotate.py").write_text(rotate, encoding="utf-8")
+    into = into.replace("tap", "rotate").replace("Tap", "Rotate")
+    text = text.replace(last, last + into).replace("CanTeleop, Tap)", "CanTeleop, Tap, Rotate)")
     (primitives / "__init__.py").write_text(text, encoding="utf-8")
     return copy
 
@@ -133,3 +137,56 @@ def test_graph_has_it(rosbridge: str) -> None:
             assert phases <= {"approach", "down", "up"}
 
     run(main())
+
+
+@pytest.fixture(scope="module")
+def twin() -> Iterator[str]:
+    """Run a twin behind a real wire; return its address."""
+    with running("dmc serve --port 0") as process:
+        yield process.until(":")
+
+
+def output(twin: str) -> str:
+    """Return what the controller says of output 2."""
+    code, said = done(f"dmc send {twin} MG@OUT[2]")
+    assert code == 0, said
+    return said.split()[-1]
+
+
+def test_rotate_switches_an_output_of_the_controller(twin: str, environment: dict[str, str], tmp_path: Path) -> None:
+    config = tmp_path / "maya" / "config.toml"
+    config.parent.mkdir()
+    config.write_text("[controller]\noutputs = [2]\n")
+    own = {**environment, "XDG_CONFIG_HOME": str(tmp_path), "MAYA_RUNTIME_DIR": str(tmp_path / "run")}
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps({"steps": [{"rotate": "on"}, {"rotate": "off"}, {"rotate": "on"}]}))
+    assert done(f"run {job} --dry-run", env=own)[0] == 0
+    assert output(twin) == "0.0000"
+    up = f"up --port 0 --rosbridge-port 0 --journal memory --address {twin}"
+    with running(up, own) as process:
+        url = process.until("rosbridge: ").rpartition(" ")[2]
+        process.until("Ctrl-C")
+        assert done("rotate on", env=own)[0] == 0
+        assert output(twin) == "1.0000"
+        task = {"command": "rotate", "open": False}
+        with connect(url) as client:
+            client.send(json.dumps({"op": "call_service", "service": "/maya_command", "args": {"task": task}}))
+            assert json.loads(client.recv(30.0))["values"]["success"] is True
+        assert output(twin) == "0.0000"
+        with connect(url) as client:
+            switch = {"op": "call_service", "service": "/controller/output", "args": {"number": 2, "on": True}}
+            client.send(json.dumps(switch))
+            assert json.loads(client.recv(30.0))["values"]["success"] is True
+        assert output(twin) == "1.0000"
+        called = 'call task primitive={"command":"rotate","on":false} wait=true'
+        code, said = done(called, env=own)
+        assert code == 0, said
+        assert output(twin) == "0.0000"
+
+
+def test_rotate_is_refused_where_the_configuration_lists_no_output(environment: dict[str, str], tmp_path: Path) -> None:
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps({"steps": [{"rotate": "on"}]}))
+    code, said = done(f"run {job} --dry-run", env=environment)
+    assert code == 2
+    assert "`controller.outputs` of the configuration lacks it" in said

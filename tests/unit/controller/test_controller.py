@@ -44,6 +44,8 @@ from maya_un.events import (
     MotionBegun,
     MotionEnded,
     MotionStopped,
+    OutputCleared,
+    OutputSet,
 )
 from maya_un.testing import Rig, faults, rig
 from maya_un.values import Joints, Mode
@@ -304,6 +306,25 @@ async def test_the_gripper_is_wired_as_configured(closed_by: str, output: int, o
             assert now() - began == pytest.approx(0.8)
             assert bench.controller.state.gripper_closed is not open_
             assert kinds(bench)[-1] is kind
+
+
+async def test_an_output_of_the_configuration_is_switched() -> None:
+    config = parse({"controller": {"outputs": [2, 8]}})
+    async with rig(config) as bench:
+        for on, command, kind in ((True, "SB 8", OutputSet), (False, "CB 8", OutputCleared)):
+            del bench.sent[:]
+            await bench.controller.output(8, on=on)
+            assert commands_in(bytes(bench.sent)) == [command, "QR"]
+            assert kinds(bench)[-1] is kind
+
+
+@pytest.mark.parametrize("number", [1, 3, 0, 9, -1])
+async def test_no_other_output_is_switched(number: int) -> None:
+    async with rig(parse({"controller": {"outputs": [2]}})) as bench:
+        del bench.sent[:]
+        with pytest.raises(InvalidValue, match=r"controller\.outputs"):
+            await bench.controller.output(number, on=True)
+        assert not bench.sent
 
 
 async def test_a_motor_that_is_off_is_named_when_a_motion_cannot_begin() -> None:
