@@ -335,7 +335,8 @@ def test_the_file_to_start_from_changes_nothing() -> None:
 def test_every_line_of_the_file_to_start_from_may_be_uncommented() -> None:
     lines = [line.removeprefix("# ") if " = " in line else line for line in template().splitlines()]
     text = "\n".join(line for line in lines if not line.startswith("#"))
-    assert tomllib.loads(text) == Config().model_dump(exclude_none=True, exclude={"zones"})
+    defaults = Config().model_dump(mode="json", exclude_none=True, exclude={"zones"})
+    assert tomllib.loads(text) == defaults
 
 
 def test_the_file_to_start_from_names_every_key() -> None:
@@ -413,3 +414,13 @@ def test_a_file_beyond_all_bounds_is_refused_as_any_broken_one(tmp_path: Path, t
     place.write_text(text)
     with pytest.raises(FileUnreadable, match="not TOML"):
         load(place)
+
+
+def test_outputs_are_written_and_read_again() -> None:
+    config = parse({"controller": {"outputs": [2, 3]}})
+    assert parse(tomllib.loads(to_toml(config))) == config
+
+
+def test_the_output_of_the_gripper_is_not_one_for_primitives() -> None:
+    with pytest.raises(InvalidConfig, match="it is the output of the gripper"):
+        parse({"controller": {"outputs": [4, 2]}, "gripper": {"output": 4}})

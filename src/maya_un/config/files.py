@@ -84,7 +84,8 @@ def template() -> str:
 
 def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
     fields = type(model).model_fields
-    leaves = {key: getattr(model, key) for key in fields if not isinstance(getattr(model, key), BaseModel | tuple)}
+    values = {key: getattr(model, key) for key in fields if key != "zones"}  # `_write_zones` writes those
+    leaves = {key: value for key, value in values.items() if not isinstance(value, BaseModel)}
     if leaves:
         lines.extend(["", f"[{name}]"])
     for key, value in leaves.items():
