@@ -20,15 +20,7 @@ from babel.messages.pofile import read_po
 ROOT = Path(__file__).resolve().parent.parent
 
 CLEAN = (
-    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/dmc41x3/errors.py", "src/dmc41x3/i18n.py",
-    "src/dmc41x3/locale", "src/maya_un/locale", "src/maya_un/errors", "src/maya_un/config", "src/maya_un/schema",
-    "src/maya_un/kinematics", "src/maya_un/motion", "src/maya_un/robot", "src/maya_un/process", "src/maya_un/service",
-    "src/maya_un/recorder", "src/maya_un/http", "src/maya_un/client", "src/maya_un/coms", "src/maya_un/supervisor",
-    "src/maya_un/plots", "src/maya_un/workers", "src/maya_un/testing", "src/maya_un/events.py",
-    "src/maya_un/assembly.py", "src/maya_un/values.py", "src/dmc41x3/loops.py", "src/dmc41x3/address.py",
-    "src/maya_un/cli/help.py", "src/maya_un/cli/waiting.py",
-    "src/maya_un/cli/doctor/words.py",
-
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/dmc41x3", "src/maya_un",
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 

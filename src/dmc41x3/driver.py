@@ -92,7 +92,7 @@ class Driver:
 
     `tap` sees every piece of the wire as ("tx" or "rx", bytes). The lines that a program in the controller sends by
     itself (see `subscribe`) go to `on_message` and to whoever said `listen`. They end with the link: `lost` tells when,
-    what was sent meanwhile is gone, and a new link has to subscribe anew.
+    what was sent meanwhile is gone, and a new link has to subscribe again.
     """
 
     def __init__(self, transport: Transport, timeout: float) -> None:
@@ -352,7 +352,7 @@ class Driver:
     def _ask_why(self, sent: _SentCommand) -> None:
         """Ask for the code before anybody else can write; one question serves all rejections until its answer.
 
-        Whatever is rejected before that answer was executed before the question, so the question is in time.
+        A command that is rejected before that answer was executed before the question, so the question is in time.
         """
         self._rejected.append(sent)
         if len(self._rejected) == 1:

@@ -92,7 +92,7 @@ class TcpChannel:
 
 @dataclass(frozen=True, slots=True)
 class ConformanceOutcome:
-    """What came of the table: how many vectors were right, which differ, and which were left out."""
+    """Result of the table: how many vectors were right, which differ, and which were left out."""
 
     axes: int
     right: int

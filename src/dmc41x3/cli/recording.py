@@ -158,7 +158,7 @@ class AnswerDifference(NamedTuple):
 
 
 class ReplayOutcome(NamedTuple):
-    """What came of a replay."""
+    """Result of a replay."""
 
     commands: int
     differences: list[AnswerDifference]

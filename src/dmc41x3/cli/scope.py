@@ -199,7 +199,7 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 
 
 class ScopeRequest(NamedTuple):
-    """What to record: `rate` samples a second for `seconds` [s], once `trigger` is not 0; files by their paths."""
+    """A recording to make: `rate` samples a second for `seconds` [s], once `trigger` is not 0; files by their paths."""
 
     channels: tuple[str, ...]
     rate: float = 50.0
@@ -210,7 +210,7 @@ class ScopeRequest(NamedTuple):
 
 
 class ScopeRecording(NamedTuple):
-    """What was recorded."""
+    """A finished recording."""
 
     channels: tuple[str, ...]
     samples: tuple[ChannelSample, ...]

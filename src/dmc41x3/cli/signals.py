@@ -30,7 +30,7 @@ def on_end(wish: Callable[[], object], *kinds: signal.Signals) -> Iterator[None]
 def as_ctrl_c() -> Iterator[None]:
     """Have SIGTERM and a closed terminal do what Ctrl-C does, in the thread that signals come to.
 
-    Whoever says "pick" and is gone before its end is not there to watch it.
+    A person who sends "pick" and leaves before its end does not watch it.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

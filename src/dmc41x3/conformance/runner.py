@@ -7,8 +7,8 @@ A controller on a bench is first brought to the state that the table expects.
 `<2..8>` a number between two; `<axes>` how many axes there are; `<handle>` a letter A to H; `<line>` any text
 within a line, `<lines>` any text at all; `<<` is the character itself.
 
-Settings are put back by commands, not by a master reset, which would take the network address as well. What no command
-puts back (an armed latch, the clock) a reset does, when the settings have been burned.
+Settings are put back by commands, not by a master reset, which would take the network address as well. A reset puts
+back the rest (an armed latch, the clock), when the settings have been burned.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ Dial = Callable[[], ControllerChannel]
 
 @dataclass(frozen=True, slots=True)
 class VectorDifference:
-    """Where a controller answered otherwise than the table has it: what was sent, expected, and received."""
+    """An answer that differs from the table: the text that was sent, expected, and received."""
 
     vector: Vector
     sent: str
@@ -156,7 +156,7 @@ class _Differs(Exception):
 def run(vector: Vector, dial: Dial, axes: int) -> VectorDifference | None:
     """Hold one conversation with a controller of `axes` axes; return the first difference, None where there is none.
 
-    Its state is put back as far as the vector says how. What a channel raises passes through.
+    Its state is put back as far as the vector says how. Errors of the channel pass through.
     """
     talk = _Talk(dial, axes)
     try:
@@ -374,7 +374,7 @@ _EMPTY = "DL\r\\"
 def freshen(dial: Dial, axes: int) -> None:
     """Put every setting of a controller of `axes` axes back, and forget its program, variables and arrays.
 
-    What a controller refuses is left as it is: the vectors will tell.
+    A refused setting stays as it is: the vectors will show it.
     """
     channel = dial()
     try:

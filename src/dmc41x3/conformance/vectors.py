@@ -18,7 +18,7 @@ Certainty = Literal["two", "one", "inferred"]
 
 
 class Demand(Enum):
-    """What a vector asks of a controller beside its answers; who owns it may not want to give that."""
+    """A demand of a vector on the controller, beside its answers; its owner may not want to allow it."""
 
     MOVES = "switches motors on and off, turns them by a few thousand counts, defines positions"
     OUTPUTS = "switches digital outputs"

@@ -163,7 +163,7 @@ class py:  # noqa: N801 - the name that scripts know
     def GOpen(self, address: str) -> None:
         """Connect; `options` tells what an address says.
 
-        Where the second socket cannot be had, messages come on the first, records and interrupts not at all.
+        Without a second socket, messages come on the first one, and records and interrupts do not come.
         """
         options = parse(address)
         self.GClose()
@@ -291,7 +291,7 @@ class py:  # noqa: N801 - the name that scripts know
         write_text(file_path, text_of({name: self.GArrayUpload(name, -1, -1) for name in wanted}))
 
     def GArrayDownloadFile(self, file_path: str) -> None:
-        """Write the columns of a CSV file into arrays of their names, made anew where their length differs."""
+        """Write the columns of a CSV file into arrays of their names, made again if their length differs."""
         for name, values in table_of(read_text(file_path)).items():
             self._dimension(name, len(values))
             self.GArrayDownload(name, -1, -1, values)

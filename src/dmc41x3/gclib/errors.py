@@ -1,4 +1,4 @@
-"""What can go wrong, by the numbers and words of the public header gclib_errors.h; scripts look at the words."""
+"""Errors, by the numbers and words of the public header gclib_errors.h; scripts compare the words."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class GclibError(Exception):
 
 
 def translated(error: CodedError) -> GclibError:
-    """Return an error of the house as gclib would have it."""
+    """Return the error of gclib for an error of this package."""
     if isinstance(error, InvalidValue):
         return GclibError(Code.VALUE_RANGE, str(error))
     if isinstance(error, ConnectFailed):

@@ -44,7 +44,7 @@ _WAYS = ("UDP", "TCP", "NONE")
 
 @dataclass(frozen=True, slots=True)
 class AddressOptions:
-    """What an address string says. `timeout` is in ms, `second_port` None where it is not said."""
+    """The content of an address string. `timeout` is in ms, `second_port` is None if it is not given."""
 
     host: str = ""
     port: int = PORT

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 
 class EntryKind(Enum):
-    """What an entry is in the language."""
+    """Kind of an entry of the language."""
 
     COMMAND = "command"
     TRIPPOINT = "trippoint"
@@ -33,7 +33,7 @@ class Arguments(Enum):
 
 
 class EntryContext(Enum):
-    """Who may use an entry."""
+    """Context in which an entry may be used."""
 
     BOTH = "both"
     HOST = "host"

@@ -170,7 +170,7 @@ def split_line(line: str) -> list[str]:
 def parse(text: str) -> Command:
     """Return the command that `text` spells, raising `InvalidCommand` where it spells none.
 
-    The empty text is the empty command. What starts like a command is read as one before it is read as a variable.
+    The empty text is the empty command. A text that starts like a command is read as one first, then as a variable.
     """
     text = text.strip(" \t")
     name = next((word for word in _LONG if text.startswith(word)), text[:2])

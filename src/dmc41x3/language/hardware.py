@@ -1,4 +1,4 @@
-"""What every DMC-41x3 has."""
+"""Facts that hold for every DMC-41x3."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ LINES_LIMIT = 4000
 PROBE = b"DL\r'\\\rTC1\r"
 """Downloads a program of one comment and asks for the code.
 
-Where DL is refused, for one because a program runs (17), the comment is a command that does nothing, and TC1 says why.
+If DL is refused, for example because a program runs (17), the comment is a command that does nothing, and TC1 says why.
 Afterwards no program is left that could start to run.
 """
 

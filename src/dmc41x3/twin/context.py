@@ -1,6 +1,6 @@
 """The context in which a command is executed: operands, variables, and the reports of the status in bits.
 
-What the controller reports of itself in bits: TS, the status words, and the data record of QR.
+The reports of the controller in bits: TS, the status words, and the data record of QR.
 
 Operands (`_TPA`, `_SCB`, `TIME`), variables, and the context in which a command is executed.
 """
@@ -32,7 +32,7 @@ GENERAL, COORDINATE, AXIS = 52, 26, 36
 """Sizes of the record's blocks [bytes], as QZ tells them."""
 
 INPUT_BANKS = (0, 1, 10, 11)
-"""What TI knows: general inputs 1 to 16, and inputs 81 to 96, two for the auxiliary encoder of each axis."""
+"""Inputs of TI: general inputs 1 to 16, and inputs 81 to 96, two for the auxiliary encoder of each axis."""
 
 AUXILIARY_BANK = 10
 """The first bank of the auxiliary encoders' inputs."""

@@ -1,9 +1,9 @@
 """Execute commands of hosts and statements of programs: assignments, jumps, conditions, calls.
 
 A program is prepared once, when it is first run after a change. An error in a statement is found then and
-reported when the statement is executed. Where Galil's manual is silent: a thread ends after the last line.
+reported when the statement is executed. Not in Galil's manual: a thread ends after the last line.
 
-Where Galil's manual is silent: a variable passed by reference gets its value when the subroutine returns.
+Not in Galil's manual: a variable passed by reference gets its value when the subroutine returns.
 """
 
 from __future__ import annotations
@@ -347,7 +347,7 @@ _OF_THE_MACHINE = ("_", "@", "TIME")
 
 
 class Need(IntEnum):
-    """What of the machine a statement needs."""
+    """The part of the machine that a statement needs."""
 
     NOTHING = 0
     """Variables only: it may be executed before the axes are brought to its sample."""

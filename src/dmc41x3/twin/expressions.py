@@ -1,11 +1,11 @@
 """Arguments and expressions of commands, evaluated as a DMC does: left to right, in 32.16 fixed point.
 
 A raw value is the number times 65536, as an integer of 48 bits. Products and quotients are truncated towards zero; a
-result beyond the range wraps as the registers do. What a function has no answer for is refused with code 6: division
+result beyond the range wraps as the registers do. A function without a result is refused with code 6: division
 by zero, an angle whose tangent is too large. Which of these a real box does is not documented; nothing above relies
 on it.
 
-A text is compiled once and evaluated many times, as programs in loops do. What is misspelled is refused before
+A text is compiled once and evaluated many times, as programs in loops do. A misspelled text is refused before
 anything is looked up.
 """
 
@@ -173,7 +173,7 @@ FUNCTIONS: dict[str, Callable[[int], int]] = {
 
 
 AXIS_NAMES = "ABCDEFGHSTNM"
-"""What the values 0 to 11 of an axis variable `~a` stand for."""
+"""Meanings of the values 0 to 11 of an axis variable `~a`."""
 
 KEYWORDS = frozenset({"TIME", "P2CD", "P2CH", "P2NM", "P2ST"})
 """Operands written without an underscore."""
@@ -186,13 +186,13 @@ _STRING = re.compile(r'\s*"([^"]*)"')
 _OPERATOR = re.compile(r"\s*(<=|>=|<>|[-+*/%&|=<>])")
 _SYMBOL = re.compile(r"\s*([-(\[\])])")
 _WRONG = {"?": ErrorCode.QUESTION_MARK_INVALID, '"': ErrorCode.BAD_STRING}
-"""What is wrong with a term that begins so; only quotes that are not closed come that far."""
+"""Errors of a term by its beginning; only quotes that are not closed come that far."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,7}")
 
 
 class Scope(Protocol):
-    """Where an expression looks up what it names; every value is raw fixed point."""
+    """Source of the names in an expression; every value is raw fixed point."""
 
     def variable(self, name: str) -> int:
         """Return a variable, `~a` and `^a` among them; raises `Rejection` for one that was never assigned."""

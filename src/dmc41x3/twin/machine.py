@@ -76,7 +76,7 @@ class VirtualDmc:
 
     @property
     def unit(self) -> Unit:
-        """What the controller remembers; for those who look into it from outside, such as tests."""
+        """The memory of the controller, for readers outside of it, such as tests."""
         return self._unit
 
     def connect(
@@ -114,7 +114,7 @@ class VirtualDmc:
     def advance(self, now: float) -> None:
         """Bring the controller and its plant to time `now` [s].
 
-        Where nothing moves and nobody has anything to do before, that is a single step without a look.
+        If nothing moves and nothing is due before, this is a single step.
         """
         core = self._core
         while core.now < now:

@@ -121,7 +121,7 @@ MOST = 8
 """Arrays, and sources, that can be recorded at once."""
 
 Source: TypeAlias = Callable[[], int]
-"""What is recorded: raw fixed point, of the present instant."""
+"""Recorded values: raw fixed point, of the present instant."""
 
 
 class ArrayRecorder:
@@ -231,7 +231,7 @@ _EVERYTHING = ChecksumError.VARIABLES | ChecksumError.PARAMETERS | ChecksumError
 
 @dataclass(slots=True)
 class BurnedContents:
-    """What is burned; None for parameters that never were. Variables and elements are raw fixed point."""
+    """The burned memory; None for parameters that were never burned. Variables and elements are raw fixed point."""
 
     parameters: Parameters | None = None
     program: str = ""

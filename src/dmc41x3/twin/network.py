@@ -14,7 +14,7 @@ from dmc41x3.wire.framing import LineSplitter
 COUNT = 8
 
 DEFAULT_PORT = 1000
-"""Where IH names no port: handle A dials this one, B the next."""
+"""Port if IH names none: handle A uses this one, B the next."""
 
 ALLOWED_BELOW = frozenset({0, 23, 68, 502})
 """Ports below 1000 that IK 1 leaves open."""
@@ -31,7 +31,7 @@ class HandleProtocol(IntEnum):
 
 
 class Attempt(IntEnum):
-    """What `_IHx4` says of a handle that this controller opened: what the other side last answered."""
+    """`_IHx4` of a handle that this controller opened: the last answer of the other side."""
 
     WAITING = 1
     ACCEPTED = 2
@@ -40,7 +40,7 @@ class Attempt(IntEnum):
 
 
 TCP_SLAVE = int(HandleProtocol.TCP)
-"""What `_IHx2` and the data record say of a TCP connection that the other side opened; 0 is a free handle."""
+"""`_IHx2` and the data record of a TCP connection that the other side opened; 0 is a free handle."""
 
 _CONNECTING = {HandleProtocol.UDP: -5, HandleProtocol.TCP: -6}
 
@@ -86,14 +86,14 @@ class Handle:
 
     @property
     def state(self) -> int:
-        """What `_IHx2` and the data record say of it (IH: 1, 2 opened by the other side, negative by this one)."""
+        """Its `_IHx2` and its field of the data record (IH: 1, 2 opened by the other side, negative by this one)."""
         if not self.master:
             return int(self.kind)
         return -int(self.kind) if self.connected else _CONNECTING[self.kind]
 
 
 class Handles:
-    """Who is connected. `blocking` is IK: whether connections to ports below 1000 are refused."""
+    """The connections. `blocking` is IK: whether connections to ports below 1000 are refused."""
 
     def __init__(self) -> None:
         self._places: list[Handle | None] = [None] * COUNT
@@ -193,7 +193,7 @@ class OutputBuffer:
 
     @property
     def port(self) -> str:
-        """Where CF sends messages: a handle's letter, or a serial port."""
+        """Target of messages (CF): a handle's letter, or a serial port."""
         return self._ports[-1]
 
     @port.setter

@@ -50,7 +50,7 @@ class Sensing:
                 self._forced[axis, name] = level
 
     def resume(self, axis: int) -> None:
-        """Let an axis be where its encoder says, for its reference begins there anew and the plant is the reference."""
+        """Put an axis where its encoder is: its reference begins there again, and the plant is the reference."""
         self._shift.pop(axis, None)
 
     def lost(self, axis: int) -> bool:
@@ -86,7 +86,7 @@ CONTACT_STEP = 0.002
 class Plant(Protocol):
     """The physical side of the motors. Positions are motor counts since power-up; time only goes forward.
 
-    The machine plans the `timelines`; the plant follows them. What is read (`position`, `inputs`, ...) is of
+    The machine plans the `timelines`; the plant follows them. Its values (`position`, `inputs`, ...) are of
     the time last advanced to.
     """
 
@@ -256,7 +256,7 @@ class ServoBench:
     """A `Plant` of `axes` motors.
 
     `lag` is the time constant or delay of every axis, or of each of them [s]; `stiffness` how the motor command grows
-    with the following error [V/count]. Inputs idle high. What is set or held is seen when the machine looks next.
+    with the following error [V/count]. Inputs idle high. The machine sees a changed value at its next check.
     """
 
     def __init__(

@@ -196,7 +196,7 @@ NEVER = 1 << 62
 
 
 class Trippoint(Protocol):
-    """What a thread waits for. Times are seconds of the machine's clock."""
+    """The condition that a thread waits for. Times are seconds of the machine's clock."""
 
     @property
     def timed(self) -> bool:
@@ -215,7 +215,7 @@ class Trippoint(Protocol):
 
 @dataclass(slots=True)
 class Frame:
-    """Where a subroutine returns to: statement `back`.
+    """Return address of a subroutine: statement `back`.
 
     `routine` is the label of an automatic subroutine, empty for JS; such a one keeps what the thread waited for and
     whether it ran. `culprit` is the thread whose error called #CMDERR. `locals` are the caller's stack variables,
@@ -273,12 +273,12 @@ class Thread:
 
     @property
     def place(self) -> int:
-        """What `_XQn` says: the line it executes, -1 where it does not run."""
+        """`_XQn`: the line it executes, -1 if it does not run."""
         return self.line if self.running else -1
 
     @property
     def status(self) -> int:
-        """What `_HXn` says: 0 it does not run, 1 it runs, 2 it waits."""
+        """`_HXn`: 0 it does not run, 1 it runs, 2 it waits."""
         if not self.running:
             return 0
         return 2 if self.waiting is not None or self.held else 1
@@ -322,7 +322,7 @@ class Threads:
 
     @property
     def breakpoint_state(self) -> int:
-        """What `_BK` says: -2147483648 not armed, minus the line where it is armed, the line where a thread met it."""
+        """`_BK`: -2147483648 not armed, minus the line where it is armed, the line where a thread met it."""
         if self.breakpoint is None:
             return -(1 << 31)
         line, number = self.breakpoint

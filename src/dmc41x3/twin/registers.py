@@ -134,10 +134,10 @@ PLANE: dict[str, Register] = {
 """Registers that both coordinate systems have."""
 
 POSITION = Register(_SMALLEST, _LARGEST, 0.0)
-"""What a position or a distance may be [counts]."""
+"""Range of a position or a distance [counts]."""
 
 JOG = Register(-_FASTEST, _FASTEST, 25000.0, 2.0, power=1)
-"""What a jog speed may be [counts/s]."""
+"""Range of a jog speed [counts/s]."""
 
 
 def defaults(table: dict[str, Register]) -> dict[str, float]:

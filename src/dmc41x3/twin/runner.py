@@ -2,7 +2,7 @@
 
 They run on thread 0, also where nothing runs there, and need no more than their label in the program (Galil DMC-41x3).
 One that is due while another runs waits for its turn, unless it is of a higher rank; each answers an event, not a
-state, so that none begins again by itself. Without #CMDERR an error ends every thread. Where Galil's manual is silent:
+state, so that none begins again by itself. Without #CMDERR an error ends every thread. Not in Galil's manual:
 an input interrupt needs the change of an input; with #CMDERR an erring thread goes on behind its error after EN 1 only.
 """
 

@@ -263,7 +263,7 @@ _ROUNDING = 1e-9
 
 
 class AxisProfile(NamedTuple):
-    """What an axis will do.
+    """The future motion of an axis.
 
     `pieces` begin at the time of planning; `braking` is when the last deceleration begins and `end` when the axis
     rests [s] (infinite for a jog); `peak` is the largest speed on the way [counts/s].

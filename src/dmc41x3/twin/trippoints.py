@@ -1,7 +1,7 @@
 """Trippoints: statements that wait (AD AI AM AP AR AS AT AV MC MF MR WT), and their conditions.
 
-Where the plan of a motion tells when, that time is used, and looked up again whenever the plan changes; for encoders,
-which only a look tells, every sample is looked at. Where Galil's manual is silent: an axis or a plane that does not
+If the plan of a motion has the time, it is used, and looked up again when the plan changes. Encoders are checked
+at every sample. Not in Galil's manual: an axis or a plane that does not
 move holds up nobody who waits for a distance, and an encoder has arrived within 4 counts of its target.
 """
 

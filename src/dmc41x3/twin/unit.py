@@ -68,7 +68,7 @@ class Activity(Protocol):
     def look(self, now: float) -> None:
         """Do what is due at `now` [s]. Called after every event, its own or another's, and after every command.
 
-        What befell axes stands in the motion core's `happened` during this call and is forgotten behind it.
+        Events of axes stand in the motion core's `happened` during this call and is forgotten behind it.
         """
         ...
 
@@ -94,7 +94,7 @@ class Format(NamedTuple):
 
 
 class ControllerIdentity(NamedTuple):
-    """What the controller says it is: firmware line, serial number, its own address."""
+    """Identity of the controller: firmware line, serial number, its own address."""
 
     firmware: str
     serial: int

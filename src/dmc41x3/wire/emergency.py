@@ -19,7 +19,7 @@ _MOVING, _COORDINATED = 1 << 15, 1 << 8
 
 
 class StopOutcome(NamedTuple):
-    """What moved when the stop came: axes of the sequence, braking on their path, and axes on their own."""
+    """The axes that moved when the stop came: those of the sequence, braking on their path, and axes on their own."""
 
     coordinated: str
     independent: str

@@ -84,7 +84,7 @@ class LineSplitter:
 
 
 class ReplyKind(Enum):
-    """What a request will be answered with.
+    """The kind of answer to a request.
 
     `LISTING` is the answer to UL and QU: any text, ended by Ctrl-Z and a prompt. `TRANSFER` is that to DL and QD with
     their data and a TC1 behind it: prompts, however many, and then what TC1 prints.
@@ -138,7 +138,7 @@ class Stray:
 
 
 _DONE = Reply(True)
-"""What most commands are answered with."""
+"""The answer to most commands."""
 
 Received: TypeAlias = Reply | RecordReply | Message | Stray
 

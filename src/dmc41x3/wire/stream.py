@@ -53,7 +53,7 @@ class RawRecord:
 
     @property
     def record(self) -> DataRecord:
-        """What it says; raises `UnexpectedReply` where it is no whole record."""
+        """Its content; raises `UnexpectedReply` if it is no whole record."""
         if self._decoded is None:
             self._decoded = decode(self.data)
         return self._decoded
@@ -81,7 +81,7 @@ class Gaps:
 
 
 class StreamLink(Protocol):
-    """What a stream needs of the driver's link."""
+    """The part of the driver's link that a stream needs."""
 
     @property
     def lost(self) -> asyncio.Future[MachineError]:
@@ -113,10 +113,11 @@ def period_of(rate: float) -> int:
 class RecordStream:
     """A stream of records; made by `Driver.stream`, ended by `close`.
 
-    `latest` is the newest record; iterating yields it and every newer one, and a slow reader skips to the newest. Where
-    the link is lost, iterating raises that loss, and where the driver was closed before the stream, `NotConnected`;
-    after `close` it ends. `way` is how records come and `reason` why they are polled; a stream that fell back to
-    polling stays with it. `lost` counts the records that were sent and did not arrive, `received` those that did.
+    `latest` is the newest record; iterating yields it and every newer one, and a slow reader skips to the newest. If
+    the link is lost, iterating raises that loss. If the driver was closed before the stream, it raises
+    `NotConnected`; after `close` it ends. `way` is how records come and `reason` why they are polled; a stream that
+    fell back to polling stays with it. `lost` counts the records that were sent and did not arrive, `received` those
+    that did.
     """
 
     def __init__(self, link: StreamLink, period: int) -> None:

@@ -28,7 +28,7 @@ Side = Literal["client", "controller"]
 
 
 class WirePiece(NamedTuple):
-    """What went over the wire at once, or the begin or end of a connection (`event`); `time` in s."""
+    """A piece of traffic, or the begin or end of a connection (`event`); `time` in s."""
 
     time: float
     link: int
@@ -176,7 +176,7 @@ def difference(
 ) -> str:
     """Return how two answers to one command differ, empty where they agree as far as two runs can.
 
-    Who the controller is, its clock, velocity and torque may differ in every number; positions by `counts`, in a record
+    Identity, clock, velocity and torque may differ in every number; positions by `counts`, in a record
     also by the way that the axis goes in so many `seconds`; words, prompts, and every other number not at all.
     """
     if isinstance(recorded, Reply) and isinstance(replayed, Reply):

@@ -1,6 +1,6 @@
-"""What carries the bytes: a TCP connection or UDP datagrams, or two ends in memory in the place of either.
+"""Transports of bytes: a TCP connection, UDP datagrams, or two ends in memory.
 
-All work in the loop they were made in. Whoever reads gets `b""` when the other side has ended.
+All work in the loop they were made in. A reader gets `b""` when the other side has ended.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The client of the command line: its service, its request, and the caller's name.
 
-What is refused is called as it was said: by the option of the command line, not by the key of the request.
+It reports errors by the option of the command line, not by the key of the request.
 
 The client of the command line: sends the generated requests by http.client, and returns JSON as it comes.
 

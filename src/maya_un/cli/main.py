@@ -37,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return output.INTERRUPTED
     except BrokenPipeError:
         return output.FAILED
-    except Exception as error:  # noqa: BLE001 - the last door: a person gets one sentence, the log the rest
+    except Exception as error:  # noqa: BLE001 - the last resort: a person gets one sentence, the log the rest
         from maya_un.http.log import written_down
 
         return output.complain(written_down(error), settings)

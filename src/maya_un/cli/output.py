@@ -44,7 +44,7 @@ def complain(error: MayaError, settings: OutputSettings) -> int:
 
 
 def concluded(report: Mapping[str, Any], settings: OutputSettings) -> int:
-    """Say on the error line why a job or wish was not done, and return the exit code; 0 where it was.
+    """Report on the error stream why a job or command failed, and return the exit code; 0 if it succeeded.
 
     `report` is a JobReport as JSON has it. With --json the report itself has said it.
     """

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEFAULT = "maya-workspace.svg"
-"""Where the picture of the workspace goes when nothing is said, in the current folder."""
+"""Default file of the picture of the workspace, in the current folder."""
 
 
 class PlotRequest(NamedTuple):
-    """What `maya plot workspace` was asked for: a view, the height of the plan [m], a place to mark [m], a file."""
+    """Options of `maya plot workspace`: a view, the height of the plan [m], a place to mark [m], a file."""
 
     view: str = "all"
     height: float | None = None
@@ -66,7 +66,7 @@ def workspace(request: PlotRequest, settings: OutputSettings) -> int:
 
 
 DEFAULT_PICTURE = "maya-job.svg"
-"""Where the picture goes when nothing is said, in the current folder."""
+"""Default file of the picture, in the current folder."""
 
 SAMPLES = 300
 """Samples drawn of every motion."""

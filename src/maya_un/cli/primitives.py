@@ -1,6 +1,6 @@
 """Commands that send one primitive or one motion to the robot.
 
-Wishes to the running robot: one primitive each, followed to its end.
+Commands to the running robot: one primitive each, followed to its end.
 
 The commands that carry out one primitive: `maya home`, `maya pick`, and the others that may be steps of a job.
 """

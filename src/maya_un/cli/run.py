@@ -41,7 +41,7 @@ HORIZON = 1e9
 
 
 class RunOptions(NamedTuple):
-    """What `maya run` was asked for; None where nothing was said."""
+    """Options of `maya run`; None if not given."""
 
     dry_run: bool = False
     address: str | None = None
@@ -53,7 +53,7 @@ class RunOptions(NamedTuple):
 
     @property
     def own_stack(self) -> bool:
-        """Whether the wish names a stack of its own, rather than the robot that may be running."""
+        """Whether the options name a stack of its own, rather than the robot that may be running."""
         return self.skip_home or self.take_over or (self.address, self.speed, self.seed) != (None, None, None)
 
 

@@ -1,1 +1,1 @@
-"""Floor 1: joint space. Home, move, follow, gripper, stop, state and events of the machine."""
+"""The controller layer, in joint space: home, move, follow, gripper, stop, state and events of the machine."""

@@ -1,4 +1,4 @@
-"""One wish at a time: who is at it, and how it learns that somebody said stop."""
+"""One command at a time: it holds the slot, and learns from it that it has to stop."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from maya_un.errors import Busy, MayaError
 
 
 class RunningCommand:
-    """A motion or gripper wish under way. `interrupted` completes with the error that is to end it."""
+    """A command for motion or gripper that is running. `interrupted` completes with the error that ends it."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.interrupted: asyncio.Future[MayaError] = asyncio.get_running_loop().create_future()
 
     def interrupt(self, error: MayaError) -> None:
-        """End the wish with `error`, unless something else ended it first."""
+        """End the command with `error`, unless something else ended it first."""
         if not self.interrupted.done():
             self.interrupted.set_result(error)
 
     def check(self) -> None:
-        """Raise the error that is to end the wish, if there is one."""
+        """Raise the error that ends the command, if there is one."""
         if self.interrupted.done():
             raise self.interrupted.result()
 
     async def wait(self, until: float, news: asyncio.Future[Any] | None = None) -> None:
-        """Wait until a loop time [s], which may be infinite, or until `news` come; raises what interrupts the wish."""
+        """Wait until a loop time [s], which may be infinite, or until `news` come; raises the interrupting error."""
         remaining = until - asyncio.get_running_loop().time()
         if remaining > 0.0:
             awaited: set[asyncio.Future[Any]] = {self.interrupted}
@@ -41,20 +41,20 @@ class RunningCommand:
 
 
 class ExclusiveSlot:
-    """Takes one wish and refuses the next with `Busy` until the first is done."""
+    """Takes one command, and refuses the next with `Busy` until the first has ended."""
 
     def __init__(self) -> None:
         self.current: RunningCommand | None = None
         self._done = asyncio.Event()
 
     async def free(self) -> None:
-        """Wait until the wish under way is done."""
+        """Wait until the running command has ended."""
         while self.current is not None:
             await self._done.wait()
 
     @contextmanager
     def take(self, name: str) -> Iterator[RunningCommand]:
-        """Hold the desk for the block; raises `Busy`."""
+        """Hold the slot while the block runs; raises `Busy`."""
         if self.current is not None:
             raise Busy(doing=self.current.name)
         wish = RunningCommand(name)

@@ -1,4 +1,4 @@
-"""The controller floor on a Galil DMC-41x3: every rule of safety that no edge can go around lives here or lower."""
+"""The controller layer on a Galil DMC-41x3. The rules of safety are here or lower, so that no edge can bypass them."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ class GalilController:
     """Joint-space control of Maya through one handle of its motion controller; see `protocol.Controller`.
 
     `dial` opens the transport, `address` names it in messages. A `live` one reads the data record at
-    the configured rate for whoever watches, and has a guard in the controller stop the axes if this program falls
-    silent; the other (dry runs) renews its state at every wish only. Motions are planned in `workers`, here where there
-    are none.
+    the configured rate for its readers, and a guard in the controller stops the axes if this program falls
+    silent. The other kind (dry runs) renews its state at every command only. Motions are planned in `workers`, or here
+    if there are none.
     """
 
     def __init__(
@@ -100,12 +100,12 @@ class GalilController:
 
     @property
     def workspace(self) -> Workspace:
-        """Where the robot may go; strokes as measured once homed."""
+        """The workspace; its strokes are the measured ones once the robot is homed."""
         return self._monitor.workspace
 
     @property
     def zones(self) -> tuple[Zone, ...]:
-        """What the robot keeps out of."""
+        """The zones that the robot keeps out of."""
         return self._monitor.workspace.zones
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
@@ -290,7 +290,7 @@ class GalilController:
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path, past every queue; tell how long and how far it takes.
 
-        What a pause held is over too. Raises `NotConnected`; never `Busy`.
+        A paused motion ends too. Raises `NotConnected`; never `Busy`.
         """
         self.stops += 1
         return await self._stopping.stop()
@@ -399,7 +399,7 @@ class GalilController:
         """Return the plan from where the reference is by the newest record; raises what motion raises."""
         monitor = self._monitor
         known = monitor.here()
-        plan = await self._plan(wish, way, known, speed)  # what is refused says nothing on the wire
+        plan = await self._plan(wish, way, known, speed)  # a refusal sends nothing
         await monitor.look()
         if monitor.displaced is not None:
             raise monitor.displaced
@@ -413,7 +413,7 @@ class GalilController:
 
     @asynccontextmanager
     async def _motion(self, name: str, *, homed: bool) -> AsyncIterator[tuple[RunningCommand, Driver]]:
-        """Hold the desk for a motion; whatever ends it early, the axes are at rest before the block is left."""
+        """Hold the slot for a motion; if it ends early, the axes are at rest before the block ends."""
         monitor = self._monitor
         with monitor.desk.take(name) as wish:
             driver = monitor.ready(homed=homed)

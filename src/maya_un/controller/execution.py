@@ -2,8 +2,9 @@
 
 Speed override, pause and resume: one register of the controller (VR), written past the queue, on the path.
 
-Where a controller might not scale its end speeds by VR the prediction holds; one that does would arrive later, and
-the wait for a motion's end looks before it believes. Homing keeps its own speeds and is not paused.
+The prediction assumes that the controller does not scale its end speeds by VR. One that does arrives later, so
+the wait for a motion's end checks the record before it trusts the prediction. Homing keeps its own speeds and is not
+paused.
 
 Carrying out one plan: send it, begin it, wait for its end as its speed is changed, make sure of it.
 """
@@ -39,7 +40,7 @@ from maya_un.motion.move import CoordinatedMove, commands, speed_ratio
 from maya_un.values import AXES, StopReport
 
 SLOWEST = 0.01
-"""Least speed override: a hundredth of the planned speed. What is to stand still is paused."""
+"""Least speed override: a hundredth of the planned speed. A pause stops the motion."""
 
 _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
@@ -102,7 +103,7 @@ class Pacing:
             raise CannotPause(reason="nothing is under way")
 
     async def _tell(self) -> None:
-        """Send the ratio that is wanted now to a run under way, and predict it anew from this instant."""
+        """Send the present ratio to a running motion, and predict the motion again from this instant."""
         monitor = self._monitor
         run = monitor.run
         if run is None or monitor.stopping:
@@ -163,9 +164,9 @@ class Execution:
         limits = monitor.torque.travel(self._members(move), plan.knots)
         note = [MOVING] if monitor.live else []
         await self._lookout.load(driver, [*note, *monitor.registers.torque(limits), *commands(move, ratio)])
-        # Between this look at wish and pace and the bytes of BGS nothing can come in: no await stands there.
+        # Nothing can come between this check of command and ratio and the bytes of BGS: there is no await.
         wish.check()
-        if monitor.fault is not None:  # it ended the pause in which this wish waited
+        if monitor.fault is not None:  # the fault ended the pause in which this command waited
             monitor.hold(driver)
             raise Faulted(fault=str(monitor.fault))
         if monitor.pace.ratio != ratio:

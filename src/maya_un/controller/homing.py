@@ -1,9 +1,9 @@
 """Homing from any start: a sequence that can neither tear the machine nor touch the table.
 
-What is known: lengthening a line never breaks b + c >= W; shortening a line always raises the gripper; moving
+Known facts: lengthening a line never breaks b + c >= W; shortening a line always raises the gripper; moving
 both lines by equal and opposite amounts keeps the gripper on an ellipse about the two anchors, along which the
 tension is largest in the middle, at most 1.11 times what it is where a short switch ends the ellipse.
-What is not known: lengths, friction, following, the long ends. So the sequence rests on switches, following
+Unknown are lengths, friction, following, the long ends. So the sequence rests on switches, following
 error and motor torque (docs/explanation/homing.md derives every bound):
 
 1. raise: shorten both lines in steps, each a fraction of what the torque says is left before the lines are straight;
@@ -55,7 +55,7 @@ MARGIN_COUNTS = (2, 5, 5)
 
 @dataclass(frozen=True, slots=True)
 class HomingResult:
-    """What homing found: the long ends of the two lines [m]."""
+    """The result of a homing: the long ends of the two lines [m]."""
 
     b_end: float
     c_end: float

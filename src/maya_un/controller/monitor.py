@@ -7,7 +7,7 @@ axis user variables ZA (kept in the data record, zero after a reset) must hold t
 counts must lie within their strokes, where a reset controller, which counts from zero, never is.
 
 Counts mean what the configuration of their homing called the switches (`axes.*.minimum`), so that is noted too, as
-`mayamina`, `mayaminb`, `mayaminc` [counts]. Where a calibration has moved them since, the mark holds no more.
+`mayamina`, `mayaminb`, `mayaminc` [counts]. If a calibration has moved them since, the mark is no longer valid.
 
 Every motion writes its rest position into `mayaata`, `mayaatb`, `mayaatc` [counts], valid while `mayamove` is 0. A
 program that adopts the mark later compares it with the positions, and so detects foreign changes.
@@ -364,7 +364,7 @@ class Monitor:
 
     def _reckon(self, record: DataRecord) -> None:
         """Detect a position that changes, or an axis that moves, without a motion of ours."""
-        if self.under_way or isinstance(self.fault, OwnershipLost):  # what moves is ours, or the new owner's
+        if self.under_way or isinstance(self.fault, OwnershipLost):  # the motion is ours, or the new owner's
             self.reckoning.forget()
             return
         found = self.reckoning.compare(record)
@@ -469,7 +469,7 @@ class Monitor:
             self.enter_fault(error)
 
     def end(self, error: MayaError) -> None:
-        """End the wish under way with an error, or enter the fault state at once where there is none."""
+        """End the running command with an error, or enter the fault state at once if there is none."""
         if self.desk.current is None:
             self.enter_fault(error)
         else:
@@ -487,7 +487,7 @@ class Monitor:
         self._latest.show(self._compose())
 
     def _on_lost(self, reason: MachineError) -> None:
-        """Announce a lost link once, whoever notices it first: the wish that was waiting or the link's keeper."""
+        """Announce a lost link once: the waiting command or the supervisor of the link may notice it first."""
         if self._down:
             return
         self._down = True

@@ -3,9 +3,8 @@
 The check of all motion, jogs included, and the plan that is sent.
 
 How far a jog may go is found in two steps. Places along the line show where it leaves the workspace; then the way
-there is proved as every path is (`maya_un.motion.proof`). What only the proof sees, a zone thinner than the places
-are apart, is found by bisection on the proof itself: the way to a place is good as far as the way to any place behind
-it is.
+there is proved as every path is (`maya_un.motion.proof`). Only the proof sees a zone thinner than the distance between
+places. Bisection on the proof itself finds it: the way to a place is good as far as the way to any place behind it is.
 
 The planning of the controller layer without a controller: the preview equals the real motion.
 
@@ -63,7 +62,7 @@ START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 """A path starts where the robot is, to this much (rad, m, m)."""
 
 SHORT = 20_000.0
-"""Where speed is held back, chords are at most so long [counts]: 20 mm of a line."""
+"""Longest chord where the speed is reduced [counts]: 20 mm of a line."""
 
 _COARSER = (1.0, 2.0, 4.0)
 _ENDLESS = (-inf, inf)
@@ -81,7 +80,7 @@ class MotionPlan:
 
     @property
     def end(self) -> Joints:
-        """Where it ends (rad, m, m)."""
+        """Its end (rad, m, m)."""
         a, b, c = self.knots[-1].tolist()
         return Joints(a, b, c)
 

@@ -4,7 +4,7 @@ All that can be known of a motion before it starts: where it is when, how near i
 
 A coordinated motion under way, and how fast it is wanted: its prediction follows every change of speed.
 
-What the floors above need of a controller; in one process the object itself, across a ROS graph a client.
+The interface for the layers above: in one process the controller itself, across a ROS graph a client.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class MotionPace:
 
     @property
     def ratio(self) -> float:
-        """What the controller's speed ratio (VR) is to be: 0 in a pause, else the factor."""
+        """The wanted speed ratio of the controller (VR): 0 in a pause, else the factor."""
         return 0.0 if self.paused else self.factor
 
     def change(self, *, override: float | None = None, paused: bool | None = None) -> None:
@@ -161,7 +161,7 @@ class MotionRun:
         return min(self.end, self.began + self._rests_at)
 
     def follow(self, pace: MotionPace, now: float) -> None:
-        """Predict anew from `now` on for the pace wanted."""
+        """Predict again from `now` on, for the wanted ratio."""
         t = now - self.began
         if self._paused and not pace.paused:
             self._stood += max(0.0, t - self._rests_at)
@@ -211,7 +211,7 @@ def _minus(one: Joints, two: Joints) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Preview:
-    """What a motion will be, known before it starts.
+    """Preview of a motion, known before it starts.
 
     `duration` [s]; `lowest` and `highest` gripper point on the way [m]; `end` the joints it ends at (whole
     counts, in rad and m); `vias` when each waypoint between the ends is passed [s].
@@ -225,7 +225,7 @@ class Preview:
 
 
 class Controller(Protocol):
-    """Joint-space control of Maya: one wish at a time, every path checked whole, stop always possible.
+    """Joint-space control of Maya: one command at a time, every path checked whole, stop always possible.
 
     Motion raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, `Unreachable` or `PathRefused` before anything
     is sent; `Stopped` when somebody stopped it; a `MachineError` when the machine did something unexpected.
@@ -244,12 +244,12 @@ class Controller(Protocol):
 
     @property
     def workspace(self) -> Workspace:
-        """Where it can go; strokes as measured once homed."""
+        """The workspace; its strokes are the measured ones once the robot is homed."""
         ...
 
     @property
     def zones(self) -> tuple[Zone, ...]:
-        """What it keeps out of: the zones of the configuration, until `set_zones` names others."""
+        """The zones that it keeps out of: those of the configuration, until `set_zones` names others."""
         ...
 
     def set_zones(self, zones: Sequence[Zone]) -> None:

@@ -59,7 +59,7 @@ class Stall(Exception):
 
 @dataclass(frozen=True, slots=True)
 class AxesReading:
-    """What the data record tells about Maya's axes a, b, c: switches, counts, errors [counts], torque [V]."""
+    """Part of the data record about Maya's axes a, b, c: switches, counts, errors [counts], torque [V]."""
 
     moving: bool
     counts: tuple[int, int, int]
@@ -294,7 +294,7 @@ class Seeker:
     async def _ended(self, look: AxesReading, counts: Mapping[int, int], *, halted: bool) -> None:
         """Raise what ended the motion unless it was its end, a limit switch or our own stop.
 
-        What somebody else stopped, the guard included, is not to move on.
+        A motion that the guard or another program stopped does not continue.
         """
         error = state_builder.cause(look.record, self._order, tuple(counts))
         if error is None or _limit(error) or (halted and isinstance(error, Stopped)):

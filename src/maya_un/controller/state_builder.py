@@ -103,7 +103,7 @@ _BLANK = (False, False, False)
 
 @dataclass(frozen=True, slots=True)
 class ControllerStatus:
-    """What the controller floor knows beside the record: mode, whether homed, progress, fault, speed override."""
+    """Knowledge of the controller layer beside the record: mode, whether homed, progress, fault, speed override."""
 
     time: float
     mode: Mode

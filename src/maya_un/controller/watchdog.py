@@ -107,7 +107,7 @@ class Watchdog:
         self._installed = True
 
     async def arm(self, driver: Driver) -> None:
-        """Begin the guard's time anew, also after it has run out."""
+        """Restart the guard's time, also after it has run out."""
         try:
             await driver.batch(self.owner.arm)
         except CommandRejected:
@@ -138,8 +138,8 @@ class Watchdog:
     async def close(self, driver: Driver | None) -> None:
         """End the beat; with a driver of a controller of ours, end the guard too and give the controller up.
 
-        Where the guard could not be installed, thread 7 is somebody else's and left alone; so is all that another
-        program owns.
+        If the guard could not be installed, thread 7 belongs to another program and is left alone. So is everything
+        that another program owns.
         """
         await self._stop_beating()
         self._installed = False

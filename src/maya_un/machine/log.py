@@ -196,7 +196,7 @@ class MechanicsListener(Protocol):
 
 
 class MechanicsLog:
-    """Where the mechanics write. Windows between marks are kept apart, so that any mark can be asked about."""
+    """The record that the mechanics write. Windows between marks are separate, so that each mark can be queried."""
 
     def __init__(self, first: Window) -> None:
         self._windows = [first]
@@ -337,7 +337,7 @@ class MechanicsRecord:
 
     @property
     def parts(self) -> dict[str, Place]:
-        """Where the parts are: their grasp points [m]."""
+        """The places of the parts: their grasp points [m]."""
         return self._table.places(self._where())
 
     @property

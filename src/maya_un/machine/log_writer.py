@@ -33,7 +33,7 @@ _AXES = "abc"
 class MechanicsRecordWriter:
     """Writes the record of `mechanics` by `write`, a line at a time; `epoch` is the date of the body's time 0 [s].
 
-    What happens is written at once, motion at most every 50 ms of the body's time; `look` brings motion up to date.
+    Events are written at once, motion at most every 50 ms of the body's time; `look` brings motion up to date.
     """
 
     def __init__(self, mechanics: MayaMechanics, write: Callable[[str], None], epoch: float) -> None:

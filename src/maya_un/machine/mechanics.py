@@ -44,7 +44,7 @@ _SLACK = 1e-5
 
 
 class _Outlook(NamedTuple):
-    """What free motion brings until `until` [s], as long as the plans counted by `key` hold."""
+    """The effects of free motion until `until` [s], as long as the plans counted by `key` hold."""
 
     key: int
     until: float
@@ -84,12 +84,12 @@ class MayaMechanics:
 
     @property
     def truth(self) -> TrueConstants:
-        """What this machine is made of."""
+        """The true constants of this machine."""
         return self._truth
 
     @property
     def start(self) -> StartPose:
-        """Where it stood at power-up [rad, m, m]."""
+        """Its pose at power-up [rad, m, m]."""
         return self._start
 
     @property
@@ -99,7 +99,7 @@ class MayaMechanics:
 
     @property
     def parts(self) -> dict[str, Place]:
-        """Where the parts are: their grasp points [m]."""
+        """The places of the parts: their grasp points [m]."""
         return self._record.parts
 
     @property

@@ -36,7 +36,7 @@ MOTOR_LIMIT = 9.9982
 
 
 class Random(Protocol):
-    """What drawing needs of a source of randomness; `random.Random` and numpy's `Generator` both have it."""
+    """Source of randomness for drawing; `random.Random` and numpy's `Generator` both have it."""
 
     def random(self) -> float:
         """Return a number in [0, 1)."""
@@ -143,7 +143,7 @@ Floats = NDArray[np.float64]
 
 
 class LoadStatics(NamedTuple):
-    """Where and how the load hangs.
+    """The place of the load, and how it hangs.
 
     `d` is the gripper's distance from the vertical axis [m], `z` its height above the table [m], `tension_b` and
     `tension_c` the line tensions [multiples of the load], `slack_b` and `slack_c` the surplus lengths [m].

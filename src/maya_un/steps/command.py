@@ -30,7 +30,7 @@ class StepCommand:
 
     @property
     def digest(self) -> str:
-        """What tells its content from that of another; what was ignored does not count."""
+        """Identity of its content; ignored fields do not count."""
         return sha256(json.dumps(to_dict(self.primitive), sort_keys=True).encode()).hexdigest()
 
 

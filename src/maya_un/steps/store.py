@@ -1,4 +1,4 @@
-"""What is known of steps, in a file that outlives this program: an id is carried out once, and never again."""
+"""Known steps, in a file that outlives this program: an id is carried out once, and never again."""
 
 from __future__ import annotations
 

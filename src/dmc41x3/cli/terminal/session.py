@@ -31,7 +31,7 @@ from dmc41x3.wire.emergency import StopOutcome
 
 
 class SessionOutput(Protocol):
-    """Where the words of a session go. None of it waits."""
+    """Output of a session. No method waits."""
 
     def answer(self, text: str) -> None:
         """Show what the controller printed, a colon for nothing."""
@@ -109,7 +109,7 @@ class TerminalLink:
         return self._driver is not None and not self._driver.lost.done()
 
     async def connect(self) -> None:
-        """Make the link anew, and take the programs' messages where nobody else has them; raises `ConnectFailed`."""
+        """Connect again, and take the programs' messages if nobody else has them; raises `ConnectFailed`."""
         async with self._one_at_a_time:
             await self._connect()
 
@@ -400,7 +400,7 @@ class TerminalSession:
     async def stop(self) -> None:
         """Stop what moves, past all lines that wait, and say what it was; never raises.
 
-        Where the link does not serve, by a handle of its own.
+        If the link does not serve, it uses a handle of its own.
         """
         try:
             outcome = await self._stop()

@@ -18,7 +18,7 @@ from dmc41x3.twin.context import Answer, CallerContext, Handler
 
 
 class CoverageClass(Enum):
-    """What the twin makes of an entry."""
+    """Support of an entry by the twin."""
 
     IMPLEMENTED = "implemented"
     ACCEPTED = "accepted"

@@ -173,7 +173,7 @@ def _line(letter: str, handle: Handle | None) -> str:
 def _records(context: CallerContext, text: str) -> Answer:
     """DR: a data record every n0 samples to handle n1, which must be UDP; without n1 to the port of CF.
 
-    Where CF names a serial port the stream is accepted and goes nowhere.
+    If CF names a serial port, the stream is accepted and goes nowhere.
     """
     arguments = split(text)
     stream = context.unit.records

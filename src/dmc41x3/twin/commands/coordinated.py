@@ -1,6 +1,6 @@
 """Commands of coordinated motion: linear (LM) and vector sequences (VM), contours (CM), PVT (PV).
 
-Where the manual is silent: ES multiplies the axis of the higher resolution by the ratio, and speeds are those before
+Not in the manual: ES multiplies the axis of the higher resolution by the ratio, and speeds are those before
 that; VP and CR without all their numbers are refused (50); VM takes the virtual axes N and M as dummies.
 """
 

@@ -1,6 +1,6 @@
 """Commands of the controller itself: outputs, formats, power-up, reset (RS) and burning (BN, BP, BV).
 
-What is burned of the parameters: the registers of axes and planes (but for ZA and VV), whether motors are off, CN,
+Burned parameters are: the registers of axes and planes (but for ZA and VV), whether motors are off, CN,
 and the formats, ports and addresses. Outputs come up off. The reply to a burn comes at once, though the controller
 takes up to seconds; records by themselves (DR) pause as long as it does.
 """

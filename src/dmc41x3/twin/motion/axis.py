@@ -18,7 +18,7 @@ from dmc41x3.twin.timeline import AxisProfile, Timeline
 
 
 class ProgramTrigger(Enum):
-    """What a program may have a subroutine for."""
+    """Cause of an automatic subroutine of a program."""
 
     LIMIT = "hard or soft limit in the direction of motion"
     POSITION_ERROR = "following error beyond ER"
@@ -48,7 +48,7 @@ class MotionKind(Enum):
 
 
 class Latch(Enum):
-    """What trips the position latch (AL)."""
+    """Trigger of the position latch (AL)."""
 
     INPUT = "a general input"
     AUXILIARY = "a general input, for the auxiliary encoder"

@@ -6,14 +6,14 @@ Records are laid out as soon as they are given, so a new one never changes what 
 duration ends the motion; where the records run out before one, the axes stop dead on the last count, and the motion
 is over.
 
-Where the manual is silent: a contour begins with its first CD, or with DT where that paused it before; CD with =t sets
+Not in the manual: a contour begins with its first CD, or with DT where that paused it before; CD with =t sets
 DT from there on, but does not end a pause; data that come too late (42) find the axes stopped dead on the last count,
-out of the contour but still in the mode, so that the next CD begins anew; ST, a limit or a fault ends the mode.
+out of the contour but still in the mode, so that the next CD begins again; ST, a limit or a fault ends the mode.
 
 Between two records the position is the cubic that has position and velocity of both. It becomes quadratics that agree
-with it at both ends and have its acceleration in the middle. What is missing over a time h is |p'''| h³/(72 √3).
+with it at both ends and have its acceleration in the middle. The error over a time h is |p'''| h³/(72 √3).
 
-Where the manual is silent: a sequence whose records run out at speed stops dead; ST brakes at DC (a limit at SD) and
+Not in the manual: a sequence whose records run out at speed stops dead; ST brakes at DC (a limit at SD) and
 empties the buffer.
 
 A vector sequence stops along its path. A contour and a PVT sequence have no speed of their own along theirs, so their
@@ -215,7 +215,7 @@ class Feed(ABC):
 
 
 NAME = "CM"
-"""What an axis in a contour has for its plane."""
+"""Value of `Axis.plane` for an axis in a contour."""
 
 PAUSED = -1
 """DT that lets records wait."""
@@ -332,7 +332,7 @@ class SharedMotion(Protocol):
     """A motion that axes take part in, as the motion core runs it. Times are seconds, positions motor counts.
 
     `letter` is what an axis on it has for `Axis.plane`; `members` are the indices of its axes. `running_code` is their
-    stop code while it runs; `stale` tells that its plan must be made anew.
+    stop code while it runs; `stale` tells that its plan must be made again.
     """
 
     letter: str
@@ -353,7 +353,7 @@ class SharedMotion(Protocol):
         ...
 
     def replan(self, t: float) -> float:
-        """Make the plan anew at time `t`; return from when on it differs from the old one, infinity for nowhere."""
+        """Make the plan again at time `t`; return from when on it differs from the old one, infinity for nowhere."""
         ...
 
     def pieces(self, place: int) -> tuple[list[TimelinePiece], float]:

@@ -1,10 +1,10 @@
 """The controller's motion: axes and coordinate systems over time, limits, errors, stops. No text, no wire.
 
 Time moves only in `advance`. Between two events nothing is computed: profiles are closed-form, and the machine looks
-where one ends, a switch changes its level, an axis turns or a soft limit is crossed. Where the following error of an
-axis could reach ER it looks every 10 ms.
+where one ends, a switch changes its level, an axis turns or a soft limit is crossed. If the following error of an
+axis could reach ER, it checks every 10 ms.
 
-Where the manual is silent: an abort sets the stop code of every axis; when a limit or an error of one member ends a
+Not in the manual: an abort sets the stop code of every axis; when a limit or an error of one member ends a
 sequence, that member has its code and its partners, braking along the path at VD, have 4 (stopped); a sequence that
 ends without LE leaves code 1; to change VD while a sequence runs is refused with 7.
 """
@@ -72,7 +72,7 @@ class MotionCore:
         self.refresh()
         if self._coasted:
             self._coasted = False
-            self._note()  # what begins to move now begins with the error it has at rest
+            self._note()  # a motion that begins now begins with the error at rest
         t = min(now, max(self._own_event(), nextafter(self.now, inf)))
         event = self.plant.next_event(t)
         if event is not None and event < t:

@@ -4,7 +4,7 @@ The controller reads the master every sample. Here it is read whenever the machi
 before every command, and every `TICK` while the master moves; the slave is right at each of these instants and goes
 on at the present speed between them.
 
-Where the manual is silent: a slave that ST, a limit, an abort or the loss of its motor's power takes out of gear has
+Not in the manual: a slave that ST, a limit, an abort or the loss of its motor's power takes out of gear has
 ratio 0 afterwards; a gantry's slave (GM 1) without power follows again from SH on, and where an error switched it off,
 its master is stopped.
 
@@ -12,7 +12,7 @@ Table entries lie EP counts of the master apart, with straight lines between the
 EB is 1 the master's counter stays within its cycle, and an engaged slave's within its own EM; where that is 0, or the
 table does not end where it began, the slave goes on from cycle to cycle by what the table advances.
 
-Where the manual is silent: ST and limits disengage a slave, which decelerates; EB 0 stops all slaves at once.
+Not in the manual: ST and limits disengage a slave, which decelerates; EB 0 stops all slaves at once.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _STILL = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Master:
-    """What is followed: an axis A to H, a virtual axis M or N, or the way along the path of plane S or T.
+    """The master: an axis A to H, a virtual axis M or N, or the way along the path of plane S or T.
 
     Of an axis it is the main encoder, or the commanded position, or the auxiliary encoder.
     """

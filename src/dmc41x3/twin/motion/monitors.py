@@ -143,7 +143,7 @@ class _Push:
 
 
 class Failures:
-    """What is looked for on every axis, an `Activity`; `inputs` are the levels of the general inputs, from input 1."""
+    """The trigger on every axis, an `Activity`; `inputs` are the levels of the general inputs, from input 1."""
 
     def __init__(self, core: MotionCore, inputs: list[bool]) -> None:
         self._core = core

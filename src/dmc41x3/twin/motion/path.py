@@ -1,7 +1,7 @@
 """The segments of a sequence (LI; VP, CR), and the speed along them as spans of constant acceleration.
 
-Where the way s along the arc is quadratic in time, a coordinate r cos(s/r) is not. Over a short time h it is replaced
-by the quadratic that agrees with it at both ends and has its acceleration in the middle. What is then missing is at
+If the way s along the arc is quadratic in time, a coordinate r cos(s/r) is not. Over a short time h it is replaced
+by the quadratic that agrees with it at both ends and has its acceleration in the middle. The error is then at
 most |p'''| h³/48, and with the angular velocity w and acceleration e
 
     |p'''| ≤ r (w³ + 3 w |e|)
@@ -177,7 +177,7 @@ class SequencePath(NamedTuple):
 
 
 class PathLeg(NamedTuple):
-    """What is walked: a segment's number and length, its target speed, and the largest speed at its end."""
+    """The segments of the way: number and length, its target speed, and the largest speed at its end."""
 
     number: int
     length: float

@@ -6,7 +6,7 @@ to `reach`; at `horizon`, somewhat before, the next part is due.
 The path is a `Route`, its speeds come from `path`, and `Schedule` keeps them. A segment that is appended on the way
 changes the plan only from where it can matter: from its own start, or from the segment in which braking for it begins.
 
-What the manual leaves open is settled here: a stop, or a limit, empties the buffer, so that a later BG never resumes
+Not in the manual: a stop, or a limit, empties the buffer, so that a later BG never resumes
 what somebody stopped; a tangent axis (TN) turns within arcs and jumps at corners, by the shorter way round.
 """
 
@@ -26,7 +26,7 @@ from dmc41x3.twin.timeline import TimelinePiece
 
 
 class SegmentStart(NamedTuple):
-    """Where a segment begins: coordinates [counts], way along the sequence [counts], direction [degrees]."""
+    """The beginning of a segment: coordinates [counts], way along the sequence [counts], direction [degrees]."""
 
     place: tuple[float, ...]
     way: float
@@ -263,7 +263,7 @@ CAPACITY = 511
 """Segments that the buffer holds."""
 
 LINEAR, VECTOR = "LM", "VM"
-"""What kind of sequence a plane is set up for."""
+"""Kind of the sequence that a plane is set up for."""
 
 _SHORTEST = 1e-6
 _LONGEST_SEQUENCE = 2_147_483_647
@@ -324,7 +324,7 @@ class Plane:
 
     @property
     def tangent_start(self) -> float:
-        """Where the tangent axis belongs at the start of the sequence [counts] (`_TN`)."""
+        """The place of the tangent axis at the start of the sequence [counts] (`_TN`)."""
         factor, zero = self.tangent
         return zero + factor * (self._route.starts[0].heading if self._route.starts else 0.0)
 
@@ -400,7 +400,7 @@ class Plane:
     def replan(self, t: float) -> float:
         """Work the speeds out again after a change of rates or segments, or farther; return from when on they differ.
 
-        What is new behind the part that is worked out waits for its turn.
+        Segments behind the planned part wait for their turn.
         """
         schedule = self._schedule
         whole = self._whole or schedule.end == inf

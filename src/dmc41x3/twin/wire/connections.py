@@ -163,7 +163,7 @@ Peer = tuple[str, int]
 
 _LOCAL: Peer = ("127.0.0.1", 0)
 _PORT = 23
-"""What a connection in memory seems to come from, and to lead to."""
+"""Address of both ends of a connection in memory."""
 
 
 class UdpPort(asyncio.DatagramProtocol):
@@ -202,7 +202,7 @@ class UdpPort(asyncio.DatagramProtocol):
             self._transport.sendto(segment, peer)
 
     def forget(self, peer: Peer) -> None:
-        """Let the next datagram from somebody take a handle anew."""
+        """Let the next datagram from somebody take a new handle."""
         self._handles.pop(peer, None)
 
     def close(self) -> None:
@@ -212,7 +212,7 @@ class UdpPort(asyncio.DatagramProtocol):
 
 
 class _UdpLink:
-    """What a handle opened by a datagram sends to."""
+    """The peer of a handle that a datagram opened."""
 
     def __init__(self, port: UdpPort, peer: Peer) -> None:
         self._port = port
@@ -250,7 +250,7 @@ class LoopbackPort:
 
 
 class _LoopbackDatagramLink:
-    """What a handle opened by a datagram in memory sends to; its end says nothing."""
+    """The peer of a handle that a datagram in memory opened; its end sends nothing."""
 
     def __init__(self, end: LoopbackDatagrams) -> None:
         self._end = end
@@ -304,7 +304,7 @@ class UdpDial(asyncio.DatagramProtocol):
 
 
 class DialOwner(LinkOwner, Protocol):
-    """Who dials: it owns the link once the other side has answered."""
+    """The dialling side: it owns the link once the other side has answered."""
 
     def reached(self, handle: Handle, link: WireLink) -> None:
         """Take the link of a handle that is connected now."""

@@ -79,7 +79,7 @@ class Timer(Protocol):
 
 
 class FaultTarget(Protocol):
-    """What a fault happens to: a virtual controller on its wires."""
+    """The target of a fault: a virtual controller on its wires."""
 
     def time(self) -> float:
         """Return the time of its loop [s]."""

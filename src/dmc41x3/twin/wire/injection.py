@@ -35,12 +35,12 @@ class Injection(NamedTuple):
 
     @property
     def key(self) -> tuple[Value, ...]:
-        """What tells it from others that may stand beside it."""
+        """Identity among the faults of a controller."""
         return (self.fault.name, *(self.values[p.name] for p in self.fault.parameters if p.selects))
 
 
 class Faults:
-    """What is going wrong with one controller. Times are those of its loop."""
+    """The faults of one controller. Times are those of its loop."""
 
     def __init__(self, victim: FaultTarget) -> None:
         self._victim = victim
@@ -98,7 +98,7 @@ class Faults:
 
 
 HOST = "127.0.0.1"
-"""Where the door is, and nowhere else."""
+"""Address of the service."""
 
 _LONGEST = 65536
 _LASTS = 1e6
@@ -115,7 +115,7 @@ class FaultControlServer:
 
     @classmethod
     async def opened(cls, faults: Faults) -> FaultControlServer:
-        """Return a door at a free port."""
+        """Return a socket at a free port."""
         server = await listening.listen(HOST, 0, lambda: _Visit(door))
         door = cls(faults, server)
         return door

@@ -20,7 +20,7 @@ from dmc41x3.twin.wire.injection import Faults
 from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
 
 TICK = 1.0 / 256.0
-"""Where a program runs, its messages are sent this often [s]; what it does is timed to the sample all the same."""
+"""Period of sending a program's messages [s]; its statements are timed to the sample all the same."""
 
 Tap = Callable[[str, str, bytes], None]
 """Wire log: handle letter, "rx" or "tx" as the controller sees it, bytes."""

@@ -1,4 +1,4 @@
-"""What the command line keeps of who asks and who drives: the user's token, the shell's lease. For this user alone."""
+"""Files of the command line, for this user alone: the user's token, and the lease of the shell."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """`maya lease`: who drives, taking the lease and handing it on.
 
-What is taken is kept for all commands of this user. Without `--for` the command itself is the heartbeat: it renews the
-lease as long as it runs, so that a closed terminal or a lost connection gives the robot free.
+A lease that is taken serves all commands of this user. Without `--for` the command itself is the heartbeat: it renews
+the lease as long as it runs, so that a closed terminal or a lost connection frees the robot.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
 
 `maya user reset`: how the owner of the file gets in again when the administrator's token is lost.
 
-Whoever may write the file of the queue could change it in any other way too, so this asks for nothing else. The service
-is down meanwhile: it holds the file's lock.
+A user who may write the file of the queue could change it in any other way too, so this asks for nothing else. The
+service is down meanwhile: it holds the file's lock.
 """
 
 from __future__ import annotations

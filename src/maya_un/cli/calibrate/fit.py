@@ -22,7 +22,7 @@ from maya_un.kinematics.calibration import FITTED, WORDS, Calibration, FittedCon
 
 
 class FitOptions(NamedTuple):
-    """What the command line says: constants to `hold`, whether to `apply`, a file for a picture, who is the author."""
+    """The options of a fit: constants to `hold`, whether to `apply`, a file for a picture, who is the author."""
 
     hold: Sequence[str] = ()
     apply: bool = False

@@ -1,8 +1,8 @@
 """Calibrations put into the configuration file, and taken out again: every step is kept.
 
 Beside `config.toml` lies the folder `config.calibrations` with one numbered JSON file a step. A step is written down
-as `next.json`, then the configuration changes, then the step gets its number. Whoever is killed in between leaves a
-`next.json`: it is a step where the configuration says what it led to, else it never was.
+as `next.json`, then the configuration changes, then the step gets its number. A command that is killed in
+between leaves a `next.json`. It is a step if the configuration has its values, else it never was.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _next(config_file: Path) -> Path:
 
 def _begun(config_file: Path) -> HistoryStep | None:
     """Return the step that has no number yet, None where there is none; raises `FileUnreadable`."""
-    text_of(config_file)  # what is no file has no steps beside it
+    text_of(config_file)  # a path without a file has no steps beside it
     path = _next(config_file)
     return _read(path) if path.exists() else None
 

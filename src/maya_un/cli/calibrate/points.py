@@ -319,8 +319,8 @@ class _Failed(Exception):
 def collect(file: str, number: int, settings: OutputSettings) -> int:
     """Fill `file` up to `number` points; return the exit code.
 
-    Raises `ServiceNotRunning`, `NotHomed`, `InvalidConfig` where the running robot has another configuration,
-    `FileUnreadable` and `InvalidValue` for a file that cannot be gone on with, and what a wish raises.
+    Raises `ServiceNotRunning`, `NotHomed`, `InvalidConfig` if the running robot has another configuration,
+    `FileUnreadable` and `InvalidValue` for a file that cannot be continued, and the errors of a motion.
     """
     config, path = configuration(settings), Path(file)
     client = ServiceClient.find()

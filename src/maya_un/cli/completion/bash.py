@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from maya_un.cli.completion.tree import CompletionCommand
 
 _HEAD = """\
-# Completion of `maya` for {shell}. Made by `maya completion {shell}`; make it anew after an update.
+# Completion of `maya` for {shell}. Made by `maya completion {shell}`; make it again after an update.
 """
 
 _WAY = """\

@@ -42,7 +42,7 @@ def script(commands: Iterable[CompletionCommand]) -> str:
     paths = [one.path for one in known if one.path != "maya"]
     valued = [f"{one.path} {option.name}" for one in known for option in one.options if option.valued]
     blocks = [
-        "# Completion of `maya` for fish. Made by `maya completion fish`; make it anew after an update.\n",
+        "# Completion of `maya` for fish. Made by `maya completion fish`; make it again after an update.\n",
         f"set -g __maya_commands {_list(paths)}\n",
         f"set -g __maya_valued {_list(valued)}\n",
         _function("__maya_values", _values(known)),

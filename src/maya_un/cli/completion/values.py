@@ -12,7 +12,7 @@ from maya_un.client.request import Request
 from maya_un.errors import MayaError
 
 PATIENCE = 0.3
-"""Who presses TAB does not wait longer than that [s]."""
+"""Longest wait of a completion [s]."""
 
 _VALUES: dict[str, tuple[Request[Any], str]] = {
     "jobs": (requests.jobs(limit=50), "id"),

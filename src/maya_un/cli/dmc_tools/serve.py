@@ -44,7 +44,7 @@ from maya_un.values import Point
 
 
 class ServedTwin(NamedTuple):
-    """A virtual controller that runs: where it listens, the port of its door for faults, its process."""
+    """A virtual controller that runs: its address, the port of its fault service, its process."""
 
     host: str
     port: int
@@ -53,7 +53,7 @@ class ServedTwin(NamedTuple):
 
     @property
     def address(self) -> str:
-        """Where it listens, as people write it."""
+        """Its address, as people write it."""
         return f"{self.host}:{self.port}"
 
 
@@ -277,7 +277,7 @@ _MAYAS_AXES = 3
 
 
 class ServeOptions(NamedTuple):
-    """What the command line says. `axes` and `seed` are None where it says nothing."""
+    """The options of `maya dmc serve`. `axes` and `seed` are None if they are not given."""
 
     host: str
     port: int

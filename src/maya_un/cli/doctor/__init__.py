@@ -1,1 +1,1 @@
-"""What is wrong and what to do about it: looks, asks, and never moves or changes anything."""
+"""Find faults and name remedies: it reads and asks, and never moves or changes anything."""

@@ -1,4 +1,4 @@
-"""What a controller tells of itself on a handle of our own: questions only, nothing is set and nothing moves."""
+"""Checks of a controller on a handle of our own: questions only, nothing is set and nothing moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one check found."""
+"""The result of one check."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class FindingOutcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a `check` found; its sentence stands in the words under `key`, with `details` filled in."""
+    """The result of a `check`; its sentence is the text under `key`, with `details` filled in."""
 
     check: CheckName
     outcome: FindingOutcome

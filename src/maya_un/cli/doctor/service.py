@@ -55,7 +55,7 @@ def _shown(port: int) -> bytes | None:
 
 
 def _addresses() -> list[str]:
-    """Return addresses of this machine at which a far door may listen."""
+    """Return addresses of this machine for a listener that serves other machines."""
     found = ["127.0.0.1"]
     with suppress(OSError):
         found += [str(one[4][0]) for one in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
@@ -203,7 +203,7 @@ def _marked(client: ServiceClient) -> bool:
 
 
 def _reasons(url: str, language: str) -> list[str]:
-    """Return what stands in the way of wishes, in words."""
+    """Return the reason why commands are refused, in words."""
     import json
 
     place = urlsplit(url)

@@ -29,7 +29,7 @@ from maya_un.supervisor.process import (
 
 
 class FleetRunOptions(NamedTuple):
-    """What `maya fleet run` was asked for; `state` is the file of what was done, None for the usual one."""
+    """Options of `maya fleet run`; `state` is the file of finished steps, None for the usual one."""
 
     file: str
     url: str | None = None

@@ -1,1 +1,1 @@
-"""What has happened: events from the journal and lines from the log, whether `maya up` runs or not."""
+"""The past: events from the journal and lines from the log, whether `maya up` runs or not."""

@@ -57,7 +57,7 @@ LEVELS = ("debug", "info", "warning", "error", "critical")
 
 @dataclass(frozen=True, slots=True)
 class LogEntry:
-    """What happened at `time` (ISO 8601, UTC, with milliseconds).
+    """An entry of `time` (ISO 8601, UTC, with milliseconds).
 
     `kind` is an event's, or the part of the program that wrote a line of the log: http, defect. `code` is 0, or an
     error's; `run` and `seq` are an event's numbers, 0 for others.
@@ -126,7 +126,7 @@ class LogReader:
         return [entry for line in lines if (entry := self._entry(line)) is not None]
 
     def _older(self) -> Iterator[bytes]:
-        """Return the files that were begun anew since, oldest first."""
+        """Return the files that were begun since, oldest first."""
         numbered = [path for path in self._path.parent.glob(f"{self._path.name}.*") if path.suffix[1:].isdigit()]
         for path in sorted(numbered, key=lambda path: -int(path.suffix[1:])):
             yield _content(path, 0)[0]
@@ -175,7 +175,7 @@ LOOK = 0.3
 """How often the files are looked at while they are followed [s]."""
 
 KINDS = (*DECLARED, "defect", "http")
-"""What entries can be: events, and parts of the program that write lines of the log; libraries may be others."""
+"""Kinds of entries: events, and parts of the program that write to the log; libraries may add others."""
 
 _COLOURS = {"debug": "2", "warning": "33", "error": "31", "critical": "31;1"}
 

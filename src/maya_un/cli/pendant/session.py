@@ -26,7 +26,7 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints
 
 AXES = "xyzrabc"
-"""What moves: the gripper along x, y, z and away from the boom's axis (r), or one of the axes a, b, c."""
+"""Directions: the gripper along x, y, z and away from the boom's axis (r), or one of the axes a, b, c."""
 
 
 class KeyStep(NamedTuple):
@@ -136,7 +136,7 @@ class PendantSession:
 
     @property
     def joints(self) -> Joints | None:
-        """Where the robot is (rad, m, m), None where nobody knows."""
+        """The joints of the robot (rad, m, m), None if unknown."""
         joints = self.status["state"]["joints"] if self.status else None
         return None if joints is None else Joints(*joints)
 

@@ -33,7 +33,7 @@ _OPTIONS = {
     "on_failure": "--on-failure",
     "retries": "--retries",
 }
-"""What the options of a job are called on the command line."""
+"""Names of the options of a job on the command line."""
 
 _ACCEPTED = marked("Job {id}, {name}: {steps} steps.")
 

@@ -1,6 +1,6 @@
 """`maya replay`: run a recording again on a twin, and compare both.
 
-Where a replay begins, and what the controller was then.
+The beginning of a replay, and the state of the controller then.
 
 A fresh twin in the place of the controller that was recorded, and the recorded commands said to it again.
 
@@ -45,7 +45,7 @@ from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk, talk
 from maya_un.recorder.recording import Recording, TwinSource
 
 _AXES, _AXIS, _STOP_CODE = 82, 36, 3
-"""Where the axes begin in a data record, how long each is, and where in it its stop code stands (QR)."""
+"""Offset of the axes in a data record, length of each, and offset of the stop code in it (QR)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +124,8 @@ def _homed(recording: Recording, time: float) -> bool:
 def commands_before(scene: ReplayScene, config: Config) -> bytes:
     """Return what makes a fresh twin what the recorded controller was when the scene begins.
 
-    What configured the controller comes before the state of the scene. Where that is not known, the answers that the
-    controller gave in the scene are the best that is.
+    The configuration of the controller comes before the state of the scene. If it is unknown, the answers of the
+    controller in the scene replace it.
     """
     state, known = _lines(_preparation(scene, config)), _lines(_earlier_answers(scene.opening or scene.pieces))
     if not scene.opening:
@@ -237,7 +237,7 @@ def _twin(recording: Recording, scene: ReplayScene) -> VirtualController:
     mechanics = MayaMechanics(truth, start, parts=parts)
     machine = VirtualDmc(mechanics, firmware=header.firmware or None)
     if source is not None:
-        machine.advance(scene.begin - source.born - _SETTLE)  # what its programs do depends on its clock
+        machine.advance(scene.begin - source.born - _SETTLE)  # its programs depend on its clock
     return VirtualController(machine, seed=0 if source is None else source.seed)
 
 
@@ -391,7 +391,7 @@ _LEFT_OUT = marked("Not compared: jobs, steps and the queue, because the control
 
 
 class ReplayOptions(NamedTuple):
-    """What `maya replay` was asked for; None stands for the tolerance that belongs to the recording."""
+    """Options of `maya replay`; None stands for the tolerance that belongs to the recording."""
 
     counts: float | None = None
     seconds: float | None = None

@@ -25,7 +25,7 @@ _ANYWHERE = {"0.0.0.0", "::"}
 
 
 class RemoteAccess(NamedTuple):
-    """What the command line says of other machines; `listen` is None where they are not let in."""
+    """The options for other machines; `listen` is None if they have no access."""
 
     listen: str | None = None
     certificate: str | None = None
@@ -47,7 +47,7 @@ class RemoteAccess(NamedTuple):
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
 
     def door(self) -> ListeningSocket | None:
-        """Return the open door, None without one; raises `InvalidValue`, `AddressInUse`, `FileUnreadable`."""
+        """Return the listener, None without one; raises `InvalidValue`, `AddressInUse`, `FileUnreadable`."""
         if self.listen is None:
             return None
         host, port = host_and_port(self.listen)
@@ -57,7 +57,7 @@ class RemoteAccess(NamedTuple):
         return far_socket(host, port, tls)
 
     def edge(self) -> OriginPolicy:
-        """Return whom the doors let in; raises `InvalidValue`."""
+        """Return the origin policy of the listeners; raises `InvalidValue`."""
         origins = frozenset(map(origin_of, self.origins))
         hosts = {host_of(origin) for origin in origins}
         if self.listen is not None:

@@ -1,10 +1,10 @@
 """`maya up`: start the service, print its state, and end it well.
 
-What `maya up` says once it runs: where, what waits from before, what to say next.
+The banner of `maya up` once it runs: address, waiting jobs, next commands.
 
 The end of `maya up`, on the path or after the step under way, and the messages to systemd (sd_notify(3)).
 
-`maya up`: keep a robot running in this thread, and its HTTP door in another.
+`maya up`: run a robot in this thread, and its HTTP server in another.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class StartupBanner:
-    """What there is to say: `far` is the URL for other machines, `rosbridge` that of its endpoint.
+    """The content of the banner: `far` is the URL for other machines, `rosbridge` that of its endpoint.
 
     `refusal` tells why a homing was not taken over.
     """
@@ -182,7 +182,7 @@ async def stay_alive(speed: float) -> None:
 
 
 FINISH = signal.SIGUSR1
-"""What `maya down --finish` sends."""
+"""The signal that `maya down --finish` sends."""
 
 _MOVING = {Mode.MOVING, Mode.HOMING, Mode.STOPPING}
 _ORDINARY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -277,7 +277,7 @@ _FILES = 24
 
 
 class UpOptions(NamedTuple):
-    """What `maya up` was asked for; `table` is a job file whose parts stand on the twin's table.
+    """Options of `maya up`; `table` is a job file whose parts stand on the twin's table.
 
     `journal` is the file of the queue, "memory" for none, None for the usual one; `finish` ends the step under way
     before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the controller
@@ -299,7 +299,7 @@ class UpOptions(NamedTuple):
 
 
 class _Robot(NamedTuple):
-    """What to run: where, how fast its clock, what stands on the twin's table, whether to take over a homing or more.
+    """The robot to run: address, speed of its clock, parts on the twin's table, whether to take over a homing or more.
 
     Taught places are kept in the file `places`, the queue in the file `journal`, None for memory.
     """
@@ -316,7 +316,7 @@ class _Robot(NamedTuple):
 
 
 class _UpListeners(NamedTuple):
-    """Where is served: HTTP on loopback, to other machines, and rosbridge; None for what is not."""
+    """The listeners: HTTP on loopback, to other machines, and rosbridge; None if absent."""
 
     near: socket.socket
     far: ListeningSocket | None
