@@ -20,7 +20,7 @@ from babel.messages.pofile import read_po
 ROOT = Path(__file__).resolve().parent.parent
 
 CLEAN = (
-    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src/dmc41x3", "src/maya_un",
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src",
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 

@@ -113,7 +113,7 @@ def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(r
     assert (outcome, result["code"]) == (GoalStatus.ABORTED, NODE_GONE)
     comes_to_rest(robot, before)
     assert "robot_controller is not running" in examined(robot)
-    returns_without_motion(robot, "robot_controller", "maya_robot", "The robot floor is offered")
+    returns_without_motion(robot, "robot_controller", "maya_robot", "The robot layer is offered")
     robot.until_homed()
     works(robot)
     assert "robot_controller" not in examined(robot)

@@ -41,7 +41,7 @@ def ros(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Itera
     with Ros(tmp_path_factory.mktemp("ui"), workspace) as shared:
         shared.set_param("/hw_simulator/parts", {"cube": CUBE})
         launched = shared.launch("maya_process", "process.launch", speed=SPEED)
-        for floor in ("The robot floor is offered", "The queue is worked"):
+        for floor in ("The robot layer is offered", "The queue is worked"):
             launched.until(floor)
         yield shared
 

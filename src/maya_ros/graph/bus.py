@@ -138,7 +138,7 @@ class Bus:
     def node(self, name: str, who: Who | None = None) -> BusNode:
         """Return a new node; several may share a name, each has an end of its own.
 
-        `who` tells for whom it acts; without it, it acts for whoever's wish made it act.
+        `who` tells for whom it acts; without it, it acts for the sender of the command.
         """
         node = BusNode(self, named(name), who)
         self.nodes.append(node)
@@ -259,7 +259,7 @@ class BusNode:
 
     @property
     def directory(self) -> Directory:
-        """What there is in the graph."""
+        """The content of the graph."""
         return self.bus.directory
 
     @property
@@ -268,7 +268,7 @@ class BusNode:
         return self.bus.parameters
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
-        """Take a topic to publish on; see `protocol.Graph`. What is published waits with its readers, not here."""
+        """Take a topic to publish on; see `protocol.Graph`. Messages wait with their readers, not here."""
         del queue_size
         return self.bus.topics.advertise(named(topic), kind, self, latch=latch)
 
@@ -376,7 +376,7 @@ class BusNode:
 
 
 class BusDirectory:
-    """What there is in a graph within one process; see `protocol.Directory`."""
+    """Content of a graph within one process; see `protocol.Directory`."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus

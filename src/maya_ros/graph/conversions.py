@@ -37,7 +37,7 @@ SLOWEST = 1e-3
 """A motion is slowed to no less than this share of the limits."""
 
 _LESS = 0.999
-"""Where a time is to be reached by slowing down, so little more is taken off, so that few steps do."""
+"""Share that is taken off in addition when a motion is slowed to reach a time, so that few steps suffice."""
 
 _ENOUGH = 1.02
 """A time that is missed by no more than this needs no better speed."""
@@ -47,7 +47,7 @@ _SAME = 1.005
 
 
 class MotionPreviewer(Protocol):
-    """What works out how long a motion takes (`controller.protocol.Controller.preview`)."""
+    """Computes how long a motion takes (`controller.protocol.Controller.preview`)."""
 
     def __call__(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Return what the motion along `path` at `speed` will be; raises what the motion would raise."""

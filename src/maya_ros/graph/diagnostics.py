@@ -1,4 +1,4 @@
-"""/diagnostics: how every floor is, in words and levels that ROS tools show.
+"""/diagnostics: how every layer is, in words and levels that ROS tools show.
 
 Levels: OK; WARN where somebody has to do something before the robot moves; ERROR in a fault or without a connection;
 STALE what is told of the axes without a connection. The message of a fault is its code and sentence.
@@ -15,7 +15,7 @@ from maya_ros.graph.protocol import Message, header
 from maya_un.values import AXES, Mode, Notice, State
 
 CONTROLLER = "maya: controller"
-"""The name of the controller floor's status."""
+"""The name of the controller layer's status."""
 
 
 class DiagnosticLevel(IntEnum):
@@ -55,7 +55,7 @@ _LEVELS = {
 
 
 def controller(state: State, address: str = "") -> DiagnosticStatus:
-    """Return how the controller floor is, connected to `address`."""
+    """Return how the controller layer is, connected to `address`."""
     values: dict[str, object] = {
         "address": address,
         "mode": state.mode,
@@ -97,14 +97,14 @@ def axes(state: State) -> DiagnosticStatus:
 
 
 def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: str = "") -> DiagnosticStatus:
-    """Return how the robot floor is; `running` is the primitive under way, "" where there is none.
+    """Return how the robot layer is; `running` is the primitive under way, "" where there is none.
 
     `why` says why it takes no command now, where that is known.
     """
     values = {"can_teleop": can_teleop, "running": running}
     if not controller_there:
-        return DiagnosticStatus("maya: robot", DiagnosticLevel.ERROR, "1011 the controller floor is not there", values)
-    message = f"at {running}" if running else "ready" if can_teleop else why or "waits for the controller floor"
+        return DiagnosticStatus("maya: robot", DiagnosticLevel.ERROR, "1011 the controller layer is not there", values)
+    message = f"at {running}" if running else "ready" if can_teleop else why or "waits for the controller layer"
     return DiagnosticStatus(
         "maya: robot", DiagnosticLevel.OK if running or can_teleop else DiagnosticLevel.WARN, message, values
     )
@@ -113,10 +113,10 @@ def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: s
 def process(
     *, robot_there: bool, paused: bool, running: str = "", queued: int = 0, reason: str = ""
 ) -> DiagnosticStatus:
-    """Return how the process floor is: `running` names the job under way, `reason` says why the queue is paused."""
+    """Return how the process layer is: `running` names the job under way, `reason` says why the queue is paused."""
     values = {"running": running, "queued": queued, "paused": paused}
     if not robot_there:
-        return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot floor is not there", values)
+        return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot layer is not there", values)
     if paused:
         return DiagnosticStatus(
             "maya: process", DiagnosticLevel.WARN, f"the queue is paused: {reason or 'somebody said so'}", values
@@ -127,17 +127,17 @@ def process(
 
 
 def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> DiagnosticStatus:
-    """Return how the process floor is while job `job` waits for a person: it was under way when the program ended."""
+    """Return how the process layer is while job `job` waits for a person: it was under way when the program ended."""
     values = {"interrupted": job, "step": step, "paused": True}
     if not robot_there:
-        return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot floor is not there", values)
+        return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot layer is not there", values)
     message = f"job {job} ({name}) was interrupted: decide about it (`maya queue recover`, /recover_queue)"
     return DiagnosticStatus("maya: process", DiagnosticLevel.WARN, message, values)
 
 
 def bridge(name: str, *, there: bool, clients: int = 0, message: str = "") -> DiagnosticStatus:
     """Return how a bridge to others is; `there` whether what it hands on to is there."""
-    said = message or ("connected" if there else "waits for the floor below")
+    said = message or ("connected" if there else "waits for the layer below")
     return DiagnosticStatus(
         f"maya: {name}", DiagnosticLevel.OK if there else DiagnosticLevel.WARN, said, {"clients": clients}
     )

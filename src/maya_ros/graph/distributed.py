@@ -1,4 +1,4 @@
-"""The floors above the controller as nodes of their own: each a client of the one below, open to the one above.
+"""The layers above the controller as nodes of their own: each a client of the one below, open to the one above.
 
 robot_floor        node robot_controller    /maya_command, /maya_move, and the task that decides who may move
 tasks_handed_on    node primitive_server    /task, handed on to that
@@ -34,7 +34,7 @@ _DECIDES = "robot_controller"
 
 @dataclass(frozen=True, slots=True)
 class DistributedLayers:
-    """A robot floor and what is below it, as a door looks at them."""
+    """A robot layer and what is below it, as a server looks at them."""
 
     robot: Robot
     controller: Controller
@@ -46,7 +46,7 @@ class DistributedLayers:
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot can take a wish."""
+        """Whether the robot can take a command."""
         return self.robot.can_teleop
 
     def progress(self) -> Progress | None:
@@ -62,10 +62,10 @@ class DistributedLayers:
 async def robot_floor(
     graph: Graph, config: Config, workers: Workers | None = None, *, clock: Clock | None = None, speed: float = 1.0
 ) -> AsyncGenerator[GraphController]:
-    """Offer the robot floor, on the controller floor of the same graph, while the block runs.
+    """Offer the robot layer, on the controller layer of the same graph, while the block runs.
 
-    It is offered from the beginning: as long as the controller floor is not there, wishes are refused. What is under
-    way is at rest when the block is left.
+    It is offered from the beginning: as long as the controller layer is not there, commands are refused. A running
+    command is at rest when the block ends.
     """
     async with GraphController.on(graph, config, speed=speed) as controller:
         door = RobotServer(
@@ -77,7 +77,7 @@ async def robot_floor(
 
 @asynccontextmanager
 async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
-    """Offer /task while the block runs, each goal carried out by the robot floor."""
+    """Offer /task while the block runs, each goal carried out by the robot layer."""
 
     async def act(goal: Message, feedback: Feedback) -> Message:
         gone = NodeGone(node=_DECIDES)
@@ -103,7 +103,7 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
 
 @contextmanager
 def robot_floor_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
-    """Give what tells which nodes of the robot floor are not there, while the block runs."""
+    """Give what tells which nodes of the robot layer are not there, while the block runs."""
     actions = {_DECIDES: INNER, TASK.sources[0]: TASK.name}
     heard = {
         node: graph.subscribe(f"{action}/status", "actionlib_msgs/GoalStatusArray", lambda _: None, queue_size=1)

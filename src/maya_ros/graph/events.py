@@ -39,7 +39,7 @@ Strokes = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 """Ranges of a, b, c (rad, m, m)."""
 
 REFUSED = "refused"
-"""The word for a wish on a topic that was refused: its code says why."""
+"""The word for a command on a topic that was refused: its code says why."""
 
 _BY_MODE = {
     Mode.DISCONNECTED: Disconnected,
@@ -62,7 +62,7 @@ def words() -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class ControllerCondition:
-    """How the controller floor stands; `strokes` is None before homing."""
+    """How the controller layer stands; `strokes` is None before homing."""
 
     mode: Mode
     homed: bool
@@ -157,7 +157,7 @@ def _ranges(data: object) -> Strokes:
 
 
 class EventSource(Protocol):
-    """Where events can be heard (`events.EventLog`)."""
+    """Source of events (`events.EventLog`)."""
 
     def listening(self, listener: Listener) -> AbstractContextManager[None]:
         """Call `listener` with every event while the block runs, in order."""
@@ -165,7 +165,7 @@ class EventSource(Protocol):
 
 
 class ControllerView(Protocol):
-    """What can be looked at of a controller floor."""
+    """Readable part of a controller layer."""
 
     @property
     def state(self) -> State:
@@ -174,7 +174,7 @@ class ControllerView(Protocol):
 
     @property
     def workspace(self) -> Workspace:
-        """Where it can go; strokes as measured once homed."""
+        """The workspace; its strokes are the measured ones once the robot is homed."""
         ...
 
 
@@ -195,14 +195,14 @@ class EventPublisher:
             self._later(event, asyncio.get_running_loop().call_soon)
 
     def say(self, word: str, error: MayaError | None = None, **detail: object) -> None:
-        """Tell something that is no event of the floor."""
+        """Tell something that is no event of the layer."""
         self._flush()
         if error is not None:
             detail["message"] = str(error)
         self._tell(ReportedEvent(word, self._standing(), 0 if error is None else error.code, detail))
 
     def refused(self, wish: str, error: MayaError) -> None:
-        """Tell that a wish on a topic was refused, or failed."""
+        """Tell that a command on a topic was refused, or failed."""
         self.say(REFUSED, error, wish=wish)
 
     def look(self) -> None:

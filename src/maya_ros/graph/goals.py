@@ -141,7 +141,7 @@ class GoalServer:
             self._forget_later(early)
             self._forget_oldest()
             self._tell_status()
-        if until > order(self._last_cancel):  # of the future it says nothing: what comes then is another wish
+        if until > order(self._last_cancel):  # of the future it says nothing: what comes then is another command
             self._last_cancel = min(request["stamp"], self._now(), key=order)
 
     def recall(self, goal: Goal) -> None:

@@ -1,4 +1,9 @@
-"""Markers for rviz (/maya_markers): lines, part, path under way, workspace and zones."""
+"""Markers for rviz (/maya_markers): lines, part, path under way, workspace and zones.
+
+Lines are coloured by their tension, and a word is drawn while the robot is not ready. Nothing is published because of
+motion alone: a part in the gripper is fixed to the gripper's frame, the lines to the frames of their pieces, and
+markers carry no time, so that rviz uses the newest frames.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +32,7 @@ from maya_un.values import Joints, Mode, Point, State
 
 
 class MarkerShape(IntEnum):
-    """What a marker is (visualization_msgs/Marker)."""
+    """Kind of a marker (visualization_msgs/Marker)."""
 
     CUBE = 1
     SPHERE = 2
@@ -259,7 +264,7 @@ _QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
 
 @dataclass(frozen=True, slots=True)
 class MarkerScene:
-    """What is to be drawn: the state, and where its robot can go.
+    """The scene to draw: the state and the workspace.
 
     `parts` are known by their grasp points [m], the one between the jaws is named by `carried`; `way` are places along
     the path under way [m].
@@ -301,7 +306,7 @@ class MarkerCache:
         yield from state_markers(view.state, view.workspace, self._config)
 
     def _surroundings(self, view: MarkerScene) -> list[Message]:
-        """Return workspace and zones, made anew only where one of them is another."""
+        """Return workspace and zones, made again only where one of them is another."""
         zones = tuple(view.zones)
         if self._around is None or self._around[:2] != (view.workspace, zones):
             made = [*workspace_markers(view.workspace), *zone_markers(zones, view.workspace.mechanism.length)]

@@ -73,7 +73,7 @@ def error_of(result: Mapping[str, object], name: str = "") -> MayaError | None:
 async def run_goal(act: Act, goal: Message, feedback: Feedback) -> ActionOutcome:
     """Carry out a goal in this task, which may be cancelled to cancel the goal, and return how that ended.
 
-    What somebody stopped counts as preempted, as what was cancelled; other errors abort it.
+    A stopped goal counts as preempted, like a cancelled one; other errors abort it.
     """
     try:
         result = await act(goal, feedback)

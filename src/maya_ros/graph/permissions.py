@@ -91,7 +91,7 @@ class PermittedGraph:
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
         """Subscribe to a topic; a refused command is logged, because no caller waits for an answer."""
         operation = asked_by_topic(topic)
-        if operation is Operation.GRAPH:  # it is no wish, but what others tell
+        if operation is Operation.GRAPH:  # it is no command, but information
             return self._graph.subscribe(topic, kind, heard, queue_size=queue_size)
 
         def looked_at(message: Message) -> None:

@@ -102,7 +102,7 @@ class Subscription(GraphHandle, Protocol):
 
 
 class Directory(Protocol):
-    """What there is in a graph, as rosapi asks it."""
+    """Content of a graph, as rosapi reads it."""
 
     async def topics(self) -> Mapping[str, str]:
         """Return the type of every topic that somebody publishes or subscribes."""
@@ -135,7 +135,7 @@ class Directory(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class NodeInfo:
-    """What a node does: topics it publishes and subscribes, services it answers."""
+    """Connections of a node: topics it publishes and subscribes, services it answers."""
 
     publishes: tuple[str, ...] = ()
     subscribes: tuple[str, ...] = ()
@@ -167,7 +167,7 @@ class Graph(Protocol):
 
     @property
     def directory(self) -> Directory:
-        """What there is in it."""
+        """Its content."""
         ...
 
     @property

@@ -13,7 +13,7 @@ from maya_un.steps.text import COMMAND_TOPIC, RESULT_TOPIC, ROBOT_TOPIC, STATUS_
 
 
 class Kind(StrEnum):
-    """What a row of the table is."""
+    """Kind of a row of the table."""
 
     TOPIC = "topic"
     SERVICE = "service"
@@ -34,7 +34,7 @@ class Layer(StrEnum):
 class Row:
     """One name of the graph.
 
-    `heard` tells that its floor listens to the topic instead of publishing it. `sources` and `sinks` are the nodes on
+    `heard` tells that its layer listens to the topic instead of publishing it. `sources` and `sinks` are the nodes on
     either side by the manual. `latch` keeps the last message for whoever comes later, `rate` is how often a topic is
     published [Hz], 0 where at every change. `manual` is False for what is ours. `asks` is the operation that it asks
     for, the least of several by role; None where it only tells.
@@ -223,7 +223,7 @@ TABLE = (
 
 
 def rows(*floors: Layer) -> tuple[Row, ...]:
-    """Return the rows of some floors."""
+    """Return the rows of some layers."""
     return tuple(row for row in TABLE if row.floor in floors)
 
 

@@ -1,5 +1,18 @@
 """The robot's description (URDF): its joints, the lengths of one configuration, and sliders that set joints.
 
+Boom and lines are a closed chain, and a URDF is a tree. So the tree follows the inner line: the boom turns (a), the
+line swings about its anchor (b_swing) with its length (b), and the gripper hangs at its end. The outer line swings
+about its own anchor (c_swing) with its length (c). It ends at the same place, because both swings are those of the
+triangle of lines and boom:
+
+    b_swing = atan2(h, u)     c_swing = atan2(h, u − W)     both 0 outward along the boom, positive downward
+
+with u and h of `kinematics.mechanism`. All other moving joints mimic one of these: the pieces of which a line is drawn,
+the hook that keeps the gripper upright, the second jaw.
+
+The sliders publish on a topic of their own, so that only the robot publishes /joint_states. After the robot's first
+message, sliders count only when a person moves one: a silent robot stays drawn at its last pose.
+
 The macros in ros/maya_controller/urdf read all lengths from dimensions.xacro beside them, which `dimensions` writes.
 The file kept there describes the manual's machine. For another machine, `describe` uses a file of its own.
 """

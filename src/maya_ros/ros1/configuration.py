@@ -1,4 +1,4 @@
-"""The configuration over a graph: the controller's node settles it, the floors above wait for what it settled."""
+"""The configuration over a graph: the controller's node settles it, the layers above wait for what it settled."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _SETTLED = "/maya/config_settled"
 async def settle(parameters: ParameterServer) -> Config:
     """Return the configuration: the user's file, with the parameters under `CONFIG` laid over it; write it all there.
 
-    What an earlier node wrote is not laid over the file, only what it had been given. Raises `InvalidConfig` and
-    `FileUnreadable`.
+    Only the values that an earlier node had been given are laid over the file, not those that it wrote. Raises
+    `InvalidConfig` and `FileUnreadable`.
     """
     given = await parameters.get(CONFIG, {})
     if given and given == await parameters.get(_SETTLED, {}):

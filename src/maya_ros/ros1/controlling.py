@@ -1,4 +1,4 @@
-"""What the two nodes of the controller floor have in common: its door, its log, and taking over a homing."""
+"""Common part of the two nodes of the controller layer: its server, its log, and taking over a homing."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def log_event(event: Event) -> None:
 
 
 def log_own_event(event: Event) -> None:
-    """Write an event of a floor above the controller's; what that tells, its own node has in its log already."""
+    """Write an event of a layer above the controller's; the controller's own node logs its events already."""
     news = isinstance(event, Connected | Disconnected)  # whether the node is there, which only others notice
     if news or not isinstance(event, ControllerEvent):
         log_event(event)
@@ -49,9 +49,9 @@ def fast_enough(config: Config, speed: float) -> Config:
 
 
 async def offered(node: RosNode, floor: ControllerAssembly, *, skip_home: bool) -> None:
-    """Offer a controller floor to the graph until cancelled; with `skip_home` take over the homing that it bears.
+    """Offer a controller layer to the graph until cancelled; with `skip_home` take over the homing that it bears.
 
-    Where that is refused the graph stays up, and motion is refused until a homing.
+    If that is refused, the graph stays up, and motion is refused until a homing.
     """
     door = ControllerServer(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
     async with rights_of_node(node.speed) as rights, door.open(PermittedGraph(node.graph, rights.permit)):

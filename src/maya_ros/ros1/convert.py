@@ -1,6 +1,6 @@
 """Convert between the classes that ROS generates from message definitions and plain data.
 
-A class names its fields in `__slots__` and their types in `_slot_types`, so that types that this house does not know
+A class names its fields in `__slots__` and their types in `_slot_types`, so that unknown types
 are converted too. Single values are checked as everywhere in the graph (`graph.conforming`).
 """
 

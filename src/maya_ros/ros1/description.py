@@ -1,6 +1,6 @@
 """Prints the robot's description for launch files: `describe.py MACROS`, in the configuration that `maya` would read.
 
-It needs no master. Where xacro is not installed it says so and fails, as a launch without a description should.
+It needs no master. If xacro is not installed, it says so and fails, as a launch without a description should.
 """
 
 from __future__ import annotations

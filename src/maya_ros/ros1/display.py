@@ -12,7 +12,7 @@ PATIENCE = 2.0
 """How long a display may take to accept a connection [s]."""
 
 NAME = "__name:="
-"""What roslaunch puts before the name of a node among its arguments."""
+"""Prefix of a node's name among the arguments of roslaunch."""
 
 
 def main() -> int:
@@ -31,7 +31,7 @@ def main() -> int:
 def no_display(environment: Mapping[str, str]) -> str | None:
     """Return why no window can be opened in an environment, or None where one can.
 
-    Whoever has chosen a platform for Qt by $QT_QPA_PLATFORM gets it.
+    A platform for Qt in $QT_QPA_PLATFORM is respected.
     """
     if environment.get("QT_QPA_PLATFORM", "xcb") != "xcb" or environment.get("WAYLAND_DISPLAY"):
         return None

@@ -50,7 +50,7 @@ class RosGraph:
 
     @property
     def directory(self) -> RosDirectory:
-        """What there is in it."""
+        """Its content."""
         return self._directory
 
     @property
@@ -70,7 +70,7 @@ class RosGraph:
         return RosSubscription(self._registrar, self._post, name, kind, lambda message, _: heard(message), queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
-        """Answer a service; `quick` is asked in a thread of rospy's. Who hangs up has his answer cancelled.
+        """Answer a service; `quick` runs in a thread of rospy. If the client disconnects, the answer is cancelled.
 
         Raises `InvalidRequest` where this node serves one of that name already.
         """

@@ -184,7 +184,7 @@ SIMULATED = "/maya/sim_mode"
 
 @dataclass(frozen=True, slots=True)
 class RosNode:
-    """What a node has: its graph, and how fast its clock runs (1 but for the twin)."""
+    """Resources of a node: its graph, and the speed of its clock (1 but for the twin)."""
 
     graph: RosGraph
     speed: float
@@ -224,7 +224,7 @@ class RosNode:
 
 
 Serve = Callable[[RosNode], Awaitable[None]]
-"""What a node does until it is cancelled."""
+"""The work of a node until it is cancelled."""
 
 
 def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
@@ -258,7 +258,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
 
 
 class _Shown(logging.Handler):
-    """Shows what the graph warns of, like a refused wish on a topic, where the lines of a node are shown."""
+    """Shows what the graph warns of, like a refused command on a topic, where the lines of a node are shown."""
 
     def emit(self, record: logging.LogRecord) -> None:
         rospy.logwarn("%s", record.getMessage())

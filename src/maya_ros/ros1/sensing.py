@@ -1,4 +1,4 @@
-"""What the sensors show, as sensor_converter has it: read from the controller, told, heard again and converted."""
+"""Sensor values for sensor_converter: read from the controller, published, received again and converted."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Probe:
         self._clock = clock
 
     async def tell(self, graph: Graph) -> None:
-        """Publish what is measured until cancelled; a lost connection is made anew. Raises `ConnectFailed` and kin."""
+        """Publish what is measured until cancelled; a lost connection is made again. Raises `ConnectFailed` and kin."""
         publisher = graph.advertise(SENSORS.name, SENSORS.type, queue_size=SENSORS.queue_size)
         link = DriverLink(self._dial, self._address, self._config.controller.timeout, _nothing, _nothing_else)
         try:
@@ -77,7 +77,7 @@ async def _nothing_else(_: Driver) -> None:
 
 
 class SensedController:
-    """The state as /hardware_sensor and /maya_event tell it: a floor to publish from (`doors.sensors.SensorLayer`)."""
+    """The state as /hardware_sensor and /maya_event tell it: a layer to publish from (`doors.sensors.SensorLayer`)."""
 
     def __init__(self, config: Config) -> None:
         self._config = config

@@ -20,15 +20,15 @@ from maya_ros.ros1.convert import MessageClass, converter_of, message_class
 from maya_ros.ros1.master import LoopCalls, Registrar
 
 LINGER = 0.2
-"""What was published last has gone out after this time [s, real]: rospy drops what still waits on a topic it closes."""
+"""The last message has gone out after this time [s, real]: rospy drops what still waits on a topic it closes."""
 
 
 class RosPublisher:
     """A topic to publish on (`graph.protocol.Publisher`).
 
-    There always is a queue: without one, rospy writes to every reader itself, and one that is stopped stops us. What is
-    published before the topic is registered waits in a queue of the same length. And nothing waits for company on the
-    wire: else the second of two messages comes up to 40 ms late, behind what another topic told later. `changed` is
+    There always is a queue: without one, rospy writes to every reader itself, and one that is stopped stops us.
+    Messages from before the topic is registered wait in a queue of the same length. And nothing waits for company on
+    the wire: else the second of two messages comes up to 40 ms late, behind what another topic told later. `changed` is
     called when somebody came or went, in a thread of rospy's.
     """
 

@@ -120,7 +120,7 @@ class RestrictedGraph:
 
     @property
     def directory(self) -> Directory:
-        """What there is in it."""
+        """Its content."""
         self._guest.require(Operation.READ)
         return self._graph.directory
 

@@ -58,7 +58,7 @@ class _SentGoal:
     async def ended(self) -> GoalResult:
         """Have it carried out; one that is cancelled is told as it ended.
 
-        Whoever cancels `do` learns that the goal has ended but not how, so its results are listened to beside it.
+        A caller that cancels `do` learns that the goal has ended but not how, so its results are subscribed to as well.
         """
         heard = self._client.graph.subscribe(f"{self.action}/result", f"{self.kind}ActionResult", self._heard)
         told = self.tell if self._feedback else None
@@ -246,7 +246,7 @@ class ClientActions:
             raise InvalidRequest(key="action", reason=f"a client carries out at most {SERVED}")
         ours = self._actions.pop(action, None)
         if ours is not None:
-            ours.close("it was advertised anew")
+            ours.close("it was advertised again")
         elif action in ROWS or f"{action}/status" in await self._client.graph.directory.topics():
             raise InvalidRequest(key="action", reason=f"{action} is served already")
         one = _Action(self._client, said, action, kind)

@@ -26,7 +26,7 @@ Step = Callable[[], bool]
 class MessageScheduler:
     """Carries out messages of all clients in line, one of each, so many in a turn of the loop.
 
-    What a message sets going runs in the loop's turns too: were more begun in one than it can bear, each hop of a stop
+    The work of a message runs in the loop's turns too: with too many begun in one turn, each hop of a stop
     that somebody else asks for would wait for all of them. `clock` tells the time [s], normally the running loop's.
     """
 
@@ -69,7 +69,7 @@ class MessageScheduler:
 
 
 class SenderWire(Protocol):
-    """What a sender needs of a wire: `full` while the other side is behind, `on_room` called when it is no more."""
+    """The part of a wire that a sender needs: `full` while the other side is behind, else `on_room` is called."""
 
     on_room: Callable[[], None] | None
 
@@ -88,7 +88,7 @@ class SenderWire(Protocol):
 
 
 class Backlog:
-    """What waits of one topic for a client that is behind: the newest `most` messages."""
+    """Waiting messages of one topic for a slow client: the newest `most`."""
 
     def __init__(self, most: int) -> None:
         self.most = most
@@ -186,7 +186,7 @@ ROWS: Mapping[str, Row] = {row.name: row for row in TABLE}
 
 
 class StatusLevel(IntEnum):
-    """What a client is told by status messages: these and all graver ones."""
+    """Least level of status messages that a client gets."""
 
     none = 0
     error = 1

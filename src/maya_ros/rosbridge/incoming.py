@@ -43,7 +43,7 @@ LONGEST_ID = 1_000
 
 
 class Fields:
-    """What a client said. Everything raises `InvalidRequest` for what is not as it should be.
+    """A message of a client. Every method raises `InvalidRequest` for a field that is not valid.
 
     A field that is null counts as left out, as clients in JavaScript send what they do not set.
     """
@@ -53,7 +53,7 @@ class Fields:
 
     @property
     def id(self) -> str | float | None:
-        """What the client calls this message, None where it does not say."""
+        """The client's id of this message, None without one."""
         found = self._message.get("id")
         if found is None or (isinstance(found, str) and len(found) <= LONGEST_ID):
             return found

@@ -3,7 +3,7 @@
 Pictures are written as rosbridge writes them: nearly square, red, green, blue, padded with line ends. Clients may send
 any of the 8 bit forms. Pillow unpacks their pixels and sees nothing else of their files (decision 47).
 
-What a type needs is worked out once. Of types that are not ours to know, messages go out as they are.
+The needs of a type are computed once. Messages of unknown types go out as they are.
 """
 
 from __future__ import annotations
@@ -195,7 +195,7 @@ def _each(form: Form | None, field: Field) -> Form | None:
 
 
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
-"""What a message may be compressed by, the weakest first: the strongest that a client wants is taken."""
+"""Compressions of messages, the weakest first: the strongest that a client wants is taken."""
 
 
 class MessageFormat(NamedTuple):

@@ -1,4 +1,4 @@
-"""What clients ask of the graph itself: the services of rosapi, answered from its directory, parameters and types."""
+"""The services of rosapi, answered from the graph's directory, parameters and types."""
 
 from __future__ import annotations
 

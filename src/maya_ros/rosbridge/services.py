@@ -181,7 +181,7 @@ class ClientServices:
             raise InvalidRequest(key="service", reason=f"a client serves at most {SERVED}")
         ours = self._services.pop(service, None)
         if ours is not None:
-            ours.close("it was advertised anew")
+            ours.close("it was advertised again")
         if service in ROWS or service in await self._client.graph.directory.service_names():
             raise InvalidRequest(key="service", reason=f"{service} is served already")
         one = _ClientService(self._client, said, service, kind)

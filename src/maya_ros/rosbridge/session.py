@@ -42,7 +42,7 @@ class RosbridgeSession:
 
     `entry` is called with tokens, if clients must sign in.
 
-    Nothing that a client says raises anything here. Whoever hands on more while it is `busy` makes it grow.
+    No message of a client raises an error here. Messages that come while it is `busy` wait and use memory.
     """
 
     def __init__(

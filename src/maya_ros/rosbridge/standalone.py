@@ -1,4 +1,4 @@
-"""The manual's graph without ROS: a bus in the server's loop, the doors of all floors on it, and the endpoint."""
+"""The manual's graph without ROS: a bus in the server's loop, the servers of all layers on it, and the endpoint."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ async def endpoint(
 async def graph_of(
     stack: Stack, bridge: Bridge, steps: Path, *, speed: float = 1.0, now: Clock = dates.epoch
 ) -> AsyncIterator[Bus]:
-    """Yield a graph on which all floors of `stack` are offered, which lives in the bridge's loop at `speed`.
+    """Yield a graph on which all layers of `stack` are offered, which lives in the bridge's loop at `speed`.
 
     The file `steps` keeps which steps were carried out; `now` is the date [s since the epoch] that messages are stamped
-    with. At the end everything that was wished here is at rest. Raises `StorageInUse` and its kin.
+    with. At the end all motion that was begun here is at rest. Raises `StorageInUse` and its kin.
     """
     bus = Bus(now)
     await _describe(bus, stack, speed)

@@ -1,7 +1,7 @@
-"""The floors of a stack that lives in another loop, as the doors of a graph need them in this one.
+"""The layers of a stack that lives in another loop, as the servers of a graph need them in this one.
 
-What is looked at is read where it stands: states and workspaces are never changed, only replaced. Wishes go through the
-bridge and its gate, as those of whoever has them (`graph.principals`). Events and the queue come over by a tap.
+State is read directly: states and workspaces are never changed, only replaced. Commands go through the
+bridge and its gate, with their caller (`graph.permissions`). Events and the queue come over by a tap.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
 
 
 class ControllerProxy:
-    """The controller floor, for its door and for that of the sensors."""
+    """The controller layer, for its server and for that of the sensors."""
 
     def __init__(self, stack: Stack, bridge: Bridge, echo: StackEvents) -> None:
         self._stack = stack
@@ -99,7 +99,7 @@ class ControllerProxy:
 
     @property
     def workspace(self) -> Workspace:
-        """Where it can go; strokes as measured once homed."""
+        """The workspace; its strokes are the measured ones once the robot is homed."""
         return self._stack.controller.workspace
 
     async def watch(self) -> AsyncIterator[State]:
@@ -169,7 +169,7 @@ class ControllerProxy:
 
 
 class RobotProxy:
-    """The robot floor, for its door."""
+    """The robot layer, for its server."""
 
     def __init__(self, stack: Stack, bridge: Bridge, echo: StackEvents) -> None:
         self._stack = stack
@@ -183,7 +183,7 @@ class RobotProxy:
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot can take a wish: it can, and no job has its turn."""
+        """Whether the robot can take a command: it can, and no job has its turn."""
         view = self._echo.view
         queued = view.running is not None or (bool(view.waiting) and view.mode is QueueMode.RUNNING)
         return self._stack.robot.can_teleop and not queued and not self._stack.service.direct.doing

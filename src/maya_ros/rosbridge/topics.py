@@ -84,7 +84,7 @@ class _Writing:
 
 
 class ClientPublications:
-    """What one client publishes. `hears` tells whether it subscribes to a topic."""
+    """The topics that one client publishes. `hears` tells whether it subscribes to a topic."""
 
     def __init__(self, client: RosbridgeClient, hears: Callable[[str], bool]) -> None:
         self._client = client
@@ -205,7 +205,7 @@ _LONGEST_THROTTLE = 86_400_000
 
 
 class SubscribeRequest(NamedTuple):
-    """What one subscribe message asked for: messages at least `throttle` [s] apart, so many waiting, of this form."""
+    """Options of one subscription: messages at least `throttle` [s] apart, so many waiting, of this form."""
 
     throttle: float
     queue: int
@@ -256,7 +256,7 @@ class TopicReading:
     def add(self, name: Id, request: SubscribeRequest) -> None:
         """Add a request, or take it for an older one of the same name.
 
-        Whoever comes later to a latched topic is shown its latest message, as on a topic of its own.
+        A later subscriber of a latched topic gets its latest message, as on a topic of its own.
         """
         later = bool(self.requests) and name not in self.requests
         self.requests[name] = request

@@ -43,7 +43,7 @@ _FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
 
 
 class MessageHandler(Protocol):
-    """Who carries out what a client says."""
+    """Executes the messages of a client."""
 
     on_calm: Callable[[], None] | None
 
@@ -58,7 +58,7 @@ class MessageHandler(Protocol):
 
 
 class RosbridgeHost(Protocol):
-    """Who lets clients in."""
+    """Admits clients."""
 
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
         """Return why a client is not let in."""

@@ -34,7 +34,7 @@ _PLACES = 48
 """Places looked at between the last one and the farthest possible."""
 
 _SLACK = 0.5
-"""What was said may have been on its way for so long [s]."""
+"""Longest time that a message was on its way [s]."""
 
 _ROUNDING = 1e-6
 
@@ -88,7 +88,7 @@ HEARD = 1.0
 
 
 class StopSender:
-    """Says stops to the controller floor that `watch` watches; `speed` is how fast the loop's clock runs."""
+    """Says stops to the controller layer that `watch` watches; `speed` is how fast the loop's clock runs."""
 
     def __init__(self, graph: Graph, watch: ControllerWatch, speed: float) -> None:
         self._graph = graph
@@ -100,7 +100,7 @@ class StopSender:
     async def say(self, row: Row) -> Message:
         """Return what the service of a stop answers; it goes on being called also where nobody waits for that.
 
-        Where it is not answered all goals are cancelled, which needs no master. Raises `NotConnected` where nobody
+        Without an answer all goals are cancelled, which needs no master. Raises `NotConnected` where nobody
         hears that either, and `NodeGone` where the node hangs: it stops when it goes on.
         """
         saying = asyncio.create_task(call_service(self._graph, row, {}), name=row.name)
@@ -144,11 +144,11 @@ _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
 
 class GraphController:
-    """Joint-space control of Maya by the controller floor of a graph; see `controller.protocol.Controller`.
+    """Joint-space control of Maya by the controller layer of a graph; see `controller.protocol.Controller`.
 
-    What it knows it was told (`clients.watch`); what needs no machine, like a preview, is worked out here as it is
-    there. Every wish goes there, and every refusal comes from there. Where the node is not there, or not there any
-    more, it is disconnected and raises `NotConnected`, or `NodeGone` in the middle of a wish.
+    Its knowledge comes by topics (`clients.watch`). Tasks without a machine, like a preview, are computed here as
+    there. Every command goes there, and every refusal comes from there. If the node is missing or gone, it is
+    disconnected and raises `NotConnected`, or `NodeGone` in the middle of a command.
     """
 
     def __init__(self, graph: Graph, config: Config, *, speed: float = 1.0) -> None:
@@ -168,7 +168,7 @@ class GraphController:
     @classmethod
     @asynccontextmanager
     async def on(cls, graph: Graph, config: Config, *, speed: float = 1.0) -> AsyncIterator[GraphController]:
-        """Give the controller floor of `graph` for the length of the block; `speed` is how fast the loop's clock runs.
+        """Give the controller layer of `graph` for the length of the block; `speed` is how fast the loop's clock runs.
 
         It is disconnected until `connected` returns.
         """
@@ -185,7 +185,7 @@ class GraphController:
         await self._watch.close()
 
     async def connected(self) -> None:
-        """Wait until the floor's node has told how it stands."""
+        """Wait until the layer's node has told how it stands."""
         await self._watch.until(lambda: self._watch.there)
 
     async def settled(self) -> None:
@@ -199,12 +199,12 @@ class GraphController:
 
     @property
     def workspace(self) -> Workspace:
-        """Where the robot may go; strokes as measured once homed."""
+        """The workspace; its strokes are the measured ones once the robot is homed."""
         return self._watch.workspace
 
     @property
     def zones(self) -> tuple[Zone, ...]:
-        """What the robot keeps out of: the zones of the configuration."""
+        """The zones that the robot keeps out of: those of the configuration."""
         return self._watch.workspace.zones
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
@@ -213,7 +213,7 @@ class GraphController:
 
     @property
     def events(self) -> EventLog:
-        """Facts in order, as the floor tells them."""
+        """Facts in order, as the layer tells them."""
         return self._watch.events
 
     @property
@@ -230,7 +230,7 @@ class GraphController:
         return self._watch.progress
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check and time `path` as the floor does; raises what the motion would raise, sends nothing."""
+        """Check and time `path` as the layer does; raises what the motion would raise, sends nothing."""
         return self._planner.preview(self.workspace, path, speed)
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
@@ -298,8 +298,8 @@ class GraphController:
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path; tell how long and how far it takes.
 
-        It is said whatever is known of the floor; raises `NotConnected` where nobody hears it. Where the service cannot
-        be found, as without a master, all goals are cancelled, which needs none. Where the floor's node hangs it raises
+        It is said whatever is known of the layer; raises `NotConnected` where nobody hears it. If the service cannot
+        be found, as without a master, all goals are cancelled, which needs none. If the layer's node hangs, it raises
         `NodeGone`, and the node stops when it goes on.
         """
         return _report(await self._urgent.say(STOP))
@@ -358,7 +358,7 @@ class GraphController:
                 await self._watch.settled()
 
     async def _call(self, row: Row, request: Message) -> Message:
-        """Call a service; raises `NodeGone` also where the floor's node hangs meanwhile."""
+        """Call a service; raises `NodeGone` also where the layer's node hangs meanwhile."""
         self._require_there()
 
         def hangs(event: Event) -> NodeGone | None:
@@ -423,7 +423,7 @@ class GraphController:
 
 
 def _report(response: Message) -> StopReport:
-    """Return what a stop comes to, as the floor says it in the message of its response."""
+    """Return the report of a stop from the message of the layer's response."""
     try:
         data = json.loads(response["message"])
         a, b, c = (float(value) for value in data["distance"])

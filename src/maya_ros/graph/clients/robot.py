@@ -1,4 +1,4 @@
-"""The robot floor on the other side of a graph, by the protocol of the floor itself."""
+"""The robot layer on the other side of a graph, by the protocol of the layer itself."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.robot import OnPhase, PlanningRobot
 
 AGAIN = 0.2
-"""While somebody else's wish is under way it is tried again so often [s, real time]."""
+"""While somebody else's command is under way it is tried again so often [s, real time]."""
 
 
 class GraphRobot(PlanningRobot):
-    """Runs primitives by the robot floor of a graph; see `robot.protocol.Robot`.
+    """Runs primitives by the robot layer of a graph; see `robot.protocol.Robot`.
 
-    What a primitive would be is worked out here, by the planning of the floor itself, from where `controller` says
-    that the robot is; to do it is the affair of the floor. Where that is not there any more, `NodeGone` is raised.
+    A preview is computed here by the planning of the layer itself, from the pose that `controller` reports. The layer
+    executes the primitive. If it is gone, `NodeGone` is raised.
     A primitive that is refused because somebody else's is under way waits for it; `speed` is how fast the loop's clock
     runs.
     """
@@ -39,10 +39,10 @@ class GraphRobot(PlanningRobot):
         controller.events.heard_by(self._hear)
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Have the robot floor do `primitive`; every phase is an event and told to `on_phase`.
+        """Have the robot layer do `primitive`; every phase is an event and told to `on_phase`.
 
-        Raises what the floor says, with its code and words. Cancelling it stops on the path; the gripper stays as it
-        is.
+        Raises the error that the layer reports, with its code and words. Cancelling it stops on the path; the gripper
+        stays as it is.
         """
         with self._turn(primitive):
             try:
@@ -58,7 +58,7 @@ class GraphRobot(PlanningRobot):
     async def _do(self, part: Primitive, name: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
         """Have a primitive done that is `primitive`, or the part of it that is called `name`.
 
-        The floor does not know what a person has seen: there, a gripper that is known to be empty here may hold
+        The layer does not know what a person has seen: there, a gripper that is known to be empty here may hold
         something. So it is opened first, as the pick would.
         """
         phase = ""

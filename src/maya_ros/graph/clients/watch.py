@@ -1,8 +1,8 @@
-"""What a controller floor tells over a graph, put together: its state, its events in order, whether it is there.
+"""Watch a controller layer over a graph: its state, its events in order, whether it is there.
 
 The last event says how everything stands (`graph.events`), /joint_states where the axes are, /maya_position where the
 gripper is. Limit switches, motors and stop codes are not told: they count as in order while there is no fault. Events
-and joints may come from two nodes; where one of them is gone, or hangs, the floor counts as disconnected.
+and joints may come from two nodes; if one of them is gone or hangs, the layer counts as disconnected.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.values import AXES, Joints, Mode, Point, Progress, State
 
 LOOK = 0.1
-"""How often it is looked whether the floor's node is still there [s, real time]."""
+"""How often it is looked whether the layer's node is still there [s, real time]."""
 
 SETTLES = 0.5
-"""Within this time what is told shows the end of a wish that has ended [s, real time]."""
+"""Longest time until the topics show the end of a command [s, real time]."""
 
 SILENT = 5.0
-"""A floor's node tells every second how it is; one that has not for so long hangs [s, real time]."""
+"""A layer's node tells every second how it is; one that has not for so long hangs [s, real time]."""
 
 UNDER_WAY = frozenset({Mode.MOVING, Mode.HOMING, Mode.STOPPING})
 """Modes that end by themselves."""
@@ -47,7 +47,7 @@ log = logging.getLogger("maya_ros.graph")
 
 
 class ControllerWatch:
-    """Listens to a controller floor on `graph`; `speed` is how fast the loop's clock runs.
+    """Listens to a controller layer on `graph`; `speed` is how fast the loop's clock runs.
 
     `progress` is how far the motion under way has come, as whoever began it knows.
     """
@@ -88,12 +88,12 @@ class ControllerWatch:
 
     @property
     def there(self) -> bool:
-        """Whether the floor's nodes are there and alive, and have told how it stands."""
+        """Whether the layer's nodes are there and alive, and have told how it stands."""
         return self._standing is not _AWAY and self._sensing
 
     @property
     def hangs(self) -> bool:
-        """Whether the floor's node no longer tells how it is, as it did."""
+        """Whether the layer's node no longer tells how it is, as it did."""
         return self._silence > SILENT
 
     @property
@@ -113,7 +113,7 @@ class ControllerWatch:
         return shown()
 
     async def settled(self) -> None:
-        """Wait until what is told shows how a wish has ended that is over: at rest, and where."""
+        """Wait until the topics show how a finished command has ended: at rest, and where."""
         fresh = self._measured + _FRESH
         await self.until(lambda: not self.there or (self._at_rest and self._known(fresh)), SETTLES)
 

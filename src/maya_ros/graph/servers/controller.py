@@ -1,4 +1,4 @@
-"""The controller floor on a graph: its actions, services and topics, one wish at a time."""
+"""The controller layer on a graph: its actions, services and topics, one command at a time."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ LOOK_RATE = 1.0
 
 
 class ControllerLayer(ControllerView, Protocol):
-    """What this door needs of a controller floor; a `GalilController` has it all."""
+    """The part of a controller layer that this server needs; a `GalilController` has it all."""
 
     @property
     def events(self) -> EventSource:
-        """Where its events can be heard."""
+        """The source of its events."""
         ...
 
     def progress(self) -> Progress | None:
@@ -115,7 +115,7 @@ class ControllerLayer(ControllerView, Protocol):
 
 
 class ControllerServer:
-    """Offers a controller floor; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
+    """Offers a controller layer; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
 
     `clock` tells the time that messages are stamped with [s], the loop's where there is none.
     """
@@ -131,13 +131,13 @@ class ControllerServer:
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
-        """Offer it while the block runs; what was wished by this door is at rest when it is left."""
+        """Offer it while the block runs; motion that it has begun is at rest when the block ends."""
         events = graph.advertise(EVENT.name, EVENT.type, latch=EVENT.latch, queue_size=EVENT.queue_size)
         teller = EventPublisher(self._floor, events)
         async with tasks() as working:
             with self._floor.events.listening(teller.hear):
                 held = [*self._actions(graph), *self._services(graph, teller), *self._topics(graph, teller, working)]
-                working.begin(every(self._speed / LOOK_RATE, teller.look), "look at the controller floor")
+                working.begin(every(self._speed / LOOK_RATE, teller.look), "look at the controller layer")
                 working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
                 try:
                     yield

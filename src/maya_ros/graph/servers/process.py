@@ -44,14 +44,14 @@ _ANSWERS = {"": None, "yes": True, "no": False}
 
 
 class ProcessLayer(Protocol):
-    """What this door needs of a process floor."""
+    """The part of a process layer that this server needs."""
 
     async def append(self, primitives: Sequence[Primitive]) -> None:
         """Append one job of these primitives, at least one; it starts when its turn comes."""
         ...
 
     async def end_all(self) -> None:
-        """Cancel every movement, a homing and direct wishes included, and all that waits."""
+        """Cancel every movement, a homing and direct commands included, and all that waits."""
         ...
 
     async def resume(self) -> None:
@@ -63,7 +63,7 @@ class ProcessLayer(Protocol):
         ...
 
     def status(self) -> DiagnosticStatus:
-        """Return how the floor is."""
+        """Return how the layer is."""
         ...
 
     def told(self) -> Message:
@@ -72,7 +72,7 @@ class ProcessLayer(Protocol):
 
 
 class ProcessServer:
-    """Offers a process floor; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
+    """Offers a process layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
     def __init__(self, floor: ProcessLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
         self._floor = floor
@@ -148,9 +148,9 @@ class ProcessServer:
         return tell
 
     async def _take(self) -> None:
-        """Append what comes, in order. What was being appended when everything was to end, ends as well.
+        """Append what comes, in order. A job that is being appended when everything ends, ends as well.
 
-        Each is done in the context in which it came: it knows whose wish it is.
+        Each is done in the context in which it came: it knows whose command it is.
         """
         loop = asyncio.get_running_loop()
         while True:
@@ -265,7 +265,7 @@ def job_of(primitives: Sequence[Primitive]) -> Job:
 
 
 def status_of(view: QueueView, controller: Controller) -> DiagnosticStatus:
-    """Return how the process floor is that shows this queue."""
+    """Return how the process layer is that shows this queue."""
     there = controller.state.mode is not Mode.DISCONNECTED
     recovery = view.recovery
     if recovery is not None:

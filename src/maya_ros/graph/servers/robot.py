@@ -1,4 +1,4 @@
-"""The robot floor on a graph: primitives by service, action and topic, one at a time."""
+"""The robot layer on a graph: primitives by service, action and topic, one at a time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from maya_un.values import Mode, Progress, State
 
 
 class RobotLayer(Protocol):
-    """What this door needs of a robot floor, and to see of what is below it."""
+    """The part of a robot layer and of the layer below that this server needs."""
 
     @property
     def state(self) -> State:
@@ -38,7 +38,7 @@ class RobotLayer(Protocol):
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot can take a wish; read in whatever thread."""
+        """Whether the robot can take a command; read in whatever thread."""
         ...
 
     def progress(self) -> Progress | None:
@@ -51,7 +51,7 @@ class RobotLayer(Protocol):
 
 
 class RobotServer:
-    """Offers a robot floor; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
+    """Offers a robot layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
     def __init__(self, floor: RobotLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
         self._floor = floor
@@ -147,7 +147,7 @@ class RobotServer:
 
 
 def why_not(state: State, *, can_teleop: bool, doing: str = "") -> MayaError | None:
-    """Return why the robot cannot take a wish now, None where it can: it is homed and at rest, and nobody is at it."""
+    """Return why the robot cannot take a command now, None if it is homed, at rest, and not in use."""
     if state.mode is Mode.DISCONNECTED:
         return NotConnected()
     if state.mode is Mode.FAULT:

@@ -1,4 +1,4 @@
-"""What is measured, on a graph: position, joints, raw data, and what rviz draws."""
+"""Sensors on a graph: position, joints, raw data, and the markers of rviz."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SPARE = 0.95
 
 
 class SensorLayer(ControllerView, Protocol):
-    """What this door needs of a controller floor, or of whoever only listens to its box."""
+    """The part of a controller layer that this server needs; a listener to its topics has it too."""
 
     def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -35,11 +35,11 @@ class SensorLayer(ControllerView, Protocol):
 
 
 class MarkerSource(Protocol):
-    """What can be drawn and is no state of the controller."""
+    """The part of the scene that is no state of the controller."""
 
     @property
     def parts(self) -> Mapping[str, Point]:
-        """Where the parts stand, by their grasp points [m]."""
+        """The places of the parts: their grasp points [m]."""
         ...
 
     @property

@@ -19,14 +19,14 @@ from maya_un.errors import Busy, Cancelled, MayaError, RequestError, Stopped
 from maya_un.events import Event, HomingBegun, MotionBegun, PhaseBegun
 
 log = logging.getLogger("maya_ros.graph")
-"""Where doors say what nobody else is told."""
+"""Log of messages that have no other receiver."""
 
 Clock = Callable[[], float]
 """Tells the time that messages are stamped with [s]."""
 
 
 class BackgroundTasks:
-    """Tasks that are begun and not awaited; none outlives the door."""
+    """Tasks that are begun and not awaited; none outlives the server."""
 
     def __init__(self) -> None:
         self._tasks: set[asyncio.Task[None]] = set()
@@ -91,7 +91,7 @@ def trigger(work: Callable[[], Awaitable[str]]) -> Answer:
 async def diagnosed(
     graph: Graph, statuses: Callable[[], Iterable[DiagnosticStatus]], clock: Clock, speed: float
 ) -> None:
-    """Tell on /diagnostics how a floor is, until cancelled; `speed` is how fast the loop's clock runs."""
+    """Tell on /diagnostics how a layer is, until cancelled; `speed` is how fast the loop's clock runs."""
     publisher = graph.advertise(DIAGNOSTICS.name, DIAGNOSTICS.type, queue_size=DIAGNOSTICS.queue_size)
     try:
         await every(max(1.0, speed) / DIAGNOSTICS.rate, lambda: publisher.publish(array(statuses(), clock())))
@@ -114,7 +114,7 @@ FEEDBACK_RATE = 10.0
 
 
 class ActionProgress:
-    """How a wish goes on: by events and, while something moves, ten times a second.
+    """How a command goes on: by events and, while something moves, ten times a second.
 
     `look` returns the feedback now, in a phase of that name. `speed` is how fast the loop's clock runs.
     """
@@ -129,7 +129,7 @@ class ActionProgress:
         self._timer: asyncio.TimerHandle | None = None
 
     def hear(self, event: Event) -> None:
-        """Take an event of the floor that the wish is at."""
+        """Take an event of the layer that the command is at."""
         match event:
             case PhaseBegun(name):
                 self.enter(name)
@@ -162,7 +162,7 @@ class ActionProgress:
 
 
 class ActionSlot:
-    """Lets one wish be carried out at a time, which hears of the `events` of its floor where there are any."""
+    """Lets one command be carried out at a time, which hears of the `events` of its layer where there are any."""
 
     def __init__(self, events: EventSource | None = None) -> None:
         self._events = events
@@ -172,11 +172,11 @@ class ActionSlot:
 
     @property
     def doing(self) -> str:
-        """What is under way, "" where nothing is."""
+        """The running command, "" for none."""
         return self._doing
 
     async def do(self, name: str, work: Callable[[], Awaitable[None]], course: ActionProgress) -> None:
-        """Carry out a wish; raises `Busy` while another is under way, and what `work` raises."""
+        """Carry out a command; raises `Busy` while another runs, and the errors of `work`."""
         if self._doing:
             raise Busy(doing=self._doing)
         self._doing = name
@@ -190,7 +190,7 @@ class ActionSlot:
             self._free.set()
 
     async def act(self, name: str, work: Callable[[], Awaitable[None]], course: ActionProgress) -> Message:
-        """Carry out a wish as the goal of an action; what is wrong with it before anything began is a refusal."""
+        """Carry out a command as the goal of an action; an error before anything began is a refusal."""
         try:
             await self.do(name, work, course)
         except RequestError as error:

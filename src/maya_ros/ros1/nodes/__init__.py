@@ -12,7 +12,7 @@ def _end(_number: int, _frame: FrameType | None) -> None:
     os._exit(0)
 
 
-# What a node needs takes a second to be read in, and until then there is nothing that an end could leave behind.
+# The imports of a node take a second; until then an end leaves nothing behind.
 if (
     threading.current_thread() is threading.main_thread()
     and signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,6 +1,6 @@
 """Node firebase_bridge: steps of a process that comes from elsewhere, from /step_command to /step_result.
 
-It is a client of /task and needs no other node of the process floor. What was carried out is kept in the state folder.
+It is a client of /task and needs no other node of the process layer. Finished steps are kept in the state folder.
 If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 

@@ -1,4 +1,4 @@
-"""Node hardware_interface: the controller floor on the machine.
+"""Node hardware_interface: the controller layer on the machine.
 
 Parameters, private or under /maya: address (real for the configured one, or HOST:PORT), skip_home, and take_over (take
 the controller, at rest, from another program that owns it).

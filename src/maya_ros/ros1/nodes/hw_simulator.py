@@ -1,4 +1,4 @@
-"""Node hw_simulator: the controller floor on the virtual twin, and what its sensors show.
+"""Node hw_simulator: the controller layer on the virtual twin, and what its sensors show.
 
 Parameters, private or under /maya: speed (the clock's factor), skip_home, address (sim, or HOST:PORT of a twin that is
 served elsewhere), take_over (take that one, at rest, from another program that owns it), seed (where the twin powers

@@ -1,4 +1,4 @@
-"""Node primitive_server: serves /task, and has the robot floor carry it out.
+"""Node primitive_server: serves /task, and has the robot layer carry it out.
 
 If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """

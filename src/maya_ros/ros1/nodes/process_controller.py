@@ -1,4 +1,4 @@
-"""Node process_controller: the durable queue, for /send_task, /start_queue and /stop_queue, and for the HTTP door.
+"""Node process_controller: the durable queue, for /send_task, /start_queue and /stop_queue, and for the HTTP server.
 
 It is found as `maya up` is, by its runtime file: `maya status`, `maya queue`, `maya stop` and the others ask it.
 Parameters, private or under /maya: http_port (the usual one, or any free one where that is taken).
@@ -44,7 +44,7 @@ def main() -> int:
 
 async def serve(node: RosNode) -> None:
     """Work the queue until cancelled; raises `AlreadyRunning`, `AddressInUse`, `StorageInUse` and their kin."""
-    waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
+    waiting = "Waiting for the controller layer (hw_simulator or hardware_interface)."
     with (
         runtime.claimed(),
         log.kept(people=False),
@@ -87,7 +87,7 @@ async def _door(node: RosNode) -> socket.socket:
 async def _floor(
     node: RosNode, config: Config, metrics: Metrics
 ) -> AsyncIterator[tuple[ProcessAssembly, GraphController]]:
-    """Wire the process floor on the floors of the graph, and what it keeps."""
+    """Wire the process layer on the layers of the graph, and what it keeps."""
     simulated = await node.flag("sim_mode", default=True)
     address = SIM if simulated else meant(str(await node.parameter("address", REAL)), config.controller.address)
     async with (

@@ -1,4 +1,4 @@
-"""Node robot_controller: the robot floor, on the controller floor of the graph.
+"""Node robot_controller: the robot layer, on the controller layer of the graph.
 
 It serves /maya_command, hears /maya_move, and carries out what primitive_server hands on.
 If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
@@ -23,8 +23,8 @@ def main() -> int:
 
 
 async def serve(node: RosNode) -> None:
-    """Offer the robot floor until cancelled."""
-    waiting = "Waiting for the controller floor (hw_simulator or hardware_interface)."
+    """Offer the robot layer until cancelled."""
+    waiting = "Waiting for the controller layer (hw_simulator or hardware_interface)."
     config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
     with staffed(config) as staff:
         staff.own.warm()
@@ -32,5 +32,5 @@ async def serve(node: RosNode) -> None:
             graph = PermittedGraph(node.graph, rights.permit)
             async with robot_floor(graph, config, staff.own, clock=ros_time, speed=node.speed) as controller:
                 await controller.connected()
-                await node.say_ready("The robot floor is offered to the graph.")
+                await node.say_ready("The robot layer is offered to the graph.")
                 await asyncio.Event().wait()
