@@ -1,4 +1,4 @@
-"""An entrance for tests: cheap hashes, a calendar that is told what day it is, an audit log to look at."""
+"""Authentication for tests: cheap hashes, a calendar that the test sets, a readable audit log."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FIRST_DAY = datetime(2026, 11, 21, 9, 0, 0, tzinfo=UTC)
 
 
 class Days:
-    """A calendar that goes on when it is told to."""
+    """A calendar that advances on request."""
 
     def __init__(self) -> None:
         self.today = FIRST_DAY
@@ -62,7 +62,7 @@ class House:
 
 
 def house(store: Store | None = None, speed: float = 1.0) -> House:
-    """Return a house; `await house.entrance.register.open()` reads a store."""
+    """Return an authentication service; `await house.entrance.register.open()` reads a store."""
     events, days, rows, halts = EventLog(asyncio.get_running_loop().time), Days(), list[AuditRow](), list[str]()
     cheap = Hasher(memory=8, passes=1)
     entrance = AccessControl.new(

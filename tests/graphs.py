@@ -1,4 +1,4 @@
-"""Floors apart on a bus, in virtual time: twin and controller, robot, process, each a node of its own."""
+"""Layers on one bus, in virtual time: twin and controller, robot, process, each as a separate node."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from tests.unit.controller.bench import HERE, _take_over
 from tests.virtual_time import turn
 
 CALM = parse({"controller": {"stream_rate": 10.0}, "safety": {"guard_time": 0.0}})
-"""The machine, looked at ten times a second, without a guard: what is told costs more than what moves."""
+"""Settings of the machine: polled ten times a second, without a watchdog, because publishing costs more than motion."""
 
 
 @dataclass
 class Below:
-    """The controller floor behind its doors, as the node hw_simulator."""
+    """The controller layer behind its servers, as the node hw_simulator."""
 
     rig: Rig
     bus: Bus
@@ -37,7 +37,7 @@ class Below:
 
     @property
     def mechanics(self) -> MayaMechanics:
-        """What judges: the mechanics with their own record."""
+        """The mechanics, whose record decides the result."""
         return self.rig.mechanics
 
     async def dies(self) -> None:
@@ -50,7 +50,7 @@ class Below:
 async def below(
     bus: Bus, *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = False
 ) -> AsyncIterator[Below]:
-    """Open the controller floor of a twin on a bus; one that is `homed` stands at `HERE`, with an open gripper."""
+    """Open the controller layer of a twin on a bus; a `homed` one stands at `HERE`, with an open gripper."""
     node = bus.node("hw_simulator")
     async with (
         bench_of(config, parts, homed=homed) as bench,
@@ -64,7 +64,7 @@ async def below(
 async def bench_of(
     config: Config, parts: Mapping[str, Point] | None = None, *, homed: bool = False
 ) -> AsyncIterator[Rig]:
-    """Open the controller floor of a twin alone; one that is `homed` stands at `HERE`, with an open gripper."""
+    """Open the controller layer of a twin alone; a `homed` one stands at `HERE`, with an open gripper."""
     start = StartPose(*HERE) if homed else None
     async with rig(config, parts=parts, start=start, live=True) as bench:
         if homed:
@@ -75,7 +75,7 @@ async def bench_of(
 
 @asynccontextmanager
 async def seen_from(bus: Bus, name: str, config: Config = CALM) -> AsyncIterator[tuple[BusNode, GraphController]]:
-    """Give a node and the controller floor as it sees it, connected."""
+    """Yield a connected node and its client of the controller layer."""
     node = bus.node(name)
     async with GraphController.on(node, config) as controller:
         await controller.connected()
@@ -85,7 +85,7 @@ async def seen_from(bus: Bus, name: str, config: Config = CALM) -> AsyncIterator
 
 @dataclass
 class Apart:
-    """All floors, each a node: `controller`, `robot` and `process` are those of the process floor's node."""
+    """All layers, each as a node: `controller`, `robot` and `process` are those of the process layer's node."""
 
     below: Below
     bus: Bus
@@ -96,7 +96,7 @@ class Apart:
 
     @property
     def mechanics(self) -> MayaMechanics:
-        """What judges."""
+        """The mechanics, whose record decides the result."""
         return self.below.mechanics
 
     async def dies(self, name: str) -> None:
@@ -105,13 +105,13 @@ class Apart:
         await turn()
 
     async def at_rest(self) -> None:
-        """Wait until nothing moves, by the controller floor itself."""
+        """Wait until nothing moves, according to the controller layer itself."""
         async for state in self.below.rig.controller.watch():
             if not state.moving and self.below.rig.controller.progress() is None:
                 return
 
     async def until(self, kind: type[Event], **detail: object) -> None:
-        """Wait for an event of the process floor's node, from now on."""
+        """Wait for the next event of the process layer's node."""
         events = self.controller.events
         async for event in events.follow(len(events)):
             if isinstance(event, kind) and all(event.detail.get(key) == value for key, value in detail.items()):
@@ -122,7 +122,7 @@ class Apart:
 async def apart(
     *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = True
 ) -> AsyncIterator[Apart]:
-    """Open all floors on a bus, each a node of its own; see `below` for a robot that is `homed`."""
+    """Open all layers on a bus, each as a separate node; see `below` for a robot that is `homed`."""
     bus = Bus()
     names = ("robot_controller", "primitive_server", "process_controller")
     async with AsyncExitStack() as stack:

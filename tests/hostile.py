@@ -1,6 +1,6 @@
-"""Requests that cost far more to answer than to send, and a crowd that sends them to a running Maya.
+"""Requests that cost far more to answer than to send, and clients that send them to a running Maya.
 
-`python -m tests.hostile PORT KIND` sends those of a kind until it is killed; it says `here` when it begins.
+`python -m tests.hostile PORT KIND` sends requests of a kind until it is killed; it prints `here` when it begins.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ CROWD = 4
 """So many send at once."""
 
 PATIENCE = 2.0
-"""One of a crowd goes away after so long [s], and sends the next."""
+"""A client leaves after this time [s], and sends the next request."""
 
 _RNG = Random(13)
 _PLACES = [[round(_RNG.uniform(0.45, 0.85), 3), round(_RNG.uniform(0.55, 0.95), 3), 0.5] for _ in range(1000)]
@@ -62,7 +62,7 @@ ANSWERS = {200, 202, 400, 409, 413, 422, 429}
 """Every status that may answer a hostile request."""
 
 HARMLESS = Hostile("POST", "/v1/preview", b" " * 900_000)
-"""As long as the longest, and refused at once: what carrying it costs, and nothing else."""
+"""As long as the longest, and refused at once: this shows the cost of transport alone."""
 
 
 def said(port: int, request: Hostile, patience: float = 60.0) -> tuple[int, Any]:
@@ -102,7 +102,7 @@ class Crowd:
 
 @contextmanager
 def crowded(port: int, request: Hostile, count: int) -> Iterator[Crowd]:
-    """Have a crowd send `count` requests in all; the block begins when the first are on their way."""
+    """Have clients send `count` requests in all; the block begins when the first are on their way."""
     crowd, lock, began = Crowd(count), threading.Lock(), threading.Barrier(CROWD + 1)
 
     def send() -> None:

@@ -38,9 +38,9 @@ def asked(owner: str = "ana", *, key: str = "", proposal: bool = False, **option
 
 
 class FrailJournal(MemoryJournal):
-    """A journal in memory whose writes fail while `broken` says why, and never return once it is `cut` off.
+    """A journal in memory whose writes fail while `broken` gives a reason, and never return once it is `cut` off.
 
-    What was written before lives on in it, as in the file of a program that was killed.
+    Earlier writes survive in it, as in the file of a killed program.
     """
 
     def __init__(self) -> None:
@@ -124,7 +124,7 @@ class Floor:
 
 @dataclass
 class Machine:
-    """What outlives the program: the journal, and the fake controller's gripper and place."""
+    """The parts that survive the program: the journal, and the fake controller's gripper and place."""
 
     journal: FrailJournal = field(default_factory=FrailJournal)
     homed: bool = True
@@ -160,7 +160,7 @@ class Machine:
             await asyncio.wait(tasks, timeout=1.0)
         floor.lease.close()
         self.journal.cut, self.journal.broken = False, "the program was killed"
-        await floor.process.close()  # what it still holds in memory may be written no more
+        await floor.process.close()  # pending writes in memory are lost
         self.journal.broken = ""
 
 

@@ -1,4 +1,4 @@
-"""A controller floor on a twin, with the flight recorder beside it."""
+"""A controller on a twin, with the flight recorder."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from maya_un.recorder.store import RecordingStore
 from maya_un.values import Joints
 
 HERE = Joints(0.3, 1.5, 1.3)
-"""Where the robot stands, homed, when a test begins."""
+"""Position of the homed robot when a test begins."""
 
 UTC = 1_795_289_120_339_000_000
-"""What the clock of the tests says: 2026-11-21T19:25:20.339Z, in ns."""
+"""Time of the tests' clock: 2026-11-21T19:25:20.339Z, in ns."""
 
 
 def shelf(folder: Path) -> RecordingStore:

@@ -35,7 +35,7 @@ class Mouth:
         self.ended: list[tuple[int, str]] = []
 
     def write(self, frames: bytes) -> None:
-        """Take whole frames; what was said as text is read at once."""
+        """Take whole frames; read texts at once."""
         for kind, content in unframed(frames):
             self.frames.append((kind, content))
             if kind == 1 and content[:1] == b"{":
@@ -52,7 +52,7 @@ class Mouth:
         self.on_room()
 
     def taken(self) -> list[Said]:
-        """Return what was said as text, and forget it."""
+        """Return the texts so far, and forget them."""
         said, self.said = self.said, []
         self.frames.clear()
         return said
@@ -72,7 +72,7 @@ def unframed(data: bytes) -> list[tuple[int, bytes]]:
 
 
 class Talker:
-    """A client in the loop of its bus: what it says is carried out at once, as far as nothing has to be awaited."""
+    """A client in the loop of its bus: its operations run at once, as far as nothing has to be awaited."""
 
     def __init__(self, bus: Bus, press: MessageEncoder, node: BusNode, turns: MessageScheduler | None = None) -> None:
         self.mouth = Mouth()
@@ -86,12 +86,12 @@ class Talker:
         self.session.take(json.dumps({"op": op, **message}))
 
     async def told(self) -> list[Said]:
-        """Return what the client was told, once nothing is left to be done now."""
+        """Return the client's messages, once nothing is left to do now."""
         await settled()
         return self.mouth.taken()
 
     async def ask(self, op: str, **message: Any) -> list[Said]:
-        """Say something, and return what the client was told."""
+        """Send an operation, and return the messages to the client."""
         self.say(op, **message)
         return await self.told()
 
@@ -133,7 +133,7 @@ class Room:
 
 @asynccontextmanager
 async def room() -> AsyncIterator[Room]:
-    """Yield a room; whoever is left in it goes at its end."""
+    """Yield a bus with clients; the remaining clients leave at its end."""
     one = Room()
     try:
         yield one
@@ -181,7 +181,7 @@ HANDSHAKE = (
     b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
     b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
 )
-"""What a client says that is no library."""
+"""Messages of a client without a library."""
 
 
 class Flood:

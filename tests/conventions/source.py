@@ -76,5 +76,5 @@ test_modules.__test__ = False  # type: ignore[attr-defined]
 
 
 def floor(module: Module) -> str:
-    """Return the floor (or leaf) a module belongs to; empty for a package itself."""
+    """Return the layer (or leaf) a module belongs to; empty for a package itself."""
     return [*module.name.split("."), ""][1]

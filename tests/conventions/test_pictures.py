@@ -59,7 +59,7 @@ def test_rounding_is_no_difference_and_anything_else_is(
     assert script["same"](SVG, SVG.replace(*change)) is equal
 
 
-def test_a_stale_picture_is_named_and_drawn_anew(
+def test_stale_picture_is_named_and_drawn_again(
     script: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     name = "mechanism-forces.svg"

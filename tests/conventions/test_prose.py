@@ -53,6 +53,12 @@ def test_docstrings_comments_and_strings_of_python_are_checked_with_their_lines(
     assert found("module.py", source) == [(3, "Who asks is told."), (7, "What X is refused."), (6, "What is left")]
 
 
+def test_strings_of_tests_are_data_and_their_docstrings_are_checked() -> None:
+    source = '"""Who asks is told."""\n\nX = "pick from the shelf"  # a wish is refused\n'
+    path = str(ROOT / "tests" / "test_module.py")
+    assert found(path, source) == [(1, "Who asks is told."), (3, "A wish is refused")]
+
+
 def test_source_code_in_a_generator_is_left_alone() -> None:
     assert found("generator.py", 'CODE = """\nfrom a.b import wish\n"""\n') == []
 

@@ -1,4 +1,4 @@
-"""Whether there can be a ROS on a system, and why not: what ./test and scripts/ros go by."""
+"""Availability of a ROS on a system, and the reasons against it, for ./test and scripts/ros."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def asked(system: Path) -> str:
     return done.stdout.strip()
 
 
-def test_what_is_installed_is_not_looked_for(system: Path) -> None:
+def test_installed_packages_are_not_searched(system: Path) -> None:
     program(system, "dpkg-query", 'shift 3; for name in "$@"; do echo "installed $name"; done')
     program(system, "apt-get", "exit 9")
     assert asked(system) == "yes"
@@ -64,7 +64,7 @@ def test_without_apt_there_is_none(system: Path) -> None:
     assert asked(system) == "there is no apt-get here, which packages of ROS 1 would come from"
 
 
-def test_who_may_not_install_is_told(system: Path) -> None:
+def test_user_who_may_not_install_gets_a_message(system: Path) -> None:
     program(system, "apt-get", KNOWS)
     program(system, "id", "echo 1000")
     assert asked(system) == "packages of ROS 1 are missing, and neither root nor sudo is at hand"

@@ -1,4 +1,4 @@
-"""What holds for every file of the source, looked up in its syntax."""
+"""Rules for every file of the source, checked in its syntax."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the bytes are cut makes no difference."""
+"""The cuts between pieces of bytes make no difference."""
 
 from __future__ import annotations
 

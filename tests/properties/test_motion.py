@@ -1,4 +1,4 @@
-"""Paths and moves against brute force: what is accepted is inside, what is planned keeps the limits."""
+"""Paths and moves against brute force: accepted paths are inside, plans keep the limits."""
 
 from __future__ import annotations
 
@@ -164,10 +164,10 @@ def test_no_axis_is_more_than_a_step_off_its_accelerations(steps: list[Counts]) 
 
 @given(st.lists(ways, min_size=1, max_size=1), st.sampled_from((0.3, 0.1, 0.03, 0.01)))
 def test_half_the_speed_takes_less_than_three_times_as_long(steps: list[Counts], scale: float) -> None:
-    """However slow a move is wanted, rounding makes none of it crawl: where stairs are lost the rest is not."""
+    """Rounding lets no slow move crawl: where steps are lost the rest is not."""
     slow, slower = moved(steps, scale), moved(steps, 0.5 * scale)
     slowest = min(2.0, slow.profile.length)  # a speed is at least 2 counts/s
-    assert slow.duration <= 1.01 * slower.duration + 0.02  # the few stairs of a short move are cut anew
+    assert slow.duration <= 1.01 * slower.duration + 0.02  # the few steps of a short move are cut again
     assert slower.duration <= 3.0 * slow.duration + 2.0 * slowest
 
 

@@ -1,4 +1,4 @@
-"""What holds for every path, in whatever space and however its corners are cut."""
+"""Properties of every path, in any space and with any cut corners."""
 
 from __future__ import annotations
 

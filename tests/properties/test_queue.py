@@ -146,7 +146,7 @@ class World:
             self.permits -= 1
 
     async def do(self, action: Action) -> None:
-        """Do something; that it is refused is fine."""
+        """Do an action; it may be refused."""
         word, *arguments = action
         with suppress(MayaError):
             await self._doers()[word](*arguments)
@@ -193,7 +193,7 @@ class World:
         self.accepted.append(await self.floor.process.again(self._some(index), asked()))
 
     async def _cancel(self, index: int) -> None:
-        with suppress(TimeoutError):  # whoever cancels a job hears of its end when the disk takes it
+        with suppress(TimeoutError):  # a caller who cancels a job learns of its end when the disk takes it
             async with asyncio.timeout(PATIENCE):
                 await self.floor.process.cancel(self._some(index))
 

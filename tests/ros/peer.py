@@ -1,7 +1,7 @@
-"""A node made of the graph of this project and nothing else of it: it does what is asked and says what happened.
+"""A node made of the graph of this project alone: it obeys requests and reports events.
 
-Move goals say by `a` what becomes of them (`wishes.Wish`). On /peer/do it hears goals to send and services to call, as
-JSON. What happens to it is told on /peer/said, as JSON too.
+The `a` of a move goal decides its end (`wishes.Wish`). On /peer/do it gets goals to send and services to call, as JSON.
+It reports events on /peer/said, as JSON too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tests.ros.wishes import MOVE, Wish
 
 
 class Peer:
-    """What it offers, and what it is asked to do."""
+    """Its servers, and its requests."""
 
     def __init__(self, node: RosNode) -> None:
         self._node = node

@@ -20,7 +20,7 @@ SLOW = 0.02
 
 
 def said(robot: Floors, *words: str) -> str:
-    """Return what a command says."""
+    """Return the output of a command."""
     return robot.ros.tool(MAYA, *words)
 
 
@@ -32,7 +32,7 @@ def test_the_commands_find_the_robot_and_its_queue(robot: Floors) -> None:
     assert "running" in said(robot, "queue")
 
 
-def test_what_happens_to_the_robot_is_said_once_on_the_screen_and_jobs_are(robot: Floors) -> None:
+def test_robot_events_are_printed_once_on_the_screen_and_jobs_are(robot: Floors) -> None:
     before = len(robot.launched.said)
 
     def lines(word: str) -> int:
@@ -52,7 +52,7 @@ def test_a_second_service_is_refused_while_the_node_runs(robot: Floors) -> None:
     assert "5004" in second.stderr
 
 
-def test_a_stop_ends_the_job_and_pauses_the_queue_until_somebody_resumes_it(robot: Floors) -> None:
+def test_stop_ends_the_job_and_pauses_the_queue_until_resume(robot: Floors) -> None:
     robot.at_speed(SLOW)
     first = robot.away()
     second = next(place for place in (HERE, THERE) if place != first)

@@ -17,7 +17,7 @@ PARTS = {"cube": [0.41, 1.13, 0.4]}
 
 
 def launched(ros: Ros) -> str:
-    """Start all floors and return the URL of the endpoint, once they know how they stand."""
+    """Start all layers and return the URL of the endpoint, once they know their state."""
     ros.set_param("/maya/parts", PARTS)
     ros.launch("maya_process", "process.launch")
     ros.until_nodes("/hw_simulator", "/robot_controller", "/primitive_server", "/process_controller", "/rosbridge")
@@ -27,7 +27,7 @@ def launched(ros: Ros) -> str:
 
 
 async def is_ready(url: str) -> bool:
-    """Tell whether the robot floor says why it can take no wish: because it is not homed."""
+    """Return whether the robot layer gives its reason for refusing commands: it is not homed."""
     try:
         async with web(url) as client, asyncio.timeout(5.0):
             answer = await client.answer("/maya_command", task={"command": "can_teleop"})
@@ -135,7 +135,7 @@ async def seconds(client: Web, service: str, **args: Any) -> float:
     return monotonic() - before
 
 
-def test_two_clients_that_advertise_one_service_at_once_are_told_which_of_them_has_it(ros: Ros) -> None:
+def test_of_two_clients_that_advertise_one_service_the_owner_is_reported(ros: Ros) -> None:
     async def story() -> None:
         async with beside_many_services(ros) as one, web(f"ws://127.0.0.1:{ros.rosbridge_port}") as two:
             for client in (one, two):

@@ -1,4 +1,4 @@
-"""Every node is killed in turn while the robot moves: it stops, somebody says why, nothing moves by itself again."""
+"""Every node is killed in turn while the robot moves: it stops, the cause is reported, nothing moves by itself again."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def examined(robot: Floors) -> str:
 
 
 def works(robot: Floors) -> None:
-    """Fail where the robot does not do what it is told."""
+    """Fail if the robot does not obey a command."""
     robot.at_speed(1.0)
     place = robot.away()
     assert robot.task("approach", place).ended() == (GoalStatus.SUCCEEDED, DONE)
@@ -71,7 +71,7 @@ def test_without_its_client_a_task_is_stopped(robot: Floors) -> None:
     works(robot)
 
 
-def test_without_firebase_bridge_its_step_is_stopped_and_not_begun_again(robot: Floors) -> None:
+def test_death_of_firebase_bridge_stops_its_step_which_is_not_restarted(robot: Floors) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     before = robot.mark()
     id_ = robot.step("dead", robot.away())
@@ -95,7 +95,7 @@ def test_without_process_controller_the_job_is_stopped_and_waits_for_a_person(ro
     works(robot)
 
 
-def test_without_primitive_server_the_robot_floor_stops_what_it_asked_for(robot: Floors) -> None:
+def test_death_of_primitive_server_stops_its_motion(robot: Floors) -> None:
     before = robot.mark()
     goal = robot.begun("approach", robot.away())
     robot.kill("/primitive_server")
@@ -105,7 +105,7 @@ def test_without_primitive_server_the_robot_floor_stops_what_it_asked_for(robot:
     works(robot)
 
 
-def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(robot: Floors) -> None:
+def test_death_of_robot_controller_stops_its_motion(robot: Floors) -> None:
     before = robot.mark()
     goal = robot.begun("approach", robot.away())
     robot.kill("/robot_controller")
@@ -119,7 +119,7 @@ def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(r
     assert "robot_controller" not in examined(robot)
 
 
-def test_without_hw_simulator_wishes_end_with_the_code_and_a_new_one_is_not_homed(robot: Floors) -> None:
+def test_death_of_hw_simulator_ends_commands_with_the_code_and_needs_homing(robot: Floors) -> None:
     goal = robot.begun("approach", robot.away())
     robot.kill("/hw_simulator")
     outcome, result = goal.ended()

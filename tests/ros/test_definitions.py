@@ -1,4 +1,4 @@
-"""What catkin makes of the definitions is what this project says over the wire."""
+"""catkin's results for the definitions are those of this project over the wire."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def bare(text: str) -> dict[str, list[str]]:
 
 
 def test_a_bag_holds_the_text_that_we_tell(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
-    """Whoever reads a bag without our packages goes by the text in it."""
+    """A reader of a bag without our packages uses the text in it."""
     ours = {kind: bare(told[1]) for kind, told in classes["messages"].items() if kind.startswith(OURS)}
     assert ours == {kind: bare(types.text(kind)) for kind in ours}
 

@@ -36,7 +36,7 @@ class Peer:
         self.driver.publish("/peer/do", "std_msgs/String", {"data": json.dumps({"op": op, **details})})
 
     def says(self, what: str, after: int = 0) -> dict[str, Any]:
-        """Return what it says of something, waiting for it."""
+        """Return its next message about a topic."""
         return _read(self.said.until(lambda message: _read(message)["what"] == what, after=after))
 
 
@@ -67,13 +67,11 @@ def move(driver: Driver, wish: Wish) -> Goal:
 
 
 def mark(feed: Feed) -> int:
-    """Return how much has been said so far."""
+    """Return the number of messages so far."""
     return len(feed.messages)
 
 
-def test_what_is_latched_is_heard_by_who_comes_later_and_what_is_heard_keeps_its_order(
-    peer: Peer, driver: Driver
-) -> None:
+def test_latched_messages_reach_late_subscribers_and_order_is_kept(peer: Peer, driver: Driver) -> None:
     heard = driver.subscribe("/peer/out", "std_msgs/String")
     assert heard.until()["data"] == "latched"
     for number in range(200):
@@ -109,7 +107,7 @@ def test_a_call_that_fails_has_the_code_of_services_and_the_words_of_the_server(
     assert peer.says("failed", before)["code"] == 4019
 
 
-def test_who_hangs_up_has_his_answer_cancelled(ros: Ros, peer: Peer) -> None:
+def test_disconnected_caller_has_its_answer_cancelled(ros: Ros, peer: Peer) -> None:
     before = mark(peer.said)
     caller = ros.start("rosservice", "call", "/peer/lasting")
     peer.says("asked", before)
@@ -207,7 +205,7 @@ def test_the_goals_of_a_client_that_is_gone_are_cancelled(ros: Ros, peer: Peer) 
     assert peer.says("cancelled", before)["of"] == "goal"
 
 
-def test_who_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Driver) -> None:
+def test_client_that_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Driver) -> None:
     before = mark(peer.said)
     results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
     goal = f"{{goal_id: {{id: by_hand}}, goal: {{a: {Wish.TAKES_A_WHILE:d}}}}}"
@@ -227,7 +225,7 @@ def test_our_client_cancels_and_hears_feedback(peer: Peer) -> None:
     assert words.index("cancelled") < words.index("did cancel")
 
 
-def test_our_client_hears_that_nobody_serves_an_action(peer: Peer) -> None:
+def test_our_client_learns_that_an_action_has_no_server(peer: Peer) -> None:
     before = mark(peer.said)
     peer.do("do", action="/nobody/there", goal={})
     assert peer.says("failed", before)["code"] == 1011
@@ -254,9 +252,7 @@ def _ends_in_time(program: Program) -> None:
 
 
 @pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_node_that_is_told_to_end_comes_to_rest_before_it_leaves(
-    kind: signal.Signals, ros: Ros, driver: Driver
-) -> None:
+def test_node_comes_to_rest_before_it_ends(kind: signal.Signals, ros: Ros, driver: Driver) -> None:
     name = f"ended_by_{kind.name.lower()}"
     peer = Peer(ros, driver, name, f"/peer/move:=/{name}/move")  # others serve /peer/move as well
     goal = driver.do(f"/{name}/move", MOVE, {"a": float(Wish.LASTS)})

@@ -1,4 +1,4 @@
-"""Parts of the graph that hang, are doubled, or lose their master: somebody says so, and a stop is not lost."""
+"""Parts of the graph that hang, are doubled, or lose their master: this is reported, and no stop is lost."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def maya(ros: Ros, *words: str) -> subprocess.CompletedProcess[str]:
 
 
 def moving(robot: Floors) -> int:
-    """Have the robot move; return how much had been told before."""
+    """Have the robot move; return the number of earlier messages."""
     robot.at_speed(SLOW)
     before = robot.mark()
     robot.begun("approach", robot.away())
@@ -64,7 +64,7 @@ def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: Floors
     assert near(robot.twin()["joints"], stood, within=1e-9)
 
 
-def test_who_hung_up_while_a_node_hangs_has_a_stop_carried_out_and_nothing_else(robot: Floors) -> None:
+def test_hanging_node_carries_out_only_the_stop_of_a_disconnected_caller(robot: Floors) -> None:
     before = moving(robot)
     with (
         robot.ros.asking("/gripper") as gripper,

@@ -1,4 +1,4 @@
-"""The model in a real graph: robot_state_publisher and tf say what kinematics says, and sliders wait for the robot."""
+"""The model in a real graph: robot_state_publisher and tf agree with kinematics, and sliders wait for the robot."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def place(driver: Driver, stamp: Message) -> list[float]:
 
 
 def listening(driver: Driver) -> None:
-    """Wait until tf is heard: what does not move is told to whoever comes."""
+    """Wait for tf: static transforms reach each new subscriber."""
     assert driver.ask("transform", target=BASE, source="mast", secs=0, nsecs=0)[:3] == [0.0, 0.0, 0.0]
 
 
@@ -97,7 +97,7 @@ def test_tf_follows_the_twin_and_turns_as_the_manual_says(ros: Ros, driver: Driv
 
 
 def _assert_same(driver: Driver, states: list[Message], told: list[Message]) -> None:
-    """Assert at so many different poses that tf at the time of a state is what /maya_position told then.
+    """Assert at several different poses that tf at the time of a state equals /maya_position at that time.
 
     Of positions only the latest counts: one that a busy machine did not send in time is not sent any more.
     """

@@ -27,7 +27,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
 SPEED = 20
 PART = {"": (0.5, 1.2, 0.4), "/maya2": (0.6, 1.1, 0.4)}
-"""Where each one's part stands."""
+"""Position of each robot's part."""
 THERE = (0.9, 0.9, 0.4)
 
 

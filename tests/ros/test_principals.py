@@ -107,7 +107,7 @@ def test_graph_with_a_token_acts_for_its_user_until_that_is_revoked(tmp_path: Pa
         assert code_of(robot, "/controller/stop") == ""
 
 
-def test_node_whose_token_file_others_can_read_does_not_begin(tmp_path: Path, workspace: Workspace) -> None:
+def test_node_whose_token_file_is_readable_by_others_does_not_start(tmp_path: Path, workspace: Workspace) -> None:
     file = tmp_path / "graph-token"
     file.write_text("maya_01234567_" + "0" * 48)
     file.chmod(0o644)

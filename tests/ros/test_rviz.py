@@ -21,7 +21,7 @@ SCENE = np.s_[70:760, 370:1260]
 """The pixels of the scene, right of the list of displays."""
 
 DRAWN = 120.0
-"""rviz without a graphics card has drawn by then what it was told, on a machine that others use as well [s]."""
+"""Longest time until rviz without a graphics card has drawn, on a busy machine [s]."""
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -34,7 +34,7 @@ def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace, display: Display) -> Iterator[Floors]:
-    """All floors with rviz, whose window is there."""
+    """All layers with rviz, whose window is open."""
     folder = tmp_path_factory.mktemp("shown")
     with floors(folder, workspace, environment=display.environment, core_debug=False, speed=QUICK) as up:
         up.ros.until(lambda: "urdf.rviz - RViz" in display.windows(), "the window of rviz", DRAWN)

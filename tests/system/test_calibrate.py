@@ -32,7 +32,7 @@ pytestmark = pytest.mark.system
 
 SPEED = 150.0
 NOISE = 2e-4
-"""What a good measurement of a coordinate is off by [m]."""
+"""Error of a good measurement of a coordinate [m]."""
 
 TRUTH = replace(
     TrueConstants(),
@@ -70,7 +70,7 @@ class Robot:
 
 @contextmanager
 def robot(config: Config, truth: TrueConstants) -> Iterator[Robot]:
-    """Run a twin of `truth` under `config` and its HTTP door, in a thread, many times as fast as real."""
+    """Run a twin of `truth` under `config` and its HTTP interface, in a thread, many times as fast as real time."""
     started: Future[Robot] = Future()
     over = asyncio.Event()
 
@@ -122,7 +122,7 @@ class Person(io.StringIO):
 
 
 def said(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """Run a command that must succeed and return what it says."""
+    """Run a command that must succeed and return its output."""
     code = main(list(arguments))
     out, err = capsys.readouterr()
     assert code == 0, out + err
@@ -136,7 +136,7 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 
-def test_a_machine_is_measured_calibrated_and_goes_where_it_is_told(
+def test_machine_is_measured_calibrated_and_reaches_its_targets(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     points, file = str(tmp_path / "points.csv"), tmp_path / "maya.toml"

@@ -117,7 +117,7 @@ def test_a_homing_is_taken_over_only_where_its_mark_stands(tmp_path: Path) -> No
         assert done(f"run job.yaml --skip-home --address {address}")[0] == 0
 
 
-def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
+def test_interrupted_command_stops_the_running_robot() -> None:
     with running(f"up --port 0 --speed 20 {CALM}") as up:
         up.until("maya home")
         with running("run job.yaml") as process:

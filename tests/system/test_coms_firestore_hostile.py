@@ -165,7 +165,7 @@ def test_all_hostile_commands_at_once_get_their_refusals(house: House) -> None:
     coms_hostile.require_all_are_refused(house, REFUSED, {})
 
 
-def test_what_firestore_may_refuse_itself_disturbs_nothing(house: House) -> None:
+def test_write_that_firestore_may_refuse_disturbs_nothing(house: House) -> None:
     for key, (command, code) in TOO_MUCH.items():
         if house.write({f"robots/MAYA/commands/{key}": command}).is_success:
             assert house.result(key)["code"] == str(code), key

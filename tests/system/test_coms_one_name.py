@@ -1,4 +1,4 @@
-"""Two robots with one name at one database: no command is carried out by both, and the first one gives way and says so.
+"""Two robots with one name at one database: no command runs on both, and the first one gives way with a message.
 
 Each robot, its twin and its link are processes of their own. The journals of both robots say what each has accepted;
 they are read as plain SQLite. The database keeps every write; as a Realtime Database it obeys our rules.
@@ -29,7 +29,7 @@ ROBOT = "robots/MAYA"
 
 
 class Cloud:
-    """A database as both of its services: what a supervisor does there."""
+    """A database for both of its services, with the actions of a supervisor."""
 
     def __init__(self, database: RealtimeDatabase, kind: str) -> None:
         self._database = database
@@ -87,7 +87,7 @@ class Robot:
 
     @property
     def has_given_way(self) -> bool:
-        """Whether its link says that another robot has its name."""
+        """Whether its link reports that another robot has its name."""
         return supervisors_of(self.url)["code"] == SessionTakenOver.code
 
     def accepted(self) -> set[str]:
@@ -145,7 +145,7 @@ def test_no_command_moves_both_robots_and_the_first_gives_way(there: tuple[Cloud
     assert (found.outcome, found.key) == (FindingOutcome.FAIL, "coms_taken")
 
 
-def test_a_step_under_way_is_not_begun_by_the_second_robot(there: tuple[Cloud, Robot, Robot]) -> None:
+def test_running_step_is_not_begun_by_the_second_robot(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, second = there
     first.connect()
     cloud.send("long", "home")

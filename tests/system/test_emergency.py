@@ -1,4 +1,4 @@
-"""One axis fails at any instant of a fast move below the ceiling; the mechanics' own record says what came of it."""
+"""One axis fails at any instant of a fast move below the ceiling; the mechanics' own record decides the result."""
 
 from __future__ import annotations
 

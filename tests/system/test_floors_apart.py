@@ -1,6 +1,6 @@
-"""All floors as nodes of a graph, in virtual time: jobs done, ended at any instant, and what the death of a node does.
+"""All layers as nodes of a graph, in virtual time: jobs done, ended at any instant, and deaths of nodes.
 
-The mechanics of the twin judge by their own record: where the part is, what was dropped, what moves.
+The record of the twin's mechanics decides: position of the part, drops, motion.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ async def test_a_job_from_power_up_to_the_part_on_the_tray() -> None:
         assert floors.controller.state.joints == floors.below.rig.controller.state.joints
 
 
-async def test_the_phases_are_those_of_the_floor_and_in_its_order() -> None:
+async def test_phases_are_those_of_the_layer_in_its_order() -> None:
     async with apart(parts={"cube": CUBE}) as floors:
         phases: list[str] = []
         await floors.robot.run(Pick(CUBE), phases.append)
@@ -96,7 +96,7 @@ async def test_the_phases_are_those_of_the_floor_and_in_its_order() -> None:
         assert told == phases
 
 
-async def test_a_preview_is_what_the_floor_then_does() -> None:
+async def test_preview_equals_the_later_run_of_the_layer() -> None:
     async with apart(parts={"cube": CUBE}) as floors:
         preview = floors.robot.preview(Pick(CUBE), floors.robot.pose)
         began = asyncio.get_running_loop().time()
@@ -106,7 +106,7 @@ async def test_a_preview_is_what_the_floor_then_does() -> None:
         assert floors.robot.pose == preview.end
 
 
-async def test_what_the_floor_refuses_is_raised_as_it_said_it() -> None:
+async def test_refusal_of_a_layer_is_raised_unchanged() -> None:
     async with apart() as floors:
         task = {"task": primitive_to_message(Pick(Point(0.3, 1.0, 2.3)))}
         there = await floors.nodes["process_controller"].do(TASK.name, TASK.type, task)
@@ -151,7 +151,7 @@ async def test_a_job_ended_at_any_instant_leaves_a_robot_that_can_go_on(how: str
             await finishes(floors)
 
 
-async def test_a_homing_is_stopped_at_any_instant_and_begun_anew(campaign: Campaign) -> None:
+async def test_homing_is_stopped_at_any_instant_and_restarted(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
         async with apart(homed=False) as floors:
@@ -167,7 +167,7 @@ async def test_a_homing_is_stopped_at_any_instant_and_begun_anew(campaign: Campa
                 assert await ended(floors, await floors.process.submit(job("home"))) == (TaskState.DONE, 0)
 
 
-async def test_a_job_that_people_pause_and_slow_down_ends_as_if_nobody_had(campaign: Campaign) -> None:
+async def test_paused_and_slowed_job_ends_like_an_undisturbed_one(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
         async with apart(parts={"cube": CUBE}) as floors:
@@ -219,7 +219,7 @@ async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
         assert moved(floors)
 
 
-async def test_a_due_job_waits_for_somebody_elses_task() -> None:
+async def test_due_job_waits_for_another_clients_task() -> None:
     async with apart(parts={"cube": CUBE}) as floors:
         somebody = floors.bus.node("somebody")
         other = asyncio.ensure_future(somebody.do(TASK.name, TASK.type, {"task": primitive_to_message(Approach(TRAY))}))
@@ -231,7 +231,7 @@ async def test_a_due_job_waits_for_somebody_elses_task() -> None:
 
 
 @pytest.mark.parametrize("name", ["robot_controller", "primitive_server"])
-async def test_a_node_between_the_floors_that_dies_stops_the_robot_and_the_queue(name: str, campaign: Campaign) -> None:
+async def test_death_of_a_middle_node_stops_the_robot_and_the_queue(name: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
         async with apart(parts={"cube": CUBE}) as floors:
@@ -253,7 +253,7 @@ async def test_a_node_between_the_floors_that_dies_stops_the_robot_and_the_queue
                 await finishes(floors)
 
 
-async def test_the_controllers_node_dies_and_everybody_above_says_so() -> None:
+async def test_death_of_the_controller_node_is_reported_by_all_above() -> None:
     async with apart(parts={"cube": CUBE}) as floors:
         first = await floors.process.submit(PICK_AND_PLACE)
         second = await floors.process.submit(job({"approach": "tray"}))
@@ -272,7 +272,7 @@ async def test_the_controllers_node_dies_and_everybody_above_says_so() -> None:
         assert not (await floors.process.shown.report(second)).state.ended
 
 
-async def test_the_process_floors_node_dies_and_the_robot_stops() -> None:
+async def test_death_of_the_process_node_stops_the_robot() -> None:
     async with apart(parts={"cube": CUBE}) as floors:
         number = await floors.process.submit(PICK_AND_PLACE)
         await elapse(15.0)
@@ -283,7 +283,7 @@ async def test_the_process_floors_node_dies_and_the_robot_stops() -> None:
         await floors.process.result(number)
 
 
-async def test_whoever_followed_a_path_and_died_has_it_stopped() -> None:
+async def test_death_of_a_client_stops_its_path() -> None:
     async with apart() as floors:
         somebody = floors.bus.node("somebody")
         points = [{"positions": [0.3, 1.5, 1.3]}, {"positions": [1.2, 1.0, 1.8]}]

@@ -1,8 +1,8 @@
 """Software of others that talks to Galil controllers, unmodified, on the twin by its own sockets.
 
 QCoDeS's driver of the DMC-41x3 through our gclib, the Simons Observatory's Galil driver and agent over plain TCP, and a
-script for gclib. They run in `.venv-clients`, which `./test` sets up from requirements-clients.lock; what is asserted
-is what happened on the twin.
+script for gclib. They run in `.venv-clients`, which `./test` sets up from requirements-clients.lock; the tests check
+the state of the twin.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.system
 
 
 def told_by(script: str, twin: ServedTwin, home: Path, *arguments: str) -> dict[str, Any]:
-    """Return what a client said, once it has gone through everything it has."""
+    """Return a client's output, once it has gone through everything it has."""
     if not PYTHON.exists():
         pytest.fail("there is no .venv-clients: `./test` sets it up")
     done = subprocess.run(

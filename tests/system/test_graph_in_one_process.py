@@ -41,7 +41,7 @@ PATIENT = 1000.0
 
 @dataclass
 class House:
-    """All floors behind their doors, and somebody on the other side."""
+    """All layers behind their servers, and a client on the other side."""
 
     stack: Stack
     bus: Bus
@@ -194,7 +194,7 @@ async def _finishes(robot: House) -> None:
     assert robot.moved()
 
 
-async def test_whoever_drives_is_not_driven_past() -> None:
+async def test_driver_with_the_lease_is_not_bypassed() -> None:
     async with house() as robot:
         robot.stack.lease.take("ana", "http")
         ended = await robot.client.do("/task", "maya_robot/Task", {"task": PICK})
@@ -207,7 +207,7 @@ async def test_whoever_drives_is_not_driven_past() -> None:
         assert robot.stack.lease.holder.name != ROS.name
 
 
-async def test_a_wish_on_the_graph_is_refused_while_a_job_runs_which_goes_on_unharmed() -> None:
+async def test_command_on_the_graph_is_refused_and_the_running_job_unharmed() -> None:
     async with house() as robot:
         robot.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": [PICK, PLACE]})
         await elapse(2.0)

@@ -158,7 +158,7 @@ def _braking(wire: Wire, twin: Twin) -> tuple[float, float]:
 
 
 class Stalling:
-    """A transport whose writer is held up at times; what it wrote meanwhile goes out afterwards."""
+    """A transport whose writer is blocked at times; delayed bytes go out afterwards."""
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport

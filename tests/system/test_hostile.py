@@ -28,7 +28,7 @@ STOP = Hostile("POST", "/v1/stop")
 
 
 def port_of(up: Process) -> int:
-    """Return the port of a Maya that says where its door is."""
+    """Return the port of a Maya that prints its URL."""
     return int(up.until("Service:").rpartition(":")[2])
 
 
@@ -78,7 +78,7 @@ def time_to_stop(port: int, twin: Twin) -> float:
 
 
 def usually(port: int, twin: Twin) -> float:
-    """Return the time to stop on this machine now, beside a crowd whose requests are long but harmless [s]."""
+    """Return the time to stop on this machine now, during requests that are long but harmless [s]."""
     times: list[float] = []
     for _ in range(3):
         set_moving(port)

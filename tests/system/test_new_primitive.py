@@ -29,7 +29,7 @@ PAGE = ROOT / "docs" / "how-to" / "add-a-primitive.md"
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a copy of the project with the primitive `tap`, as the page says."""
+    """Return a copy of the project with the primitive `tap`, following the page."""
     copy = tmp_path_factory.mktemp("tree")
     for folder in ("src", "scripts"):
         shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))

@@ -1,4 +1,4 @@
-"""Who asks, at every edge: the same roles decide for HTTP, the stream and rosbridge, on real sockets."""
+"""The caller at every interface: the same roles decide for HTTP, the stream and rosbridge, on real sockets."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Visitor:
 
 
 def of_rights(code: str | int) -> int:
-    """Return a code that tells of rights, 0 for any other: what the robot can do at this instant is another matter."""
+    """Return a code about rights, 0 for any other: the robot's state at this instant does not matter."""
     return int(code) if str(code) in {"4101", "4102", "4103", "4104", "4105"} else 0
 
 
@@ -167,7 +167,7 @@ ASKED: dict[str, tuple[tuple[int, int, int, int, int], Callable[[Visitor], Await
     "stop": ((0, 0, 0, 0, 0), lambda one: one.call("/controller/stop")),
     "abort": ((0, 0, 0, 0, 0), lambda one: one.call("/controller/abort")),
 }
-"""What is asked by rosbridge, and what nobody, a viewer, a student, an operator, an administrator is told."""
+"""A request by rosbridge, and its answers to nobody, a viewer, a student, an operator, an administrator."""
 
 
 @pytest.mark.parametrize("way", [HEADER, AUTH])
@@ -259,7 +259,7 @@ REVOKED: dict[str, Callable[[UserService, str], Awaitable[object]]] = {
     "removed": lambda users, _: users.remove("guest"),
     "demoted": lambda users, _: users.change("guest", role="viewer", by=LOCAL),
 }
-"""How the rights of `guest` may end, by what is done for it with his token."""
+"""Ways to end the rights of `guest`, while an operation runs with his token."""
 
 
 @pytest.mark.parametrize("how", REVOKED)
@@ -344,7 +344,7 @@ def test_wrong_token_is_refused_and_the_connection_still_stops_the_robot(robot: 
     run(visited(robot, NOBODY, AUTH, story))
 
 
-def test_wrong_token_after_a_right_one_leaves_nobody(robot: SharedRobot) -> None:
+def test_wrong_token_after_a_right_one_leaves_no_caller(robot: SharedRobot) -> None:
     async def story(one: Visitor) -> None:
         assert await one.call("/rosapi/topics") == 0
         assert await one.say("auth", **mac("maya_00000000_" + "1" * 48)) == 4101

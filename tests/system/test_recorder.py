@@ -54,9 +54,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.fault)
-def test_after_a_fault_there_is_one_recording_of_it_and_of_what_was_before(
-    case: Case, campaign: Campaign, tmp_path: Path
-) -> None:
+def test_fault_leaves_one_recording_with_the_time_before_it(case: Case, campaign: Campaign, tmp_path: Path) -> None:
     for number in range(campaign.size(ci=1, long=10)):
         folder = tmp_path / str(number)
         run_virtual(_trial(case, campaign.rng(number), folder))

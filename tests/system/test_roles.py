@@ -1,7 +1,7 @@
-"""Who may do what: every path of the interface as every role, with the control lease and without.
+"""Rights of the roles: every path of the interface as every role, with the control lease and without.
 
-The table below says by hand what each path is for; what follows from that for a role stands in `RULES`. A path that is
-not in the table fails the test.
+The table below gives the kind of each path by hand; `RULES` derives the rights of a role from it. A path that is not in
+the table fails the test.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _WISH = {"command": "gripper", "open": True}
 
 
 class Asked(NamedTuple):
-    """What a path is for, and a body that it understands; none of them: it is open to everybody."""
+    """The kind of a path, and a valid body; without a kind it is open to every caller."""
 
     operations: tuple[Operation, ...]
     body: object = None
@@ -127,12 +127,11 @@ TABLE: dict[str, Asked] = {
     "POST /v1/lease/renew": for_(Operation.RENEW),
     "DELETE /v1/lease": for_(Operation.LEASE),
 }
-"""Every path, what it is for, most powerful first; where two are named, a role that has but the second does it to what
-is its own."""
+"""Every path and its kind, most powerful first; the second kind applies to the caller's own entries."""
 
 
 class Answer(NamedTuple):
-    """What came: the status, and our code, 0 where it is no refusal."""
+    """The result: the status, and our code, 0 if it is no refusal."""
 
     status: int
     code: int
@@ -163,7 +162,7 @@ class Door:
         return Answer(response.status, value["code"] if "problem" in kind else 0), value
 
     def must(self, wish: str, body: object, headers: Mapping[str, str]) -> Any:
-        """Return the answer to a wish that is carried out."""
+        """Return the answer to a command that is carried out."""
         answer, value = self.ask(wish, body, headers)
         assert answer.status < 300, f"{wish}: {value}"
         return value
@@ -196,7 +195,7 @@ def test_every_operation_is_asked_for_by_some_path() -> None:
 
 
 def set_lease(door: Door, who: str, state: str) -> dict[str, str]:
-    """Have the lease be as `state` says; return the header that `who` shows."""
+    """Bring the lease into `state`; return the headers of `who`."""
     robot = door.robot
     robot.do(_freed)
     if state == FREE:
@@ -224,7 +223,7 @@ async def _freed(stack: Stack) -> None:
 
 
 def own(door: Door, wish: str, who: str) -> str:
-    """Return a wish about what is somebody's own, where it can be."""
+    """Return a request about the caller's own entries, if there can be one."""
     name = f"the-{who}" if "/users/" in wish and not wish.startswith("DELETE") else "unheard-of"
     job = 1
     if "{job}" in wish and who not in PEOPLE[:2]:
@@ -233,7 +232,7 @@ def own(door: Door, wish: str, who: str) -> str:
 
 
 def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int]:
-    """Return the codes one of which a wish must be answered with; empty where it must not be refused for who asks."""
+    """Return the codes one of which must answer a request; empty if it must not be refused to its caller."""
     if who == NOBODY:
         return set() if set(operations) <= WITHOUT_TOKEN else {NotSignedIn.code}
     role = next(role for role in Role if role.word == who)
@@ -246,7 +245,7 @@ def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int
 
 
 def is_refused(wish: str, answer: Answer, value: Any) -> bool:
-    """Tell whether a wish was refused for who asks: the paths of the lease tell more than one thing by its codes."""
+    """Return whether a request was refused to its caller: codes of the lease have more than one meaning."""
     if answer.code not in ACCESS_CODES:
         return False
     if wish.partition(" ")[2].startswith("/v1/lease"):
@@ -259,7 +258,7 @@ CASES = [(who, lease) for who in PEOPLE for lease in (FREE, TAKEN, OWN) if lease
 
 
 @pytest.mark.parametrize(("who", "lease"), CASES, ids=[f"{who}, the lease {lease}" for who, lease in CASES])
-def test_a_role_does_what_it_may_and_nothing_else(who: str, lease: str, door: Door) -> None:
+def test_role_has_its_rights_and_no_others(who: str, lease: str, door: Door) -> None:
     robot = door.robot
     wrong: list[str] = []
     for wish, line in TABLE.items():
@@ -276,7 +275,7 @@ def test_a_role_does_what_it_may_and_nothing_else(who: str, lease: str, door: Do
     assert wrong == []
 
 
-def test_alone_at_the_machine_nobody_needs_anything(tmp_path: Path) -> None:
+def test_without_users_a_local_caller_needs_no_token(tmp_path: Path) -> None:
     with shared_robot(tmp_path, users=False) as alone:
         door = Door(alone)
         answers = {wish: door.ask(own(door, wish, NOBODY), line.body, {}) for wish, line in TABLE.items()}

@@ -1,7 +1,7 @@
 """Programs of others at our endpoint: roslibpy (Python) and roslib (JavaScript), and plain websockets, on `maya up`.
 
-roslibpy runs in `.venv-clients`, roslib in the Node.js that comes with the development environment; `./test` sets up
-both. What was moved is asked of the twin.
+roslibpy runs in `.venv-clients`, roslib in the Node.js of the development environment; `./test` sets up both. The twin
+shows the results of motion.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Served(NamedTuple):
 
     @property
     def cube(self) -> tuple[float, float]:
-        """Where the cube stands on the table, by the twin's own record [m]."""
+        """Position of the cube on the table, by the twin's own record [m]."""
         x, y, _ = self.robot.ask("GET", "/v1/twin")[1]["parts"]["cube"]
         return x, y
 
@@ -83,7 +83,7 @@ def node() -> Path:
 
 
 def told_by(*command: object) -> dict[str, Any]:
-    """Return what a client said, once it has gone through everything it has."""
+    """Return a client's output, once it has gone through everything it has."""
     done = subprocess.run(
         [str(word) for word in command], capture_output=True, text=True, timeout=PATIENCE, check=False, cwd=SCRIPTS
     )
@@ -227,7 +227,7 @@ async def homed(one: Served) -> None:
 
 
 def next_event(client: subprocess.Popen[str]) -> str:
-    """Return the next event that a client says it heard."""
+    """Return the next event in a client's output."""
     assert client.stdout is not None
     said: list[str] = []
     for line in client.stdout:
@@ -295,7 +295,7 @@ def test_the_page_shows_the_robot_and_its_buttons_work() -> None:
         assert told_by(node(), "--input-type=module", "--eval", program) == {"done": True}
 
 
-def test_a_port_that_is_taken_is_said_before_anything_begins() -> None:
+def test_taken_port_is_reported_before_anything_begins() -> None:
     with bound_socket(0) as taken:
         taken.listen()
         port = taken.getsockname()[1]
@@ -304,7 +304,7 @@ def test_a_port_that_is_taken_is_said_before_anything_begins() -> None:
     assert f"127.0.0.1:{port} is in use already" in said
 
 
-def test_whoever_listens_is_told_that_maya_ends() -> None:
+def test_subscribers_are_notified_that_maya_ends() -> None:
     async def story(one: Served) -> int | None:
         async with web(one.url) as client:
             await client.say("subscribe", topic="/maya_event", type="std_msgs/String")
@@ -326,7 +326,7 @@ AHEAD = 600
 """So many answers to others may usually come before that to a stop; it was more than 1000 before clients took turns."""
 
 
-def test_a_stop_is_answered_before_what_others_ask_without_end() -> None:
+def test_stop_is_answered_before_endless_requests_of_others() -> None:
     question = {"op": "call_service", "service": "/maya_command", "args": {"task": {"command": "can_teleop"}}}
 
     async def story(one: Served) -> list[int]:

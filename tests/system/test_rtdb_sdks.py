@@ -36,7 +36,7 @@ SAME = {
     "timestamp": True,
     "increment": 7.5,
 }
-"""What every library reads back."""
+"""Data that every library reads back."""
 
 RULES = """{"rules": {"users": {"$uid": {
     ".read": "auth.uid === $uid", ".write": "auth.uid === $uid", "x": {".validate": "newData.isNumber()"}
@@ -44,7 +44,7 @@ RULES = """{"rules": {"users": {"$uid": {
 
 
 def said_by(database: RealtimeDatabase, *command: object) -> dict[str, Any]:
-    """Return what a program says, once it has gone through everything it has."""
+    """Return a program's output, once it has gone through everything it has."""
     where = {"FIREBASE_DATABASE_EMULATOR_HOST": f"127.0.0.1:{database.port}"}
     words = [str(word) for word in command]
     done = subprocess.run(
@@ -122,7 +122,7 @@ def test_the_javascript_library_signs_in_and_obeys_rules() -> None:
 
 
 def _talked(program: subprocess.Popen[str], database: RealtimeDatabase) -> dict[str, Any]:
-    """Return what the program says; end its token and change the rules when it is ready for that."""
+    """Return the program's output; end its token and change the rules when it is ready for that."""
     assert program.stdin is not None
     assert program.stdout is not None
     said: dict[str, Any] = {}

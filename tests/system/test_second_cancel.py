@@ -104,7 +104,7 @@ PLACES: dict[str, Callable[[Apart], Awaitable[object]]] = {
 
 
 @pytest.mark.parametrize("place", PLACES)
-async def test_wish_cancelled_many_times_returns_with_the_axes_at_rest(place: str, campaign: Campaign) -> None:
+async def test_command_cancelled_many_times_returns_with_the_axes_at_rest(place: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=4, long=200)):
         rng = campaign.rng(case)
         async with apart() as floors:

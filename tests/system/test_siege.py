@@ -70,7 +70,7 @@ def stopped(port: int, count: int, done: Callable[[], int]) -> list[float]:
 
 
 def late(asked: list[float], stops: list[float]) -> tuple[float, float]:
-    """Return the median and the worst time from a wish to its ST [s]."""
+    """Return the median and the worst time from a stop request to its ST [s]."""
     times = sorted(min((at for at in stops if at >= since), default=inf) - since for since in asked)
     return times[len(times) // 2], times[-1]
 

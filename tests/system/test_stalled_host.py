@@ -46,11 +46,11 @@ BRAKING = 0.5
 REST = 1.5
 """A stop takes less than this [s]."""
 OFF_THE_WAY = 2e-4
-"""What the chords, and whole counts of the boom, may make of a way [m]."""
+"""Allowed effect of the chords, and of whole counts of the boom, on a path [m]."""
 
 
 class Hanging:
-    """A transport to a host that hangs at times: it sends and hears what was said meanwhile only afterwards."""
+    """A transport to a host that hangs at times: delayed bytes pass afterwards in both directions."""
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport

@@ -1,7 +1,7 @@
 """A hundred readers of the stream of which some are slow, some dead, some stopped by the system: nobody else notices.
 
-How late somebody sees something is told in events, not in seconds: no event comes before all that are well have the one
-before it, while nobody has read anything from those that are not.
+Delays are measured in events, not in seconds: no event comes before all healthy readers have the one before it, while
+the others are not read at all.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ async def see(client: Client, event: int, count: int) -> None:
         await client.hear()
 
 
-def test_slow_and_dead_readers_among_a_hundred_disturb_nobody_and_miss_nothing(campaign: Campaign) -> None:
+def test_slow_and_dead_readers_among_a_hundred_disturb_none_and_miss_nothing(campaign: Campaign) -> None:
     rounds = campaign.size(ci=30, long=300)
 
     async def main() -> None:
@@ -147,7 +147,7 @@ def numbers(got: list[dict[str, object]]) -> list[int]:
     return [message["event"]["seq"] for message in got if message["type"] == "event"]  # type: ignore[index]
 
 
-def test_a_client_resumes_over_a_restart_of_the_service_and_is_told_so() -> None:
+def test_client_resumes_over_a_restart_of_the_service_and_is_notified() -> None:
     async def main() -> None:
         before = Watched(run=1)
         before.happen(30)

@@ -77,7 +77,7 @@ def test_places_are_taught_and_a_job_finds_them(say: Say) -> None:
     assert "rows 1 to 2 and columns 1 to 2" in say("approach tray[3,1]", 2)
 
 
-def test_what_one_robot_was_taught_the_next_one_knows(say: Say) -> None:
+def test_poses_taught_to_one_robot_are_known_to_the_next(say: Say) -> None:
     say("teach above")
     book = Path(os.environ["XDG_CONFIG_HOME"]) / "maya" / "poses.toml"
     assert book.read_text(encoding="utf-8").count("[poses.") == 1

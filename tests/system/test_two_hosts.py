@@ -98,7 +98,7 @@ def test_a_refused_maya_run_leaves_the_running_job_and_its_guard_alone(tmp_path:
 
 
 @pytest.mark.parametrize("tool", ["conform {address}", "download {address} {file}", "replay {log} {address}"])
-def test_a_tool_that_writes_is_refused_beside_a_living_owner(tool: str, tmp_path: Path) -> None:
+def test_writing_tool_is_refused_next_to_a_living_owner(tool: str, tmp_path: Path) -> None:
     file, log = tmp_path / "x.dmc", tmp_path / "x.log"
     file.write_text("#X\nEN\n")
     log.write_text(json.dumps({"format": "maya-dmc-capture", "version": 1, "controller": "sim"}) + "\n")
@@ -113,7 +113,7 @@ def test_a_tool_that_writes_is_refused_beside_a_living_owner(tool: str, tmp_path
 @pytest.mark.parametrize(
     "tool", ["dmc watch {address} _TPA --for 0.5", "dmc upload {address}", "doctor --address {address}"]
 )
-def test_who_only_asks_is_never_refused_and_writes_nothing(tool: str, tmp_path: Path) -> None:
+def test_reading_tool_is_never_refused_and_writes_nothing(tool: str, tmp_path: Path) -> None:
     with served(seed=5) as (_, address), Wire(address) as wire, running(f"up --port 0 --address {address}") as up:
         up.until("maya home")
         before = written(wire)

@@ -1,4 +1,4 @@
-"""What a client on this machine shows by itself."""
+"""Automatic credentials of a client on this machine."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_a_file_that_others_can_read_or_write_is_not_used(kept: Path, mode: int)
 
 
 @pytest.mark.parametrize("text", ["a\r\nHost: evil", "a\nb", "ñ", "\x00", ""])
-def test_what_cannot_stand_in_a_header_is_not_shown(kept: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_token_invalid_in_a_header_is_not_sent(kept: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     kept.write_text(text, encoding="utf-8")
     assert credentials.token() == ""
     if "\x00" not in text:
@@ -94,6 +94,6 @@ def test_a_lease_is_shown_to_the_service_that_gave_it_and_to_no_other() -> None:
 
 
 @pytest.mark.parametrize("lease", [None, [], {}, {"id": "abc"}, {"id": "a\nb", "url": URL}, 7])
-def test_what_is_no_lease_is_not_shown(lease: object) -> None:
+def test_invalid_lease_is_not_sent(lease: object) -> None:
     hold(lease)
     assert credentials.headers(URL) == {}

@@ -128,7 +128,7 @@ def test_an_edge_rebuilds_the_same_error_from_code_and_details(leaf: type[MayaEr
     assert (type(again), str(again), again.details) == (leaf, str(error), error.details)
 
 
-def test_an_edge_shows_the_words_of_an_error_whose_details_did_not_come_along() -> None:
+def test_interface_shows_the_text_of_an_error_without_its_details() -> None:
     error = errors.from_sentence(2111, "This cannot be paused: nothing is under way.")
     again = errors.from_notice(error.code, error.details, str(error))
     assert (type(again), str(again)) == (errors.CannotPause, str(error))
@@ -179,7 +179,7 @@ def test_details_that_are_words_of_ours_are_translated_and_no_others(error: Maya
     assert "trabajo" not in str(error)
 
 
-def test_what_only_a_person_knows_is_asked_in_spanish() -> None:
+def test_questions_to_a_person_are_in_spanish() -> None:
     error = errors.AnswerNeeded(question=QUESTION, options="")
     assert "¿hay una pieza en la pinza?" in error.text("es")
     assert QUESTION in str(error)

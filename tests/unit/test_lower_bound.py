@@ -39,7 +39,7 @@ def test_slowing_down_may_be_faster_than_speeding_up() -> None:
         assert least_time(straight(way), [0.0, 1.0], rates) == pytest.approx(peak / 0.005 + peak / 0.020, rel=1e-4)
 
 
-def test_a_straight_way_is_as_fast_whatever_its_parameter() -> None:
+def test_straight_path_is_as_fast_for_any_parameter() -> None:
     def bent(share: Floats) -> Floats:
         return straight(0.5)(0.4 * share + 0.6 * share * share)
 

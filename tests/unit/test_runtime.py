@@ -17,7 +17,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("controller", [None, ("10.0.0.1", 23)])
-def test_what_was_published_is_found_and_goes_with_its_owner(place: Path, controller: tuple[str, int] | None) -> None:
+def test_published_entry_is_found_and_removed_with_its_owner(place: Path, controller: tuple[str, int] | None) -> None:
     running = Running("http://127.0.0.1:4133", os.getpid(), controller)
     with runtime.claimed():
         runtime.publish(running)
@@ -38,7 +38,7 @@ def test_there_is_one_at_a_time() -> None:
 
 
 @pytest.mark.usefixtures("place")
-def test_who_it_is_can_be_told_while_it_lives() -> None:
+def test_owner_is_known_while_it_lives() -> None:
     assert runtime.claimant() is None
     with runtime.claimed():
         assert runtime.claimant() == os.getpid()
@@ -74,7 +74,7 @@ def test_links_inside_the_folder_are_not_followed(place: Path, name: str) -> Non
     assert victim.read_text() == "precious"
 
 
-def test_a_folder_that_everybody_may_write_to_is_refused(place: Path) -> None:
+def test_folder_writable_by_all_is_refused(place: Path) -> None:
     place.mkdir()
     place.chmod(0o777)
     with pytest.raises(FileUnwritable, match="everybody"), runtime.claimed():

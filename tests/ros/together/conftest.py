@@ -12,7 +12,7 @@ from tests.ros.workspace import Workspace
 
 @pytest.fixture(scope="package")
 def shared(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
-    """Return all floors of a robot."""
+    """Return all layers of a robot."""
     with floors(tmp_path_factory.mktemp("together"), workspace) as up:
         yield up
 

@@ -83,7 +83,7 @@ def _echo(robot: Floors, row: Row) -> str:
     return robot.ros.tool("rostopic", "echo", "-n", "1", row.name)
 
 
-def test_what_is_published_can_be_echoed(robot: Floors) -> None:
+def test_published_topic_can_be_echoed(robot: Floors) -> None:
     assert _echo(robot, EVENT).startswith('data: "')
     assert _echo(robot, POSITION).startswith("x: ")
     assert "name: \n  - a\n  - b\n  - c" in _echo(robot, JOINTS).replace("name:\n", "name: \n")
@@ -149,7 +149,7 @@ def test_home_says_its_phases(robot: Floors) -> None:
     assert {"raise", "stroke_b", "stroke_c"} <= set(phases)
 
 
-def test_move_and_follow_go_where_they_are_told_and_say_how_far_they_are(robot: Floors) -> None:
+def test_move_and_follow_reach_their_targets_and_report_progress(robot: Floors) -> None:
     goal = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 1.7, "c": 1.7})
     assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert near(robot.twin()["joints"], (0.5, 1.7, 1.7))
@@ -160,7 +160,7 @@ def test_move_and_follow_go_where_they_are_told_and_say_how_far_they_are(robot: 
     assert near(robot.twin()["joints"], (0.9, 1.7, 1.7))
 
 
-def test_what_cannot_be_reached_is_refused_with_its_code(robot: Floors) -> None:
+def test_unreachable_target_is_refused_with_its_code(robot: Floors) -> None:
     outcome, result = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 0.6, "c": 0.6}).ended()
     assert (outcome, result["code"]) == (GoalStatus.REJECTED, "2101")
     assert robot.command("pick", (9.0, 9.0, 0.4))["code"] == "2101"
@@ -176,7 +176,7 @@ def test_a_cancel_of_a_task_stops_on_the_path(robot: Floors) -> None:
     robot.at_rest()
 
 
-def test_controller_command_moves_and_its_refusal_is_told_as_an_event(robot: Floors) -> None:
+def test_controller_command_moves_and_its_refusal_is_an_event(robot: Floors) -> None:
     robot.at_rest()
     a = 0.6 if robot.twin()["joints"][0] > 0.8 else 1.1
     before = robot.mark()
@@ -215,7 +215,7 @@ def test_a_task_says_its_phase_how_far_it_is_and_where(robot: Floors) -> None:
     assert near(list(goal.feedback.messages[-1]["position"].values()), robot.twin()["point"], within=3.0)
 
 
-def test_a_step_is_carried_out_and_told(robot: Floors) -> None:
+def test_step_is_carried_out_and_reported(robot: Floors) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     id_ = robot.step("row", HERE)
     told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])

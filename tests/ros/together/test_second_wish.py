@@ -1,4 +1,4 @@
-"""While one wish runs, every door that takes one at a time refuses another with a code; the first is unharmed."""
+"""While one command runs, every interface for single commands refuses another with a code; the first is unharmed."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ SECONDS = {
 
 
 @pytest.mark.parametrize("door", SECONDS)
-def test_a_second_wish_is_refused_and_the_first_goes_on(door: str, robot: Floors) -> None:
+def test_second_command_is_refused_and_the_first_goes_on(door: str, robot: Floors) -> None:
     robot.at_speed(SLOW)
     place = robot.away()
     first = robot.begun("approach", place)
@@ -76,7 +76,7 @@ def test_a_second_goal_at_the_controller_leaves_the_first_alone(robot: Floors) -
     assert near(robot.twin()["joints"], target.values())
 
 
-def test_a_second_wish_on_a_topic_is_refused_by_an_event(robot: Floors) -> None:
+def test_second_command_on_a_topic_is_refused_by_an_event(robot: Floors) -> None:
     robot.at_speed(SLOW)
     first = robot.begun("approach", robot.away())
     before = robot.mark()

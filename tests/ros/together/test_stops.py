@@ -81,7 +81,7 @@ def _ended(robot: Floors, before: int) -> bool:
     return not standing["moving"] and (not words or words[-1] in ENDS)
 
 
-def test_what_waits_in_the_queue_ends_too(robot: Floors) -> None:
+def test_waiting_jobs_of_the_queue_end_too(robot: Floors) -> None:
     robot.at_speed(SLOW)
     before = robot.mark()
     tasks = [primitive("approach", place) for place in (robot.away(), HERE, THERE, HERE)]

@@ -1,4 +1,4 @@
-"""What a program with firebase_admin does at a Realtime Database, as JSON: firebase_admin_client.py PORT."""
+"""Use a Realtime Database by firebase_admin, with output as JSON: firebase_admin_client.py PORT."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a program with roslibpy does at our endpoint, said as JSON, a line each: roslibpy_client.py PORT."""
+"""Use our endpoint by roslibpy, with output as JSON, a line each: roslibpy_client.py PORT."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who may take the lease, offer it and take it back."""
+"""Rights to take the lease, to offer it and to take it back."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROOT = somebody(Role.ADMIN, "root")
 
 
 async def lab() -> House:
-    """Return a house with everybody in it."""
+    """Return a service with every user in it."""
     made = house()
     await made.people.add("root", "admin")
     for caller in (SAM, TOM, OLGA, OTTO):
@@ -41,7 +41,7 @@ def driver(owner: House) -> str:
     return "" if holder is None else holder.name
 
 
-async def test_an_operator_takes_what_is_free_and_a_student_does_not() -> None:
+async def test_operator_takes_a_free_lease_and_a_student_does_not() -> None:
     owner = await lab()
     with pytest.raises(NotAllowed):
         await owner.leasing.take(SAM)
@@ -56,7 +56,7 @@ async def test_an_operator_takes_what_is_free_and_a_student_does_not() -> None:
     assert driver(owner) == "root"
 
 
-async def test_a_student_drives_what_is_lent_until_any_operator_takes_it_back() -> None:
+async def test_student_drives_with_a_lent_lease_until_an_operator_takes_it() -> None:
     owner = await lab()
     await owner.leasing.offer("sam", OLGA)
     with pytest.raises(NotAllowed):
@@ -83,7 +83,7 @@ async def test_a_lent_lease_is_handed_on_by_any_operator() -> None:
     assert driver(owner) == "tom"
 
 
-async def test_nobody_offers_what_another_operator_holds() -> None:
+async def test_lease_of_another_operator_cannot_be_offered() -> None:
     owner = await lab()
     olga = await holding(owner, OLGA)
     with pytest.raises(NotAllowed):
@@ -95,7 +95,7 @@ async def test_nobody_offers_what_another_operator_holds() -> None:
     assert driver(owner) == "sam"
 
 
-async def test_ones_own_is_taken_anew_by_force() -> None:
+async def test_own_lease_is_taken_again_by_force() -> None:
     owner = await lab()
     await owner.leasing.offer("sam", OLGA)
     first = await holding(owner, SAM)
@@ -119,7 +119,7 @@ async def test_a_job_of_his_does_not_let_a_student_take_it() -> None:
 
 
 @pytest.mark.parametrize("name", ["nobody", "vera", "", "local", "ros", "SAM"])
-async def test_it_is_offered_to_whoever_could_drive(name: str) -> None:
+async def test_lease_is_offered_to_anyone_who_may_drive(name: str) -> None:
     owner = await lab()
     with pytest.raises(UnknownName, match="olga, otto, root, sam, tom"):
         await owner.leasing.offer(name, OLGA)
@@ -127,7 +127,7 @@ async def test_it_is_offered_to_whoever_could_drive(name: str) -> None:
         await house().leasing.offer(name, LOCAL)
 
 
-async def test_everybody_sees_who_drives_and_only_he_that_it_is_he() -> None:
+async def test_every_caller_sees_the_driver_and_only_he_that_it_is_himself() -> None:
     owner = await lab()
     empty = await owner.leasing.view(SAM)
     assert (empty.holder, empty.expires_in, empty.yours) == ("", None, False)
@@ -143,7 +143,7 @@ async def test_everybody_sees_who_drives_and_only_he_that_it_is_he() -> None:
     assert not (await owner.leasing.view(OLGA)).yours
 
 
-async def test_a_lease_of_somebody_else_is_of_no_use() -> None:
+async def test_lease_of_another_caller_is_refused() -> None:
     owner = await lab()
     olga = await holding(owner, OLGA)
     thief = somebody(Role.ADMIN, "root", olga.lease)
@@ -157,7 +157,7 @@ async def test_a_lease_of_somebody_else_is_of_no_use() -> None:
         await owner.leasing.release(ROOT)
 
 
-async def test_held_jogs_stop_whenever_another_drives_or_nobody() -> None:
+async def test_held_jogs_stop_when_the_lease_changes_or_ends() -> None:
     owner = await lab()
     olga = await holding(owner, OLGA)
     owner.halts.clear()
@@ -199,7 +199,7 @@ async def test_the_local_user_needs_no_ceremony_and_may_have_it() -> None:
         assert driver(owner) == "local"
 
 
-async def test_what_a_student_wants_waits_for_approval_unless_the_lease_was_lent_to_him() -> None:
+async def test_students_job_waits_for_approval_unless_the_lease_was_lent() -> None:
     owner = await lab()
     lease = owner.entrance.lease
     queue = QueueService(cast("Process", None), lease)

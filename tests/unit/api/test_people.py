@@ -1,4 +1,4 @@
-"""Users and their tokens at the door."""
+"""Users and their tokens in the service."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ async def test_a_removed_user_is_let_in_no_more_and_drives_no_more() -> None:
         owner.entrance.lease.require(taken.id, "ann")
 
 
-async def test_whoever_is_demoted_drives_no_more() -> None:
+async def test_demoted_user_loses_the_lease() -> None:
     owner = house()
     root = await owner.admin()
     ann = await owner.caller("ann", "operator")
@@ -220,7 +220,7 @@ async def test_a_token_does_not_begin_with_its_end(text: str) -> None:
         "٢٠٢٧-01-01",
     ],
 )
-async def test_what_is_no_date_in_utc_is_refused(text: str) -> None:
+async def test_invalid_utc_date_is_refused(text: str) -> None:
     owner = house()
     with pytest.raises(InvalidValue):
         await owner.people.token("root", expires=text, by=await owner.admin())
@@ -323,7 +323,7 @@ async def test_a_password_has_its_length(password: str) -> None:
     assert "short" not in str(refusal.value)
 
 
-async def test_what_gives_rights_needs_the_disk_and_what_takes_them_does_not() -> None:
+async def test_granting_rights_needs_the_disk_and_revoking_does_not() -> None:
     store = FullStore()
     owner = house(store)
     root = await owner.admin()
@@ -343,7 +343,7 @@ async def test_what_gives_rights_needs_the_disk_and_what_takes_them_does_not() -
     assert not await is_valid(owner, ann.token)
 
 
-async def test_who_one_is() -> None:
+async def test_whoami_returns_the_caller() -> None:
     owner = house()
     assert (await owner.people.me(LOCAL)).users is False
     sam = Caller("sam", Role.STUDENT, "10.0.0.1", token="0a")

@@ -1,4 +1,4 @@
-"""The queue at the door: whose job it is, what a student may, and what words are understood."""
+"""The queue in the service: owners of jobs, rights of students, valid words."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ async def door(machine: Machine | None = None) -> AsyncIterator[tuple[Floor, Ser
         yield floor, Service(floor.process, floor.robot, floor.controller, floor.controller.config)
 
 
-async def test_what_a_student_submits_is_a_proposal_until_an_operator_releases_it() -> None:
+async def test_students_job_is_a_proposal_until_an_operator_releases_it() -> None:
     async with door() as (_, service):
         await service.submit(HOME, by=ANA)
         (shown,) = await service.history.page(Filter())
@@ -42,14 +42,14 @@ async def test_what_a_student_submits_is_a_proposal_until_an_operator_releases_i
         assert (await service.wait(1)).state is TaskState.DONE
 
 
-async def test_a_student_who_drives_queues_like_others() -> None:
+async def test_student_with_the_lease_queues_like_others() -> None:
     async with door() as (_, service):
         service.entrance.lease.take("ana", "lab", patience=LONG)
         accepted = await service.submit(HOME, by=ANA)
         assert (await service.wait(accepted.id)).line.proposal is False
 
 
-async def test_students_change_and_cancel_what_is_their_own() -> None:
+async def test_students_change_and_cancel_their_own_jobs() -> None:
     async with door() as (_, service):
         await service.submit(HOME, by=ANA)
         for wish in (
@@ -64,7 +64,7 @@ async def test_students_change_and_cancel_what_is_their_own() -> None:
         assert (await service.cancel(1, by=ANA)).state is TaskState.CANCELLED
 
 
-async def test_a_student_does_not_approve_what_he_changes_at_the_same_instant() -> None:
+async def test_student_cannot_approve_his_own_simultaneous_change() -> None:
     async with door() as (floor, service):
         await service.queue.pause(EVA)
         await service.submit(HOME, by=ANA)
@@ -79,7 +79,7 @@ async def test_a_student_does_not_approve_what_he_changes_at_the_same_instant() 
         assert (changed.state, changed.approved_by) == (TaskState.HELD, "")
 
 
-async def test_what_was_approved_is_a_proposal_again_where_a_student_changes_it() -> None:
+async def test_approved_job_is_a_proposal_again_after_a_students_change() -> None:
     async with door() as (_, service):
         await service.queue.pause(EVA)
         await service.submit(HOME, by=ANA)
@@ -136,7 +136,7 @@ async def test_a_job_is_done_again_and_a_students_is_proposed() -> None:
             await service.queue.again(2)
 
 
-async def test_an_interrupted_job_is_recovered_at_the_door() -> None:
+async def test_interrupted_job_is_recovered_through_the_service() -> None:
     machine = Machine()
     floor = await machine.started()
     await floor.process.submit(job("home", "home"))
@@ -170,7 +170,7 @@ async def test_the_same_key_is_the_same_job_for_one_owner() -> None:
 
 
 @pytest.mark.parametrize("way", ["demoted", "removed"])
-async def test_of_one_who_may_queue_no_more_the_step_is_finished_and_the_rest_waits_for_approval(way: str) -> None:
+async def test_demoted_owners_step_finishes_and_the_rest_waits_for_approval(way: str) -> None:
     async with door() as (floor, service):
         root = Caller("root", Role.ADMIN, "lab")
         await service.users.add("root", "admin")
@@ -196,7 +196,7 @@ async def test_of_one_who_may_queue_no_more_the_step_is_finished_and_the_rest_wa
         assert [(await service.wait(number)).state for number in (1, 2, 3)] == [TaskState.DONE] * 3
 
 
-async def test_a_job_goes_on_whose_owners_token_is_revoked_or_who_is_promoted() -> None:
+async def test_job_goes_on_when_its_owners_token_is_revoked_or_role_raised() -> None:
     async with door() as (_, service):
         root = Caller("root", Role.ADMIN, "lab")
         await service.users.add("root", "admin")
@@ -208,7 +208,7 @@ async def test_a_job_goes_on_whose_owners_token_is_revoked_or_who_is_promoted() 
         assert [(await service.wait(number)).state for number in (1, 2)] == [TaskState.DONE] * 2
 
 
-async def test_what_is_approved_is_what_was_looked_at() -> None:
+async def test_approval_covers_only_the_version_that_was_shown() -> None:
     async with door() as (_, service):
         await service.submit(job({"pick": "cube"}, {"place": "tray"}), by=ANA)
         seen = (await service.job(1)).version

@@ -1,4 +1,4 @@
-"""The recordings at the service's door."""
+"""The recordings in the service."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ async def test_a_fault_of_the_whole_stack_is_saved(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("how", ["dry", "disabled", "nowhere"])
-def test_where_nothing_is_recorded_that_is_said(how: str, tmp_path: Path) -> None:
+def test_missing_recorder_is_reported(how: str, tmp_path: Path) -> None:
     run_virtual(_refused(how, tmp_path))
     assert list(tmp_path.iterdir()) == []
 

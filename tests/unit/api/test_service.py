@@ -51,20 +51,20 @@ async def test_a_job_goes_in_and_its_report_comes_out() -> None:
         assert [line.done for line in await service.jobs()] == [2]
 
 
-async def test_a_wish_is_waited_for_or_not() -> None:
+async def test_command_is_awaited_or_not() -> None:
     async with door() as (_, service):
         assert (await service.wish({"command": "home"}, wait=False)).state.value == "running"
         assert (await service.wish(Home())).state.value == "done"
 
 
-async def test_a_refused_wish_says_so_in_its_report() -> None:
+async def test_refused_command_reports_the_refusal() -> None:
     async with door() as (controller, service):
         report = await service.wish({"command": "pick", "target": [3, 3]})
         assert (report.state.value, report.code) == ("failed", 2101)
         assert controller.calls == []
 
 
-async def test_what_cannot_be_understood_is_refused_at_the_door() -> None:
+async def test_invalid_request_is_refused_by_the_service() -> None:
     async with door() as (_, service):
         with pytest.raises(InvalidJob):
             await service.submit({"steps": []})
@@ -104,7 +104,7 @@ async def test_recover_starts_nothing() -> None:
         assert controller.names() == ["recover"]
 
 
-async def test_a_jog_waits_for_nobody() -> None:
+async def test_jog_does_not_wait() -> None:
     async with door() as (controller, service):
         await service.jog("b", 0.01, speed=0.5)
         assert controller.calls == [("jog", ("b", 0.01, 0.5, True))]
@@ -183,7 +183,7 @@ async def test_a_preview_starts_here_or_where_homing_ends() -> None:
         assert controller.calls == []
 
 
-async def test_kinematics_at_the_door() -> None:
+async def test_kinematics_are_computed_by_the_service() -> None:
     async with door() as (_, service):
         joints = service.ik(Point(0.5, 1.1, 0.4))
         assert tuple(service.fk(joints)) == pytest.approx((0.5, 1.1, 0.4))
@@ -202,7 +202,7 @@ async def test_reach_says_why_not_and_where_instead() -> None:
         assert service.reach(answer.nearest).reachable
 
 
-async def test_reach_measures_what_it_can_and_names_what_it_cannot() -> None:
+async def test_reach_measures_possible_points_and_names_the_others() -> None:
     async with door() as (_, service):
         await service.set_zone(CRATE)
         there = service.reach(Point(0.5, 1.1, 0.9))
@@ -233,7 +233,7 @@ async def test_zones_come_and_go_by_name() -> None:
             await service.remove_zone("crate")
 
 
-async def test_what_is_no_zone_is_refused_with_its_key() -> None:
+async def test_invalid_zone_is_refused_with_its_key() -> None:
     async with door() as (_, service):
         with pytest.raises(InvalidRequest, match="high"):
             await service.set_zone({"name": "crate", "kind": "box", "low": [0, 0, 0]})

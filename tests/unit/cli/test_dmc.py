@@ -1,4 +1,4 @@
-"""`maya dmc`: what it has beside the tools of `dmc`."""
+"""`maya dmc`: its commands in addition to the tools of `dmc`."""
 
 from __future__ import annotations
 

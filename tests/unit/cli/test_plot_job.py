@@ -33,7 +33,7 @@ def test_a_job_is_drawn_and_summed_up(tmp_path: Path, capsys: pytest.CaptureFixt
     assert all(phase in svg for phase in ("approach", "down", "up"))
 
 
-def test_a_dry_run_draws_the_same_beside_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_dry_run_draws_the_same_next_to_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     one, other = tmp_path / "one.svg", tmp_path / "other.svg"
     assert main(["plot", "job", EXAMPLE, "--output", str(one)]) == 0
     assert main(["run", EXAMPLE, "--dry-run", "--plot", str(other)]) == 0

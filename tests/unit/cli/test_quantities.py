@@ -52,7 +52,7 @@ def test_a_length_that_is_none_is_refused_by_name(text: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["1e308", "-1e308mm", "10001", "1e6 deg"])
-def test_what_is_no_coordinate_is_refused_as_everywhere(text: str) -> None:
+def test_invalid_coordinate_is_refused_as_everywhere(text: str) -> None:
     with pytest.raises(InvalidValue, match="between -10000 and 10000"):
         (angle if "deg" in text else length)(text, "z")
 

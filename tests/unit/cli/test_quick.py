@@ -80,7 +80,7 @@ def test_a_service_that_lost_its_link_is_passed_by(monkeypatch: pytest.MonkeyPat
     assert said[0] == b"ST S"
 
 
-def test_somebody_else_at_our_old_port_is_passed_by(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_program_at_our_old_port_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = {"was_moving": True, "duration": 1.0, "distance": [0.0, 0.0, 0.0]}
     with http_service(lambda *_: (200, answer), ours=False) as url, controller(data_record(0, 0, 0)) as (port, said):
         published(monkeypatch, url, ("127.0.0.1", port))
@@ -89,7 +89,7 @@ def test_somebody_else_at_our_old_port_is_passed_by(monkeypatch: pytest.MonkeyPa
     assert said[0] == b"ST S"
 
 
-def test_the_controller_can_be_told_without_a_service(capsys: pytest.CaptureFixture[str]) -> None:
+def test_controller_address_can_be_given_without_a_service(capsys: pytest.CaptureFixture[str]) -> None:
     with controller(data_record(0, 0, 0)) as (port, said):
         assert main(["stop", "--address", f"127.0.0.1:{port}", "--json"]) == 0
     assert said == [b"ST S", b"QR"]
@@ -127,7 +127,7 @@ def test_a_stale_file_is_no_service(
 @pytest.mark.parametrize(
     "line", ["stop now", "stop --address", "stop --address=x:y", "status please", "stop --address h 1"]
 )
-def test_words_nobody_understands_are_refused(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_words_are_refused(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) == 2
     assert capsys.readouterr().err.startswith("maya: error 400")
 

@@ -175,7 +175,7 @@ def test_another_machine_is_found_and_named(job: Recording, replayed: Replayed) 
 
 
 def test_another_scale_of_a_machine_is_found_and_named(replayed: Replayed) -> None:
-    """The configuration of the recording says 2 % fewer counts to the metre: a line meets its switch on its way."""
+    """The configuration of the recording has 2 % fewer counts to the metre: a line meets its switch on its way."""
     job = run_virtual(_job(RecorderConfig(seconds=20.0), rest=40.0, known=False))
     config = json.loads(json.dumps(job.header.origin.config))
     config["axes"]["b"]["maximum"] = 1.51
@@ -195,7 +195,7 @@ async def _switch_sticks() -> Recording:
         return robot.recorder.taken("limit")
 
 
-def test_what_befell_the_machine_is_told_from_what_the_commands_did(replayed: Replayed) -> None:
+def test_external_faults_are_told_from_effects_of_commands(replayed: Replayed) -> None:
     code, told = replayed(run_virtual(_switch_sticks()))
     assert code == 1
     found = {one["what"]: one["how"] for one in told["differences"]}

@@ -1,4 +1,4 @@
-"""Where a replay begins, and what its twin is told before."""
+"""The start of a replay, and the initial commands to its twin."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_another_begins_with_the_first_record_at_rest() -> None:
     assert (scene.homed, scene.lacks) == (True, ())
 
 
-def test_what_lacks_is_told() -> None:
+def test_missing_data_is_reported() -> None:
     assert [text.partition(":")[0] for text in scene_of(machine(LATER)).lacks] == ["Different from the machine"]
     (opening,) = scene_of(replace(LATER, wire=tuple(REST_OF_IT))).lacks
     assert opening.startswith("Different: registers, program and variables")
@@ -98,7 +98,7 @@ def test_without_rest_there_is_no_scene() -> None:
         scene_of(replace(LATER, wire=(*OPENING, *REST_OF_IT[:2])))
 
 
-def test_the_twin_is_made_what_the_controller_was() -> None:
+def test_twin_gets_the_state_of_the_controller() -> None:
     lines = commands_before(scene_of(LATER), Config()).decode().split("\r")
     assert lines == [
         "SPA=1000",
@@ -111,8 +111,8 @@ def test_the_twin_is_made_what_the_controller_was() -> None:
     ]
 
 
-def test_what_a_controller_answered_before_it_was_told_is_known() -> None:
-    """Its program and its variables; what the host set itself tells nothing."""
+def test_controller_state_before_the_first_command_is_known() -> None:
+    """Its program and its variables; values that the host set itself are left out."""
     pieces = (
         *(said(0.0, "UL"), heard(0.0, b"#A\r\nEN\r\n\x1a:")),
         *(said(0.1, "MG mayahome"), heard(0.1, b" 12.0000\r\n:")),

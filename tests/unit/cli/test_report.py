@@ -71,7 +71,7 @@ def test_a_real_machine_has_no_record_of_parts() -> None:
     assert as_data(REPORT, None)["parts"]["cube"] == {"place": None, "commanded": [1.0, 0.5, 0.4], "error": None}
 
 
-def test_text_says_what_matters() -> None:
+def test_text_report_has_the_important_values() -> None:
     text = as_text(as_data(REPORT, {"cube": (1.0, 0.5, 0.403)}), "en")
     assert text.startswith("cubes: failed in 12.5 s; gripper between 0.400 m and 0.500 m")
     assert "pick cube   failed (2101)" in text

@@ -22,7 +22,7 @@ def ear(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Monk
         yield ear
 
 
-def test_a_word_arrives_as_it_is_said(ear: socket.socket) -> None:
+def test_command_arrives_unchanged(ear: socket.socket) -> None:
     shutdown.tell("READY=1")
     assert ear.recv(100) == b"READY=1"
 

@@ -1,4 +1,4 @@
-"""Taught places on the command line, where no robot runs: the book beside the configuration answers."""
+"""Taught places on the command line, without a robot: the pose file next to the configuration is used."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_poses_are_listed_renamed_and_removed(book: Path, capsys: pytest.Capture
     assert [pose["name"] for pose in data("poses", capsys)["poses"]] == ["ledge", "desk"]
 
 
-def test_without_a_book_there_are_none(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_file_there_are_no_poses(capsys: pytest.CaptureFixture[str]) -> None:
     assert data("poses", capsys) == {"poses": []}
     assert "maya teach NAME" in printed("poses", capsys)
     assert "maya teach-pallet" in printed("pallets", capsys)
@@ -98,7 +98,7 @@ def test_a_pallet_out_of_shape_is_remarked(book: Path, capsys: pytest.CaptureFix
         ("place shelf 1.0", 4001),
     ],
 )
-def test_what_cannot_be_is_refused_with_its_code(
+def test_impossible_request_is_refused_with_its_code(
     line: str, error: int, book: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = book.read_text(encoding="utf-8")
@@ -107,18 +107,16 @@ def test_what_cannot_be_is_refused_with_its_code(
 
 
 @pytest.mark.parametrize("line", ["teach shelf", "teach-pallet tray --rows 3 --columns 4", "pick shelf", "move shelf"])
-def test_what_needs_the_robot_says_so(line: str, book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_that_needs_the_robot_reports_it(line: str, book: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "error 1020" in printed(line, capsys, 1)
 
 
-def test_a_broken_book_is_told(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_broken_pose_file_is_reported(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
     book.write_text("[poses.shelf]\njoints = [1, 2]\n", encoding="utf-8")
     assert f"error 4007: {book} cannot be read: poses.shelf.joints" in printed("poses", capsys, 2)
 
 
-def test_the_book_lies_beside_the_configuration_that_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_pose_file_lies_next_to_the_named_configuration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "machine.toml").write_text("")
     PoseStore(Mechanism.of(Config()), tmp_path / "poses.toml").teach("ledge", Joints(0.4, 1.6, 1.3), "")
     named = data(f"poses --config {tmp_path / 'machine.toml'}", capsys)["poses"]

@@ -1,4 +1,4 @@
-"""How `maya dmc fault` finds the virtual controllers that run."""
+"""`maya dmc fault` finds running virtual controllers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wishes to the running robot, answered by a service that says what the test wants."""
+"""Commands to the running robot, with a scripted service."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_a_jog_says_how_far_and_why_no_farther(
     )
 
 
-def test_an_axis_that_nobody_knows_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_axis_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["jog", "w", "2mm"]) == 2
     assert "x, y, z, r" in capsys.readouterr().err
 

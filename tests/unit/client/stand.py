@@ -1,4 +1,4 @@
-"""A service that says what a test wants, over real sockets, and notes what it was asked."""
+"""A scripted service over real sockets that records its requests."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Says = Callable[[Asked], Any]
 
 
 class Stand:
-    """The service: where it is, and what it was asked, in order."""
+    """The service: its URL, and its requests, in order."""
 
     def __init__(self, url: str) -> None:
         self.url = url
@@ -36,13 +36,13 @@ class Stand:
 
     @property
     def paths(self) -> list[str]:
-        """What it was asked, in short."""
+        """The requests, in short."""
         return [f"{asked.method} {asked.path}" for asked in self.asked]
 
 
 @contextmanager
 def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[Stand]:
-    """Serve what `says` says on a free port while the block runs; by TLS where there is a `secret`."""
+    """Serve the answers of `says` on a free port while the block runs; by TLS with a `secret`."""
 
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"

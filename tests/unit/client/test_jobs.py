@@ -15,7 +15,7 @@ from maya_un.process.spec.tasks import expand
 BUILT = JobBuilder("two cubes").part("left", 0.5, 1.1).spot("tray", 1.1, 0.5, 0.4).home().pick("left").place("tray")
 
 
-def test_a_built_job_is_what_a_file_would_say() -> None:
+def test_built_job_equals_the_one_of_a_file() -> None:
     assert BUILT.body() == {
         "name": "two cubes",
         "parts": {"left": [0.5, 1.1]},
@@ -55,6 +55,6 @@ def test_a_file_a_mapping_and_a_parsed_job_come_to_the_same(tmp_path: Path) -> N
     assert body_of({"steps": ["home"]}) == {"steps": ["home"]}
 
 
-def test_a_file_that_is_not_there_is_told_at_once(tmp_path: Path) -> None:
+def test_missing_file_is_reported_at_once(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable, match="No such file"):
         body_of(tmp_path / "nothing.yaml")

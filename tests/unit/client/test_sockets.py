@@ -29,7 +29,7 @@ Handler = Callable[[ServerConnection, int], None]
 
 @contextmanager
 def stream(handler: Handler, secret: ssl.SSLContext | None = None) -> Iterator[str]:
-    """Serve websockets while the block runs; the handler is told which connection it is, from 0."""
+    """Serve websockets while the block runs; the handler gets the number of the connection, from 0."""
     number = count()
 
     def handle(socket: ServerConnection) -> None:
@@ -139,7 +139,7 @@ def test_the_token_is_shown_and_a_refusal_is_raised_as_it_is() -> None:
     assert shown == ["Bearer maya_t"] * 2
 
 
-def test_where_nobody_listens_a_stream_says_so_when_its_patience_is_over() -> None:
+def test_stream_without_a_server_fails_after_its_timeout() -> None:
     url = f"http://127.0.0.1:{free_port()}"
 
     async def later() -> None:

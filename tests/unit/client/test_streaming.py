@@ -40,7 +40,7 @@ def places(player: Player) -> list[Any]:
     return [message["events"] for message in player.said]
 
 
-def test_events_come_from_now_on_where_nothing_is_said() -> None:
+def test_events_start_now_by_default() -> None:
     player = Player(heard=[hello(), json.dumps({"type": "subscribed", "run": 3}), event(11), event(12)])
     assert player.items(events(), 2) == [
         Event(3, 11, 1.5, "job", 0, {"job": 7}),
@@ -68,7 +68,7 @@ def test_a_break_before_the_first_event_loses_none() -> None:
     assert places(player)[-1] == {"since": 10, "run": 3}
 
 
-def test_a_service_that_was_started_anew_gives_its_run_from_the_beginning() -> None:
+def test_restarted_service_sends_its_run_from_the_beginning() -> None:
     restart = json.dumps({"type": "restart", "run": 4})
     heard = [
         hello(),

@@ -357,7 +357,7 @@ def test_it_waits_for_the_bridge_and_says_so(tmp_path: Path) -> None:
 
 
 class Direct:
-    """A way to the robot that works in virtual time: what rosbridge does, without its sockets."""
+    """A link to the robot that works in virtual time: rosbridge without its sockets."""
 
     def __init__(self, robot: Robot) -> None:
         self.where = "direct"
@@ -558,7 +558,7 @@ def test_supervisors_wait_until_the_robot_is_known_and_learn_of_a_new_journal(tm
     told(story, tmp_path)
 
 
-def test_a_robot_that_gives_way_forgets_what_it_has_not_accepted(tmp_path: Path) -> None:
+def test_replaced_robot_forgets_unaccepted_commands(tmp_path: Path) -> None:
     class Taken(Memory):
         """Belongs to another robot after it was away."""
 

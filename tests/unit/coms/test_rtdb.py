@@ -155,7 +155,7 @@ def test_commands_that_the_database_tells_as_an_array_come(database: RealtimeDat
     told(story, Rtdb(database.url))
 
 
-def test_one_connection_serves_every_write_beside_the_stream(database: RealtimeDatabase) -> None:
+def test_one_connection_serves_every_write_next_to_the_stream(database: RealtimeDatabase) -> None:
     put(database, "k", home("7"))
 
     async def story(channel: SupervisorChannel) -> None:
@@ -673,7 +673,7 @@ def test_a_long_session_costs_no_connections(database: RealtimeDatabase) -> None
     told(story, Rtdb(database.url))
 
 
-def test_an_error_names_what_rules_of_an_earlier_version_do_not_allow(
+def test_error_names_the_missing_permission_of_older_rules(
     guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")

@@ -112,7 +112,7 @@ async def served(transport: SupervisorTransport, journal: str, seen: list[str]) 
                 await taken(channel, seen, answers=False)
 
 
-def test_a_command_goes_to_one_of_two_robots_whatever_is_cut(place: Place) -> None:
+def test_command_goes_to_one_of_two_robots_despite_cuts(place: Place) -> None:
     rng = Random(7)
     keys = [f"k{number:03}" for number in range(120)]
     first, second = list[str](), list[str]()
@@ -146,7 +146,7 @@ def test_a_command_goes_to_one_of_two_robots_whatever_is_cut(place: Place) -> No
     assert {place.code(key) for key in refused} == {str(StepTakenElsewhere.code)}
 
 
-def test_the_next_link_of_the_same_robot_gets_what_the_last_one_took(place: Place) -> None:
+def test_next_link_of_the_same_robot_gets_commands_of_the_last_one(place: Place) -> None:
     async def story() -> None:
         place.put("k")
         async with place.transport().connected("MAYA", "journal") as crashed:
@@ -205,7 +205,7 @@ def test_claims_are_forgotten_with_their_commands(place: Place) -> None:
     assert place.get(place.session)["claims"] == {"a": "journal"}
 
 
-def test_a_session_that_somebody_removes_is_written_again(place: Place) -> None:
+def test_removed_session_is_written_again(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "journal") as channel:
             place.put("a")
@@ -229,7 +229,7 @@ def test_a_session_that_is_nonsense_is_replaced(place: Place) -> None:
     told(story)
 
 
-def test_a_command_with_a_key_that_was_used_before_is_claimed_anew(place: Place) -> None:
+def test_command_with_a_used_key_is_claimed_again(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "one") as first:
             place.put("k")
@@ -301,7 +301,7 @@ def test_a_database_in_which_this_session_never_was_is_not_taken_over(
         told(story)
 
 
-def test_a_connection_ends_if_somebody_changes_the_session_all_the_time(place: Place) -> None:
+def test_connection_ends_when_the_session_changes_all_the_time(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "journal") as channel:
             place.put("k")

@@ -95,7 +95,7 @@ REFUSED: list[tuple[Act, type[MayaError]]] = [
 
 
 @pytest.mark.parametrize(("act", "error"), REFUSED)
-async def test_a_refused_wish_sends_nothing_and_disturbs_nothing(act: Act, error: type[MayaError]) -> None:
+async def test_refused_command_sends_nothing_and_disturbs_nothing(act: Act, error: type[MayaError]) -> None:
     async with homed() as bench:
         sent, seen = len(bench.sent), len(bench.controller.events)
         with pytest.raises(error):
@@ -139,7 +139,7 @@ async def test_in_a_fault_nothing_moves(act: Act) -> None:
 @pytest.mark.parametrize(
     "second", [wish("move", FAR), wish("jog", "a", 0.1), wish("home"), wish("gripper", False), wish("skip_home")]
 )
-async def test_while_one_wish_is_under_way_others_are_refused(first: Act, second: Act) -> None:
+async def test_second_command_is_refused_while_one_runs(first: Act, second: Act) -> None:
     async with homed() as bench:
         running = asyncio.ensure_future(first(bench.controller))
         await elapse(0.2)
@@ -190,7 +190,7 @@ async def test_registers_left_alone_because_axes_moved_are_written_before_the_fi
 
 
 class second:  # noqa: N801 - used as a context
-    """Another controller floor on the same machine, as after a restart of ours."""
+    """Another controller on the same machine, as after a restart of ours."""
 
     def __init__(self, bench: Rig) -> None:
         async def dial() -> Transport:
@@ -206,14 +206,14 @@ class second:  # noqa: N801 - used as a context
         await self._controller.close()
 
 
-async def test_opening_tells_who_is_there() -> None:
+async def test_opening_names_the_owner() -> None:
     async with rig() as bench:
         assert kinds(bench) == [Connected, HomingNeeded]
         assert bench.controller.events.since(0)[0].detail == {"address": "twin", "firmware": "DMC4133 Rev 1.3k"}
         assert (bench.controller.address, bench.controller.firmware) == ("twin", "DMC4133 Rev 1.3k")
 
 
-async def test_a_floor_that_could_not_be_opened_can_be_closed() -> None:
+async def test_controller_that_failed_to_open_can_be_closed() -> None:
     async def dial() -> Transport:
         raise ConnectFailed(address="box", reason="refused")
 
@@ -225,7 +225,7 @@ async def test_a_floor_that_could_not_be_opened_can_be_closed() -> None:
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.5, 0.1])
-async def test_a_move_takes_the_time_and_ends_where_its_preview_said(speed: float) -> None:
+async def test_move_takes_the_time_and_ends_at_the_point_of_its_preview(speed: float) -> None:
     async with homed() as bench:
         controller = bench.controller
         here = controller.state.joints
@@ -339,7 +339,7 @@ async def test_move_towards_a_stuck_switch_names_the_switch(axis: str, side: Lit
         await bench.controller.move(FAR)
 
 
-async def test_a_motion_that_somebody_slows_down_does_not_end_in_time() -> None:
+async def test_slowed_motion_takes_longer() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -387,7 +387,7 @@ async def test_after_a_limit_only_homing_helps() -> None:
             await bench.controller.skip_home()
 
 
-async def test_recover_waits_for_axes_that_still_finish_what_was_sent() -> None:
+async def test_recover_waits_for_axes_that_are_still_moving() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -403,7 +403,7 @@ async def test_recover_waits_for_axes_that_still_finish_what_was_sent() -> None:
         assert bench.controller.state.joints == pytest.approx(FAR, abs=5e-5)
 
 
-async def test_closing_in_motion_brakes_and_the_mover_is_told_that_it_was_stopped() -> None:
+async def test_closing_in_motion_brakes_and_reports_the_stop() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -429,7 +429,7 @@ async def test_the_end_of_a_move_that_was_cancelled_is_at_rest() -> None:
 
 
 @pytest.mark.parametrize("later", [0.0, 0.02, 0.05])
-async def test_a_stop_whose_move_is_cancelled_while_it_brakes_is_told(later: float) -> None:
+async def test_cancelling_a_move_while_its_stop_brakes_reports_the_stop(later: float) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -444,7 +444,7 @@ async def test_a_stop_whose_move_is_cancelled_while_it_brakes_is_told(later: flo
         await bench.controller.jog("a", 0.01)
 
 
-async def test_a_move_that_is_cancelled_twice_is_told() -> None:
+async def test_move_cancelled_twice_is_reported() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -456,7 +456,7 @@ async def test_a_move_that_is_cancelled_twice_is_told() -> None:
         assert kinds(bench)[-1] is MotionStopped
 
 
-async def test_a_fault_whose_move_is_cancelled_while_it_comes_to_rest_is_a_fault() -> None:
+async def test_fault_of_a_move_cancelled_while_braking_is_a_fault() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)

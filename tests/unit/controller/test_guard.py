@@ -81,7 +81,7 @@ async def test_the_beat_is_twenty_times_as_fast_as_it_must_be() -> None:
 
 @pytest.mark.parametrize("command", ["HX7", "HX", "ST", "AB", "RS"])
 @pytest.mark.parametrize("moving", [True, False])
-async def test_who_kills_the_guard_is_noticed_and_nothing_moves_without_it(command: str, moving: bool) -> None:
+async def test_killed_watchdog_is_noticed_and_nothing_moves_without_it(command: str, moving: bool) -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         if moving:
@@ -155,7 +155,7 @@ async def test_our_own_stop_and_abort_leave_the_guard_alone() -> None:
                 await bench.controller.recover()
 
 
-async def test_a_limit_is_told_by_the_controller_itself() -> None:
+async def test_limit_is_reported_by_the_controller_itself() -> None:
     slow = parse({"controller": {"stream_rate": 0.01}})
     async with homed(slow, live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
@@ -166,7 +166,7 @@ async def test_a_limit_is_told_by_the_controller_itself() -> None:
         assert now() - met < 1.5  # braking included; the record would have come after 100 s
 
 
-async def test_a_silent_host_is_told_so_when_it_comes_back() -> None:
+async def test_silent_host_learns_of_the_stop_when_it_returns() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.01)
@@ -250,7 +250,7 @@ async def test_a_users_lines_behind_the_guard_stay_in_the_controller() -> None:
         await live.close()
 
 
-async def test_who_could_not_install_the_guard_leaves_thread_7_alone() -> None:
+async def test_failed_installation_leaves_thread_7_alone() -> None:
     async with rig() as bench:
         guard = "".join(f"{line}\r\n" for line in watchdog_program.text(0.5))
         await download(bench, f"#X\r\nWT1000\r\nJP#X\r\n{guard}", "XQ#X,7")
@@ -259,7 +259,7 @@ async def test_who_could_not_install_the_guard_leaves_thread_7_alone() -> None:
         assert await guard_line(bench) >= 0
 
 
-async def test_deleted_variables_are_made_anew() -> None:
+async def test_deleted_variables_are_made_again() -> None:
     async with homed(live=True) as bench:
         await foreign(bench, "DA mayaout,mayabeat")
         await elapse(0.1)
@@ -285,7 +285,7 @@ async def test_a_silence_at_rest_just_before_a_motion_is_no_fault() -> None:
         assert bench.controller.state.mode is Mode.IDLE
 
 
-async def test_who_slept_until_after_the_motion_hears_what_stopped_it() -> None:
+async def test_host_that_slept_through_the_motion_learns_why_it_stopped() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
@@ -350,7 +350,7 @@ async def test_a_download_cut_off_anywhere_leaves_the_users_program() -> None:
 
 
 @pytest.mark.parametrize("after", [5.0, 60.0, 150.0])
-async def test_a_homing_that_somebody_else_stopped_does_not_go_on(after: float) -> None:
+async def test_homing_stopped_by_another_host_does_not_go_on(after: float) -> None:
     async with rig(live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(after)

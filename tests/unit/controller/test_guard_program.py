@@ -44,7 +44,7 @@ def test_the_guard_stands_behind_the_users_program() -> None:
     assert span.stop == len(lines(program))
 
 
-def test_only_what_the_axes_are_called_is_stopped() -> None:
+def test_only_configured_axes_are_stopped() -> None:
     assert "STABC" in watchdog_program.text(0.5)
     assert "STBD" in watchdog_program.text(0.5, "BD")
     assert not any(line == "ST" for line in watchdog_program.text(0.5))
@@ -75,7 +75,7 @@ def test_line_ends_do_not_matter() -> None:
         ("#A\nXQ 3, 7\nEN\n", "thread 7"),
     ],
 )
-def test_a_program_in_the_way_is_refused_with_what_to_change(program: str, what: str) -> None:
+def test_foreign_program_is_refused_with_advice(program: str, what: str) -> None:
     with pytest.raises(GuardBlocked, match=what):
         watchdog_program.merged(program, 0.5)
 
@@ -108,14 +108,14 @@ def test_a_guard_cut_off_anywhere_is_replaced() -> None:
         assert watchdog_program.merged(whole[:end], 0.5) == whole
 
 
-def test_a_guard_that_somebody_changed_is_left_to_them() -> None:
+def test_changed_watchdog_is_left_alone() -> None:
     changed = watchdog_program.merged(USERS, 0.5).replace("WT20,1", "WT2000,1")
     with pytest.raises(GuardBlocked, match="'Maya guard 512 samples"):
         watchdog_program.merged(changed, 0.5)
 
 
 @pytest.mark.parametrize("own", ["", "#LIMSWI\nJS#MAYALIM\nRE\n", "#POSERR\nJS#MAYAERR\nRE\n"])
-def test_a_guard_is_known_whatever_it_brings(own: str) -> None:
+def test_watchdog_is_recognised_with_any_settings(own: str) -> None:
     program = watchdog_program.merged(own, 0.5, "ABD")
     assert watchdog_program.without(program).splitlines() == own.splitlines()
 

@@ -54,7 +54,7 @@ def test_a_step_of_the_raise_keeps_off_straight_lines(b: float, c: float, fricti
 
 
 @given(st.floats(0.5001, 2.0), st.floats(0.0, 2.0))
-def test_the_lines_share_a_quarter_of_what_is_left_and_friction_makes_it_less(load: float, friction: float) -> None:
+def test_lines_share_a_quarter_of_the_rest_and_friction_reduces_it(load: float, friction: float) -> None:
     half = 2.0 * load
     left = WIDTH * (half / sqrt(half * half - 1.0) - 1.0)
     step = homing._safe_step(load)
@@ -148,7 +148,7 @@ async def test_a_stop_in_any_phase_leaves_the_robot_at_rest_and_not_homed(phase:
     ],
     ids=["boom blocked", "line blocked", "stroke differs", "no switch"],
 )
-async def test_what_homing_cannot_trust_is_named_and_waits_for_a_person(
+async def test_untrusted_homing_is_named_and_waits_for_a_person(
     truth: TrueConstants, error: type[MayaError], details: dict[str, str]
 ) -> None:
     async with rig(truth=truth) as bench:

@@ -1,4 +1,4 @@
-"""How far a jog goes: by hand where the limit is plain, by walking along the line where it is not, and on the twin."""
+"""Length of a jog: by hand where the limit is plain, by walking along the line where it is not, and on the twin."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def jogged(axis: str, way: float, here: Joints = HERE, workspace: Workspace = WO
 
 @pytest.mark.parametrize("axis", JOG_AXES)
 @pytest.mark.parametrize("way", [0.05, -0.05, 0.0])
-def test_what_is_possible_is_done_whole(axis: str, way: float) -> None:
+def test_possible_jog_is_done_in_full(axis: str, way: float) -> None:
     assert jogged(axis, way) == Jogged(axis, way)
 
 
@@ -80,7 +80,7 @@ def test_r_goes_outward_along_the_boom() -> None:
     assert end == pytest.approx((start.x + 0.1 * sin(HERE.a), start.y + 0.1 * cos(HERE.a), start.z))
 
 
-def test_what_it_says_is_what_walking_along_the_line_says(campaign: Campaign) -> None:
+def test_prediction_agrees_with_walking_along_the_line(campaign: Campaign) -> None:
     """Steps of a tenth of a millimetre see where a line leaves a workspace without zones."""
     for case in range(campaign.size(ci=12, long=300)):
         rng = campaign.rng(case)
@@ -119,7 +119,7 @@ def test_from_outside_the_workspace_nothing_is_allowed() -> None:
     ("axis", "way", "error"),
     [("d", 0.1, UnknownName), ("b", nan, InvalidValue), ("x", -inf, InvalidValue), ("c", 1e308, InvalidValue)],
 )
-def test_what_is_no_jog_is_refused(axis: str, way: float, error: type[MayaError]) -> None:
+def test_invalid_jog_is_refused(axis: str, way: float, error: type[MayaError]) -> None:
     with pytest.raises(error):
         jogged(axis, way)
 

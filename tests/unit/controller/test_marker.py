@@ -92,8 +92,8 @@ async def test_a_mark_holds_while_the_switches_are_called_the_same(
         assert (found is not None) is holds
 
 
-async def test_a_scale_alone_leaves_the_counts_what_they_are() -> None:
-    """Where the datum keeps its counts, only lengths are called otherwise: the mark holds, its ends are scaled."""
+async def test_scale_alone_keeps_the_counts() -> None:
+    """If the datum keeps its counts, only lengths change: the mark is valid, its ends are scaled."""
     config = configured(b=0.46, c=0.452)
     scale = config.scale.model_copy(update={"pulses_per_metre": 1.25e6})
     config = config.model_copy(update={"scale": scale})

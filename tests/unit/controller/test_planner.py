@@ -1,4 +1,4 @@
-"""What the planner refuses before it asks for a proof: lines that the boom cannot follow."""
+"""Refusals of the planner before it asks for a proof: lines that the boom cannot follow."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ async def test_position_defined_at_rest_makes_the_homing_void() -> None:
         assert await foreign(bench, "MG mayahome") == ["0.0000"]
 
 
-async def test_position_defined_at_rest_is_found_before_a_motion_that_nobody_watches() -> None:
+async def test_position_redefined_at_rest_is_found_before_the_next_motion() -> None:
     async with homed() as bench:
         await foreign(bench, "DPB=1400000")
         with pytest.raises(PositionChanged):
@@ -149,7 +149,7 @@ async def test_line_that_another_program_moves_at_rest_stays_and_can_be_homed_ag
         assert bench.controller.state.homed
 
 
-async def test_skip_home_is_refused_where_somebody_moved_the_axes_meanwhile() -> None:
+async def test_skip_home_is_refused_when_the_axes_were_moved_meanwhile() -> None:
     async with homed(live=True) as bench:
         await bench.controller.move(HERE._replace(a=0.4))
         await bench.controller.skip_home()

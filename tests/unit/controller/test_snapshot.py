@@ -86,7 +86,7 @@ def test_the_gripper_is_known_by_its_bit(closed_by: str, output: int, outputs: i
     assert state.gripper_closed is closed
 
 
-def test_a_fault_is_told_by_code_and_sentence() -> None:
+def test_fault_has_its_code_and_sentence() -> None:
     error = FollowingError(axis="c")
     state = lens(Config()).state(record_of(*at(HERE)), standing(fault=error))
     assert state.fault is not None

@@ -32,7 +32,7 @@ def test_details_are_filled_in_where_there_are_some() -> None:
     assert translate("{path} cannot be read: {reason}.", "en") == "{path} cannot be read: {reason}."
 
 
-def test_a_context_tells_equal_texts_apart() -> None:
+def test_context_distinguishes_equal_texts() -> None:
     assert translate(marked("held", "WrongState.action"), "es", "WrongState.action") == "retenerlo"
     assert translate("held", "es", "WrongState.state") == "retenido"
 

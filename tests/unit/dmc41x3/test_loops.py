@@ -64,7 +64,7 @@ async def test_a_cancelled_timer_is_not_jumped_to() -> None:
     assert loop.time() == start + 1.0
 
 
-async def test_what_is_ready_comes_before_any_jump() -> None:
+async def test_ready_callbacks_run_before_any_jump() -> None:
     loop, times = jumping(), list[float]()
     start = loop.time()
 
@@ -140,7 +140,7 @@ def test_a_wait_for_nothing_is_a_deadlock() -> None:
         run_virtual(forever())
 
 
-def test_a_ticker_that_nobody_ends_meets_the_horizon() -> None:
+def test_endless_ticker_meets_the_horizon() -> None:
     ticks = list[float]()
 
     async def ticker() -> None:

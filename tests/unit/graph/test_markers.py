@@ -1,4 +1,4 @@
-"""What rviz is told: everything once, then only what has changed; what is gone is taken away."""
+"""Markers for rviz: everything once, then only changes; removed objects are deleted."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def names(array: Message | None) -> list[str]:
     return sorted({one["ns"] for one in array["markers"]})
 
 
-def test_everything_is_told_once_and_then_nothing_until_something_changes() -> None:
+def test_markers_are_published_once_and_then_on_change() -> None:
     drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     assert names(drawing.update(view)) == ["lines", "parts", "stands", "workspace"]
     assert drawing.update(view) is None
     assert names(drawing.update(view, whole=True)) == ["lines", "parts", "stands", "workspace"]
 
 
-def test_while_the_robot_moves_nothing_is_told_but_other_colours_of_the_lines() -> None:
+def test_moving_robot_publishes_only_colours_of_the_lines() -> None:
     drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     drawing.update(view)
     told = [
@@ -68,7 +68,7 @@ def test_a_path_that_has_been_gone_is_taken_away() -> None:
     ]
 
 
-def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
+def test_changed_zones_or_strokes_redraw_the_scene() -> None:
     drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE)
     drawing.update(view)
     fenced = replace(view, zones=(Box("box", Point(0.1, 0.2, 0.0), Point(0.5, 1.0, 0.6)),))
@@ -77,7 +77,7 @@ def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
     assert names(drawing.update(measured)) == ["workspace"]
 
 
-def test_a_part_that_is_carried_is_told_when_it_is_taken_and_when_it_is_put_down() -> None:
+def test_carried_part_is_published_when_picked_and_when_placed() -> None:
     drawing = MarkerCache(CONFIG)
     at = Point(0.5, 1.2, 0.52)
     view = MarkerScene(standing(), WORKSPACE, parts={"bolt": at})

@@ -13,7 +13,7 @@ from maya_ros.graph.bus import BusParameters
 NAMES = st.lists(st.sampled_from("abc"), min_size=1, max_size=3).map(lambda parts: "/" + "/".join(parts))
 
 
-async def test_what_was_set_is_found_and_so_is_the_tree_above_it() -> None:
+async def test_set_parameter_and_its_parents_are_found() -> None:
     parameters = BusParameters()
     await parameters.set("/maya/speed", 5)
     await parameters.set("maya/config", {"axes": {"a": {"letter": "A"}}, "zones": []})
@@ -25,7 +25,7 @@ async def test_what_was_set_is_found_and_so_is_the_tree_above_it() -> None:
     assert sorted(await parameters.names()) == ["/maya/config/axes/a/letter", "/maya/config/zones", "/maya/speed"]
 
 
-async def test_what_was_forgotten_is_gone_with_all_below() -> None:
+async def test_deleted_parameter_is_gone_with_its_children() -> None:
     parameters = BusParameters()
     await parameters.set("/", {"a": {"b": 1}, "c": 2})
     await parameters.delete("/a")

@@ -1,4 +1,4 @@
-"""Paths cross the graph unchanged; what is no path is refused; a time that is asked for is taken."""
+"""Paths cross the graph unchanged; invalid paths are refused; a requested time is kept."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_velocities_and_efforts_at_the_ends_are_not_looked_at() -> None:
     assert path.blends == ()
 
 
-# How slowly.
+# Slowness of the path.
 
 CONFIG = Config()
 PLANNER = Planner(CONFIG, Mechanism.of(CONFIG))

@@ -53,6 +53,6 @@ def test_move_has_its_joints_where_others_have_their_target() -> None:
         ({"command": "pick", "target": {"x": float("nan"), "y": 1.0, "z": 1.0}}, InvalidValue),
     ],
 )
-def test_what_is_no_primitive_is_refused_with_its_code(message: dict[str, object], error: type[Exception]) -> None:
+def test_invalid_primitive_is_refused_with_its_code(message: dict[str, object], error: type[Exception]) -> None:
     with pytest.raises(error):
         primitive_from_message(message)

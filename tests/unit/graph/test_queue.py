@@ -1,4 +1,4 @@
-"""The queue as its door offers it: jobs of primitives, through the gate, and the end of everything."""
+"""The queue behind its server: jobs of primitives, through the gate, and stop_queue."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessAss
         yield floor, GraphQueue(floor.gate.call, floor.service.queue.view, controller)
 
 
-async def test_what_is_appended_is_done_in_its_turn_for_the_graph() -> None:
+async def test_appended_job_runs_in_its_turn_for_the_graph() -> None:
     controller = FakeController()
     async with floor_of(controller) as (floor, queue):
         await queue.append([Pick(CUBE), Place(TRAY)])

@@ -20,7 +20,7 @@ KIND = "sensor_msgs/JointState"
 
 
 def slid(a: float, b: float = 2.0, c: float = 2.0) -> Message:
-    """What the window of the sliders sends: more than the four that can be set, in an order of its own."""
+    """A message of the window with the sliders: more than the four settable joints, in another order."""
     told = {"jaw": 0.02, "c": c, "hook": 0.0, "b": b, "a": a}
     return {"header": {}, "name": list(told), "position": list(told.values()), "velocity": [], "effort": []}
 
@@ -49,7 +49,7 @@ def sliders(clock: Clock) -> Sliders:
     return Sliders(MECHANISM, clock)
 
 
-def test_while_there_is_no_robot_sliders_draw_what_follows_from_them_too(sliders: Sliders) -> None:
+def test_without_a_robot_sliders_also_draw_dependent_joints(sliders: Sliders) -> None:
     drawn = sliders.slid(slid(0.5))
     assert drawn is not None
     assert drawn["name"] == list(NAMES)

@@ -1,4 +1,4 @@
-"""What is drawn around the robot: its workspace, zones, parts and path, where they are."""
+"""Scene around the robot: its workspace, zones, parts and path, at their positions."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def places(marker: Message) -> np.ndarray:
     [WORKSPACE, Workspace.of(configuration(safety={"tension_limit": 1.5}))],
     ids=["the manual's", "light tension"],
 )
-def test_the_outline_is_the_edge_of_what_can_be_reached(workspace: Workspace) -> None:
+def test_outline_is_the_edge_of_the_workspace(workspace: Workspace) -> None:
     edge = outline(workspace)
     assert edge[0] == pytest.approx(edge[-1])
     boom = 0.5 * sum(workspace.boom)

@@ -1,4 +1,4 @@
-"""The path under way is what a goal says, from when it is sent until its result comes."""
+"""The current path is that of a goal, from its sending until its result."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ async def test_a_goal_that_is_refused_leaves_the_way_of_the_other() -> None:
     assert ways.way == ()
 
 
-async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
+async def test_invalid_path_and_move_without_a_start_have_no_marker() -> None:
     bus = Bus()
     Controller(bus)
     ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: None)
@@ -102,7 +102,7 @@ async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
         await going
 
 
-async def test_whoever_looks_on_sees_the_path_come_and_go() -> None:
+async def test_subscriber_sees_the_path_appear_and_disappear() -> None:
     bus = Bus()
     told: list[tuple[str, int]] = []
 

@@ -114,7 +114,7 @@ def test_every_leg_is_looked_at_however_unlike_the_cuts_of_its_corners() -> None
     assert gaps.max() < 2.0 * gaps.sum() / 2_000
 
 
-def test_verdicts_name_the_limit_and_doubt_what_is_near() -> None:
+def test_verdicts_name_the_limit_and_doubt_close_ones() -> None:
     verdict = judged(FRAME, drawn(FRAME, Way("cartesian", ahead((1.0, 1.3), (2.4, 1.3)))))
     assert (verdict.opinion, verdict.limit) == (Opinion.OUTSIDE, "outer")
     assert verdict.margin == pytest.approx(-0.1)

@@ -48,7 +48,7 @@ def test_finer_points_lie_on_the_way() -> None:
     assert fine[10] == pytest.approx((0.1, 1.05, 1.0))
 
 
-def test_the_worst_is_what_lies_between_the_samples() -> None:
+def test_worst_value_lies_between_the_samples() -> None:
     """Below the outer anchor, straight in joints between two places 1 mm inside, the way bulges outwards."""
     ends = joints_at(FRAME, np.array([(0.0, 2.299, 1.55), (0.0, 2.299, 1.15)]))
     assert Trajectory(np.array([0.0, 1.0]), ends[:1].repeat(2, axis=0)).least(FRAME)["outer"] == pytest.approx(0.001)

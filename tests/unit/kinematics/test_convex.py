@@ -73,7 +73,7 @@ def test_at_an_end_the_value_itself_is_the_bound(at: float) -> None:
     assert bound([shape])[0] == min(shape(0.0)[0], shape(1.0)[0])
 
 
-def test_what_is_enough_is_not_refined() -> None:
+def test_sufficient_bound_is_not_refined() -> None:
     asked: list[float] = []
 
     def counted(t: float) -> tuple[float, float]:

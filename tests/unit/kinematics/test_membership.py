@@ -67,7 +67,7 @@ def test_the_answer_goes_where_it_is_wanted_over_many_blocks() -> None:
     assert (out[::2].all(), out[1::2].any()) == (True, False)
 
 
-def test_what_is_no_number_is_nowhere() -> None:
+def test_invalid_number_is_nowhere() -> None:
     numbers = np.array([[np.nan, 1.0, 1.0], [0.5, np.inf, 1.0], [0.5, 1.2, -np.inf], [1e200, 1e200, 0.4], [0, 0, 1]])
     assert not WORKSPACE.reachable_many(numbers).any()
     assert not WORKSPACE.contains_many(numbers).any()

@@ -88,7 +88,7 @@ def test_at_the_edge_it_comes_closer_by_halves_and_then_gives_up() -> None:
     assert not hands.teleop.under_way
 
 
-def test_a_path_that_began_elsewhere_is_begun_anew_but_not_for_ever() -> None:
+def test_path_begun_elsewhere_is_retried_a_limited_number_of_times() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     for _ in range(10):
@@ -98,7 +98,7 @@ def test_a_path_that_began_elsewhere_is_begun_anew_but_not_for_ever() -> None:
 
 
 @pytest.mark.parametrize("code", ["2104", "2105", "2201", "2202", "1011", "", "lost"])
-def test_what_was_refused_or_stopped_is_not_tried_again_before_it_is_let_go(code: str) -> None:
+def test_refused_or_stopped_jog_is_not_retried_before_release(code: str) -> None:
     hands = Hands()
     hands.teleop.press(UP)
     hands.ended(Ended(Wish.JOG, done=False, code=code))
@@ -122,7 +122,7 @@ def test_another_direction_waits_until_the_robot_has_come_to_rest() -> None:
     assert hands.lengths == pytest.approx([0.05, -0.05])
 
 
-def test_nothing_is_asked_for_where_nobody_knows_where_the_robot_is() -> None:
+def test_nothing_is_sent_at_an_unknown_position() -> None:
     hands = Hands(homed=False)
     for direction in KEYS.values():
         hands.teleop.press(direction)

@@ -54,7 +54,7 @@ def test_a_dip_between_two_good_ends_is_found() -> None:
     assert falling(chord((0.24, -1.0, 1.0))) == [0]
 
 
-def test_a_narrow_dip_beside_a_third_is_found() -> None:
+def test_narrow_dip_next_to_a_third_is_found() -> None:
     # (t − ⅓)² − 10⁻⁸: about 2·10⁻⁴ wide, far narrower than any sampling grid.
     assert falling(chord((1 / 9 - 1e-8, -2 / 3, 1.0))) == [0]
 
@@ -72,7 +72,7 @@ def test_a_condition_that_is_broken_at_an_end_may_not_be_broken_further() -> Non
     assert falling(chord(sagging)) == [0]
 
 
-def test_what_touches_the_bound_is_within_rounding() -> None:
+def test_touching_the_bound_is_within_rounding() -> None:
     assert falling(chord((1 / 9, -2 / 3, 1.0))) == []
 
 

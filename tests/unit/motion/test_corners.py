@@ -1,4 +1,4 @@
-"""How wide corners are cut, worked by hand."""
+"""The width of cut corners, worked by hand."""
 
 from __future__ import annotations
 

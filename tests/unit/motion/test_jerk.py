@@ -151,7 +151,7 @@ def test_few_segments_are_added() -> None:
         assert len(move(*waypoints).segments) <= len(move(*waypoints, limits=LIMITS).segments) + 60
 
 
-def test_what_is_not_allowed_is_not_done() -> None:
+def test_invalid_limits_are_refused() -> None:
     asked: list[float] = []
 
     def allowed(tops: Floats) -> Floats:

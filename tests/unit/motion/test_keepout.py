@@ -87,7 +87,7 @@ def test_the_first_zone_that_is_entered_is_named_though_others_are_far_away() ->
     assert entry.zone.name == "post"
 
 
-def test_a_start_inside_a_zone_is_refused_with_what_to_do() -> None:
+def test_start_inside_a_zone_is_refused_with_advice() -> None:
     workspace = WORKSPACE.with_zones([POST])
     path = swing(0.5, 3)[1:]
     with pytest.raises(PathRefused, match="starts too near to the zone post; remove the zone"):

@@ -119,7 +119,7 @@ def test_a_way_behind_a_pause_is_never_reached_and_one_before_was() -> None:
     assert paused.when(125.0) == pytest.approx(0.5)
 
 
-def test_a_late_target_is_no_reason_to_pass_what_later_segments_need() -> None:
+def test_late_target_does_not_delay_later_segments() -> None:
     # 1000 cannot be braked to 0 within 5 counts at 10 000: the speed before is held to √(2·10⁴·5).
     profile = SpeedProfile.along([(1000.0, 1000.0, 1000.0), (5.0, 1000.0, 0.0)], va=1e4, vd=1e4)
     assert profile.at(profile.when(1000.0))[1] == pytest.approx(sqrt(1e5))
@@ -132,7 +132,7 @@ segments = st.tuples(st.floats(1e-3, 1e5), st.floats(2.0, 5e4), st.floats(0.0, 1
 
 
 @given(st.lists(segments, max_size=30), st.floats(100.0, 1e4), st.floats(1.0, 20.0), st.sampled_from((1.0, 0.5, 0.01)))
-def test_all_segments_at_once_are_what_they_are_one_by_one(
+def test_all_segments_at_once_equal_one_by_one(
     asked: list[tuple[float, float, float]], va: float, harder: float, ratio: float
 ) -> None:
     at_once = SpeedProfile.along(asked, va, va * harder, ratio)
@@ -146,12 +146,12 @@ def test_all_segments_at_once_are_what_they_are_one_by_one(
 
 
 def slowing(steps: int) -> list[tuple[float, float, float]]:
-    """Return a slow-down in so many stairs: every one is entered at the mean of the speeds before it."""
+    """Return a slow-down in `count` steps: every one is entered at the mean of the speeds before it."""
     speeds = [1000.0 * (steps - step) / steps for step in range(steps + 1)]
     return [(500.0, 0.5 * (before + after), after) for before, after in pairwise(speeds)]
 
 
-def test_a_slow_down_in_stairs_is_worked_out_at_once() -> None:
+def test_slow_down_in_steps_is_computed_at_once() -> None:
     # The first stair begins at rest; all others brake by 20 at once, go on evenly, and brake by 20 again.
     profile = SpeedProfile.along(slowing(25), va=1e6, vd=1e6)
     assert [piece.acceleration for piece in profile.pieces] == [1e6, 0.0, -1e6] + [-1e6, 0.0, -1e6] * 24

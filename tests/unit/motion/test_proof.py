@@ -1,4 +1,4 @@
-"""Knots of a path: which of them may lie outside, which are waypoints, and what a refusal says."""
+"""Knots of a path: those that may lie outside, the waypoints, and the text of a refusal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the axes do between two rests, against numbers worked by hand."""
+"""Motion of the axes between two rests, against numbers worked by hand."""
 
 from __future__ import annotations
 

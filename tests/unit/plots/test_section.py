@@ -34,7 +34,7 @@ def manuals_grid() -> tuple[np.ndarray, np.ndarray]:
     return accepted, tension
 
 
-def test_the_outline_encloses_what_the_manuals_formulas_and_the_tension_allow() -> None:
+def test_outline_encloses_the_area_of_the_manuals_formulas_and_the_tension() -> None:
     d, z = outline(WORKSPACE)
     accepted, tension = manuals_grid()
     counted = np.count_nonzero(accepted & (tension <= 5.0)) * STEP * STEP

@@ -28,7 +28,7 @@ TARGET = Point(1.9, 0.9, 0.4)
         (WorkspaceView.ALL, ["From the side, boom at 60°", "From above, at z = 0.40 m", "In space"]),
     ],
 )
-def test_a_view_shows_what_it_is_called(view: WorkspaceView, titles: list[str]) -> None:
+def test_view_has_its_titles(view: WorkspaceView, titles: list[str]) -> None:
     figure = workspace_figure(WORKSPACE, 0.4, view)
     assert [axes.get_title(loc="left") for axes in figure.axes] == titles
     assert figure.legends == []
@@ -65,7 +65,7 @@ def test_a_target_in_reach_is_one_mark() -> None:
 
 
 @pytest.mark.parametrize(("view", "across"), [(WorkspaceView.SECTION, 1.4), (WorkspaceView.PLAN, -1.4)])
-def test_a_target_beside_the_machine_is_inside_the_picture_and_one_far_off_is_not(
+def test_target_next_to_the_machine_is_inside_the_picture_and_one_far_off_is_not(
     view: WorkspaceView, across: float
 ) -> None:
     near, far = (workspace_figure(WORKSPACE, 0.4, view, Point(-1.4 * size, 0.0, 0.4)).axes[0] for size in (1, 9))

@@ -51,7 +51,7 @@ def test_a_plane_is_drawn_as_far_as_the_picture_goes() -> None:
     assert sides == pytest.approx(np.full(6, np.sqrt(0.5)))
 
 
-def test_a_plane_beside_the_picture_is_not_drawn() -> None:
+def test_plane_next_to_the_picture_is_not_drawn() -> None:
     assert faces(HalfSpace("far", Point(0.0, 5.0, 0.0), Point(0.0, -1.0, 0.0))) == []
 
 

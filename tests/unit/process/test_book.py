@@ -1,4 +1,4 @@
-"""The book of taught places: what goes in comes out, from a file that people edit too."""
+"""The pose store: poses are read back, from a file that people edit too."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_joints_are_kept_and_the_point_is_that_of_the_constants_in_force(book: P
     assert pose.point == pytest.approx((before.x, before.y, before.z + 0.01))
 
 
-def test_a_pose_whose_lines_cannot_meet_has_no_point(book: PoseStore) -> None:
+def test_pose_whose_lines_cannot_meet_has_no_point(book: PoseStore) -> None:
     assert book.teach("slack", Joints(0.4, 0.6, 0.6), DAY).point is None
     assert book.taught().poses["slack"].point is None
 
@@ -111,7 +111,7 @@ def test_corners_that_span_nothing_are_not_taught(book: PoseStore, corners: list
     assert not book.taught().pallets
 
 
-def test_what_is_forgotten_is_gone_and_its_name_free(book: PoseStore) -> None:
+def test_deleted_pose_is_gone_and_its_name_free(book: PoseStore) -> None:
     book.forget("shelf")
     assert book.taught().names == ("bench",)
     book.teach("shelf", BENCH, DAY)
@@ -147,7 +147,7 @@ def test_a_name_is_not_renamed_onto_another(book: PoseStore) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "2", "0.5", "-1", "tray[1,2]", "a b", "a/b", "x" * 65, "_a", "a\n", None, 3])
-def test_what_could_be_taken_for_something_else_is_no_name(name: object) -> None:
+def test_ambiguous_name_is_refused(name: object) -> None:
     with pytest.raises(InvalidValue, match="a name is a letter"):
         checked_name(name)
 
@@ -169,7 +169,7 @@ def test_every_number_comes_back_as_it_was(joints: list[tuple[float, float, floa
     assert [(pose.joints, pose.taught) for pose in book.taught().poses.values()] == [(it, date) for it in joints]
 
 
-def test_a_book_may_be_written_by_hand(path: Path) -> None:
+def test_pose_file_may_be_written_by_hand(path: Path) -> None:
     path.parent.mkdir()
     path.write_text(
         "[poses.shelf]  # no point, no date\njoints = {a = 0.4, b = 1.6, c = 1.3}\n"
@@ -197,7 +197,7 @@ def test_a_book_may_be_written_by_hand(path: Path) -> None:
         ("poses = 3", "poses: "),
     ],
 )
-def test_a_broken_file_is_told_and_left_as_it_is(path: Path, text: str, reason: str) -> None:
+def test_broken_file_is_reported_and_left_alone(path: Path, text: str, reason: str) -> None:
     path.parent.mkdir()
     path.write_text(text, encoding="utf-8")
     book = PoseStore(MECHANISM, path)
@@ -209,7 +209,7 @@ def test_a_broken_file_is_told_and_left_as_it_is(path: Path, text: str, reason: 
 
 
 @given(st.binary(max_size=200) | st.text("[]poses.x=\"'{}\n 1,-eiNnfa", max_size=60).map(str.encode))
-def test_whatever_the_file_holds_it_is_a_book_or_told(content: bytes) -> None:
+def test_any_file_is_a_pose_store_or_reported(content: bytes) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "poses.toml"
         path.write_bytes(content)
@@ -219,7 +219,7 @@ def test_whatever_the_file_holds_it_is_a_book_or_told(content: bytes) -> None:
             assert "\n" not in str(error)
 
 
-def test_a_place_that_cannot_be_read_or_written_is_told(tmp_path: Path) -> None:
+def test_unreadable_or_unwritable_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
         PoseStore(MECHANISM, tmp_path).taught()
     (tmp_path / "file").write_text("")
@@ -235,7 +235,7 @@ def test_a_link_to_the_file_stays_a_link(tmp_path: Path) -> None:
     assert PoseStore(MECHANISM, tmp_path / "kept" / "poses.toml").taught().names == ("shelf",)
 
 
-def test_of_two_who_write_at_once_nobody_loses_what_was_kept(path: Path) -> None:
+def test_simultaneous_writers_lose_nothing(path: Path) -> None:
     def taught(name: str) -> str:
         with suppress(FileUnwritable):
             PoseStore(MECHANISM, path).teach(name, SHELF, DAY)
@@ -249,7 +249,7 @@ def test_of_two_who_write_at_once_nobody_loses_what_was_kept(path: Path) -> None
     assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
 
 
-def test_a_draft_of_somebody_who_was_killed_is_in_nobodys_way(book: PoseStore, path: Path) -> None:
+def test_draft_of_a_killed_writer_blocks_no_other(book: PoseStore, path: Path) -> None:
     path.with_name(".poses.toml.new").symlink_to(path.with_name("elsewhere"))
     book.teach("third", SHELF, DAY)
     assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
@@ -267,7 +267,7 @@ def test_a_pipe_does_not_hold_the_loop(tmp_path: Path) -> None:
         PoseStore(MECHANISM, tmp_path / "poses.toml").taught()
 
 
-def test_a_book_that_takes_long_to_read_is_neither_read_nor_written(book: PoseStore, path: Path) -> None:
+def test_file_that_takes_long_to_read_is_neither_read_nor_written(book: PoseStore, path: Path) -> None:
     path.write_text(path.read_text() + "#" * (MOST_BYTES - path.stat().st_size))
     assert book.taught().names == ("shelf", "bench")
     path.write_text(path.read_text() + "#")
@@ -275,7 +275,7 @@ def test_a_book_that_takes_long_to_read_is_neither_read_nor_written(book: PoseSt
         book.taught()
 
 
-def test_a_book_does_not_grow_until_nobody_reads_it(path: Path) -> None:
+def test_file_stays_small_enough_to_read(path: Path) -> None:
     path.parent.mkdir()
     comment = "x" * (MOST_BYTES - 200)
     path.write_text(f"[poses.shelf]\njoints = [0.4, 1.6, 1.3]\ntaught = '{comment}'\n")

@@ -1,4 +1,4 @@
-"""What several people change in the queue at the same instant, and jobs that depend on others that go with them."""
+"""Simultaneous changes of the queue by several people, and dependent jobs that change with others."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def kept(floor: Floor, *numbers: int) -> list[TaskState]:
 
 
 @pytest.mark.parametrize("priority", [-3, 0, 3])
-async def test_what_depends_on_one_another_is_cleared_whatever_the_order(priority: int) -> None:
+async def test_dependent_jobs_are_cleared_in_any_order(priority: int) -> None:
     async with Machine().running() as floor:
         await floor.process.submit(HOME, asked(held=True))
         await floor.process.submit(HOME, asked(depends_on=(1,), priority=priority))
@@ -44,7 +44,7 @@ async def test_a_long_chain_is_cleared_and_stays_cleared_after_a_restart() -> No
         assert (await floor.journal.unfinished()).jobs == ()
 
 
-async def test_who_cancels_the_first_of_a_chain_holds_the_next_only() -> None:
+async def test_cancelling_the_first_of_a_chain_holds_the_next_only() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(HOME, asked(held=True))
         await floor.process.submit(HOME, asked(depends_on=(1,)))
@@ -53,7 +53,7 @@ async def test_who_cancels_the_first_of_a_chain_holds_the_next_only() -> None:
         assert kept(floor, 1, 2, 3) == [TaskState.CANCELLED, TaskState.HELD, TaskState.QUEUED]
 
 
-async def test_two_who_change_one_job_lose_nothing_of_each_other() -> None:
+async def test_two_editors_of_one_job_keep_both_changes() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(HOME, asked(held=True))
         floor.journal.slow = 0.1
@@ -66,7 +66,7 @@ async def test_two_who_change_one_job_lose_nothing_of_each_other() -> None:
         assert (options.priority, options.notes, options.retries) == (5, "before the visit", 2)
 
 
-async def test_two_who_have_jobs_wait_for_each_other_are_not_both_heard() -> None:
+async def test_mutual_dependencies_are_refused_once() -> None:
     async with Machine().running() as floor:
         for _ in range(2):
             await floor.process.submit(HOME, asked(held=True))
@@ -98,7 +98,7 @@ async def test_steps_that_begin_while_a_change_waits_for_its_turn_stay_as_they_a
 
 
 @pytest.mark.parametrize("last", [True, False])
-async def test_who_moves_a_job_to_an_end_finds_it_however_others_move(last: bool) -> None:
+async def test_job_moved_to_an_end_is_there_however_others_move(last: bool) -> None:
     async with Machine().running() as floor:
         for _ in range(3):
             await floor.process.submit(HOME, asked(held=True))

@@ -1,4 +1,4 @@
-"""What waits is predicted from where the one before it ends, and again only where something has changed."""
+"""A waiting job is predicted from the end of the one before it, and again only after a change."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ async def test_every_job_is_predicted_from_the_end_of_the_one_before() -> None:
         assert took == pytest.approx([first, second, third])
 
 
-async def test_what_does_not_change_is_not_worked_out_again() -> None:
+async def test_unchanged_prediction_is_not_computed_again() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         for one in (MOVE, BACK, MOVE):
@@ -47,7 +47,7 @@ async def test_what_does_not_change_is_not_worked_out_again() -> None:
         assert floor.controller.previews == before
 
 
-async def test_a_job_that_would_be_refused_is_not_predicted_nor_what_comes_after() -> None:
+async def test_job_that_would_be_refused_is_not_predicted_nor_its_successors() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         for one in (MOVE, job({"approach": [5.0, 5.0]}), MOVE):
@@ -86,7 +86,7 @@ async def test_a_slower_robot_is_later() -> None:
         assert half == pytest.approx(2.0 * full)
 
 
-async def test_what_is_held_does_not_count_nor_what_waits_for_it() -> None:
+async def test_held_jobs_and_their_dependents_do_not_count() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(MOVE)
         await floor.process.submit(BACK, asked(held=True))
@@ -105,7 +105,7 @@ async def test_what_is_held_does_not_count_nor_what_waits_for_it() -> None:
         assert 0.0 < etas[2] < etas[3] < etas[4]
 
 
-async def test_who_waits_for_a_later_job_comes_after_it() -> None:
+async def test_job_that_waits_for_a_later_one_comes_after_it() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(MOVE)
         await floor.process.submit(BACK)
@@ -116,7 +116,7 @@ async def test_who_waits_for_a_later_job_comes_after_it() -> None:
         assert 0.0 < etas[3] < etas[2]
 
 
-async def test_a_homing_is_estimated_by_a_bound_and_then_by_the_last_one_and_that_is_said() -> None:
+async def test_homing_is_estimated_by_a_bound_and_then_by_the_last_one() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(MOVE)
         await elapse(1.0)

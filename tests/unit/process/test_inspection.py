@@ -55,7 +55,7 @@ async def test_the_longest_stop_is_at_most_that_of_the_slew_speed() -> None:
     assert 0.0 < found.stop_distance < 0.05
 
 
-async def test_behind_a_refusal_nothing_is_told() -> None:
+async def test_nothing_is_shown_after_a_refusal() -> None:
     found = await inspected([STEPS[0], {"place": [3.0, 3.0]}])
     assert found.preview.refusal is not None
     assert {band.step for band in found.bands} == {1}

@@ -125,7 +125,7 @@ async def test_a_job_far_behind_is_held_released_moved_changed_and_cancelled() -
         assert len(process.shown.lines()) == MANY
 
 
-async def test_who_waits_for_a_job_far_behind_hears_of_its_end() -> None:
+async def test_waiter_for_a_job_far_behind_learns_of_its_end() -> None:
     async with (await full()).running() as floor:
         waiting = [asyncio.ensure_future(floor.process.result(FAR)) for _ in range(3)]
         await elapse(1.0)
@@ -133,7 +133,7 @@ async def test_who_waits_for_a_job_far_behind_hears_of_its_end() -> None:
         assert {(await one).state for one in waiting} == {TaskState.CANCELLED}
 
 
-async def test_a_job_that_another_waits_for_is_ended_with_what_depends_on_it() -> None:
+async def test_ended_job_ends_its_dependents() -> None:
     dependent = row(MANY + 1, options=JobOptions(depends_on=(FAR,)))
     async with (await full(MANY, dependent)).running() as floor:
         await floor.process.cancel(FAR)

@@ -50,7 +50,7 @@ def test_a_cell_is_a_place() -> None:
     assert [task.label for task in (pick, place)] == ["pick tray[1,2]", "place box[1,3]"]
 
 
-def test_next_goes_on_in_every_round_and_counts_pick_and_place_apart() -> None:
+def test_next_continues_in_every_round_and_counts_pick_and_place_separately() -> None:
     assert labels({"pick": "tray[next]"}, {"place": "box[next]"}, repeat=3) == [
         *("pick tray[1,1]", "place box[1,1]", "pick tray[1,2]", "place box[1,2]", "pick tray[1,3]", "place box[1,3]")
     ]
@@ -132,7 +132,7 @@ def test_a_taught_pose_is_a_place_and_a_goal() -> None:
     assert move.label == "move shelf"
 
 
-def test_what_the_job_names_comes_before_what_was_taught() -> None:
+def test_names_of_the_job_come_before_taught_names() -> None:
     (task,) = tasks({"pick": "shelf"}, places={"shelf": [1.0, 0.5]})
     assert task.primitive == Pick(Point(1.0, 0.5, 0.4))
 
@@ -144,7 +144,7 @@ def test_corners_may_be_places_and_taught_poses() -> None:
     assert task.primitive.target == pytest.approx((0.4, 1.1, 0.51))
 
 
-def test_what_was_taught_is_asked_for_only_where_the_job_does_not_explain_itself() -> None:
+def test_taught_poses_are_read_only_for_jobs_that_need_them() -> None:
     def broken() -> TaughtPlaces:
         raise AssertionError("nobody needed it")
 
@@ -168,7 +168,7 @@ def test_what_was_taught_is_asked_for_only_where_the_job_does_not_explain_itself
         ({"for_each": "box", "do": [{"pick": "tray[each]"}]}, "steps.0.do.0.pick", "a loop over tray"),
     ],
 )
-def test_what_is_no_cell_is_refused_at_its_key(step: dict[str, Any], key: str, reason: str) -> None:
+def test_invalid_cell_is_refused_at_its_key(step: dict[str, Any], key: str, reason: str) -> None:
     error = refusal(step)
     assert error.details["key"] == key
     with pytest.raises(InvalidJob, match=reason):

@@ -96,7 +96,7 @@ async def test_a_job_waits_for_those_on_which_it_depends() -> None:
 
 
 @pytest.mark.parametrize("before", [True, False])
-async def test_what_depends_on_a_job_that_failed_is_held_with_the_reason(before: bool) -> None:
+async def test_dependent_of_a_failed_job_is_held_with_the_reason(before: bool) -> None:
     async with Machine().running() as floor:
         process = floor.process
         bad = await process.submit(job({"place": "tray"}))
@@ -124,7 +124,7 @@ async def test_only_jobs_that_exist_can_be_depended_on() -> None:
             await floor.process.change(1, {"depends_on": [3]})
 
 
-async def test_after_a_pause_no_step_begins_until_somebody_resumes() -> None:
+async def test_after_a_pause_no_step_begins_before_resume() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.submit(job(*PICK_AND_PLACE))
@@ -213,7 +213,7 @@ async def test_a_stepwise_job_pauses_after_every_step() -> None:
         assert (await floor.process.result(1)).state is TaskState.DONE
 
 
-async def test_a_wish_is_done_at_once_while_the_queue_is_paused() -> None:
+async def test_command_runs_at_once_while_the_queue_is_paused() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.turns.pause("ana", now=False)
@@ -226,7 +226,7 @@ async def test_a_wish_is_done_at_once_while_the_queue_is_paused() -> None:
         assert process.shown.line(1).state is TaskState.QUEUED
 
 
-async def test_a_wish_for_now_does_not_outlive_a_stop() -> None:
+async def test_immediate_command_does_not_survive_a_stop() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.turns.pause("ana", now=False)
@@ -242,7 +242,7 @@ async def test_a_wish_for_now_does_not_outlive_a_stop() -> None:
         assert floor.controller.names().count("home") == 1
 
 
-async def test_what_does_no_harm_is_tried_again() -> None:
+async def test_harmless_failure_is_retried() -> None:
     async with Machine().running() as floor:
         floor.controller.fail_at = {1: Busy(doing="x"), 2: Busy(doing="x")}
         report = await floor.process.result(await floor.process.submit(HOME, asked(retries=2)))
@@ -279,7 +279,7 @@ async def test_a_pick_is_never_tried_again_and_nothing_is_after_a_stop(error: St
 
 
 @pytest.mark.parametrize(("policy", "mode"), [("continue", "running"), ("pause", "paused")])
-async def test_after_a_refusal_the_queue_does_what_was_asked(policy: str, mode: str) -> None:
+async def test_queue_obeys_requests_after_a_refusal(policy: str, mode: str) -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(job({"place": "tray"}), asked(on_failure=OnFailure(policy)))
@@ -312,7 +312,7 @@ async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
             await process.again(again, asked(), 5)
 
 
-async def test_what_has_not_ended_cannot_be_done_again() -> None:
+async def test_unfinished_job_cannot_be_run_again() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(HOME, asked(held=True))
         with pytest.raises(WrongState, match="held"):
@@ -339,7 +339,7 @@ async def test_a_job_is_changed_while_it_waits() -> None:
         assert (await process.shown.report(3)).line.done == 2
 
 
-async def test_of_a_paused_job_the_steps_that_have_not_begun_are_replaced() -> None:
+async def test_waiting_steps_of_a_paused_job_are_replaced() -> None:
     async with Machine().running() as floor:
         process = floor.process
         steps = ["home", {"gripper": "open"}, "home"]
@@ -366,7 +366,7 @@ async def test_the_same_key_is_the_same_job() -> None:
             await process.submit(job("home", "home"), asked(key="k"))
 
 
-async def test_only_whom_the_lease_lets_may_begin() -> None:
+async def test_only_a_caller_with_the_lease_may_begin() -> None:
     async with Machine().running() as floor:
         held = floor.lease.take("ben", "test", patience=1e5)
         await floor.process.submit(HOME, asked("ana"))
@@ -376,7 +376,7 @@ async def test_only_whom_the_lease_lets_may_begin() -> None:
         assert await order_of(floor) == [2, 1]
 
 
-async def test_while_a_job_runs_its_owner_drives_until_somebody_takes_it_over() -> None:
+async def test_owner_drives_while_his_job_runs_until_it_is_taken_over() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(job("home", "home"), asked("ana"))
         await floor.process.submit(HOME, asked("ana"))
@@ -423,7 +423,7 @@ async def test_clear_cancels_all_that_waits() -> None:
         assert (await process.result(1)).state is TaskState.DONE
 
 
-async def test_a_pause_that_nobody_asked_for_ends_with_what_it_protects() -> None:
+async def test_automatic_pause_ends_with_its_cause() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.submit(HOME)
@@ -441,7 +441,7 @@ async def test_a_pause_that_nobody_asked_for_ends_with_what_it_protects() -> Non
         assert process.shown.mode is QueueMode.PAUSED
 
 
-async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> None:
+async def test_request_before_a_stop_does_not_begin_after_it() -> None:
     machine = Machine()
     async with machine.running() as floor:
         machine.journal.slow = 5.0
@@ -454,8 +454,8 @@ async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> Non
 
 
 @pytest.mark.parametrize("wish", ["hold", "clear", "cancel", "pause"])
-async def test_what_is_said_while_a_job_is_about_to_begin_is_heard(wish: str) -> None:
-    """The journal is slow: another change is being written, and both the beginning and the wish wait behind it."""
+async def test_request_while_a_job_is_about_to_begin_is_obeyed(wish: str) -> None:
+    """The journal is slow: another change is being written, and both the beginning and the request wait behind it."""
     machine = Machine()
     async with machine.running() as floor:
         process = floor.process
@@ -497,7 +497,7 @@ async def test_a_job_that_is_held_between_its_choice_and_its_beginning_does_not_
         assert floor.states(1)[-1] == "held"
 
 
-async def test_whoever_leaves_while_his_job_is_written_has_submitted_it() -> None:
+async def test_job_is_submitted_when_its_caller_leaves_during_the_write() -> None:
     machine = Machine()
     async with machine.running() as floor:
         machine.journal.slow = 5.0
@@ -523,7 +523,7 @@ async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> N
         assert view.finish_at == f"{sum(took):.3f}"
 
 
-async def test_while_it_is_paused_nobody_knows_when_the_queue_ends() -> None:
+async def test_paused_queue_has_no_predicted_end() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(job(*PICK_AND_PLACE))
@@ -533,7 +533,7 @@ async def test_while_it_is_paused_nobody_knows_when_the_queue_ends() -> None:
         assert view.waiting[0].predicted is not None
 
 
-async def test_a_wish_keeps_its_words() -> None:
+async def test_command_keeps_its_text() -> None:
     async with Machine().running() as floor:
         number = await floor.process.wish(Gripper(True), asked(held=True))
         assert await floor.process.shown.body(number) == {"wish": {"command": "gripper", "open": True}}

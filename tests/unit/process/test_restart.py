@@ -1,4 +1,4 @@
-"""After the program was killed or ended: what was under way is shown, and nothing moves before a person has chosen."""
+"""After the program was killed or ended: interrupted work is shown, and nothing moves before a person has chosen."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ async def test_nothing_moves_after_a_restart() -> None:
         assert [step.state.value for step in report.steps] == ["interrupted", "queued", "queued"]
 
 
-async def test_what_was_done_is_known_without_a_worker_too(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_finished_steps_are_known_without_a_worker_too(monkeypatch: pytest.MonkeyPatch) -> None:
     async def failed(*_: object, **__: object) -> None:
         raise WorkerFailed(reason="no memory")
 
@@ -100,7 +100,7 @@ async def test_a_pick_that_did_not_take_the_part_is_done_again(choice: str) -> N
         assert floor.states(1) == ["interrupted", "queued", "running", "done"]
 
 
-async def test_a_pick_whose_part_is_in_the_gripper_counts_as_done() -> None:
+async def test_pick_whose_part_is_in_the_gripper_counts_as_done() -> None:
     machine = await killed_at(1)
     machine.closed = True
     async with machine.running() as floor:
@@ -181,7 +181,7 @@ async def test_a_choice_without_going_on_leaves_the_queue_paused() -> None:
         assert floor.process.shown.line(1).state is TaskState.DONE
 
 
-async def test_a_robot_that_is_not_homed_is_homed_first_by_a_wish() -> None:
+async def test_robot_that_is_not_homed_is_homed_first_by_a_command() -> None:
     machine = await killed_at(1)
     machine.homed = False
     async with machine.running() as floor:
@@ -214,7 +214,7 @@ async def test_an_empty_queue_runs_after_a_restart() -> None:
         assert [step.step for step in (await floor.process.shown.report(1)).steps] == ["home"]
 
 
-async def test_ending_the_program_interrupts_the_job_and_keeps_what_waits() -> None:
+async def test_shutdown_interrupts_the_job_and_keeps_waiting_ones() -> None:
     machine = Machine()
     floor = await machine.started()
     await floor.process.submit(job("home", "home"))
@@ -258,7 +258,7 @@ async def test_a_step_that_is_held_is_not_waited_for_at_the_end() -> None:
     assert floor.process.shown.line(1).state is TaskState.INTERRUPTED
 
 
-async def test_whoever_waits_is_told_when_the_program_ends() -> None:
+async def test_waiters_are_notified_when_the_program_ends() -> None:
     machine = Machine()
     async with machine.running() as floor:
         number = await floor.process.submit(HOME, asked(held=True))

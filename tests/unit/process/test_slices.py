@@ -1,4 +1,4 @@
-"""Long lists are made a slice at a time: whoever else uses the loop waits for one slice, not for the list."""
+"""Long lists are made a slice at a time: other users of the loop wait for one slice, not for the list."""
 
 from __future__ import annotations
 

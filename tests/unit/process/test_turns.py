@@ -1,4 +1,4 @@
-"""What is said at the very instant in which a job begins, pauses or ends."""
+"""Requests at the very instant in which a job begins, pauses or ends."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ async def test_a_job_that_is_made_to_wait_as_it_is_about_to_begin_waits() -> Non
         assert floor.controller.calls == []
 
 
-async def test_a_wish_for_now_that_is_made_to_wait_holds_nothing_up() -> None:
+async def test_delayed_immediate_command_blocks_nothing() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(HOME, asked(held=True))

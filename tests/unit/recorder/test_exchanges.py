@@ -44,20 +44,20 @@ def test_answers_belong_to_commands_in_order_however_the_bytes_are_cut() -> None
     assert found.unpaired == []
 
 
-def test_a_download_is_one_command_and_what_ends_it() -> None:
+def test_download_is_one_command_with_its_end() -> None:
     found = talk([opened(), said(0.0, b"DL\r#A;MG 1\rEN\r\\TC1\r"), heard(0.1, b":: 0\r\n:")])
     assert [one.command for one in found.exchanges] == ["DL", "\\", "TC1"]
     assert all(one.reply is not None for one in found.exchanges)
 
 
-def test_messages_of_programs_are_told_with_their_time() -> None:
+def test_messages_of_programs_have_their_time() -> None:
     message = bytes(byte | 0x80 for byte in b"MAYA limit\r\n")
     found = talk([opened(), said(1.0, b"TP\r"), heard(2.0, message[:4]), heard(2.5, message[4:] + b" 1\r\n:")])
     assert found.messages == [(2.5, "MAYA limit")]
     assert found.exchanges[0].reply == Reply(True, " 1")
 
 
-def test_connections_are_kept_apart_and_datagrams_are_left_out() -> None:
+def test_connections_are_separate_and_datagrams_are_omitted() -> None:
     found = talk(
         [
             opened(1),
@@ -90,7 +90,7 @@ def test_in_the_middle_it_begins_where_nothing_was_outstanding() -> None:
     assert found.unpaired == []
 
 
-def test_bytes_that_answer_nothing_are_told_and_pairing_goes_on_behind_them() -> None:
+def test_unmatched_bytes_are_reported_and_pairing_goes_on_after_them() -> None:
     """The command SHA is missing from the recording: its prompt takes the place of the record's."""
     found = talk(
         [

@@ -1,4 +1,4 @@
-"""What records say that happened."""
+"""Facts in the records."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_motion_is_from_its_first_record_to_the_first_at_rest() -> None:
     assert motions([]) == []
 
 
-def test_what_changes_at_switches_motors_and_outputs_is_a_fact() -> None:
+def test_changes_of_switches_motors_and_outputs_are_facts() -> None:
     at_limit = AxisRecord(switches=AxisSwitches.REVERSE_INACTIVE)
     off = AxisRecord(status=AxisStatus.MOTOR_OFF)
     records = [

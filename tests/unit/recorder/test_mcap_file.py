@@ -1,4 +1,4 @@
-"""What is written as MCAP is read back as it was, by us and by the library alone."""
+"""MCAP files are read back unchanged, by us and by the library alone."""
 
 from __future__ import annotations
 

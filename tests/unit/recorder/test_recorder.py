@@ -56,7 +56,7 @@ async def test_states_events_and_the_wire_are_kept_as_they_come() -> None:
     assert taken.header.firmware == "DMC4133 Rev 1.3k"
 
 
-async def test_asked_for_it_is_saved_and_told(tmp_path: Path) -> None:
+async def test_requested_recording_is_saved_and_announced(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         await elapse(1.0)
         turn = sys.getswitchinterval()
@@ -115,7 +115,7 @@ async def test_an_endless_row_of_faults_is_saved_all_the_same(tmp_path: Path) ->
         assert told(robot)[0].time < 31.0
 
 
-async def test_what_is_no_error_is_not_saved(tmp_path: Path) -> None:
+async def test_event_without_an_error_is_not_saved(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         await robot.controller.stop()
         robot.controller.events.emit(JobAdvanced(1, "refused", "failed", "ana", code=2102))
@@ -156,7 +156,7 @@ async def test_without_a_folder_nothing_is_saved() -> None:
         assert told(robot) == []
 
 
-async def test_a_disk_that_takes_nothing_is_told_and_harms_nobody(tmp_path: Path) -> None:
+async def test_full_disk_is_reported_and_harms_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     async with recorded(tmp_path / "file" / "recordings") as robot:
         robot.controller.events.emit(FaultEntered(message="…", code=2305))
@@ -168,7 +168,7 @@ async def test_a_disk_that_takes_nothing_is_told_and_harms_nobody(tmp_path: Path
         await robot.controller.move(THERE)
 
 
-async def test_a_defect_of_the_recorder_harms_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_defect_of_the_recorder_harms_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(_: Recording, __: object) -> None:
         raise ZeroDivisionError("of the recorder")
 
@@ -213,7 +213,7 @@ async def test_datagrams_are_kept_under_negative_numbers() -> None:
     assert [piece.data or piece.event for piece in pieces] == ["open", b"\x87record", "end"]
 
 
-async def test_what_a_killed_process_left_is_removed_at_the_next_start(tmp_path: Path) -> None:
+async def test_remains_of_a_killed_process_are_removed_at_the_next_start(tmp_path: Path) -> None:
     draft = tmp_path / "2026-11-21T19-25-20Z-limit.mcap.part"
     draft.write_bytes(b"half")
     async with recorded(tmp_path):

@@ -76,7 +76,7 @@ def test_only_recordings_of_the_folder_have_a_path(name: str, tmp_path: Path) ->
         shelf_of(tmp_path, 10, 10_000_000).path(name)
 
 
-def test_somebody_else_s_files_are_neither_listed_nor_removed(tmp_path: Path) -> None:
+def test_foreign_files_are_neither_listed_nor_removed(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     shelf = shelf_of(tmp_path, 1, 1)
     shelf.save(of("asked", 0))
@@ -85,7 +85,7 @@ def test_somebody_else_s_files_are_neither_listed_nor_removed(tmp_path: Path) ->
     assert sorted(path.name for path in tmp_path.iterdir()) == ["2026-11-21T19-25-21Z-asked.mcap", "notes.txt"]
 
 
-def test_what_cannot_be_written_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shelf = shelf_of(tmp_path, 10, 10_000_000)
 
     def full(_: int) -> None:
@@ -97,7 +97,7 @@ def test_what_cannot_be_written_leaves_nothing_behind(tmp_path: Path, monkeypatc
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(FileUnwritable):
         shelf_of(tmp_path / "file" / "recordings", 10, 1).save(RECORDING)

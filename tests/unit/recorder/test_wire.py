@@ -11,7 +11,7 @@ from maya_un.recorder.capture import RecordedDatagrams, RecordedTransport, WireD
 
 
 class Book:
-    """Keeps what it is told."""
+    """Stores its input."""
 
     def __init__(self) -> None:
         self.pieces: list[tuple[int, Side, bytes, str]] = []
@@ -40,7 +40,7 @@ async def test_bytes_of_both_sides_and_the_end_are_written_down() -> None:
     ]
 
 
-async def test_an_end_of_the_other_side_is_told_once_and_as_its_own() -> None:
+async def test_end_by_the_other_side_is_recorded_once_as_its_own() -> None:
     book = Book()
     host, controller = loopback_pair()
     transport = RecordedTransport(host, book, 1)
@@ -65,7 +65,7 @@ class Broken:
         return
 
 
-async def test_what_a_broken_link_raises_passes_and_what_wfrom_sentence_stays() -> None:
+async def test_error_of_a_broken_link_is_raised_and_the_record_stays() -> None:
     book = Book()
     transport = RecordedTransport(Broken(), book, 1)
     with pytest.raises(LinkLost):

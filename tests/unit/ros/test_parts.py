@@ -22,7 +22,7 @@ def test_without_either_the_table_is_empty() -> None:
 
 
 @pytest.mark.parametrize("parts", [["part"], {"part": [0.5, 1.2]}, {"part": "here"}, {"part": [0.5, "y", 0.4]}, 5])
-def test_what_is_no_place_is_refused(parts: object) -> None:
+def test_invalid_place_is_refused(parts: object) -> None:
     with pytest.raises(InvalidValue):
         parts_on_table(Config(), "", parts)
 

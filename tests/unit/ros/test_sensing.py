@@ -79,7 +79,7 @@ async def test_lines_that_cannot_meet_have_no_place() -> None:
         assert floor.state.point is None
 
 
-async def test_what_is_no_event_of_ours_says_nothing() -> None:
+async def test_unknown_event_sends_nothing() -> None:
     async with heard() as (floor, box):
         await told(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
         await told(box, EVENT.name, EVENT.type, {"data": "hello"})
@@ -87,7 +87,7 @@ async def test_what_is_no_event_of_ours_says_nothing() -> None:
         assert floor.state.homed
 
 
-async def test_who_watches_sees_what_is_measured_from_now_on_the_newest_first() -> None:
+async def test_new_subscriber_gets_current_measurements_newest_first() -> None:
     async with heard() as (floor, box):
         seen: list[State] = []
 

@@ -19,7 +19,7 @@ DONE = {"success": True, "code": "", "message": ""}
 
 
 class Acting:
-    """Serves /task; how a goal ends stands in its command."""
+    """Serves /task; a command contains the end of its goal."""
 
     def __init__(self, one: Room) -> None:
         self.begun = 0
@@ -64,7 +64,7 @@ async def test_a_goal_has_feedback_and_a_result() -> None:
         }  # fmt: skip
 
 
-async def test_feedback_comes_only_to_who_asked_for_it_and_the_type_of_a_row_is_known() -> None:
+async def test_feedback_goes_only_to_its_client_and_the_type_of_a_row_is_known() -> None:
     async with room() as one:
         Acting(one)
         told = await one.talker().ask("send_action_goal", action="task", args=goal("home")["args"])
@@ -96,7 +96,7 @@ async def test_a_goal_that_is_cancelled_ends_as_its_server_says() -> None:
         assert acting.cancelled == 1
 
 
-async def test_a_cancel_that_comes_too_late_is_told_as_the_success_that_it_was() -> None:
+async def test_late_cancel_is_answered_with_the_success() -> None:
     async with room() as one:
         Acting(one)
         talker = one.talker()
@@ -113,7 +113,7 @@ async def test_goals_of_a_client_that_goes_are_cancelled() -> None:
         assert acting.cancelled == 1
 
 
-async def test_a_goal_that_nobody_carries_out_is_told() -> None:
+async def test_goal_without_a_server_is_reported() -> None:
     async with room() as one:
         (told,) = await one.talker().ask("send_action_goal", id="g", **goal("home"))
         assert (told["op"], told["result"]) == ("action_result", False)
@@ -131,7 +131,7 @@ async def test_a_goal_that_nobody_carries_out_is_told() -> None:
         ("cancel_action_goal", {"action": "/home", "id": "g"}, "status"),
     ],
 )
-async def test_what_is_no_goal_is_told_and_begins_nothing(op: str, message: Said, kind: str) -> None:
+async def test_invalid_goal_is_reported_and_begins_nothing(op: str, message: Said, kind: str) -> None:
     async with room() as one:
         acting, talker = Acting(one), one.talker()
         await talker.ask("send_action_goal", id="g", **goal("waits"))
@@ -203,7 +203,7 @@ async def test_a_client_tells_how_a_goal_ended(answer: Said, outcome: GoalStatus
         assert (await ended).outcome is outcome
 
 
-async def test_a_client_is_told_that_its_goal_is_cancelled_and_waited_for() -> None:
+async def test_client_learns_that_its_goal_is_cancelled_and_awaited() -> None:
     async with room() as one:
         server = await carrying_out(one)
         ended = wished(one)
@@ -220,7 +220,7 @@ async def test_a_client_is_told_that_its_goal_is_cancelled_and_waited_for() -> N
 
 
 @pytest.mark.parametrize("leaves", [True, False])
-async def test_who_waits_for_a_client_that_carries_out_no_more_is_told(leaves: bool) -> None:
+async def test_caller_learns_that_the_serving_client_left(leaves: bool) -> None:
     async with room() as one:
         server = await carrying_out(one)
         ended = wished(one)
@@ -234,7 +234,7 @@ async def test_who_waits_for_a_client_that_carries_out_no_more_is_told(leaves: b
 
 
 @pytest.mark.parametrize("name", ["/task", "/home", "/theirs"])
-async def test_what_others_carry_out_cannot_be_taken_from_them(name: str) -> None:
+async def test_action_of_another_server_cannot_be_taken(name: str) -> None:
     async def never(_: Message, __: Feedback) -> Message:
         return {}
 
@@ -253,7 +253,7 @@ async def test_what_others_carry_out_cannot_be_taken_from_them(name: str) -> Non
         ("advertise_action", {"action": "/new", "type": "maya_robot/Nothing"}),
     ],
 )
-async def test_what_belongs_to_no_goal_is_told(op: str, message: dict[str, Any]) -> None:
+async def test_message_for_an_unknown_goal_is_reported(op: str, message: dict[str, Any]) -> None:
     async with room() as one:
         server = await carrying_out(one)
         assert [status["level"] for status in await server.ask(op, **message)] == ["error"]

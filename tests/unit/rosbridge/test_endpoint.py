@@ -181,7 +181,7 @@ def test_client_count_tells_how_many_clients_there_are() -> None:
     told(story)
 
 
-def test_what_is_no_websocket_is_answered_and_harms_nobody() -> None:
+def test_invalid_websocket_is_answered_and_harms_nothing() -> None:
     async def story(one: Served) -> None:
         for request in (
             b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
@@ -200,7 +200,7 @@ def test_what_is_no_websocket_is_answered_and_harms_nobody() -> None:
     told(story)
 
 
-def test_who_vanishes_leaves_nothing_behind() -> None:
+def test_client_that_vanishes_leaves_nothing_behind() -> None:
     async def story(one: Served) -> None:
         async with web(one.url) as client:
             await client.say("advertise_service", service="/mine", type="std_srvs/Trigger")
@@ -213,7 +213,7 @@ def test_who_vanishes_leaves_nothing_behind() -> None:
     told(story)
 
 
-def test_who_is_there_when_the_service_ends_is_told_so() -> None:
+def test_clients_are_notified_when_the_service_ends() -> None:
     async def main() -> None:
         async with served() as one:
             client = await connect(one.url)
@@ -256,7 +256,7 @@ def test_a_client_that_is_dead_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     told(story)
 
 
-def test_who_says_nothing_at_all_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wire, "HANDSHAKE", 0.01)
 
     async def story(one: Served) -> None:
@@ -269,7 +269,7 @@ def test_who_says_nothing_at_all_is_cut(monkeypatch: pytest.MonkeyPatch) -> None
     told(story)
 
 
-def test_a_client_that_does_not_read_slows_nobody_and_finds_the_newest() -> None:
+def test_client_that_does_not_read_slows_no_other_and_finds_the_newest() -> None:
     text = "x" * 20_000
 
     async def story(one: Served) -> None:

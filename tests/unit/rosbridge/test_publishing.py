@@ -18,7 +18,7 @@ def heard(one: Room, topic: str = "/t", kind: str = STRING) -> list[Message]:
     return messages
 
 
-async def test_what_is_published_is_heard_whole() -> None:
+async def test_published_message_is_received_complete() -> None:
     async with room() as one:
         talker, found = one.talker(), heard(one, kind="maya_robot/MayaPrimitive")
         assert await talker.ask("advertise", topic="t", type="maya_robot/MayaPrimitive") == []
@@ -26,7 +26,7 @@ async def test_what_is_published_is_heard_whole() -> None:
         assert found == [{"command": "home", "target": {"x": 1.0, "y": 0.0, "z": 0.0}, "open": False}]
 
 
-async def test_a_topic_whose_type_is_known_needs_no_advertising() -> None:
+async def test_topic_of_known_type_needs_no_advertising() -> None:
     async with room() as one:
         talker, found = one.talker(), heard(one)
         talker.say("publish", topic="/t", msg={"data": "a"})
@@ -59,7 +59,7 @@ async def test_a_topic_of_the_table_keeps_its_type() -> None:
         ({"msg": {}}, 4005),
     ],
 )
-async def test_what_does_not_fit_is_told_and_nobody_hears_it(message: Said, code: int) -> None:
+async def test_invalid_message_is_reported_and_not_delivered(message: Said, code: int) -> None:
     async with room() as one:
         talker, found = one.talker(), heard(one)
         (told,) = await talker.ask("publish", id="p1", **message)
@@ -75,7 +75,7 @@ async def test_bytes_may_come_as_base64() -> None:
         assert found[0]["stop_code"] == [1, 2, 255]
 
 
-async def test_what_is_said_before_anybody_listens_has_the_time_when_it_wfrom_sentence() -> None:
+async def test_message_before_any_subscriber_keeps_its_time() -> None:
     async with room() as one:
         talker = one.talker()
         await talker.ask("advertise", topic="/t", type="sensor_msgs/JointState")
@@ -113,7 +113,7 @@ async def test_publish_header_with_empty_stamp_gets_time_of_now(stamp: object) -
         assert found[0]["header"] == {"seq": 0, "stamp": one.bus.now(), "frame_id": "f"}
 
 
-async def test_what_is_latched_waits_for_who_comes_later() -> None:
+async def test_latched_message_waits_for_late_subscribers() -> None:
     async with room() as one:
         talker = one.talker()
         await talker.ask("advertise", topic="/t", type=STRING, latch=True)
@@ -123,7 +123,7 @@ async def test_what_is_latched_waits_for_who_comes_later() -> None:
         assert found == [{"data": "a"}]
 
 
-async def test_what_is_said_on_a_new_topic_waits_for_the_first_who_listens() -> None:
+async def test_message_on_a_new_topic_waits_for_the_first_subscriber() -> None:
     async with room() as one:
         talker = one.talker()
         await talker.ask("advertise", topic="/t", type=STRING)
@@ -136,7 +136,7 @@ async def test_what_is_said_on_a_new_topic_waits_for_the_first_who_listens() -> 
         assert [message["data"] for message in found] == ["a", "b", "c"]
 
 
-async def test_later_on_nothing_waits_for_nobody() -> None:
+async def test_later_messages_wait_for_no_subscriber() -> None:
     async with room() as one:
         talker = one.talker()
         await talker.ask("advertise", topic="/t", type=STRING)
@@ -171,7 +171,7 @@ async def test_a_topic_is_given_back_when_every_advertisement_of_it_is() -> None
         ({"topic": "/known", "type": STRING}, 4005),
     ],
 )
-async def test_an_advertisement_that_cannot_be_is_told(message: Said, code: int) -> None:
+async def test_impossible_advertisement_is_reported(message: Said, code: int) -> None:
     async with room() as one:
         one.robot.advertise("/known", "std_msgs/Float64")
         assert [status["code"] for status in await one.talker().ask("advertise", **message)] == [code]
@@ -223,7 +223,7 @@ async def test_a_goal_sent_as_a_topic_is_cancelled_when_its_client_goes() -> Non
         assert acting.cancelled == 1
 
 
-async def test_a_goal_of_one_who_does_not_wait_for_its_result_goes_on() -> None:
+async def test_goal_goes_on_when_its_client_does_not_wait_for_the_result() -> None:
     async with room() as one:
         acting, talker = Acting(one), one.talker()
         await talker.ask("publish", topic="/task/goal", msg=GOAL)

@@ -1,4 +1,4 @@
-"""What clients ask of the graph itself."""
+"""Questions of clients about the graph itself."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ async def test_services_with_another_rosapi_names_each_once() -> None:
         assert (await asked(one, "services"))["services"].count("/rosapi/topics") == 1
 
 
-async def test_nodes_and_what_they_do() -> None:
+async def test_nodes_and_their_topics_are_listed() -> None:
     async with room() as one:
         furnished(one)
         assert {"/robot", "/display", "/rosapi"} <= set((await asked(one, "nodes"))["nodes"])

@@ -1,4 +1,4 @@
-"""What is owed to clients that do not read is bounded."""
+"""Pending output for clients that do not read is bounded."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def contents(mouth: Mouth) -> list[str]:
     return [content.decode() for _, content in mouth.frames]
 
 
-def test_what_waits_goes_out_answers_first_and_topics_in_turn() -> None:
+def test_waiting_output_sends_answers_first_and_topics_in_turn() -> None:
     mouth = Mouth()
     sender, one, other = Sender(mouth), Backlog(10), Backlog(10)
     mouth.full = True
@@ -45,7 +45,7 @@ def test_room_that_ends_while_something_waits_ends_the_sending_too() -> None:
     assert contents(mouth) == ["0", "1"]
 
 
-def test_nothing_overtakes_what_waits() -> None:
+def test_nothing_overtakes_waiting_output() -> None:
     mouth = Mouth()
     sender, backlog = Sender(mouth), Backlog(10)
     mouth.full = True
@@ -71,7 +71,7 @@ def test_of_the_fullest_topic_the_oldest_goes_where_too_much_is_owed() -> None:
     assert len(said) < 60
 
 
-def test_what_nobody_wants_any_more_is_not_owed() -> None:
+def test_unwanted_output_is_dropped() -> None:
     mouth = Mouth()
     sender, backlog = Sender(mouth), Backlog(10)
     mouth.full = True
@@ -82,7 +82,7 @@ def test_what_nobody_wants_any_more_is_not_owed() -> None:
     assert contents(mouth) == []
 
 
-def test_who_does_not_even_read_answers_is_disconnected() -> None:
+def test_client_that_does_not_read_answers_is_disconnected() -> None:
     mouth = Mouth()
     sender = Sender(mouth)
     mouth.full = True

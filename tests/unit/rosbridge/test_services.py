@@ -94,12 +94,12 @@ async def test_a_call_that_fails_is_answered_so(message: Said, code: str) -> Non
 
 
 @pytest.mark.parametrize("message", [{}, {"service": 5}, {"service": "/s", "id": ["x"]}])
-async def test_a_call_that_is_none_is_told_as_a_status(message: Said) -> None:
+async def test_invalid_call_is_reported_as_a_status(message: Said) -> None:
     async with room() as one:
         assert [status["code"] for status in await one.talker().ask("call_service", **message)] == [4005]
 
 
-async def test_whoever_waits_only_so_long_is_told_and_the_wish_is_cancelled() -> None:
+async def test_call_with_a_timeout_is_reported_and_its_command_cancelled() -> None:
     async with room() as one:
         service, talker = Service(one), one.talker()
         assert await talker.ask("call_service", service="/s", timeout=2.5) == []
@@ -120,7 +120,7 @@ async def test_a_timeout_of_nothing_is_for_ever() -> None:
         assert await talker.told() == []
 
 
-async def test_what_a_client_called_is_cancelled_when_it_goes() -> None:
+async def test_calls_of_a_client_are_cancelled_when_it_leaves() -> None:
     async with room() as one:
         service, talker = Service(one), one.talker()
         await talker.ask("call_service", service="/s")
@@ -194,7 +194,7 @@ async def test_clients_call_each_other() -> None:
         ({"result": True, "values": {"success": "yes"}}, "success"),
     ],
 )
-async def test_a_client_that_fails_fails_whoever_asked(answer: Said, reason: str) -> None:
+async def test_failing_client_fails_its_callers(answer: Said, reason: str) -> None:
     async with room() as one:
         server = await served_by_a_client(one)
         call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
@@ -205,7 +205,7 @@ async def test_a_client_that_fails_fails_whoever_asked(answer: Said, reason: str
 
 
 @pytest.mark.parametrize("end", ["unadvertise", "leave", "advertise anew"])
-async def test_who_waits_for_a_client_that_answers_no_more_is_told(end: str) -> None:
+async def test_caller_learns_that_the_serving_client_stopped(end: str) -> None:
     async with room() as one:
         server = await served_by_a_client(one)
         call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
@@ -222,7 +222,7 @@ async def test_who_waits_for_a_client_that_answers_no_more_is_told(end: str) -> 
 
 
 @pytest.mark.parametrize("name", ["/maya_command", "/gripper", "/task", "/s"])
-async def test_what_others_serve_cannot_be_taken_from_them(name: str) -> None:
+async def test_service_of_another_server_cannot_be_taken(name: str) -> None:
     async with room() as one:
         service, thief = Service(one), one.talker()
         service.answers.set()
@@ -242,7 +242,7 @@ async def test_what_others_serve_cannot_be_taken_from_them(name: str) -> None:
         ("advertise_service", {"service": "/new"}),
     ],
 )
-async def test_what_answers_nothing_or_serves_nothing_is_told(op: str, message: Said) -> None:
+async def test_response_without_a_call_or_service_is_reported(op: str, message: Said) -> None:
     async with room() as one:
         server = await served_by_a_client(one)
         assert [status["level"] for status in await server.ask(op, **message)] == ["error"]

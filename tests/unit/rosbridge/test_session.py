@@ -1,4 +1,4 @@
-"""One client as a whole: order, wrapping, refusals, and nothing that it says does any harm."""
+"""One client as a whole: order, wrapping, refusals; none of its messages does any harm."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ async def test_a_message_is_wrapped_only_so_often() -> None:
         assert [status["code"] for status in await talker.told()] == [4005]
 
 
-async def test_what_is_said_is_carried_out_in_order_also_where_something_has_to_be_asked_for() -> None:
+async def test_operations_run_in_order_even_when_one_must_wait() -> None:
     async with room() as one:
         one.robot.advertise("/t", STRING, latch=True).publish({"data": "a"})
         talker = one.talker()
@@ -89,7 +89,7 @@ async def test_what_is_said_is_carried_out_in_order_also_where_something_has_to_
         "\x00",
     ],
 )
-async def test_what_is_not_understood_is_told_and_the_session_goes_on(text: str) -> None:
+async def test_invalid_operation_is_reported_and_the_session_goes_on(text: str) -> None:
     async with room() as one:
         talker = one.talker()
         talker.session.take(text)
@@ -148,7 +148,7 @@ async def test_sentences_are_in_the_language_of_the_client() -> None:
         assert told["msg"].startswith("4019: No hay")
 
 
-async def test_a_defect_is_told_in_one_sentence_and_written_to_the_log() -> None:
+async def test_defect_is_one_sentence_and_written_to_the_log() -> None:
     async def broken(_: Message) -> Message:
         raise ZeroDivisionError("a defect")
 

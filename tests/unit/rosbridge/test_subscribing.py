@@ -1,4 +1,4 @@
-"""Topics that clients subscribe to: what comes, how often, in which form, and what happens to who does not read."""
+"""Subscriptions of clients: content, rate, form, and slow readers."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ async def test_unsubscribing_without_an_id_ends_all_subscriptions_of_the_topic()
         assert data_of(await talker.told()) == []
 
 
-async def test_who_goes_is_told_nothing_and_listens_no_more() -> None:
+async def test_client_that_leaves_gets_nothing_and_is_unsubscribed() -> None:
     async with room() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING)
@@ -94,7 +94,7 @@ async def test_who_goes_is_told_nothing_and_listens_no_more() -> None:
         ({"topic": "/t", "compression": "zip"}, 4005),
     ],
 )
-async def test_a_subscription_that_cannot_be_is_told_and_leaves_nothing(message: Said, code: int) -> None:
+async def test_impossible_subscription_is_reported_and_leaves_nothing(message: Said, code: int) -> None:
     async with room() as one:
         source, talker = Source(one), one.talker()
         told = await talker.ask("subscribe", id="s", **message)
@@ -154,7 +154,7 @@ async def test_of_several_subscriptions_the_least_throttle_and_queue_count() -> 
         assert data_of(await talker.told()) == ["5"]
 
 
-async def test_who_comes_late_to_a_latched_topic_is_told_its_last_message() -> None:
+async def test_late_subscriber_of_a_latched_topic_gets_its_last_message() -> None:
     async with room() as one:
         source, talker = Source(one, latch=True), one.talker()
         source.tell(3)
@@ -162,7 +162,7 @@ async def test_who_comes_late_to_a_latched_topic_is_told_its_last_message() -> N
         assert data_of(await talker.ask("subscribe", topic="/t", type=STRING)) == ["2"]
 
 
-async def test_a_second_reader_in_one_client_is_told_what_is_latched_on_a_topic_of_the_table() -> None:
+async def test_second_subscription_of_one_client_gets_the_latched_message() -> None:
     async with room() as one:
         events, talker = one.robot.advertise("/maya_event", STRING, latch=True), one.talker()
         events.publish({"data": "homed {}"})
@@ -171,7 +171,7 @@ async def test_a_second_reader_in_one_client_is_told_what_is_latched_on_a_topic_
         assert data_of(await talker.ask("subscribe", topic="/maya_event", id="b")) == [], "that is no new one"
 
 
-async def test_a_message_is_put_into_a_form_once_for_all_who_want_that() -> None:
+async def test_message_is_encoded_once_for_all_subscribers_of_a_form() -> None:
     async with room() as one:
         source, talkers = Source(one), [one.talker() for _ in range(5)]
         sent: list[bytes] = []
@@ -239,7 +239,7 @@ async def test_in_cbor_arrays_of_numbers_are_packed_and_bytes_are_bytes() -> Non
         assert b"stop_code\x43\x01\x02\xff" in content
 
 
-async def test_in_json_bytes_are_base64_and_what_is_no_number_is_null() -> None:
+async def test_json_has_bytes_as_base64_and_non_finite_numbers_as_null() -> None:
     async with room() as one:
         kind, talker = "maya_controller/RawSensorData", one.talker()
         publisher = one.robot.advertise("/raw", kind)
@@ -251,7 +251,7 @@ async def test_in_json_bytes_are_base64_and_what_is_no_number_is_null() -> None:
         assert told["position"] == [0, 0, 0]
 
 
-async def test_who_does_not_read_keeps_the_newest_and_slows_nobody() -> None:
+async def test_client_that_does_not_read_keeps_the_newest_and_slows_no_other() -> None:
     async with room() as one:
         source, slow, well = Source(one), one.talker(), one.talker()
         for talker in (slow, well):
@@ -268,7 +268,7 @@ async def test_who_does_not_read_keeps_the_newest_and_slows_nobody() -> None:
         assert data_of(await slow.told()) == [str(3 * WAITING)]
 
 
-async def test_who_asked_for_a_queue_keeps_as_many() -> None:
+async def test_requested_queue_length_is_kept() -> None:
     async with room() as one:
         source, slow = Source(one), one.talker()
         await slow.ask("subscribe", topic="/t", type=STRING, queue_length=2)
@@ -296,7 +296,7 @@ async def _level(talker: Talker, level: str) -> list[Said]:
     return await talker.ask("set_level", level=level)
 
 
-async def test_successes_are_told_to_who_wants_to_know() -> None:
+async def test_successes_are_reported_at_the_level_that_asks_for_them() -> None:
     async with room() as one:
         talker = one.talker()
         assert await _level(talker, "info") == []

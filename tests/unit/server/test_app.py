@@ -63,7 +63,7 @@ async def test_stop_answers_how_long_and_how_far() -> None:
     assert answer == {"was_moving": True, "duration": 0.5, "distance": [0.0, 0.01, 0.02]}
 
 
-async def test_stop_is_served_while_a_wish_waits() -> None:
+async def test_stop_is_served_while_a_command_waits() -> None:
     service = StandIn()
     async with door(service) as client:
         waiting = asyncio.create_task(client.post("/v1/tasks?wait=true", json={"command": "home"}))
@@ -149,7 +149,7 @@ async def test_an_error_speaks_the_clients_language() -> None:
     assert body["detail"] == service.error.text("es")
 
 
-async def test_what_nobody_foresaw_is_one_sentence(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_unexpected_error_is_one_sentence(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     service = StandIn()
     service.error = ZeroDivisionError("surprise")

@@ -33,7 +33,7 @@ def test_half_a_character_is_written_down_too() -> None:
     assert "ud800" in log_path().read_text()
 
 
-def test_what_nobody_waits_for_goes_to_the_log(capsys: pytest.CaptureFixture[str]) -> None:
+def test_error_of_an_unawaited_task_goes_to_the_log(capsys: pytest.CaptureFixture[str]) -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()
         keep_quiet(loop)

@@ -65,6 +65,6 @@ def test_an_origin_is_written_as_a_browser_sends_it() -> None:
 @pytest.mark.parametrize(
     "text", ["panel.example.org", "ftp://x", "https://", "https://x/page", "https://u@x", "http://["]
 )
-def test_what_is_no_origin_is_refused(text: str) -> None:
+def test_invalid_origin_is_refused(text: str) -> None:
     with pytest.raises(InvalidValue):
         origin_of(text)

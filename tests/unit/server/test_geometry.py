@@ -17,7 +17,7 @@ async def test_a_point_and_its_joints_lead_to_each_other() -> None:
         assert back == pytest.approx([0.5, 1.2, 0.5], abs=1e-9)
 
 
-async def test_what_cannot_be_reached_is_answered_by_reach_and_refused_by_ik() -> None:
+async def test_unreachable_point_is_answered_by_reach_and_refused_by_ik() -> None:
     async with door() as (_, client):
         answer = (await client.get("/v1/reach?x=0.5&y=1.2&z=2.2")).json()
         assert (answer["reachable"], answer["joints"]) == (False, None)
@@ -28,7 +28,7 @@ async def test_what_cannot_be_reached_is_answered_by_reach_and_refused_by_ik() -
 
 
 @pytest.mark.parametrize("query", ["x=0.5&y=1.2", "x=nan&y=1&z=1", "x=inf&y=1&z=1", "x=10001&y=1&z=1", "x=a&y=1&z=1"])
-async def test_what_is_no_point_is_refused(query: str) -> None:
+async def test_invalid_point_is_refused(query: str) -> None:
     async with door() as (_, client):
         for path in ("/v1/reach", "/v1/ik"):
             answer = await client.get(f"{path}?{query}")

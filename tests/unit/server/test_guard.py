@@ -1,4 +1,4 @@
-"""What stands before every request, HTTP and websockets alike."""
+"""Middleware for every request, HTTP and websockets alike."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FEW = OriginPolicy(near=Rate(1.0, 3.0), far=Rate(0.5, 1.0), remote=True)
     ("method", "path", "status"),
     [("GET", "/v1/health", 200), ("GET", "/nowhere", 404), ("PUT", "/v1/stop", 405), ("OPTIONS", "/v1/stop", 204)],
 )
-async def test_every_answer_says_whose_it_is(method: str, path: str, status: int) -> None:
+async def test_every_answer_has_the_version_and_a_request_id(method: str, path: str, status: int) -> None:
     async with door(StandIn()) as client:
         first, second = [await client.request(method, path) for _ in range(2)]
     assert (first.status_code, first.headers["maya"]) == (status, __version__)
@@ -40,7 +40,7 @@ async def test_a_refusal_at_the_gate_says_so_too() -> None:
     assert refused.headers["content-language"] == "es"
 
 
-async def test_who_asks_too_often_waits_and_stop_does_not() -> None:
+async def test_throttled_client_waits_and_stop_does_not() -> None:
     service = StandIn()
     async with door(service, edge=FEW) as client:
         answers = [(await client.get("/v1/status")).status_code for _ in range(5)]
@@ -69,7 +69,7 @@ async def test_head_is_get_without_a_body() -> None:
     assert head.headers["content-length"] == str(len(whole.content))
 
 
-async def test_options_and_a_wrong_method_tell_what_may_be_asked() -> None:
+async def test_options_and_a_wrong_method_list_the_allowed_ones() -> None:
     async with door(StandIn()) as client:
         options, wrong = await client.options("/v1/jobs/7"), await client.put("/v1/jobs/7")
         nowhere = await client.options("/v1/nowhere")
@@ -133,7 +133,7 @@ async def test_a_body_that_does_not_come_is_not_waited_for() -> None:
     assert service.asked == []
 
 
-async def test_nothing_is_done_for_a_client_that_went_away_before_it_had_said_all() -> None:
+async def test_incomplete_request_of_a_closed_connection_does_nothing() -> None:
     service = StandIn()
     async with door(service) as client:
         said: list[Message] = [
@@ -154,9 +154,7 @@ async def test_a_websocket_of_a_stranger_is_refused_before_it_is_one(headers: li
     assert (b"maya", __version__.encode()) in sent[0]["headers"]
 
 
-async def test_what_changes_something_or_is_refused_stands_in_the_log(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_changes_and_refusals_are_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path))
     service = StandIn()
     with log.kept(people=False):

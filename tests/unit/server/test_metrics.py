@@ -64,7 +64,7 @@ def test_how_things_stand() -> None:
     assert (storage["maya_storage_failing",], storage["maya_storage_commits",]) == (1.0, 12.0)
 
 
-def test_what_happened_is_counted() -> None:
+def test_events_are_counted() -> None:
     metrics = Metrics()
     events = [
         *(JobAdvanced(1, "sort", state, "ana") for state in ("running", "done")),
@@ -128,7 +128,7 @@ async def test_replies_of_the_controller_are_timed() -> None:
     tap = metrics.timer(speed=10.0)
     tap("rx", b"unasked")
     tap("tx", b"TP\r")
-    await elapse(0.1)  # 10 ms for whoever watches a clock ten times as fast
+    await elapse(0.1)  # 10 ms for a client of a clock ten times as fast
     tap("tx", b"QR\r")
     await elapse(0.05)
     tap("rx", b"1,2,3\r\n:")

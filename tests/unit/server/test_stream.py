@@ -40,7 +40,7 @@ def told(story: Story, *, before: int = 0, run_number: int = 1, speed: float = 1
     run(main(), partial(ScaledLoop, speed) if speed != 1.0 else None)
 
 
-def test_a_client_is_greeted_with_versions_run_last_event_and_who_it_is() -> None:
+def test_greeting_has_versions_run_last_event_and_caller() -> None:
     async def story(_: Watched, client: Client) -> None:
         assert client.got == [
             {
@@ -56,7 +56,7 @@ def test_a_client_is_greeted_with_versions_run_last_event_and_who_it_is() -> Non
     told(story, before=3, run_number=4)
 
 
-def test_what_is_not_understood_is_answered_and_the_client_stays() -> None:
+def test_invalid_message_is_answered_and_the_client_stays() -> None:
     async def story(_: Watched, client: Client) -> None:
         for text in ("[]", "{", '{"type": "dance", "id": 7}', '{"type": "subscribe", "state": {"rate": 1000}}'):
             await client.connection.send(text)
@@ -120,7 +120,7 @@ def test_without_a_number_events_are_those_from_now_on() -> None:
     told(story, before=5)
 
 
-def test_events_can_be_ended_and_begun_again_behind_any_number() -> None:
+def test_events_can_be_ended_and_restarted_after_any_number() -> None:
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", events={"since": 3})
         await client.events_to(5)
@@ -140,7 +140,7 @@ def test_a_number_that_is_not_there_yet_is_refused() -> None:
     told(story, before=5)
 
 
-def test_events_that_are_forgotten_are_told_as_such() -> None:
+def test_forgotten_events_are_reported() -> None:
     async def story(watched: Watched, client: Client) -> None:
         watched.forgotten = 3
         await client.say("subscribe", events={"since": 1})
@@ -152,7 +152,7 @@ def test_events_that_are_forgotten_are_told_as_such() -> None:
     told(story, before=5)
 
 
-def test_a_client_of_another_run_is_told_and_gets_everything_of_this_one() -> None:
+def test_client_of_another_run_is_notified_and_gets_this_run() -> None:
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", events={"since": 900, "run": 1})
         assert await client.until("restart") == {"type": "restart", "run": 2}
@@ -162,7 +162,7 @@ def test_a_client_of_another_run_is_told_and_gets_everything_of_this_one() -> No
     told(story, before=3, run_number=2)
 
 
-def test_one_that_falls_too_far_behind_is_told_where_it_was_and_goes_on_from_there() -> None:
+def test_client_too_far_behind_is_notified_and_goes_on_from_there() -> None:
     async def main() -> None:
         watched = Watched()
         async with streamed(watched, most_behind=100) as url, connected(url) as well:
@@ -225,7 +225,7 @@ def test_a_service_that_fails_ends_its_clients_with_a_code(
     assert "Traceback" in next(tmp_path.rglob("maya.log")).read_text(encoding="utf-8")
 
 
-def test_the_end_of_the_server_is_told_to_its_clients(capfd: pytest.CaptureFixture[str]) -> None:
+def test_clients_are_notified_of_the_end_of_the_server(capfd: pytest.CaptureFixture[str]) -> None:
     async def main() -> int | None:
         watched = Watched()
         async with streamed(watched) as url:
@@ -274,7 +274,7 @@ async def guarded(watched: Watched) -> tuple[str, str]:
     return admin.token, viewer.token
 
 
-def test_who_shows_a_token_by_header_is_greeted_by_name() -> None:
+def test_token_in_the_header_is_greeted_by_name() -> None:
     async def main() -> None:
         watched = Watched()
         _, viewer = await guarded(watched)
@@ -309,7 +309,7 @@ def test_a_browser_shows_its_token_by_the_first_message() -> None:
         ({"type": "what"}, 4005),
     ],
 )
-def test_who_shows_nothing_that_is_right_is_told_why_and_let_go(first: dict[str, Any], code: int) -> None:
+def test_wrong_token_is_refused_with_the_reason_and_closed(first: dict[str, Any], code: int) -> None:
     async def main() -> None:
         watched = Watched()
         await guarded(watched)
@@ -324,7 +324,7 @@ def test_who_shows_nothing_that_is_right_is_told_why_and_let_go(first: dict[str,
     run(main())
 
 
-def test_who_says_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_client_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "INTRODUCTION", 0.05)
 
     async def main() -> None:
@@ -390,7 +390,7 @@ def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pyt
     told(story)
 
 
-def test_stream_of_somebody_demoted_goes_on_with_the_lesser_role() -> None:
+def test_stream_of_a_demoted_user_goes_on_with_the_lower_role() -> None:
     async def main() -> None:
         watched = Watched()
         admin, _ = await guarded(watched)
@@ -402,7 +402,7 @@ def test_stream_of_somebody_demoted_goes_on_with_the_lesser_role() -> None:
     run(main())
 
 
-def test_who_asks_for_the_past_again_and_again_is_heard_less_and_less() -> None:
+def test_repeated_requests_for_the_past_are_throttled() -> None:
     async def main() -> float:
         loop = asyncio.get_running_loop()
         async with streamed(Watched()) as url, connected(url) as client:

@@ -23,7 +23,7 @@ async def soon() -> None:
 
 
 class Ear:
-    """What a reader's frames go to; it can stop to take them."""
+    """Receives a reader's frames; it can stop taking them."""
 
     def __init__(self) -> None:
         self.on_room: Callable[[], None] | None = None
@@ -52,7 +52,7 @@ class Ear:
 
     @property
     def counts(self) -> list[int]:
-        """What the states count."""
+        """The count in the states."""
         return [message["state"]["counts"][0] for message in self.heard if message["type"] == "state"]
 
     @property
@@ -145,7 +145,7 @@ async def test_states_at_just_the_rate_wanted_are_shown_as_they_come() -> None:
             assert ear.counts[-1] == shown
 
 
-async def test_what_says_nothing_new_is_sent_as_a_slow_heartbeat_only() -> None:
+async def test_unchanged_state_is_sent_as_a_slow_heartbeat_only() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 50.0)
@@ -238,7 +238,7 @@ async def test_one_that_takes_little_at_a_time_loses_no_event() -> None:
         assert ear.numbers == list(range(1, 2801))
 
 
-async def test_one_that_is_too_far_behind_is_lost_and_nobody_else() -> None:
+async def test_reader_too_far_behind_is_dropped_alone() -> None:
     async with scene(most=10) as here:
         slow, _ = here.following()
         well, _ = here.following()
@@ -267,7 +267,7 @@ async def test_events_go_on_behind_those_that_were_seen_before() -> None:
 
 async def test_an_event_that_the_reader_knows_already_does_not_come_again() -> None:
     async with scene() as here:
-        ear, _ = here.following(since=2)  # told of by another way, faster than by the tap
+        ear, _ = here.following(since=2)  # published by another way, faster than by the tap
         here.watched.happen(3)
         await soon()
         assert ear.numbers == [3]
@@ -299,7 +299,7 @@ async def test_the_queue_is_shown_now_and_when_it_changes_but_not_oftener_than_i
         assert ear.modes[-1] == "99"
 
 
-async def test_nobody_looks_at_the_queue_unless_somebody_wants_to_see_it() -> None:
+async def test_queue_is_read_only_for_subscribers() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.watched.happen(event=JobAdvanced(1, "sort", "done", "ana"))
@@ -338,7 +338,7 @@ async def test_a_prediction_that_comes_without_an_event_is_seen_soon() -> None:
         assert ear.modes == ["running", "predicted"]
 
 
-async def test_who_comes_later_sees_the_queue_at_once() -> None:
+async def test_late_subscriber_gets_the_queue_at_once() -> None:
     async with scene() as here:
         _, first = here.reader()
         here.hub.show_queue(first, wanted=True)

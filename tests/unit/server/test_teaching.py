@@ -70,7 +70,7 @@ async def test_a_taught_name_is_a_target() -> None:
         assert (report.status_code, report.json()["state"]) == (200, "done")
 
 
-async def test_teaching_anew_has_to_be_said() -> None:
+async def test_overwriting_a_taught_pose_must_be_requested() -> None:
     async with door() as (_, client):
         await client.put("/v1/poses/shelf")
         again = await client.put("/v1/poses/shelf")
@@ -96,7 +96,7 @@ async def test_teaching_anew_has_to_be_said() -> None:
         ("POST", "/v1/poses/shelf", None, 405, 4005),
     ],
 )
-async def test_what_cannot_be_is_refused_with_its_code(
+async def test_impossible_request_is_refused_with_its_code(
     method: str, path: str, body: object, status: int, code: int
 ) -> None:
     async with door() as (_, client):
@@ -113,7 +113,7 @@ async def test_nothing_is_taught_before_homing() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "a%2Fb", "%ed%b3%bf", "a%20b"])
-async def test_what_is_no_name_gets_the_same_answer_however_it_is_written(name: str) -> None:
+async def test_invalid_name_gets_one_answer_in_any_spelling(name: str) -> None:
     async with door() as (_, client):
         refused = await client.put(f"/v1/poses/{name}")
         unknown = await client.delete(f"/v1/pallets/{name}")

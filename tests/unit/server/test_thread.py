@@ -69,7 +69,7 @@ async def say(request: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("request_", [b"\x00\xff garbage\r\n\r\n", b"GET /v1/health HTTP/1.1\r\n\r\n"])
-def test_what_is_not_http_is_answered_with_a_code(request_: bytes) -> None:
+def test_invalid_http_is_answered_with_a_code(request_: bytes) -> None:
     head, _, body = run(say(request_)).partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 400")
     assert json.loads(body)["code"] == 4005

@@ -39,7 +39,7 @@ async def test_without_a_link_it_is_not(language: str, word: str) -> None:
     assert word in found.reasons[0].message
 
 
-async def test_without_a_floor_that_it_needs_it_is_not() -> None:
+async def test_missing_layer_makes_it_not_ready() -> None:
     bridge = bridge_to(StandIn())
     bridge.missing = lambda: [NodeGone(node="robot_controller")]
     found = await readiness(bridge, "en")

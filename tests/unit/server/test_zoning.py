@@ -30,7 +30,7 @@ async def test_a_zone_that_is_not_there_is_not_found() -> None:
         assert (answer.status_code, answer.json()["code"]) == (404, 4004)
 
 
-async def test_what_is_no_zone_is_refused_by_its_key() -> None:
+async def test_invalid_zone_is_refused_by_its_key() -> None:
     async with door() as (_, client):
         for body, key in (
             ({}, "kind"),
@@ -46,7 +46,7 @@ async def test_what_is_no_zone_is_refused_by_its_key() -> None:
         assert (await client.get("/v1/zones")).json() == []
 
 
-async def test_a_wish_into_a_zone_is_refused_by_its_name() -> None:
+async def test_command_into_a_zone_is_refused_by_the_zones_name() -> None:
     async with door() as (_, client):
         await client.put("/v1/zones/crate", json=CRATE)
         wish = {"command": "approach", "target": [0.5, 1.1, 0.4]}

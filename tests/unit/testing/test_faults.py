@@ -91,7 +91,7 @@ async def test_switches_of_two_axes_stick_side_by_side() -> None:
     await virtual.close()
 
 
-async def test_while_it_is_cut_nobody_connects() -> None:
+async def test_cut_network_refuses_connections() -> None:
     virtual = made()
     host = virtual.loopback()
     with faults.cut(virtual):

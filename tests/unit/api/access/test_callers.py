@@ -39,7 +39,7 @@ async def refusal(owner: House, header: str | None, source: str = "10.0.0.9", *,
     return found.value
 
 
-async def test_while_no_users_are_kept_who_sits_at_the_machine_may_everything() -> None:
+async def test_without_users_a_local_caller_has_full_access() -> None:
     owner = house()
     caller = await sat_here(owner, lease="abc")
     assert caller == Caller("local", Role.ADMIN, "127.0.0.1", "abc", implicit=True)
@@ -47,7 +47,7 @@ async def test_while_no_users_are_kept_who_sits_at_the_machine_may_everything() 
 
 @pytest.mark.parametrize("header", WRONG)
 @pytest.mark.parametrize("stopping", [False, True])
-async def test_while_no_users_are_kept_nobody_else_is_let_in(header: str | None, stopping: bool) -> None:
+async def test_without_users_a_remote_caller_is_refused(header: str | None, stopping: bool) -> None:
     assert isinstance(await refusal(house(), header, stopping=stopping), NotSignedIn)
 
 
@@ -71,13 +71,13 @@ async def test_here_a_stop_needs_nothing_and_waits_for_nothing(header: str | Non
     assert asyncio.get_running_loop().time() == before
 
 
-async def test_a_stop_here_is_put_down_to_whoever_shows_a_token_that_is_known() -> None:
+async def test_local_stop_is_attributed_to_the_owner_of_a_known_token() -> None:
     owner = house()
     made = await owner.people.add("root", "admin")
     assert (await sat_here(owner, f"Bearer {made.token}", stopping=True)).name == "root"
 
 
-async def test_a_token_says_who_asks() -> None:
+async def test_token_identifies_the_caller() -> None:
     owner = house()
     await owner.admin()
     made = await owner.people.add("sam", "student")
@@ -153,7 +153,7 @@ async def test_many_attempts_at_a_time_are_no_more_than_one_after_the_other() ->
     assert sum(isinstance(error, NotSignedIn) for error in found) == LIMIT
 
 
-async def test_who_is_right_is_let_in_wherever_others_are_wrong() -> None:
+async def test_right_token_works_while_others_are_wrong() -> None:
     """Also with a token that was not seen in this run: somebody behind the same address must be able to say stop."""
     owner, other = house(), house()
     made = await owner.people.add("root", "admin")
@@ -166,7 +166,7 @@ async def test_who_is_right_is_let_in_wherever_others_are_wrong() -> None:
         assert (await other.resolve(made.token, source="10.0.0.1")).name == "root"
 
 
-async def test_what_is_made_up_keeps_no_token_waiting() -> None:
+async def test_invented_tokens_delay_no_right_token() -> None:
     """40 made-up tokens from as many addresses are being looked at when a true one comes."""
     owner, other = house(), house()
     made = await owner.people.add("root", "admin")

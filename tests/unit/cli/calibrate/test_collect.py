@@ -1,4 +1,4 @@
-"""`maya calibrate collect` against a service that says what the test wants, and a person who types what it wants."""
+"""`maya calibrate collect` with a scripted service and a scripted person."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Capture = pytest.CaptureFixture[str]
 
 
 class Door:
-    """A robot that is at once where it is told to be, and what it was told."""
+    """A robot that reaches each target at once, and its requests."""
 
     def __init__(self) -> None:
         self.config = CONFIG
@@ -40,7 +40,7 @@ class Door:
         self.at = HOME
         self.told: list[Joints] = []
         self.refuse: dict[int, tuple[MayaError, bool]] = {}
-        """By number of the wish: the error, and whether it comes at once or as the end of the job."""
+        """By number of the command: the error, and whether it comes at once or as the end of the job."""
         self._ended: dict[str, Any] = {}
 
     def says(self, method: str, path: str, body: Any) -> tuple[int, object]:
@@ -104,7 +104,7 @@ def refused_path() -> PathRefused:
     return PathRefused(target="there", reason="it leaves the workspace")
 
 
-def test_what_is_typed_is_written_with_the_counts_of_the_pose(
+def test_typed_values_are_written_with_the_counts_of_the_pose(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     typed = "{x} {y} {z}\n{x_mm}mm, {y_mm}mm, {z_mm}mm\n {x_mm}mm {y}m   {z} \n{x},{y},{z}\n"
@@ -141,7 +141,7 @@ def test_a_pose_is_skipped_and_the_rest_is_left(door: Door, file: Path, monkeypa
     assert tuple(kept.tolist()) == UNITS.to_counts(door.told[1])
 
 
-def test_who_ends_the_input_ends_the_round(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_end_of_input_ends_the_round(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert collect(monkeypatch, file, THERE) == 0
     assert (len(door.told), len(points.read(file, CONFIG).observations)) == (2, 1)
 
@@ -158,7 +158,7 @@ def test_a_round_that_brought_nothing_can_be_gone_on_with(
 @pytest.mark.parametrize(
     "wrong", ["1 1", "1 1 1 1", "here", "1 1 1deg", "1 1 nan", "1100 700 800", "2 2 2", "{x} -{y} {z}", ""]
 )
-def test_what_is_not_understood_is_asked_again(
+def test_invalid_input_is_asked_again(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, wrong: str
 ) -> None:
     collect(monkeypatch, file, f"{wrong}\n{THERE}q\n")
@@ -228,7 +228,9 @@ def test_a_file_that_cannot_be_read_is_not_gone_on_with(
     assert door.told == []
 
 
-def test_as_json_only_the_end_is_said(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+def test_json_output_has_only_the_result(
+    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
     collect(monkeypatch, file, f"{THERE}s\nq\n", "--json")
     assert json.loads(capsys.readouterr().out) == {"path": str(file), "points": 1, "written": 1}
 
@@ -269,7 +271,7 @@ def test_a_robot_that_runs_with_other_constants_is_refused(
     ],
     ids=["other head", "other datum", "no datum"],
 )
-def test_a_file_of_somebody_else_is_not_gone_on_with(
+def test_foreign_file_is_not_continued(
     door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, text: str
 ) -> None:
     file.write_text(text)
@@ -278,7 +280,7 @@ def test_a_file_of_somebody_else_is_not_gone_on_with(
     assert (file.read_text(), door.told) == (text, [])
 
 
-def test_without_a_running_robot_nothing_is_begun(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_running_robot_nothing_begins(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert collect(monkeypatch, file, THERE) == 1
     assert not file.exists()
 

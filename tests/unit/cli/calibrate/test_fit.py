@@ -46,7 +46,7 @@ def data(capsys: Capture, *arguments: str) -> dict[str, Any]:
     return found
 
 
-def test_the_table_shows_what_is_what_it_should_be_and_how_sure_that_is(points: str, capsys: Capture) -> None:
+def test_table_shows_target_values_and_uncertainty(points: str, capsys: Capture) -> None:
     shown = said(capsys, "calibrate", points)
     rows = {line[:18].strip(): line[18:].split() for line in shown.splitlines()[1:10]}
     assert rows["height (H)"][:2] == ["mm", "2350.00"]
@@ -79,11 +79,11 @@ def test_spanish_is_spoken(points: str, capsys: Capture) -> None:
     assert "Descartados como atípicos" in shown
 
 
-def test_fit_may_be_said_or_left_out(points: str, capsys: Capture) -> None:
+def test_fit_option_may_be_given_or_omitted(points: str, capsys: Capture) -> None:
     assert said(capsys, "calibrate", "fit", points) == said(capsys, "calibrate", points)
 
 
-def test_what_is_held_is_shown_so(points: str, capsys: Capture) -> None:
+def test_held_parameter_is_shown_as_held(points: str, capsys: Capture) -> None:
     found = data(capsys, "calibrate", points, "--hold", "H", "--hold", "zero-b")
     assert [constant["name"] for constant in found["constants"] if constant["held"]] == ["height", "zero_b"]
 
@@ -135,7 +135,7 @@ def test_a_result_that_makes_no_machine_is_not_applied(tmp_path: Path, capsys: C
     assert "No calibration was ever applied" in said(capsys, "calibrate", "history")
 
 
-def test_points_that_cannot_tell_are_refused_with_what_to_measure(tmp_path: Path, capsys: Capture) -> None:
+def test_insufficient_points_are_refused_with_points_to_measure(tmp_path: Path, capsys: Capture) -> None:
     rng = np.random.default_rng(25)
     counts = random_counts(rng, 20)
     counts[:, 0] = 20_000.0
@@ -163,7 +163,7 @@ def test_a_picture_is_drawn(points: str, tmp_path: Path, capsys: Capture) -> Non
         (["--revert"], "5006"),
     ],
 )
-def test_what_cannot_be_done_is_refused(points: str, capsys: Capture, arguments: list[str], code: str) -> None:
+def test_impossible_fit_is_refused(points: str, capsys: Capture, arguments: list[str], code: str) -> None:
     asked = [points if word == "POINTS" else word for word in arguments]
     assert f"error {code}" in said(capsys, "calibrate", *asked, code=2)
 

@@ -104,13 +104,13 @@ def test_the_same_text_has_the_same_fingerprint_and_another_one_has_not(tmp_path
         ("# datum 0 575000 565000\na_rad,b_m,c_m,x,y,z\n1.0,1.5,1.4,1.1,0.7,0.8\n", "holds counts"),
     ],
 )
-def test_what_is_wrong_is_named_by_row_and_column(tmp_path: Path, text: str, said: str) -> None:
+def test_error_is_named_by_row_and_column(tmp_path: Path, text: str, said: str) -> None:
     assert said in refusal(tmp_path, text)
     assert "points.csv" in refusal(tmp_path, text)
 
 
 @given(st.text(alphabet="abcxyz,.-+e0123456789\"'#; \n\t_", max_size=200), st.booleans())
-def test_whatever_stands_in_a_file_it_is_read_or_refused(text: str, headed: bool) -> None:
+def test_any_file_is_read_or_refused(text: str, headed: bool) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "points.csv"
         path.write_text(f"a,b,c,x,y,z\n{text}" if headed else text)
@@ -141,7 +141,7 @@ def test_bytes_are_read_or_refused(content: bytes) -> None:
         (b"#" * (points.MOST_BYTES + 1), "larger than"),
     ],
 )
-def test_what_is_no_table_is_refused(tmp_path: Path, content: bytes, reason: str) -> None:
+def test_invalid_table_is_refused(tmp_path: Path, content: bytes, reason: str) -> None:
     with pytest.raises(FileUnreadable, match=reason):
         read(file(tmp_path, content), CONFIG)
 
@@ -176,12 +176,12 @@ def test_a_last_line_without_its_end_is_ended_first(tmp_path: Path) -> None:
     assert len(read(path, CONFIG).observations) == 2
 
 
-def test_a_place_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+def test_unwritable_place_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
         PointNotebook(tmp_path / "no" / "points.csv", CONFIG)
 
 
-def test_a_row_that_does_not_fit_is_not_begun(tmp_path: Path) -> None:
+def test_invalid_row_is_not_begun(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     notebook = PointNotebook(path, CONFIG)
     notebook.add((-2, 1_500_001, 1_400_001), Point(-0.1, 0.7, 0.8))
@@ -196,6 +196,6 @@ def test_a_row_that_does_not_fit_is_not_begun(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
+def test_name_impossible_for_a_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
         PointNotebook(tmp_path / ("x" * 300), CONFIG)

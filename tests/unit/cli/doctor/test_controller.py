@@ -52,7 +52,7 @@ def test_only_questions_are_asked() -> None:
     assert twin.refused == []
 
 
-def test_what_somebody_changed_is_told() -> None:
+def test_changed_settings_are_reported() -> None:
     with served() as twin:
         said(twin, "CN 1", "TM 500", "SHABC")
         found = asked(twin.address)
@@ -61,7 +61,7 @@ def test_what_somebody_changed_is_told() -> None:
     assert "motors_on" in found
 
 
-def test_torque_limit_that_a_killed_program_left_is_told() -> None:
+def test_torque_limit_left_by_a_killed_program_is_reported() -> None:
     """It left its token too, which beats no more."""
     with served() as twin:
         said(twin, "ZAB=77", *torque.commands(Torque(Config()).rest))
@@ -74,7 +74,7 @@ def test_torque_limit_that_a_killed_program_left_is_told() -> None:
         assert "torque_low" not in asked(twin.address)
 
 
-def test_a_program_that_runs_is_told_by_its_thread() -> None:
+def test_running_program_is_reported_by_its_thread() -> None:
     async def download(twin: ServedTwin) -> None:
         driver = await Driver.open(await TcpTransport.connect(twin.host, twin.port, 5.0), timeout=5.0)
         await driver.download("#LOOP\nWT 10\nJP #LOOP\nEN\n")
@@ -86,7 +86,7 @@ def test_a_program_that_runs_is_told_by_its_thread() -> None:
         assert asked(twin.address)["program_runs"].details == {"threads": "2"}
 
 
-def test_handles_that_run_short_are_told_with_who_has_them() -> None:
+def test_scarce_handles_are_reported_with_their_holders() -> None:
     async def with_many(twin: ServedTwin) -> list[Finding]:
         others = [await TcpTransport.connect(twin.host, twin.port, 5.0) for _ in range(6)]
         try:
@@ -102,7 +102,7 @@ def test_handles_that_run_short_are_told_with_who_has_them() -> None:
     assert "IHA TCP 127.0.0.1:" in short["others"]
 
 
-def test_one_that_is_silent_or_something_else_is_told() -> None:
+def test_silent_or_other_device_is_reported() -> None:
     assert asked(f"127.0.0.1:{free_port()}").keys() == {"controller_silent"}
     with served(axes=2) as twin:
         assert asked(twin.address).keys() == {"controller_wrong"}

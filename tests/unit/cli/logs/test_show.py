@@ -49,7 +49,7 @@ def said(capsys: pytest.CaptureFixture[str], line: str, code: int = 0) -> list[s
     return capsys.readouterr().out.splitlines()
 
 
-def test_events_and_the_log_are_told_in_one_order(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_events_and_the_log_are_shown_in_one_order(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept(folder, event(1, "homed", 1), event(2, "fault", 3, 2306, message="The motor of axis b is off."))
     logged(folder, 2, "POST /v1/tasks 202")
     lines = said(capsys, "logs")
@@ -79,7 +79,7 @@ def test_entries_are_chosen_by_kind_gravity_number_and_date(folder: Path, capsys
     assert told("--since 2026-11-21T10:00:04Z") == [4, 5]
 
 
-def test_where_nothing_was_kept_that_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_logs_are_reported(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["logs"]) == 2
     assert str(folder) in capsys.readouterr().err
 
@@ -93,12 +93,12 @@ def test_a_damaged_journal_does_not_hide_the_log(folder: Path, capsys: pytest.Ca
     assert "5008" in printed.err
 
 
-def test_a_defect_is_told_with_its_traceback(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_defect_is_shown_with_its_traceback(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logged(folder, 1, "ZeroDivisionError: division by zero", "error", traceback="Traceback:\n  1 / 0")
     assert said(capsys, "logs")[1:] == ["    Traceback:", "      1 / 0"]
 
 
-def test_what_comes_is_told_as_it_comes_until_ctrl_c(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_new_entries_are_shown_as_they_come_until_ctrl_c(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept(folder, event(1, "homed", 1))
     turns = iter(range(3))
 

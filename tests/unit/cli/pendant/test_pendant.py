@@ -139,7 +139,7 @@ def test_a_step_waits_for_the_one_before_and_is_stopped_at_the_end() -> None:
         assert session.notes[-1] == "Stopping: at rest within 0.88 s."
 
 
-def test_what_ends_a_step_is_noted() -> None:
+def test_end_of_a_step_is_noted() -> None:
     async def press(session: PendantSession, robot: Robot) -> None:
         session.move("b", 1)
         await session.settled()

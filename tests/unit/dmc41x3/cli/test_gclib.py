@@ -57,7 +57,7 @@ def test_an_older_one_of_ours_is_replaced(tmp_path: Path, capsys: pytest.Capture
     assert told(capsys, tmp_path)["current"] is True
 
 
-def test_somebody_elses_is_replaced_by_force_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_foreign_file_is_replaced_by_force_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / "gclib.py"
     place.write_text(FOREIGN, encoding="utf-8")
     with pytest.raises(FileNotOurs, match="--force"):
@@ -80,7 +80,7 @@ def test_a_package_of_that_name_is_never_touched(tmp_path: Path, capsys: pytest.
     assert not (tmp_path / "gclib.py").exists()
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_unwritable_place_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
         gclib.install(SETTINGS, force=False, site=tmp_path / "none")
 
@@ -93,7 +93,7 @@ def test_one_of_ours_that_is_damaged_is_no_surprise(tmp_path: Path, capsys: pyte
     assert '"current": false' in capsys.readouterr().out
 
 
-def test_status_says_what_to_do(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_status_gives_advice(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     for site, command in ((ALONE, "`dmc gclib install`"), (MAYA, "`maya dmc gclib install`")):
         gclib.status(OutputSettings(site=site), site=tmp_path)
         assert command in capsys.readouterr().out

@@ -25,7 +25,7 @@ from dmc41x3.conformance.runner import compiled, literal
         ("\u00e8\u008d", b"\xe8\x8d", b"h\r"),
     ],
 )
-def test_what_an_expected_reply_takes_and_refuses(text: str, right: bytes, wrong: bytes) -> None:
+def test_pattern_accepts_and_refuses_replies(text: str, right: bytes, wrong: bytes) -> None:
     pattern = compiled(text, 3)
     assert pattern.matches(right)
     assert not pattern.matches(wrong)
@@ -47,6 +47,6 @@ def test_a_name_that_stands_for_nothing_is_a_mistake_in_the_table() -> None:
         compiled("<nonsense>", 3)
 
 
-def test_what_is_literal() -> None:
+def test_literal_characters() -> None:
     assert literal(" 1.0000\r\n:")
     assert not literal("<n>\r\n:")

@@ -11,7 +11,7 @@ from tests.channels import Bench
 
 
 class Box:
-    """A controller that says what it is told to say: an answer for each thing that is sent, in pieces."""
+    """A controller with scripted answers: one for each command, in pieces."""
 
     def __init__(self, **answers: bytes | list[bytes]) -> None:
         self.answers = {'MG "fence"': b"fence\r\n:", "TC": b" 0\r\n:"} | answers
@@ -61,7 +61,7 @@ def test_a_right_answer_is_none_in_any_pieces(pieces: list[bytes]) -> None:
     assert run(vector(VectorStep("NO\r", (" 2\r\n:", "<n>\r\n:"))), Box(NO=pieces).dial, 3) is None
 
 
-def test_the_first_difference_is_told_with_what_came() -> None:
+def test_first_difference_is_shown_with_the_reply() -> None:
     difference = run(vector(VectorStep("A\r", (":",)), VectorStep("B\r", ("?", "x"))), Box(B=b" 7\r\n:").dial, 3)
     assert difference is not None
     assert (difference.sent, difference.expected, difference.received) == ("B\r", ("?", "x"), b" 7\r\n:")
@@ -103,13 +103,13 @@ def test_fields_of_a_record_are_looked_at_where_their_bits_count() -> None:
         assert (run(vector(step), Box(QR=record).dial, 3) is None) is right
 
 
-def test_registers_are_put_back_whatever_comes() -> None:
+def test_registers_are_restored_after_any_end() -> None:
     box = Box(**{"MG _SPA": b" 25000.0000\r\n:", "SPA=1": b"?"})
     assert run(vector(VectorStep("SPA=1\r", (":",)), keep=("SPA",), restore=("CW 2",)), box.dial, 3) is not None
     assert box.sent == ["MG _SPA", "SPA=1", "CW 2", "SPA=25000.0000", "TC"]
 
 
-def test_what_moves_is_brought_to_rest() -> None:
+def test_moving_axes_are_brought_to_rest() -> None:
     bench = Bench(3)
     step = VectorStep("SH;DC*=20480;JG*=5000;BG\r", ("::::",))
     assert run(vector(step, demands=frozenset({Demand.MOVES})), bench.dial, 3) is None
@@ -126,7 +126,7 @@ def test_an_axis_goes_back_to_where_it_was_found(origin: str, place: int) -> Non
     assert axis.reference(bench.machine.now) == place
 
 
-def test_exchanges_are_joined_up_to_what_is_no_exchange() -> None:
+def test_consecutive_exchanges_are_joined() -> None:
     wait = VectorStep(special=Special.WAIT, seconds=1.0)
     steps = (
         VectorStep("A\r", (":", "?")),

@@ -91,7 +91,7 @@ def test_information(twin: ServedTwin, g: gclib.py) -> None:
     assert g.GIpRequests() == {}
 
 
-def test_what_is_not_offered_says_so(g: gclib.py) -> None:
+def test_unsupported_function_is_reported(g: gclib.py) -> None:
     for work, code in (
         (lambda: g.GAssign("10.0.0.1", "00:50:4c:00:00:01"), Code.UNSUPPORTED_FUNCTION),
         (lambda: g.GFirmwareDownload("f.hex"), Code.FIRMWARE_LOAD_NOT_SUPPORTED),
@@ -111,7 +111,7 @@ def test_nothing_works_without_a_connection() -> None:
     g.GClose()
 
 
-def test_nobody_at_the_address_is_told() -> None:
+def test_missing_controller_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as door:
         port = door.getsockname()[1]
     with pytest.raises(GclibError, match="device failed to open"):
@@ -193,7 +193,7 @@ def test_waits_end(g: gclib.py) -> None:
         g.GTimeout(-2)
 
 
-def test_what_was_not_subscribed_is_not_to_be_had(twin: ServedTwin) -> None:
+def test_unsubscribed_data_is_refused(twin: ServedTwin) -> None:
     g = gclib.py()
     g.GOpen(twin.address)
     for work in (g.GMessage, g.GInterrupt, lambda: g.GRecord("DR"), lambda: g.GRecordRate(20)):
@@ -218,7 +218,7 @@ def test_records_asked_for_and_sent(twin: ServedTwin, g: gclib.py) -> None:
         g.GRecord("XR")
 
 
-def test_a_rate_is_kept_within_what_the_controller_offers(twin: ServedTwin, g: gclib.py) -> None:
+def test_rate_is_kept_within_the_range_of_the_controller(twin: ServedTwin, g: gclib.py) -> None:
     g.GRecordRate(1)
     assert twin.look(lambda machine: machine.unit.records.period) == 8
     g.GRecordRate(1e6)
@@ -283,7 +283,7 @@ def test_closing_gives_both_handles_back_and_may_be_repeated(twin: ServedTwin) -
     del g
 
 
-def test_a_link_that_is_cut_is_told(twin: ServedTwin, g: gclib.py) -> None:
+def test_cut_link_is_reported(twin: ServedTwin, g: gclib.py) -> None:
     twin.do(lambda controller: controller.cut())
     with pytest.raises(GclibError, match="connection to hardware not established"):
         g.GCommand("TP")

@@ -51,7 +51,7 @@ def test_a_name_is_a_name(name: str) -> None:
 
 
 @pytest.mark.parametrize(("first", "count", "fits"), [(0, 5, True), (4, 1, True), (4, 2, False), (-1, 1, False)])
-def test_what_does_not_fit_is_refused(first: int, count: int, fits: bool) -> None:
+def test_invalid_array_is_refused(first: int, count: int, fits: bool) -> None:
     if fits:
         transfer.require_array_fit("a", first, count, 5.0)
         return
@@ -68,7 +68,7 @@ def test_what_does_not_fit_is_refused(first: int, count: int, fits: bool) -> Non
         ("", []),
     ],
 )
-def test_what_an_upload_prints(text: str, values: list[float]) -> None:
+def test_upload_text(text: str, values: list[float]) -> None:
     assert transfer.parse_array("QU a[]", text) == values
 
 

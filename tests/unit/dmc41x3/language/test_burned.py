@@ -1,4 +1,4 @@
-"""What _RS says."""
+"""Values of _RS."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_a_record_holds_the_channel(channel: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("channel", ["_TPD", "_KPA", "@IN[0]", "@IN[81]", "@AN[1]", "TIME", "count", "_TPA+1", "_TP"])
-def test_what_a_record_lacks_is_asked_for(channel: str) -> None:
+def test_missing_channels_of_a_record_are_requested(channel: str) -> None:
     assert reading(channel, 3) is None
 
 
@@ -97,7 +97,7 @@ def test_quantities(channel: str, meant: str) -> None:
     assert quantity(channel) == meant
 
 
-def test_nobody_says_what_to_watch() -> None:
+def test_default_channels() -> None:
     assert columns(2) == ("_TPA", "_TEA", "_TVA", "_TTA", "_TPB", "_TEB", "_TVB", "_TTB")
 
 

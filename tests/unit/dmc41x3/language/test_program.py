@@ -35,7 +35,7 @@ def test_lines_of_a_program(text: str, lines: tuple[str, ...]) -> None:
         (["#A"] * 4001, "program"),
     ],
 )
-def test_what_no_controller_takes_is_refused_before_it_is_sent(lines: list[str], key: str) -> None:
+def test_invalid_program_is_refused_before_it_is_sent(lines: list[str], key: str) -> None:
     with pytest.raises(InvalidValue) as caught:
         transfer.require_loadable(lines)
     assert caught.value.details["key"] == key

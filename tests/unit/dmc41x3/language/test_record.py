@@ -162,6 +162,6 @@ def test_outputs_count_from_one() -> None:
     ],
     ids=["empty", "short", "long", "no S block", "an axis missing", "another length"],
 )
-def test_what_is_no_whole_record_is_refused(data: bytes) -> None:
+def test_incomplete_record_is_refused(data: bytes) -> None:
     with pytest.raises(UnexpectedReply):
         decode(data)

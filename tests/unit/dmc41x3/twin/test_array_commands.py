@@ -75,7 +75,7 @@ def test_an_array_is_taken(bench: Bench, data: str) -> None:
     assert bench.say("MG 1") == " 1.0000\r\n:"
 
 
-def test_while_it_is_taken_nobody_answers(bench: Bench) -> None:
+def test_array_download_answers_nothing(bench: Bench) -> None:
     assert bench.raw("QD a[]\r") == b""
     assert bench.raw("1,2") == b""
     assert bench.raw(",3\r") == b""
@@ -106,7 +106,7 @@ def test_data_that_are_wrong_are_refused_and_the_rest_is_taken(bench: Bench, dat
     assert bench.value("a[0]") == (9 if data in ("1+1", "3000000000") else 1)
 
 
-def test_variables_and_arrays_are_forgotten_apart(bench: Bench) -> None:
+def test_variables_and_arrays_are_deallocated_separately(bench: Bench) -> None:
     bench.do("x=1;y=2", "DA x,a[0]")
     assert bench.say("LV;LA") == "y= 2.0000\r\n:b[5]\r\n:"
     bench.do("DA *")
@@ -149,7 +149,7 @@ def test_recording_a_move() -> None:
     assert [later - earlier for earlier, later in pairwise(places)] == [4, 4, 4, 4]
 
 
-def test_what_is_recorded_is_of_the_very_sample() -> None:
+def test_recorded_values_are_of_the_same_sample() -> None:
     """Nobody looks in between. Under 1024000 counts/s², k samples after BG the axis is at k² 0.48828125 counts."""
     bench = Bench()
     bench.do("DM p[8]", "RA p[]", "RD _RPA", "AC 1024000", "JG 1000000", "BGA;RC 1")

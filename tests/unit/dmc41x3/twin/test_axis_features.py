@@ -1,4 +1,4 @@
-"""What an axis does besides going from place to place: homing in its stages, smoothing, brakes, latches, failures."""
+"""Functions of an axis besides moves: homing in its stages, smoothing, brakes, latches, failures."""
 
 from __future__ import annotations
 
@@ -262,7 +262,7 @@ def test_a_motor_that_pushes_without_its_encoder_moving_has_none() -> None:
 
 
 @pytest.mark.parametrize("setting", ["OAA=0", "OVA=6;TLA=5", "OTA=32000"])
-def test_an_encoder_is_believed_where_nobody_doubts_it(setting: str) -> None:
+def test_encoder_without_an_error_is_trusted(setting: str) -> None:
     bench = Bench()
     bench.do("OAA=1", "ERA=-1", setting, "JGA=10000;BGA")
     bench.at(1.0).plant.hold(0)
@@ -288,7 +288,7 @@ def test_without_cn_the_input_aborts_nothing() -> None:
     assert bench.value("_BGA") == 1.0
 
 
-def test_tl_limits_what_tt_tells_and_of_adds_to_it() -> None:
+def test_tl_limits_tt_and_of_adds_to_it() -> None:
     bench = Bench()
     bench.do("OFA=1.5")
     assert bench.value("_TTA") == pytest.approx(1.5, abs=1e-3)
@@ -303,7 +303,7 @@ def test_tl_limits_what_tt_tells_and_of_adds_to_it() -> None:
     assert bench.value("_TTA") == 0.0
 
 
-def test_er_is_told_once_however_long_it_lasts() -> None:
+def test_er_is_printed_once_however_long_it_lasts() -> None:
     bench = Bench()
     core = bench.machine.unit.core
     bench.do("ERA=100", "JGA=1000;BGA")

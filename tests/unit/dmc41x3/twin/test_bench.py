@@ -29,7 +29,7 @@ def test_a_first_order_lag_is_the_exponential_it_should_be() -> None:
 
 
 @given(st.lists(st.floats(1e-4, 0.2), min_size=1, max_size=12))
-def test_it_does_not_matter_when_somebody_looks(pauses: list[float]) -> None:
+def test_time_of_reading_does_not_matter(pauses: list[float]) -> None:
     looked_at, left_alone = ServoBench(1, lag=0.05), ServoBench(1, lag=0.05)
     pieces = (
         TimelinePiece(0.0, 0.0, 0.0, 4000.0),

@@ -1,4 +1,4 @@
-"""BN, BP, BV, RS, ^R^S: what a controller comes up with."""
+"""BN, BP, BV, RS, ^R^S: the settings of a controller at power-up."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_rs_minus_1_comes_up_as_from_the_factory_this_once() -> None:
     assert (bench.value("_SPA"), bench.value("x")) == (2000.0, 1.0)
 
 
-def test_a_master_reset_erases_what_is_burned(tmp_path: Path) -> None:
+def test_master_reset_erases_burned_settings(tmp_path: Path) -> None:
     path = tmp_path / "memory.json"
     bench = machine(path)
     bench.do("SPA=2000;x=1", "BN;BV", "\x12\x13")
@@ -126,7 +126,7 @@ def test_a_reset_answers_and_closes_all_handles() -> None:
     ("part", "bit", "kept"),
     [("variables", 1.0, ["_SPA"]), ("parameters", 2.0, ["x"]), ("program", 4.0, ["_SPA", "x"])],
 )
-def test_a_damaged_part_is_told_and_the_rest_comes_up(tmp_path: Path, part: str, bit: float, kept: list[str]) -> None:
+def test_damaged_part_is_reported_and_the_rest_comes_up(tmp_path: Path, part: str, bit: float, kept: list[str]) -> None:
     path = tmp_path / "memory.json"
     bench = machine(path)
     bench.raw("DL\r#AUTO\rEN\r\\")

@@ -143,7 +143,7 @@ def _may_connect(bench: Bench, port: int) -> bool:
     return handle is not None
 
 
-def test_addresses_are_kept_and_told() -> None:
+def test_addresses_are_stored_and_printed() -> None:
     bench = Bench()
     number = int.from_bytes(bytes((10, 51, 0, 87)), "big")
     assert (bench.say("IA ?"), bench.value("_IA0"), bench.value("_IA1")) == (" 10, 51, 0, 87\r\n:", number, 250.0)

@@ -82,7 +82,7 @@ def test_a_host_without_four_bytes_has_zeros(host: str) -> None:
         ("IH B => -3", True, False),
     ],
 )
-def test_who_is_hung_up_on(command: str, mine: bool, other: bool) -> None:
+def test_commands_close_their_handles(command: str, mine: bool, other: bool) -> None:
     bench = Bench()
     second = bench.connect()
     assert bench.say(command) == ":"

@@ -114,7 +114,7 @@ def test_burned_variables_and_registers_come_back() -> None:
     assert bench.value("_CN0") == 1.0
 
 
-def test_reset_does_what_power_up_does() -> None:
+def test_reset_equals_power_up() -> None:
     bench = Bench()
     bench.do("SPA=2000;DP 500;SB 1;ZAA=7", "JGA=4000;BGA")
     bench.at(2.0).do("RS")

@@ -75,7 +75,7 @@ def test_positions_survive_dp() -> None:
         ("IPA=-5", ErrorCode.IP_WRONG_SIGN),
     ],
 )
-def test_what_a_moving_axis_refuses(command: str, code: ErrorCode) -> None:
+def test_moving_axis_refuses_commands(command: str, code: ErrorCode) -> None:
     bench = moving_to().at(1.5)
     assert bench.code(command) == code
 
@@ -85,12 +85,12 @@ def test_what_a_moving_axis_refuses(command: str, code: ErrorCode) -> None:
     ["SPA=20480", "ACA=2048", "IPA=500", "DEA=1", "FLA=9", "BLA=-9", "ERA=9", "OEA=1", "LDA=3", "TLA=5", "KPA=9",
      "ITA=1", "HVA=4", "BWA=10", "ZAA=5", "STA", "CN-1", "PAB=5", "PRB=5", "BGB", "SHB", "MOC", "DPB=4", "VD2048"],
 )  # fmt: skip
-def test_what_a_moving_axis_or_its_neighbour_accepts(command: str) -> None:
+def test_moving_axis_or_its_neighbour_accepts_commands(command: str) -> None:
     moving_to().at(1.5).do(command)
 
 
 @pytest.mark.parametrize("command", ["DCA=2048", "SDA=2048", "JGA=-1000", "SPA=2000", "IPA=-100"])
-def test_what_a_jogging_axis_accepts(command: str) -> None:
+def test_jogging_axis_accepts_commands(command: str) -> None:
     bench = Bench()
     bench.do("JGA=1000;BGA")
     bench.at(1.0).do(command)

@@ -1,4 +1,4 @@
-"""Broken sensors: what is read is not what is."""
+"""Broken sensors: readings differ from the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TS, and the bits of the data record: what is 1 and what is 0."""
+"""TS, and the bits of the data record: the meaning of 1 and 0."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def test_rests_before_its_first_piece_and_after_its_last() -> None:
     assert not timeline.jogs
 
 
-def test_a_plan_replaces_what_comes_after_and_keeps_what_came_before() -> None:
+def test_plan_replaces_later_parts_and_keeps_earlier_ones() -> None:
     timeline = moved()
     before = timeline.version
     timeline.plan(2.0, (TimelinePiece(2.0, 5.0, -1.0, 0.0),))
@@ -97,7 +97,7 @@ def test_boundaries_are_those_after_the_first_instant_up_to_the_last() -> None:
     assert moved().boundaries(1.0, 3.0) == [2.0, 3.0]
 
 
-def test_forgetting_keeps_what_is_still_needed() -> None:
+def test_forgetting_keeps_needed_parts() -> None:
     timeline = moved()
     timeline.sample(np.array([0.0]))
     timeline.forget(2.5)

@@ -422,7 +422,7 @@ def test_ih_dials_out_by_udp() -> None:
     run(main())
 
 
-def test_a_handle_that_nobody_answers_is_closed_with_error_123() -> None:
+def test_unanswered_handle_is_closed_with_error_123() -> None:
     async def main() -> None:
         with socket.create_server(("127.0.0.1", 0)) as taken:
             port = taken.getsockname()[1]

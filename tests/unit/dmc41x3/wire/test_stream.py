@@ -38,7 +38,7 @@ class Lab:
 
     @property
     def handles(self) -> int:
-        """How many handles are in use."""
+        """Number of handles in use."""
         return 8 - self.controller.machine.unit.handles.free
 
 
@@ -95,7 +95,7 @@ def test_a_record_that_was_overtaken_or_came_twice_is_no_news() -> None:
     assert [gaps.take(sample) for sample in (0, 40, 20, 40, 60)] == [True, True, False, False, True]
 
 
-def test_a_record_is_decoded_when_somebody_looks_and_once() -> None:
+def test_record_is_decoded_on_access_and_once() -> None:
     raw = RawRecord(encode(RECORD))
     assert raw.sample == 40_000
     assert raw.record == RECORD
@@ -202,7 +202,7 @@ async def test_a_pause_while_the_controller_burns_is_no_silence() -> None:
         assert stream.received - paused > 50
 
 
-async def test_somebody_elses_stream_is_left_alone() -> None:
+async def test_foreign_stream_is_left_alone() -> None:
     async with lab() as laboratory, streaming(laboratory) as stream:
         other = laboratory.controller.loopback_datagrams()
         other.write(b"WH\r")
@@ -291,7 +291,7 @@ async def test_a_lost_link_ends_the_stream_with_its_reason(by_udp: bool) -> None
         await stream.close()
 
 
-async def test_a_driver_closed_before_its_stream_is_told() -> None:
+async def test_driver_closed_before_its_stream_is_reported() -> None:
     async with lab() as laboratory:
         stream = await laboratory.driver.stream(51.2)
         await elapse(0.5)
@@ -325,7 +325,7 @@ def test_records_come_by_a_real_socket() -> None:
     assert all((after - before) % 8 == 0 for before, after in pairwise(samples))
 
 
-def test_where_nobody_listens_for_udp_records_are_polled() -> None:
+def test_without_a_udp_listener_records_are_polled() -> None:
     with served(udp=False) as twin:
         samples, way, reason = asyncio.run(by_real_udp(twin))
     assert (way, reason) == (StreamMode.POLLED, "Connection refused")

@@ -21,7 +21,7 @@ async def test_loopback_carries_both_ways() -> None:
     assert (await controller.read(), await host.read(), host.peer) == (b"TP\r", b":", "twin")
 
 
-async def test_loopback_wakes_the_one_who_reads() -> None:
+async def test_loopback_wakes_its_reader() -> None:
     host, controller = loopback_pair()
     reading = asyncio.create_task(host.read())
     await elapse(0.1)
@@ -30,7 +30,7 @@ async def test_loopback_wakes_the_one_who_reads() -> None:
     assert await reading == b"ab"
 
 
-async def test_loopback_closed_delivers_what_is_on_its_way() -> None:
+async def test_closed_loopback_delivers_bytes_on_their_way() -> None:
     host, controller = loopback_pair()
     host.write(b"BN\r")
     await host.close()
@@ -38,7 +38,7 @@ async def test_loopback_closed_delivers_what_is_on_its_way() -> None:
     assert (await controller.read(), await controller.read(), await host.read()) == (b"BN\r", b"", b"")
 
 
-async def test_loopback_cut_loses_what_is_on_its_way() -> None:
+async def test_cut_loopback_loses_bytes_on_their_way() -> None:
     host, controller = loopback_pair()
     host.write(b"BN\r")
     reading = asyncio.create_task(host.read())
@@ -108,7 +108,7 @@ def test_tcp_broken_off_is_a_lost_link() -> None:
     asyncio.run(main())
 
 
-def test_tcp_names_why_nobody_answers() -> None:
+def test_tcp_error_names_the_cause() -> None:
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         port: int = unused.getsockname()[1]
@@ -176,7 +176,7 @@ async def test_datagrams_are_handed_over_as_they_come() -> None:
     assert await host.read() == b""
 
 
-async def test_of_datagrams_that_nobody_reads_the_newest_are_kept() -> None:
+async def test_unread_datagrams_keep_the_newest() -> None:
     host, controller = datagram_pair()
     for number in range(300):
         controller.write(b"%d" % number)

@@ -1,4 +1,4 @@
-"""Steps of processes that others drive, behind their door, on a robot floor that answers at once."""
+"""Steps of external processes, behind their server, on a robot layer that answers at once."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def test_of_few_candidates_the_best_set_is_nearly_found(campaign: Campaign) -> N
         assert design.log_determinant(few[design.chosen(few, 4, few[:0])]) > best - 0.1 * abs(best)
 
 
-def test_what_is_measured_already_is_not_measured_again() -> None:
+def test_measured_pose_is_not_measured_again() -> None:
     first = design.chosen(ROWS, 10, ROWS[:0])
     second = design.chosen(ROWS, 10, ROWS[first])
     fresh = design.log_determinant(ROWS[first + second])
@@ -70,7 +70,7 @@ def test_what_is_measured_already_is_not_measured_again() -> None:
     assert fresh == pytest.approx(design.log_determinant(ROWS[design.chosen(ROWS, 20, ROWS[:0])]), abs=1.0)
 
 
-def test_poses_that_were_measured_are_taken_out_whatever_the_rounding() -> None:
+def test_measured_poses_are_excluded_whatever_the_rounding() -> None:
     left = design.apart(GRID, GRID[[3, 700]] + np.array([1e-4, -1e-6, 1e-6]))
     assert len(left) == len(GRID) - 2
     assert not np.any(np.all(left == GRID[3], axis=1))

@@ -90,7 +90,7 @@ async def test_a_backup_takes_the_place_of_an_older_one_only_when_it_is_whole(pa
     assert names(tmp_path) == {"state", "b.db"}
 
 
-async def test_what_cannot_be_backed_up_is_said(path: Path, tmp_path: Path) -> None:
+async def test_impossible_backup_is_reported(path: Path, tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
         backup.make(path, tmp_path / "b.db")
     await filled(path, 1)
@@ -107,7 +107,7 @@ async def test_what_cannot_be_backed_up_is_said(path: Path, tmp_path: Path) -> N
         backup.make(tmp_path / "empty.db", tmp_path / "b.db")
 
 
-async def test_a_backup_put_back_is_what_it_was(path: Path, tmp_path: Path) -> None:
+async def test_restored_backup_is_identical(path: Path, tmp_path: Path) -> None:
     await filled(path, 1, 2)
     backup.make(path, tmp_path / "b.db")
     await filled(path, 3)
@@ -146,7 +146,7 @@ async def test_every_file_put_aside_gets_a_name_of_its_own(path: Path, tmp_path:
     assert [aside.name for aside in asides if aside] == ["maya.db.old-1", "maya.db.old-2", "maya.db.old-3"]
 
 
-async def test_runs_are_numbered_on_whatever_was_put_back(path: Path, tmp_path: Path) -> None:
+async def test_runs_are_numbered_on_after_a_restore(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
     backup.make(path, tmp_path / "b.db")
     for number in (2, 3, 4):
@@ -236,7 +236,7 @@ def _cut_within(exchange: Any, patched: pytest.MonkeyPatch, what: str, cut_short
         patched.undo()
 
 
-def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("mine", encoding="ascii")
     with pytest.raises(FileUnwritable):
         backup.restore(tmp_path / "b.db", tmp_path / "state" / "maya.db")

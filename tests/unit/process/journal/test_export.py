@@ -72,7 +72,7 @@ async def test_lines_of_json_tell_the_bodies_and_the_steps_too(tmp_path: Path) -
     assert "secret" not in out.getvalue()
 
 
-def test_a_missing_file_is_said_and_not_made(tmp_path: Path) -> None:
+def test_missing_file_is_reported_and_not_made(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
         history.export(tmp_path / "maya.db", io.StringIO())
     assert not list(tmp_path.iterdir())

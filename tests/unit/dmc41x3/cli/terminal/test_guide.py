@@ -11,13 +11,13 @@ def test_every_command_is_explained() -> None:
     assert all(entry.purpose for entry in completion.entries())
 
 
-def test_what_is_no_command_has_no_entry() -> None:
+def test_unknown_command_has_no_entry() -> None:
     assert completion.entry("QX") is None
     assert completion.entry("@SIN") is None
     assert completion.entry("") is None
 
 
-def test_a_page_tells_how_a_command_is_written_and_what_holds_without_it() -> None:
+def test_page_shows_the_syntax_and_the_default() -> None:
     first, second = completion.page("sp").splitlines()
     assert first.startswith("SP  ")
     assert second.strip() == "SP ABC, SP 1,2,3 or SPA=1; default 25000; operand _SP"

@@ -41,7 +41,7 @@ def test_it_fits_eighty_columns() -> None:
     assert lines[3].endswith("…")
 
 
-def test_what_needs_a_look_stands_out() -> None:
+def test_abnormal_values_stand_out() -> None:
     styles = {text.strip(): style for line in session.axes(RECORD, 100) for style, text in line}
     assert styles["moving"] == "class:moving"
     assert styles["off"] == "class:off"

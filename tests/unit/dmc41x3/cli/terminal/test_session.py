@@ -19,7 +19,7 @@ from tests.virtual_time import elapse
 MESSAGE = '#A\nMG "hello"\nEN\n'
 
 
-async def test_it_says_who_answers() -> None:
+async def test_greeting_names_the_controller() -> None:
     async with talking() as (_, heard, _bench):
         assert heard.said == [("note", "DMC4133 Rev 1.3k at bench")]
 
@@ -50,7 +50,7 @@ async def test_small_letters_are_explained_where_capitals_would_do(command: str,
 
 
 @pytest.mark.parametrize("command", ["DL", "DL #A", "ED", "QD a[]", 'MG "x"{N}'])
-async def test_what_would_swallow_the_next_answers_is_not_sent(command: str) -> None:
+async def test_line_that_would_swallow_later_answers_is_not_sent(command: str) -> None:
     async with talking() as (session, heard, _):
         await say(session, command, "MG 1")
         assert heard.said[-2][0] == "trouble"
@@ -116,7 +116,7 @@ async def test_a_hidden_panel_asks_for_nothing() -> None:
         assert sent == []
 
 
-async def test_stop_brakes_what_moves_and_leaves_programs() -> None:
+async def test_stop_brakes_moving_axes_and_leaves_programs() -> None:
     async with talking() as (session, heard, bench):
         await session.link.driver.download("#A\nWT 60000\nEN\n")
         await say(session, "XQ #A", "JGA=5000;JGC=-5000;BGAC")
@@ -150,7 +150,7 @@ async def test_a_sequence_is_stopped_on_its_path() -> None:
         assert a == pytest.approx(2.0 * b, abs=2.0)
 
 
-async def test_a_lost_link_is_said_once_and_made_again() -> None:
+async def test_lost_link_is_reported_once_and_reconnected() -> None:
     async with talking() as (session, heard, bench):
         bench.controller.cut()
         await elapse(0.5)
@@ -221,7 +221,7 @@ async def test_messages_that_others_get_stay_theirs_until_asked_for() -> None:
         await other.close()
 
 
-async def test_what_was_taken_is_given_back() -> None:
+async def test_taken_settings_are_given_back() -> None:
     async with benched() as bench:
         session = TerminalSession(bench.dial, "bench", Heard())
         await session.connect()
@@ -233,7 +233,7 @@ async def test_what_was_taken_is_given_back() -> None:
 
 
 class Slow:
-    """A controller that answers what a terminal asks at first, and then falls silent when told to."""
+    """A controller that answers the first questions of a terminal, and then falls silent on request."""
 
     def __init__(self) -> None:
         self.peers: list[Peer] = []
@@ -262,7 +262,7 @@ def _answers() -> Callable[[str], bytes]:
     return answer
 
 
-async def test_a_slow_controller_keeps_nobody_from_typing_or_stopping() -> None:
+async def test_slow_controller_blocks_neither_typing_nor_stopping() -> None:
     slow, heard = Slow(), Heard()
     session = TerminalSession(slow.dial, "slow", heard)
     await session.connect()
@@ -286,7 +286,7 @@ async def test_a_slow_controller_keeps_nobody_from_typing_or_stopping() -> None:
     await asyncio.wait(slow.tasks)
 
 
-async def test_lines_wait_when_told_to() -> None:
+async def test_lines_wait_on_request() -> None:
     async with talking() as (session, heard, _):
         before = asyncio.get_running_loop().time()
         await say(session, ":wait 2.5", "MG 1")
@@ -306,7 +306,7 @@ async def test_upload_without_a_file_shows_the_program(tmp_path: Path) -> None:
         assert session.names.labels == ("#A",)
 
 
-async def test_a_recording_is_made_beside_the_lines(tmp_path: Path) -> None:
+async def test_recording_is_made_during_lines(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     async with talking() as (session, heard, _):
         session.enter(f":scope _TPA --rate 10 --for 1 --csv {file}")
@@ -335,7 +335,7 @@ async def test_a_recording_is_made_beside_the_lines(tmp_path: Path) -> None:
         (":scope nothing --csv a", "refused"),
     ],
 )
-async def test_what_cannot_be_done_is_one_sentence(line: str, words: str) -> None:
+async def test_impossible_request_is_one_sentence(line: str, words: str) -> None:
     async with talking() as (session, heard, _):
         await say(session, line)
         assert heard.last[0] == "trouble"
@@ -359,7 +359,7 @@ async def test_help_on_the_terminal(line: str) -> None:
         assert "F12 stops all motion" in heard.last[1]
 
 
-async def test_help_on_what_there_is_not() -> None:
+async def test_help_on_an_unknown_command() -> None:
     async with talking() as (session, heard, _):
         await say(session, "help QX")
         assert heard.last[1].startswith("QX is no command")

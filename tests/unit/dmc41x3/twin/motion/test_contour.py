@@ -228,7 +228,7 @@ def test_misuse_has_its_code(setup: str, command: str, code: ErrorCode) -> None:
         ("DPA=0", ErrorCode.NOT_WHILE_RUNNING),
     ],
 )
-def test_what_a_running_contour_refuses(command: str, code: ErrorCode) -> None:
+def test_running_contour_refuses_commands(command: str, code: ErrorCode) -> None:
     bench = contouring("320,0", "320,0").at(0.5 / 32)
     *before, last = command.split(";")
     bench.do(*before)
@@ -288,7 +288,7 @@ def test_sums_are_exact_at_the_end_of_every_record(records: list[tuple[int, int,
     assert bench.value("_SCA") == 51.0
 
 
-def test_a_pause_keeps_the_end_before_what_came_after_it() -> None:
+def test_pause_keeps_the_end_of_earlier_motion() -> None:
     bench = contouring("32", "64", "0=0", "999", axes="A")
     bench.at(0.5 / 32).do("DT -1")
     bench.at(1.0).do("DT 5")

@@ -1,4 +1,4 @@
-"""What is known of the following error of an axis."""
+"""Known values of the following error of an axis."""
 
 from __future__ import annotations
 

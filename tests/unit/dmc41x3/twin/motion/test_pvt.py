@@ -218,7 +218,7 @@ def test_begin_needs_an_axis_that_may(setup: str, code: ErrorCode) -> None:
     assert bench.value("_BGB") == 0.0
 
 
-def test_what_a_running_sequence_refuses() -> None:
+def test_running_sequence_refuses_commands() -> None:
     bench = begun("1024,4096,512").at(0.1)
     assert bench.code("BTA") == ErrorCode.BEGIN_WHILE_RUNNING
     assert bench.code("BGA") == ErrorCode.BEGIN_WHILE_RUNNING

@@ -162,7 +162,7 @@ def test_an_error_in_another_thread_leaves_thread_0_to_go_on() -> None:
     assert bench.run(1.0) == ["2.0000", "1.0000"]
 
 
-def test_cmderr_may_clear_the_stack_and_begin_anew() -> None:
+def test_cmderr_may_clear_the_stack_and_restart() -> None:
     bench = ProgramBench("n=0\n#A;n=n+1;JS #S;MG n;EN\n#S;MG @SQR[nope]\nEN\n#CMDERR;nope=9;ZS;JP #A")
     assert bench.run(1.0) == ["3.0000", "2.0000"]
 

@@ -113,7 +113,7 @@ def test_where_a_thread_is() -> None:
         ("AB 1", 0b1001),
     ],
 )
-def test_what_ends_threads(command: str, left: int) -> None:
+def test_threads_end(command: str, left: int) -> None:
     bench = ProgramBench("#A;WT 100;JP #A")
     bench.do("XQ", "XQ #A,3")
     bench.at(1.0).do(command)
@@ -238,7 +238,7 @@ def test_a_program_that_is_downloaded_while_nothing_runs_does_not_start() -> Non
     assert bench.at(1.0).said() == []
 
 
-def test_it_wakes_for_what_it_does_and_for_nothing_else() -> None:
+def test_runner_wakes_only_for_its_own_work() -> None:
     bench = ProgramBench("#A;WT 1000,1;SB 1;JP #A")
     assert bench.machine.wake() == float("inf")
     bench.do("XQ")

@@ -50,7 +50,7 @@ def waited(statement: str, before: str = "", until: float = 30.0) -> float:
         ("MR 5", 1),
     ],
 )
-def test_times_and_what_is_so_already(statement: str, samples: int) -> None:
+def test_times_and_conditions_that_hold_already(statement: str, samples: int) -> None:
     assert waited(statement) == samples
 
 
@@ -204,7 +204,7 @@ def test_a_wait_ends_in_its_sample_whenever_it_began(span: int, start: float) ->
     bench.at(start).do("XQ")
     bench.at(start + (span + 10) * SAMPLE)
     before, after = (int(said) for said in bench.said())
-    # On the edge of a sample, rounding says which side it is.
+    # On the edge of a sample, rounding decides the side.
     assert before in {int(start / SAMPLE + side) + 1 for side in (-1e-9, 1e-9)}
     assert after - before == max(2, span + 1)
 

@@ -121,7 +121,7 @@ async def test_a_reply_after_the_fault_does_not_overtake_one_of_before() -> None
 @pytest.mark.parametrize(
     ("name", "reply"), [("drop", b""), ("duplicate", b" 1.0000\r\n: 1.0000\r\n:"), ("refuse_commands", b"?")]
 )
-async def test_what_becomes_of_a_reply(name: str, reply: bytes) -> None:
+async def test_reply_faults(name: str, reply: bytes) -> None:
     virtual = made()
     host = virtual.loopback()
     virtual.faults.inject(name, {"probability": 1.0}, seconds=2.0)
@@ -160,7 +160,7 @@ async def test_garbage_comes_before_a_reply_and_the_seed_repeats_it() -> None:
     assert heards[0] == heards[1] != heards[2]
 
 
-def test_chances_are_about_what_was_asked() -> None:
+def test_probabilities_follow_the_settings() -> None:
     wire = Disturbance(3)
     wire.drop = 0.25
     lost = sum(not wire.outgoing(b":") for _ in range(4000))
@@ -216,7 +216,7 @@ async def test_sending_on_a_half_open_handle_gives_it_up_after_the_retries() -> 
     await virtual.close()
 
 
-async def test_a_cut_severs_whom_it_names_and_is_over_at_once() -> None:
+async def test_cut_severs_the_named_peers_and_ends_at_once() -> None:
     virtual = made()
     hosts = [virtual.loopback() for _ in range(3)]
     virtual.faults.inject("cut", {"handles": "AC"})
@@ -238,7 +238,7 @@ async def test_refused_connections() -> None:
     await virtual.close()
 
 
-async def test_a_reset_forgets_what_is_not_burned_and_kills_every_link() -> None:
+async def test_reset_forgets_unburned_settings_and_kills_every_link() -> None:
     virtual = made()
     driver = await Driver.open(virtual.loopback(), timeout=1.0)
     await driver.batch(["SPA=2000", "BN", "SPA=4000", "x=1", "SH", "JGA=1000", "BGA"])
@@ -282,7 +282,7 @@ async def test_a_power_cycle_without_an_outage_is_over_in_an_instant() -> None:
     await virtual.close()
 
 
-async def test_a_stuck_limit_reads_the_same_whatever_the_polarity() -> None:
+async def test_stuck_limit_reads_the_same_for_any_polarity() -> None:
     virtual = made()
     driver = await Driver.open(virtual.loopback(), timeout=1.0)
     for polarity in (-1, 1):
