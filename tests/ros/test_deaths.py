@@ -1,4 +1,4 @@
-"""Every node is killed in turn while the robot moves: it stops, the cause is reported, nothing moves by itself again."""
+"""Every node is killed in turn while the robot moves: it stops, the cause is reported, nothing restarts by itself."""
 
 from __future__ import annotations
 

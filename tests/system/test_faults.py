@@ -1,4 +1,4 @@
-"""Spontaneous actions of the machine: reported, fatal to the motion, cleared only by a person; nothing moves by itself."""
+"""Spontaneous faults of the machine end the motion, have a name, and are cleared only by a person."""
 
 from __future__ import annotations
 
