@@ -35,7 +35,7 @@ class Days:
 
 
 @dataclass(slots=True)
-class House:
+class CallerRegistry:
     """Everything about who asks, with nobody yet; `halts` counts how often held jogs were stopped."""
 
     entrance: AccessControl
@@ -61,7 +61,7 @@ class House:
         return await self.entrance.callers.resolve(header, lease, source, loopback=False)
 
 
-def house(store: Store | None = None, speed: float = 1.0) -> House:
+def caller_registry(store: Store | None = None, speed: float = 1.0) -> CallerRegistry:
     """Return an authentication service; `await house.entrance.register.open()` reads a store."""
     events, days, rows, halts = EventLog(asyncio.get_running_loop().time), Days(), list[AuditRow](), list[str]()
     cheap = Hasher(memory=8, passes=1)
@@ -69,7 +69,7 @@ def house(store: Store | None = None, speed: float = 1.0) -> House:
         ControlLease(events, speed), store=store, calendar=days, note=rows.append, speed=speed, hasher=cheap
     )
     leasing = LeaseService(entrance, lambda: halts.append("halt"))
-    return House(entrance, UserService(entrance, leasing.rights_ended), leasing, events, days, rows, halts)
+    return CallerRegistry(entrance, UserService(entrance, leasing.rights_ended), leasing, events, days, rows, halts)
 
 
 def somebody(role: Role, name: str = "", lease: str = "") -> Caller:
@@ -77,4 +77,4 @@ def somebody(role: Role, name: str = "", lease: str = "") -> Caller:
     return Caller(name or role.word, role, "10.0.0.1", lease)
 
 
-__all__ = ["FIRST_DAY", "LOCAL", "Days", "House", "house", "somebody"]
+__all__ = ["FIRST_DAY", "LOCAL", "CallerRegistry", "Days", "caller_registry", "somebody"]

@@ -28,7 +28,7 @@ CALM = parse({"controller": {"stream_rate": 10.0}, "safety": {"guard_time": 0.0}
 
 
 @dataclass
-class Below:
+class ControllerNode:
     """The controller layer behind its servers, as the node hw_simulator."""
 
     rig: Rig
@@ -47,9 +47,9 @@ class Below:
 
 
 @asynccontextmanager
-async def below(
+async def controller_node(
     bus: Bus, *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = False
-) -> AsyncIterator[Below]:
+) -> AsyncIterator[ControllerNode]:
     """Open the controller layer of a twin on a bus; a `homed` one stands at `HERE`, with an open gripper."""
     node = bus.node("hw_simulator")
     async with (
@@ -57,7 +57,7 @@ async def below(
         ControllerServer(bench.controller).open(node),
         SensorServer(bench.controller, bench.controller.config).open(node),
     ):
-        yield Below(bench, bus, node)
+        yield ControllerNode(bench, bus, node)
 
 
 @asynccontextmanager
@@ -84,10 +84,10 @@ async def seen_from(bus: Bus, name: str, config: Config = CALM) -> AsyncIterator
 
 
 @dataclass
-class Apart:
+class LayerNodes:
     """All layers, each as a node: `controller`, `robot` and `process` are those of the process layer's node."""
 
-    below: Below
+    controller_node: ControllerNode
     bus: Bus
     controller: GraphController
     robot: GraphRobot
@@ -97,7 +97,7 @@ class Apart:
     @property
     def mechanics(self) -> MayaMechanics:
         """The mechanics, whose record decides the result."""
-        return self.below.mechanics
+        return self.controller_node.mechanics
 
     async def dies(self, name: str) -> None:
         """End a node as a kill does."""
@@ -106,8 +106,8 @@ class Apart:
 
     async def at_rest(self) -> None:
         """Wait until nothing moves, according to the controller layer itself."""
-        async for state in self.below.rig.controller.watch():
-            if not state.moving and self.below.rig.controller.progress() is None:
+        async for state in self.controller_node.rig.controller.watch():
+            if not state.moving and self.controller_node.rig.controller.progress() is None:
                 return
 
     async def until(self, kind: type[Event], **detail: object) -> None:
@@ -119,14 +119,14 @@ class Apart:
 
 
 @asynccontextmanager
-async def apart(
+async def layer_nodes(
     *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = True
-) -> AsyncIterator[Apart]:
-    """Open all layers on a bus, each as a separate node; see `below` for a robot that is `homed`."""
+) -> AsyncIterator[LayerNodes]:
+    """Open all layers on a bus, each as a separate node; see `controller_node` for a robot that is `homed`."""
     bus = Bus()
     names = ("robot_controller", "primitive_server", "process_controller")
     async with AsyncExitStack() as stack:
-        low = await stack.enter_async_context(below(bus, config=config, parts=parts, homed=homed))
+        low = await stack.enter_async_context(controller_node(bus, config=config, parts=parts, homed=homed))
         nodes = {name: bus.node(name) for name in names}
         deciding = await stack.enter_async_context(robot_floor(nodes["robot_controller"], config))
         await stack.enter_async_context(tasks_handed_on(nodes["primitive_server"]))
@@ -138,4 +138,4 @@ async def apart(
         process = Process(robot, controller, config)
         await process.open()
         stack.push_async_callback(process.close)
-        yield Apart(low, bus, controller, robot, process, {**nodes, "hw_simulator": low.node})
+        yield LayerNodes(low, bus, controller, robot, process, {**nodes, "hw_simulator": low.node})

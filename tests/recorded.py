@@ -27,7 +27,7 @@ UTC = 1_795_289_120_339_000_000
 """Time of the tests' clock: 2026-11-21T19:25:20.339Z, in ns."""
 
 
-def shelf(folder: Path) -> RecordingStore:
+def recording_store(folder: Path) -> RecordingStore:
     """Return the recordings in a folder."""
     return RecordingStore(folder, 50, 500_000_000, lambda: UTC)
 
@@ -59,7 +59,7 @@ async def recorded(
     virtual = VirtualController(VirtualDmc(MayaMechanics(truth, start)))
     source = TwinSource(0, asdict(truth), (start.a, start.b, start.c), {}, born) if known else None
     origin = RecordingOrigin.of(chosen, "sim" if known else "10.0.0.5:23", twin=source)
-    recorder = Recorder(settings or RecorderConfig(), origin, None if folder is None else shelf(folder))
+    recorder = Recorder(settings or RecorderConfig(), origin, None if folder is None else recording_store(folder))
 
     async def dial() -> Transport:
         return recorder.recorded(virtual.loopback())

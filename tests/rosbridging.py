@@ -24,7 +24,7 @@ DATE = 1_700_000_000.0
 """The date of every message [s since the epoch]."""
 
 
-class Mouth:
+class ClientOutput:
     """Takes what goes out to a client; `full` is for tests to set."""
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class Mouth:
         """Take the end."""
         self.ended.append((code, reason))
 
-    def room(self) -> None:
+    def take_more(self) -> None:
         """Take more again."""
         self.full = False
         assert self.on_room is not None
@@ -71,11 +71,11 @@ def unframed(data: bytes) -> list[tuple[int, bytes]]:
     return found
 
 
-class Talker:
+class BusClient:
     """A client in the loop of its bus: its operations run at once, as far as nothing has to be awaited."""
 
     def __init__(self, bus: Bus, press: MessageEncoder, node: BusNode, turns: MessageScheduler | None = None) -> None:
-        self.mouth = Mouth()
+        self.mouth = ClientOutput()
         self.node = node
         self.client = RosbridgeClient(node, Sender(self.mouth), press)
         self.session = RosbridgeSession(self.client, Rosapi(node, press.now), turns or MessageScheduler())
@@ -102,7 +102,7 @@ async def settled() -> None:
         await turn()
 
 
-class Room:
+class ClientBus:
     """A bus, and as many clients as a test wants."""
 
     def __init__(self) -> None:
@@ -110,14 +110,14 @@ class Room:
         self.robot = self.bus.node("robot")
         self.press = MessageEncoder(lambda: DATE)
         self.turns = MessageScheduler()
-        self._talkers: list[Talker] = []
+        self._talkers: list[BusClient] = []
 
-    def talker(self) -> Talker:
+    def talker(self) -> BusClient:
         """Return one more client."""
-        self._talkers.append(Talker(self.bus, self.press, self.bus.node("rosbridge"), self.turns))
+        self._talkers.append(BusClient(self.bus, self.press, self.bus.node("rosbridge"), self.turns))
         return self._talkers[-1]
 
-    async def leave(self, talker: Talker) -> None:
+    async def leave(self, talker: BusClient) -> None:
         """Have a client go, as the endpoint does."""
         self._talkers.remove(talker)
         await talker.session.close()
@@ -132,9 +132,9 @@ class Room:
 
 
 @asynccontextmanager
-async def room() -> AsyncIterator[Room]:
+async def client_bus() -> AsyncIterator[ClientBus]:
     """Yield a bus with clients; the remaining clients leave at its end."""
-    one = Room()
+    one = ClientBus()
     try:
         yield one
     finally:
@@ -184,7 +184,7 @@ HANDSHAKE = (
 """Messages of a client without a library."""
 
 
-class Flood:
+class FloodingClients:
     """Clients that ask without end, by bare sockets: asking and reading costs them less than answering."""
 
     def __init__(self) -> None:
@@ -222,9 +222,9 @@ def framed(text: bytes) -> bytes:
 
 
 @asynccontextmanager
-async def flooded(port: int, clients: int, question: Said) -> AsyncIterator[Flood]:
+async def flooded(port: int, clients: int, question: Said) -> AsyncIterator[FloodingClients]:
     """Have so many clients ask a question without end while the block runs."""
-    flood, text = Flood(), json.dumps(question, separators=(",", ":")).encode()
+    flood, text = FloodingClients(), json.dumps(question, separators=(",", ":")).encode()
     tasks = [asyncio.ensure_future(flood.ask(port, text)) for _ in range(clients)]
     try:
         yield flood

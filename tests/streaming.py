@@ -197,7 +197,7 @@ async def connected(url: str, **headers: str) -> AsyncIterator[Client]:
         yield client
 
 
-class Sluggard:
+class SlowReader:
     """A client that reads only on request, on a socket with a small buffer."""
 
     def __init__(self, url: str) -> None:

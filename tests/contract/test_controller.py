@@ -41,7 +41,7 @@ from maya_un.motion.path import Path
 from maya_un.testing import faults
 from maya_un.testing.rig import Rig
 from maya_un.values import Joints, Mode, Point
-from tests.graphs import CALM, below, bench_of, seen_from
+from tests.graphs import CALM, bench_of, controller_node, seen_from
 from tests.unit.controller.bench import FAR, HERE
 from tests.virtual_time import elapse
 
@@ -67,7 +67,7 @@ async def held(where: str, *, homed: bool = True) -> AsyncIterator[Held]:
             yield Held(bench.controller, bench)
     else:
         bus = Bus()
-        async with below(bus, homed=homed) as low, seen_from(bus, "robot_controller") as (_, controller):
+        async with controller_node(bus, homed=homed) as low, seen_from(bus, "robot_controller") as (_, controller):
             yield Held(controller, low.rig)
 
 

@@ -19,7 +19,7 @@ def _pair(rng: Random) -> str:
     return "".join(rng.sample(AXES, 2))
 
 
-def _said(rng: Random) -> str:
+def _command(rng: Random) -> str:
     """Return one command, sensible or not; more segments and records than anything else."""
     return rng.choice(_SEGMENTS if rng.random() < 0.5 else _OTHERS)(rng)
 
@@ -102,7 +102,7 @@ def test_axes_and_sequences_agree_after_any_commands(campaign: Campaign, batch: 
         rng = campaign.rng(1000 * batch + case)
         bench = Bench(axes=4)
         for _ in range(120):
-            bench.say(_said(rng))
+            bench.say(_command(rng))
             _check(bench)
             if rng.random() < 0.05:
                 bench.switch(rng.randrange(4), forward=rng.random() < 0.5, reverse=rng.random() < 0.8)

@@ -9,7 +9,7 @@ import pytest
 
 from tests.ros import workspace as workspaces
 from tests.ros.driven import Driver
-from tests.ros.floors import Floors, floors
+from tests.ros.floors import LaunchedLayers, launched_layers
 from tests.ros.harness import Ros
 from tests.ros.workspace import Workspace, clean_environment
 
@@ -55,14 +55,14 @@ def driver(ros: Ros) -> Driver:
 
 
 @pytest.fixture(scope="module")
-def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
+def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[LaunchedLayers]:
     """Return all layers of a robot that the tests of a module share."""
-    with floors(tmp_path_factory.mktemp("launched"), workspace) as up:
+    with launched_layers(tmp_path_factory.mktemp("launched"), workspace) as up:
         yield up
 
 
 @pytest.fixture
-def robot(launched: Floors) -> Floors:
+def robot(launched: LaunchedLayers) -> LaunchedLayers:
     """Return that robot, homed, at rest and at full speed."""
     launched.ready()
     return launched

@@ -40,7 +40,7 @@ def primitive(command: str, target: tuple[float, float, float] = (0.0, 0.0, 0.0)
     return {"command": command, "target": dict(zip("xyz", target, strict=True)), "open": open_}
 
 
-class Floors:
+class LaunchedLayers:
     """The layers of one robot, a node that drives them, and their events."""
 
     def __init__(self, ros: Ros, launched: Program) -> None:
@@ -208,13 +208,13 @@ def near(one: Any, other: Any, within: float = 0.002) -> bool:
 
 
 @contextmanager
-def floors(
+def launched_layers(
     folder: Path, workspace: Workspace, environment: Mapping[str, str] | None = None, **arguments: Any
-) -> Iterator[Floors]:
+) -> Iterator[LaunchedLayers]:
     """Launch all layers for as long as the block runs; `environment` is laid over that of the launch."""
     with Ros(folder, workspace) as ros:
         ros.set_param("/maya/parts", {name: list(place) for name, place in PARTS.items()})
         launched = ros.launch("maya_process", "process.launch", environment=environment, **{"speed": FAST, **arguments})
         ros.until_nodes(*NODES)
         launched.until("The queue is worked")
-        yield Floors(ros, launched)
+        yield LaunchedLayers(ros, launched)

@@ -14,7 +14,7 @@ from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_ros.ros1.node import RosNode, run
 from maya_un.errors import Busy, LimitReached, MayaError
-from tests.ros.wishes import MOVE, Wish
+from tests.ros.wishes import MOVE, GoalOutcome
 
 
 class Peer:
@@ -47,21 +47,21 @@ class Peer:
             raise
 
     async def _act(self, goal: Message, feedback: Feedback) -> Message:
-        wish = Wish(round(goal["a"]))
-        if wish is Wish.IS_REFUSED:
+        wish = GoalOutcome(round(goal["a"]))
+        if wish is GoalOutcome.IS_REFUSED:
             raise GoalRefused(failure(Busy(doing="something else")))
-        if wish is Wish.FAILS:
+        if wish is GoalOutcome.FAILS:
             raise LimitReached(axis="b", side="forward")
-        if wish is Wish.BREAKS:
+        if wish is GoalOutcome.BREAKS:
             raise ZeroDivisionError("by design")
         feedback({"a": 1.0, "progress": 0.5})
-        if wish is Wish.LASTS:
+        if wish is GoalOutcome.LASTS:
             going_on = asyncio.ensure_future(self._go_on(feedback))
             try:
                 await self._until_cancelled("goal")
             finally:
                 going_on.cancel()
-        if wish is Wish.TAKES_A_WHILE:
+        if wish is GoalOutcome.TAKES_A_WHILE:
             await work(0.2 * self._node.speed)
         return success()
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from tests.ros.harness import Ros
 from tests.rosbridging import Web, web
-from tests.system.test_rosbridge_clients import ROSLIBPY, SCRIPTS, agrees, node, told_by
+from tests.system.test_rosbridge_clients import ROSLIBPY, SCRIPTS, agrees, node, output_of
 
 PARTS = {"cube": [0.41, 1.13, 0.4]}
 
@@ -47,7 +47,7 @@ async def listens(url: str) -> bool:
 
 def test_roslib_and_roslibpy_drive_the_real_graph(ros: Ros) -> None:
     url = launched(ros)
-    said = told_by(node(), SCRIPTS / "client.mjs", url)
+    said = output_of(node(), SCRIPTS / "client.mjs", url)
     agrees(said)
     assert said["own service"] == {"success": True, "message": "by roslib"}
     assert [said[name] for name in ("none", "png", "cbor", "cbor-raw")] == [
@@ -57,7 +57,7 @@ def test_roslib_and_roslibpy_drive_the_real_graph(ros: Ros) -> None:
 
 def test_roslibpy_drives_the_real_graph(ros: Ros) -> None:
     url = launched(ros)
-    said = told_by(*ROSLIBPY, url.rpartition(":")[2])
+    said = output_of(*ROSLIBPY, url.rpartition(":")[2])
     agrees(said)
     assert said["chatter"] == [{"data": f"{number}"} for number in range(3)]
 
@@ -72,7 +72,7 @@ def test_tools_of_ros_hear_clients_and_clients_hear_them(ros: Ros) -> None:
         async with web(url) as client:
             await client.say("subscribe", topic="/from_ros", type="std_msgs/String")
             pub = ros.start("rostopic", "pub", "-l", "/from_ros", "std_msgs/String", "data: hello")
-            assert (await told(client, "/from_ros"))["data"] == "hello"
+            assert (await next_message(client, "/from_ros"))["data"] == "hello"
             pub.close()
             await client.say("advertise", topic="/from_web", type="geometry_msgs/Point", latch=True)
             await client.say("publish", topic="/from_web", msg={"x": 1.5})
@@ -146,8 +146,8 @@ def test_of_two_clients_that_advertise_one_service_the_owner_is_reported(ros: Ro
             ):
                 for client in (one, two):
                     await client.say(op, type=kind, **{what: f"/{what}"})
-                told = [await client.hear() for client in (one, two)]
-                assert sorted(status.get("code", 0) for status in told) == [0, 4005]
+                next_message = [await client.hear() for client in (one, two)]
+                assert sorted(status.get("code", 0) for status in next_message) == [0, 4005]
 
     asyncio.run(story())
 
@@ -193,6 +193,6 @@ def test_advertise_service_of_a_type_that_only_ros_knows_is_answered(ros: Ros) -
     asyncio.run(story())
 
 
-async def told(client: Web, topic: str) -> Any:
+async def next_message(client: Web, topic: str) -> Any:
     found = await client.until(lambda message: message.get("topic") == topic)
     return found["msg"]

@@ -13,7 +13,7 @@ from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driven import Driver, Feed, Goal, RefusedError
 from tests.ros.harness import HERE, Ros
 from tests.ros.programs import Program
-from tests.ros.wishes import MOVE, Wish
+from tests.ros.wishes import MOVE, GoalOutcome
 from tests.ros.workspace import ROOT, Workspace, python
 
 pytestmark = pytest.mark.system
@@ -62,7 +62,7 @@ def peer(ros: Ros, driver: Driver) -> Peer:
     return Peer(ros, driver)
 
 
-def move(driver: Driver, wish: Wish) -> Goal:
+def move(driver: Driver, wish: GoalOutcome) -> Goal:
     return driver.do("/peer/move", MOVE, {"a": float(wish)})
 
 
@@ -147,16 +147,18 @@ def test_call_cancelled_while_it_connects_is_never_sent(ros: Ros, peer: Peer) ->
 
 
 ENDS = [
-    (Wish.SUCCEEDS, GoalStatus.SUCCEEDED, ""),
-    (Wish.TAKES_A_WHILE, GoalStatus.SUCCEEDED, ""),
-    (Wish.IS_REFUSED, GoalStatus.REJECTED, "2104"),
-    (Wish.FAILS, GoalStatus.ABORTED, "2301"),
-    (Wish.BREAKS, GoalStatus.ABORTED, "5999"),
+    (GoalOutcome.SUCCEEDS, GoalStatus.SUCCEEDED, ""),
+    (GoalOutcome.TAKES_A_WHILE, GoalStatus.SUCCEEDED, ""),
+    (GoalOutcome.IS_REFUSED, GoalStatus.REJECTED, "2104"),
+    (GoalOutcome.FAILS, GoalStatus.ABORTED, "2301"),
+    (GoalOutcome.BREAKS, GoalStatus.ABORTED, "5999"),
 ]
 
 
 @pytest.mark.parametrize(("wish", "outcome", "code"), ENDS)
-def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: GoalStatus, code: str, peer: Peer, driver: Driver) -> None:
+def test_a_goal_ends_as_its_act_does(
+    wish: GoalOutcome, outcome: GoalStatus, code: str, peer: Peer, driver: Driver
+) -> None:
     ended, result = move(driver, wish).ended()
     assert (ended, result["code"], result["success"]) == (outcome, code, not code)
     before = mark(peer.said)
@@ -167,7 +169,7 @@ def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: GoalStatus, code: str,
 
 def test_a_cancel_ends_a_goal_when_its_act_is_at_rest(peer: Peer, driver: Driver) -> None:
     before = mark(peer.said)
-    goal = move(driver, Wish.LASTS)
+    goal = move(driver, GoalOutcome.LASTS)
     goal.status.until(lambda status: status["state"] == GoalStatus.ACTIVE)
     goal.cancel()
     ended, result = goal.ended()
@@ -177,7 +179,7 @@ def test_a_cancel_ends_a_goal_when_its_act_is_at_rest(peer: Peer, driver: Driver
 
 @pytest.mark.usefixtures("peer")
 def test_a_cancel_of_everything_ends_all_goals(driver: Driver) -> None:
-    goals = [move(driver, Wish.LASTS) for _ in range(3)]
+    goals = [move(driver, GoalOutcome.LASTS) for _ in range(3)]
     for goal in goals:
         goal.status.until(lambda status: status["state"] == GoalStatus.ACTIVE)
     driver.publish("/peer/move/cancel", "actionlib_msgs/GoalID", {"id": ""}, readers=0)
@@ -190,7 +192,7 @@ def test_goals_that_are_cancelled_at_once_all_end(driver: Driver) -> None:
     results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
     before = mark(results)
     for _ in range(30):
-        move(driver, Wish.LASTS).cancel()
+        move(driver, GoalOutcome.LASTS).cancel()
     results.until(lambda _: len(results.messages) >= before + 30, after=before)
     ends = {message["status"]["status"] for message in results.messages[before:]}
     assert ends <= {GoalStatus.PREEMPTED, GoalStatus.RECALLED}
@@ -200,7 +202,7 @@ def test_goals_that_are_cancelled_at_once_all_end(driver: Driver) -> None:
 def test_the_goals_of_a_client_that_is_gone_are_cancelled(ros: Ros, peer: Peer) -> None:
     other = ros.driver()
     before = mark(peer.said)
-    move(other, Wish.LASTS).feedback.until()
+    move(other, GoalOutcome.LASTS).feedback.until()
     other.program.kill()
     assert peer.says("cancelled", before)["of"] == "goal"
 
@@ -208,7 +210,7 @@ def test_the_goals_of_a_client_that_is_gone_are_cancelled(ros: Ros, peer: Peer) 
 def test_client_that_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Driver) -> None:
     before = mark(peer.said)
     results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
-    goal = f"{{goal_id: {{id: by_hand}}, goal: {{a: {Wish.TAKES_A_WHILE:d}}}}}"
+    goal = f"{{goal_id: {{id: by_hand}}, goal: {{a: {GoalOutcome.TAKES_A_WHILE:d}}}}}"
     ros.tool("rostopic", "pub", "-1", "/peer/move/goal", "maya_controller/MoveActionGoal", goal)
     ended = results.until(lambda message: message["status"]["goal_id"]["id"] == "by_hand")
     assert ended["status"]["status"] == GoalStatus.SUCCEEDED
@@ -217,7 +219,7 @@ def test_client_that_only_published_a_goal_may_leave(ros: Ros, peer: Peer, drive
 
 def test_our_client_cancels_and_hears_feedback(peer: Peer) -> None:
     before = mark(peer.said)
-    peer.do("do", action="/peer/move", goal={"a": float(Wish.LASTS)})
+    peer.do("do", action="/peer/move", goal={"a": float(GoalOutcome.LASTS)})
     assert peer.says("feedback", before)["message"]["progress"] == 0.5
     peer.do("cancel")
     peer.says("did cancel", before)
@@ -239,7 +241,7 @@ def test_our_client_hears_that_the_server_was_killed(ros: Ros, driver: Driver, p
     )  # fmt: skip
     server.until("ready")
     before = mark(peer.said)
-    peer.do("do", action="/mortal/move", goal={"a": float(Wish.LASTS)})
+    peer.do("do", action="/mortal/move", goal={"a": float(GoalOutcome.LASTS)})
     peer.says("feedback", before)
     server.kill()
     assert peer.says("ended", before)["outcome"] == GoalStatus.LOST
@@ -255,7 +257,7 @@ def _ends_in_time(program: Program) -> None:
 def test_node_comes_to_rest_before_it_ends(kind: signal.Signals, ros: Ros, driver: Driver) -> None:
     name = f"ended_by_{kind.name.lower()}"
     peer = Peer(ros, driver, name, f"/peer/move:=/{name}/move")  # others serve /peer/move as well
-    goal = driver.do(f"/{name}/move", MOVE, {"a": float(Wish.LASTS)})
+    goal = driver.do(f"/{name}/move", MOVE, {"a": float(GoalOutcome.LASTS)})
     goal.feedback.until()
     peer.program.send(kind)
     _ends_in_time(peer.program)

@@ -21,7 +21,7 @@ from tests.ros.harness import Ros
 from tests.ros.programs import Program
 from tests.ros.workspace import Workspace, python
 from tests.system.brokers import Broker, broker
-from tests.system.test_coms import asked, supervisor
+from tests.system.test_coms import call, supervisor
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
@@ -186,7 +186,7 @@ def test_supervisors_command_each_by_its_name_on_one_broker(pair: Pair) -> None:
     for maya, name in zip(pair.both(), ("MAYA", "MAYA2"), strict=True):
         line = maya.launched.until("POST /connect", 10.0)
         url = next(word for word in line.split() if word.startswith("http://")).rstrip(":")
-        assert asked("POST", url, "/connect")["status"] == 200
+        assert call("POST", url, "/connect")["status"] == 200
         before = [each.twin()["joints"] for each in pair.both() if each is not maya]
         with supervisor(pair.broker, name) as lab:
             lab.until_online()

@@ -7,7 +7,7 @@ from enum import IntEnum
 MOVE = "maya_controller/Move"
 
 
-class Wish(IntEnum):
+class GoalOutcome(IntEnum):
     """The outcome of a goal."""
 
     SUCCEEDS = 0

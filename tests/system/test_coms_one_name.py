@@ -20,7 +20,7 @@ from maya_un.config.files import parse
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
 from tests.system.processes import CALM, Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
-from tests.system.test_coms import asked, supervisors_of, url_in
+from tests.system.test_coms import call, supervisors_of, url_in
 from tests.system.test_coms_rtdb import RULES, admit, wait
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
@@ -83,7 +83,7 @@ class Robot:
     @property
     def state(self) -> str:
         """The state of its link."""
-        return str(asked("GET", self.url, "/status")["state"])
+        return str(call("GET", self.url, "/status")["state"])
 
     @property
     def has_given_way(self) -> bool:
@@ -181,8 +181,8 @@ def test_a_robot_that_gave_way_takes_the_name_back_at_connect(there: tuple[Cloud
     second.connect()
     wait(lambda: first.has_given_way)
     second.kill_link()
-    asked("POST", first.url, "/disconnect")
-    asked("POST", first.url, "/connect")
+    call("POST", first.url, "/disconnect")
+    call("POST", first.url, "/connect")
     cloud.send("k", "can_teleop")
     wait(lambda: cloud.of("results", "k") is not None)
     assert first.accepted() == {"k"}

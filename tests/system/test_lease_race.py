@@ -238,7 +238,7 @@ class Person:
 
 
 @asynccontextmanager
-async def crowd() -> AsyncIterator[Race]:
+async def shared_race() -> AsyncIterator[Race]:
     """Home a robot, give everybody a token, and listen to the wire."""
     async with stack(Config(), calendar=Days(), live=False) as running:
         await running.service.wish({"command": "home"})
@@ -271,7 +271,7 @@ def wrongly_let_in(race: Race, log: list[Span]) -> list[tuple[str, int, str]]:
 
 async def test_fifty_people_race_for_the_lease(campaign: Campaign) -> None:
     count = campaign.size(ci=2_000, long=10_000) // sum(PEOPLE.values())
-    async with crowd() as race:
+    async with shared_race() as race:
         people = [Person(name, race, campaign.rng(n)) for n, name in enumerate(race.tokens)]
         await asyncio.gather(*(person.live(count) for person in people))
         await elapse(60.0)
@@ -312,7 +312,7 @@ class Watched(Gate):
         return await super().call(caller, operation, wish, detail)
 
 
-async def besieged(count: int, seed: str) -> Served:
+async def served_race(count: int, seed: str) -> Served:
     """Serve a twin that homes to clients over HTTP from another process, in real time."""
     async with stack(PATIENT, calendar=Days()) as running:
         tokens = [
@@ -336,14 +336,14 @@ async def besieged(count: int, seed: str) -> Served:
         with bound_socket(0) as door:
             async with served(create_app(bridge), door):
                 asked = {"door": door.getsockname(), "tokens": tokens, "count": count, "seed": seed}
-                said = await loop.run_in_executor(None, _crowd, json.dumps(asked))
+                said = await loop.run_in_executor(None, _client_orders, json.dumps(asked))
         assert running.controller.state.mode is Mode.NOT_HOMED
         return Served(json.loads(said), gate.asked, stops, spans(running.controller.events.since(0)))
 
 
-def _crowd(asked: str) -> str:
-    crowd = [sys.executable, "-m", "tests.crowd"]
-    return subprocess.run(crowd, input=asked, capture_output=True, text=True, check=True, cwd=ROOT).stdout
+def _client_orders(asked: str) -> str:
+    command = [sys.executable, "-m", "tests.crowd"]
+    return subprocess.run(command, input=asked, capture_output=True, text=True, check=True, cwd=ROOT).stdout
 
 
 def late(asked: list[float], stops: list[float]) -> list[float]:
@@ -356,7 +356,7 @@ def share(late: list[float], part: float) -> float:
     return late[int(part * len(late))]
 
 
-def told(late: list[float]) -> str:
+def delays_text(late: list[float]) -> str:
     return f"median {share(late, 0.5):.4f} s, 99 of 100 within {share(late, 0.99):.4f} s, worst {late[-1]:.4f} s"
 
 
@@ -368,7 +368,7 @@ def test_fifty_people_race_over_http(campaign: Campaign) -> None:
     checks only that the stop arrives, and at the gate the usual case.
     """
     count = campaign.size(ci=600, long=10_000) // sum(PEOPLE.values())
-    found = run(besieged(count, str(campaign.seed)))
+    found = run(served_race(count, str(campaign.seed)))
     assert found.outcome["broken"] == []
     statuses = found.outcome["statuses"]
     assert [key for key in statuses if int(key.split()[1]) >= 500] == []
@@ -376,7 +376,7 @@ def test_fifty_people_race_over_http(campaign: Campaign) -> None:
     assert {status for _, status in stops} == {200}
     gate, http = late(found.asked, found.stops), late([asked for asked, _ in stops], found.stops)
     assert len(gate) >= len(http) >= 5
-    assert share(gate, 0.99 if campaign.long else 0.5) <= SOON, told(gate)
-    assert share(http, 0.99 if campaign.long else 0.5) <= (SOON if campaign.long else 0.5), told(http)
-    assert http[-1] <= (0.5 if campaign.long else 5.0), told(http)
+    assert share(gate, 0.99 if campaign.long else 0.5) <= SOON, delays_text(gate)
+    assert share(http, 0.99 if campaign.long else 0.5) <= (SOON if campaign.long else 0.5), delays_text(http)
+    assert http[-1] <= (0.5 if campaign.long else 5.0), delays_text(http)
     assert len({span.name for span in found.log}) > 3

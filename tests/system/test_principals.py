@@ -53,10 +53,10 @@ def unkept(tmp_path: Path) -> Iterator[SharedRobot]:
 
 def http(robot: SharedRobot, who: str, method: str, path: str, body: object = None) -> int:
     """Return the code that a request is answered with, 0 for done."""
-    return of_rights(asked(robot, who, method, path, body)[0])
+    return of_rights(request(robot, who, method, path, body)[0])
 
 
-def asked(robot: SharedRobot, who: str, method: str, path: str, body: object = None, **more: str) -> tuple[int, Any]:
+def request(robot: SharedRobot, who: str, method: str, path: str, body: object = None, **more: str) -> tuple[int, Any]:
     """Return the code that a request is answered with, 0 for done, and the answer."""
     place = urlsplit(robot.url)
     connection = HTTPConnection(place.hostname or "", place.port, timeout=PATIENCE)
@@ -232,7 +232,7 @@ def test_job_sent_by_rosbridge_has_the_owner_of_the_token(robot: SharedRobot, ro
 
 def jobs(robot: SharedRobot) -> list[dict[str, Any]]:
     """Return the jobs that there are."""
-    return list(asked(robot, "admin", "GET", "/v1/jobs")[1])
+    return list(request(robot, "admin", "GET", "/v1/jobs")[1])
 
 
 async def ended(client: Web) -> int:
@@ -361,11 +361,11 @@ def test_stop_waits_for_no_token_to_be_looked_at(
     stopped = threading.Event()
     stop = robot.stack.service.stop
 
-    async def heard() -> StopReport:
+    async def stop_report() -> StopReport:
         stopped.set()
         return await stop()
 
-    monkeypatch.setattr(robot.stack.service, "stop", heard)
+    monkeypatch.setattr(robot.stack.service, "stop", stop_report)
 
     async def topics(one: Visitor) -> None:
         assert await one.call("/rosapi/topics") == 0
@@ -450,10 +450,10 @@ def test_http_request_that_waits_ends_at_once_when_its_rights_end(
     robot.tokens["waiter"] = made.token
     connections: Rights = robot.app.state.rights
     try:
-        lease = asked(robot, "driver", "POST", "/v1/lease", {})[1]["id"]
+        lease = request(robot, "driver", "POST", "/v1/lease", {})[1]["id"]
         answers: list[tuple[int, Any]] = []
         waiting = threading.Thread(
-            target=lambda: answers.append(asked(robot, "waiter", method, path, body, **{"Maya-Lease": lease}))
+            target=lambda: answers.append(request(robot, "waiter", method, path, body, **{"Maya-Lease": lease}))
         )
         before = len(connections)
         waiting.start()

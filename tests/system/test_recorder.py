@@ -20,7 +20,7 @@ from maya_un.events import Trouble
 from maya_un.recorder import mcap_file
 from maya_un.values import Joints
 from tests.campaign import Campaign
-from tests.recorded import recorded, shelf
+from tests.recorded import recorded, recording_store
 from tests.system.processes import CALM, done, running
 from tests.system.recording_worker import large
 from tests.virtual_time import elapse
@@ -73,7 +73,7 @@ async def _trial(case: Case, rng: Random, folder: Path) -> None:
 
 
 def _judge(case: Case, folder: Path) -> None:
-    (kept,) = shelf(folder).list()
+    (kept,) = recording_store(folder).list()
     taken = mcap_file.read(folder / kept.name)
     told = [event for event in taken.events if isinstance(event, Trouble) and event.code]
     assert told, f"{case.fault}: the fault is not in its recording"
@@ -106,7 +106,7 @@ def test_a_process_that_is_killed_leaves_whole_recordings_only(campaign: Campaig
                 process.wait(campaign.rng(number).uniform(0.0, 0.6))
             process.kill()
             told += [name for name in process.stdout.read().split("\n") if name.endswith(".mcap")]
-        kept = shelf(folder)
+        kept = recording_store(folder)
         names = {one.name for one in kept.list()}
         assert set(told[-5:]) <= names, "what was told to be kept is gone"
         assert all(mcap_file.read(folder / name) == large() for name in names)

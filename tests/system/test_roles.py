@@ -137,7 +137,7 @@ class Answer(NamedTuple):
     code: int
 
 
-class Door:
+class RoleClient:
     """Asks a robot as somebody who shows a token, and the lease where he has it."""
 
     def __init__(self, robot: SharedRobot) -> None:
@@ -177,10 +177,10 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedRobot]:
 
 
 @pytest.fixture
-def door(robot: SharedRobot) -> Iterator[Door]:
-    door = Door(robot)
-    yield door
-    door.close()
+def role_client(robot: SharedRobot) -> Iterator[RoleClient]:
+    role_client = RoleClient(robot)
+    yield role_client
+    role_client.close()
 
 
 def test_every_path_is_in_the_table(robot: SharedRobot) -> None:
@@ -194,18 +194,18 @@ def test_every_operation_is_asked_for_by_some_path() -> None:
     assert set(Operation) - asked == {Operation.BREAK, Operation.GRAPH}
 
 
-def set_lease(door: Door, who: str, state: str) -> dict[str, str]:
+def set_lease(role_client: RoleClient, who: str, state: str) -> dict[str, str]:
     """Bring the lease into `state`; return the headers of `who`."""
-    robot = door.robot
+    robot = role_client.robot
     robot.do(_freed)
     if state == FREE:
         return {}
     if state == TAKEN:
-        door.must("POST /v1/lease", {"patience": 1000}, robot.headers("somebody else"))
+        role_client.must("POST /v1/lease", {"patience": 1000}, robot.headers("somebody else"))
         return {}
     if who == Role.STUDENT.word:
-        door.must("POST /v1/lease/offer", {"to": "the-student"}, robot.headers("operator"))
-    taken = door.must("POST /v1/lease", {"patience": 1000}, robot.headers(who))
+        role_client.must("POST /v1/lease/offer", {"to": "the-student"}, robot.headers("operator"))
+    taken = role_client.must("POST /v1/lease", {"patience": 1000}, robot.headers(who))
     return {"Maya-Lease": taken["id"]}
 
 
@@ -222,12 +222,12 @@ async def _freed(stack: Stack) -> None:
     lease.on_change.pop()
 
 
-def own(door: Door, wish: str, who: str) -> str:
+def own(role_client: RoleClient, wish: str, who: str) -> str:
     """Return a request about the caller's own entries, if there can be one."""
     name = f"the-{who}" if "/users/" in wish and not wish.startswith("DELETE") else "unheard-of"
     job = 1
     if "{job}" in wish and who not in PEOPLE[:2]:
-        job = door.must("POST /v1/jobs?held=true", _JOB, door.robot.headers(who))["id"]
+        job = role_client.must("POST /v1/jobs?held=true", _JOB, role_client.robot.headers(who))["id"]
     return wish.format(job=job, name=name, token="no-such-token")
 
 
@@ -258,16 +258,16 @@ CASES = [(who, lease) for who in PEOPLE for lease in (FREE, TAKEN, OWN) if lease
 
 
 @pytest.mark.parametrize(("who", "lease"), CASES, ids=[f"{who}, the lease {lease}" for who, lease in CASES])
-def test_role_has_its_rights_and_no_others(who: str, lease: str, door: Door) -> None:
-    robot = door.robot
+def test_role_has_its_rights_and_no_others(who: str, lease: str, role_client: RoleClient) -> None:
+    robot = role_client.robot
     wrong: list[str] = []
     for wish, line in TABLE.items():
-        shown = set_lease(door, who, lease)
+        shown = set_lease(role_client, who, lease)
         headers = robot.headers(who) | shown
         if wish == "DELETE /v1/session" and who != NOBODY:
-            one_more = door.must(f"POST /v1/users/the-{who}/tokens", {}, headers)
+            one_more = role_client.must(f"POST /v1/users/the-{who}/tokens", {}, headers)
             headers["Authorization"] = f"Bearer {one_more['token']}"
-        answer, value = door.ask(own(door, wish, who), line.body, headers)
+        answer, value = role_client.ask(own(role_client, wish, who), line.body, headers)
         must = expected(line.operations, who, lease)
         as_it_must = answer.code in must if must else not is_refused(wish, answer, value) or not line.operations
         if not as_it_must or answer.status >= 500:
@@ -277,9 +277,9 @@ def test_role_has_its_rights_and_no_others(who: str, lease: str, door: Door) -> 
 
 def test_without_users_a_local_caller_needs_no_token(tmp_path: Path) -> None:
     with shared_robot(tmp_path, users=False) as alone:
-        door = Door(alone)
-        answers = {wish: door.ask(own(door, wish, NOBODY), line.body, {}) for wish, line in TABLE.items()}
-        door.close()
+        role_client = RoleClient(alone)
+        answers = {wish: role_client.ask(own(role_client, wish, NOBODY), line.body, {}) for wish, line in TABLE.items()}
+        role_client.close()
     refused = {wish for wish, (answer, _) in answers.items() if answer.code in ACCESS_CODES}
     # Nobody took the lease, so there is none to renew or give back; and nobody has a password.
     assert refused <= {"POST /v1/lease/renew", "DELETE /v1/lease", "POST /v1/session", "POST /v1/lease"}

@@ -82,7 +82,7 @@ def node() -> Path:
     return Path(found.origin).parent / "bin" / "node"
 
 
-def told_by(*command: object) -> dict[str, Any]:
+def output_of(*command: object) -> dict[str, Any]:
     """Return a client's output, once it has gone through everything it has."""
     done = subprocess.run(
         [str(word) for word in command], capture_output=True, text=True, timeout=PATIENCE, check=False, cwd=SCRIPTS
@@ -102,9 +102,9 @@ def test_client_libraries_sign_in_with_a_token(way: str) -> None:
         assert done("home")[0] == 0
         token = json.loads(done("user add root --role admin --json")[1])["token"]
         if library == "roslib":
-            said = told_by(node(), SCRIPTS / "sign_in.mjs", one.url, token)
+            said = output_of(node(), SCRIPTS / "sign_in.mjs", one.url, token)
         else:
-            said = told_by(ROSLIBPY[0], ROSLIBPY[1].with_name("roslibpy_signs_in.py"), one.port, token, how)
+            said = output_of(ROSLIBPY[0], ROSLIBPY[1].with_name("roslibpy_signs_in.py"), one.port, token, how)
     assert (said["stop"], said["speed"], said["gripper"]) == (True, SPEED, True)
     assert library == "roslibpy" or "4101: " in said["before"]
 
@@ -143,7 +143,7 @@ def test_roslibpy_asks_talks_serves_and_moves_a_part() -> None:
     if not ROSLIBPY[0].exists():
         pytest.fail("there is no .venv-clients: `./test` sets it up")
     with served() as one:
-        said = told_by(*ROSLIBPY, one.port)
+        said = output_of(*ROSLIBPY, one.port)
         cube = one.cube
     agrees(said)
     assert said["chatter"] == [{"data": f"{number}"} for number in range(3)]
@@ -157,7 +157,7 @@ def test_roslib_asks_talks_serves_acts_and_moves_a_part() -> None:
     if not (SCRIPTS / "node_modules").exists():
         pytest.fail(f"there is no {SCRIPTS / 'node_modules'}: `./test` sets it up")
     with served() as one:
-        said = told_by(node(), SCRIPTS / "client.mjs", one.url)
+        said = output_of(node(), SCRIPTS / "client.mjs", one.url)
         cube = one.cube
     agrees(said)
     assert [said[name] for name in ("none", "png", "cbor", "cbor-raw")] == [
@@ -292,7 +292,7 @@ def test_the_page_shows_the_robot_and_its_buttons_work() -> None:
     assert found is not None
     with served() as one:
         program = f"{BROWSER}{found[1].replace('9090', str(one.port))}{PERSON}"
-        assert told_by(node(), "--input-type=module", "--eval", program) == {"done": True}
+        assert output_of(node(), "--input-type=module", "--eval", program) == {"done": True}
 
 
 def test_taken_port_is_reported_before_anything_begins() -> None:

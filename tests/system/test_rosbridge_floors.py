@@ -24,7 +24,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.service.access.operations import Caller, Operation, Role
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
-from tests.rosbridging import DATE, Said, Talker
+from tests.rosbridging import DATE, BusClient, Said
 from tests.virtual_time import elapse
 
 pytestmark = pytest.mark.system
@@ -49,16 +49,16 @@ class Robot:
         self.press = MessageEncoder(lambda: DATE)
         self.talker = self.come()
 
-    def come(self) -> Talker:
+    def come(self) -> BusClient:
         """Return one more client."""
-        return Talker(self.bus, self.press, self.bus.node(NODE))
+        return BusClient(self.bus, self.press, self.bus.node(NODE))
 
-    async def leave(self, talker: Talker) -> None:
+    async def leave(self, talker: BusClient) -> None:
         """Have a client go."""
         await talker.session.close()
         talker.node.close()
 
-    async def until(self, fact: Callable[[Said], bool], talker: Talker | None = None) -> Said:
+    async def until(self, fact: Callable[[Said], bool], talker: BusClient | None = None) -> Said:
         """Return the first message to a client that is so."""
         mouth = (talker or self.talker).mouth
         seen = 0

@@ -43,7 +43,7 @@ RULES = """{"rules": {"users": {"$uid": {
 }}}}"""
 
 
-def said_by(database: RealtimeDatabase, *command: object) -> dict[str, Any]:
+def output_of(database: RealtimeDatabase, *command: object) -> dict[str, Any]:
     """Return a program's output, once it has gone through everything it has."""
     where = {"FIREBASE_DATABASE_EMULATOR_HOST": f"127.0.0.1:{database.port}"}
     words = [str(word) for word in command]
@@ -60,7 +60,7 @@ def said_by(database: RealtimeDatabase, *command: object) -> dict[str, Any]:
 @pytest.mark.parametrize("library", ["client", "admin"])
 def test_the_javascript_libraries_find_a_database(library: str) -> None:
     with realtime_database() as database:
-        said = said_by(database, node(), SCRIPTS / "rtdb.mjs", library, database.port)
+        said = output_of(database, node(), SCRIPTS / "rtdb.mjs", library, database.port)
         assert database.longest_message > 500_000
     assert {name: said[name] for name in SAME} == SAME
     assert said["push"] == [[1, 2, 3], [2], True]
@@ -78,7 +78,7 @@ def test_the_python_library_finds_a_database() -> None:
     if not PYTHON[0].exists():
         pytest.fail("there is no .venv-clients: `./test` sets it up")
     with realtime_database(keep_alive=0.5) as database:  # the library waits for an event before it stops to listen
-        said = said_by(database, *PYTHON, database.port)
+        said = output_of(database, *PYTHON, database.port)
     assert {name: said[name] for name in SAME} == SAME
     assert said["push"] == [[1, 2, 3], True]
     assert said["shallow"] == dict.fromkeys("abcd", True)

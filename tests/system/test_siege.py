@@ -31,7 +31,7 @@ READERS = 40
 
 
 @contextmanager
-def besieged(port: int) -> Iterator[None]:
+def stream_load(port: int) -> Iterator[None]:
     """Let them ask, for the length of the block."""
     command = [sys.executable, "-m", "tests.greedy", str(port), str(READERS)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=ROOT) as crowd:
@@ -88,7 +88,7 @@ def test_a_stop_is_obeyed_however_many_want_all_of_the_past(campaign: Campaign) 
             with bound_socket(0) as door:
                 port = door.getsockname()[1]
                 async with served(create_app(bridge), door):
-                    crowd = besieged(port)
+                    crowd = stream_load(port)
                     await loop.run_in_executor(None, crowd.__enter__)
                     try:
                         asked = await loop.run_in_executor(None, stopped, port, count, lambda: len(stops))

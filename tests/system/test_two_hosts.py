@@ -138,7 +138,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
             with running(f"up --port 0 --skip-home --address {address} --take-over", second) as two:
                 two.until("maya home")
                 assert wire.numbers("mayapid") == [float(two.number)]
-                told(first, OwnershipLost.code)
+                refused_with(first, OwnershipLost.code)
                 faults = done("logs --kind fault", env=first)[1]
                 assert f"(process {one.number})" not in faults, faults
                 code, said = done("recover", env=first)
@@ -148,7 +148,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
                 code, said = done("recover --take-over", env=first)
                 assert code == 0, said
                 assert wire.numbers("mayapid") == [float(one.number)]
-                told(second, OwnershipLost.code)
+                refused_with(second, OwnershipLost.code)
                 two.send(signal.SIGTERM)
                 assert two.end()[0] == 0
             assert wire.numbers("_XQ7")[0] >= 0.0
@@ -156,7 +156,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
             assert code == 0, said
 
 
-def told(host: dict[str, str], code: int) -> None:
+def refused_with(host: dict[str, str], code: int) -> None:
     """Wait until the status of a host names a fault."""
     said = ""
     for _ in range(100):

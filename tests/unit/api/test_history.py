@@ -10,7 +10,7 @@ from maya_un.process.journal.protocol import AuditRow, EventRow, Filter
 from maya_un.process.queue import entries
 from maya_un.schema.jobs import TaskState
 from maya_un.service.history import HistoryService
-from tests.queues import Machine, asked, job
+from tests.queues import Machine, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
@@ -20,7 +20,7 @@ async def test_page_shows_running_jobs_in_their_current_state() -> None:
     async with Machine().running() as floor:
         history = HistoryService(floor.process, floor.controller.events)
         for owner in ("ana", "ben", "ana"):
-            await floor.process.submit(job("home", "home"), asked(owner))
+            await floor.process.submit(job("home", "home"), submit_request(owner))
         await floor.until(1, 2)
         page = await history.page(Filter(owner="ana"))
         assert [(line.id, line.state, line.done, line.position) for line in page] == [

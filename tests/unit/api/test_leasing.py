@@ -12,7 +12,7 @@ from maya_un.process.process import Process
 from maya_un.schema.bodies import LONGEST
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.queueing import QueueService
-from tests.entrances import House, house, somebody
+from tests.entrances import CallerRegistry, caller_registry, somebody
 from tests.virtual_time import elapse
 
 SAM, TOM = somebody(Role.STUDENT, "sam"), somebody(Role.STUDENT, "tom")
@@ -20,9 +20,9 @@ OLGA, OTTO = somebody(Role.OPERATOR, "olga"), somebody(Role.OPERATOR, "otto")
 ROOT = somebody(Role.ADMIN, "root")
 
 
-async def lab() -> House:
+async def lab() -> CallerRegistry:
     """Return a service with every user in it."""
-    made = house()
+    made = caller_registry()
     await made.people.add("root", "admin")
     for caller in (SAM, TOM, OLGA, OTTO):
         await made.people.add(caller.name, caller.role.word)
@@ -30,13 +30,13 @@ async def lab() -> House:
     return made
 
 
-async def holding(owner: House, by: Caller, **how: object) -> Caller:
+async def holding(owner: CallerRegistry, by: Caller, **how: object) -> Caller:
     """Take the lease and return the caller who shows it."""
     taken = await owner.leasing.take(by, **how)  # pyright: ignore[reportArgumentType] - note, patience, force
     return somebody(by.role, by.name, taken.id)
 
 
-def driver(owner: House) -> str:
+def driver(owner: CallerRegistry) -> str:
     holder = owner.entrance.lease.holder
     return "" if holder is None else holder.name
 
@@ -124,7 +124,7 @@ async def test_lease_is_offered_to_anyone_who_may_drive(name: str) -> None:
     with pytest.raises(UnknownName, match="olga, otto, root, sam, tom"):
         await owner.leasing.offer(name, OLGA)
     with pytest.raises(UnknownName, match="no users"):
-        await house().leasing.offer(name, LOCAL)
+        await caller_registry().leasing.offer(name, LOCAL)
 
 
 async def test_every_caller_sees_the_driver_and_only_he_that_it_is_himself() -> None:
@@ -192,7 +192,7 @@ async def test_a_note_is_one_line(note: str) -> None:
 
 
 async def test_the_local_user_needs_no_ceremony_and_may_have_it() -> None:
-    owner = house()
+    owner = caller_registry()
     taken = await owner.leasing.take(LOCAL, note="calibrating")
     assert (taken.holder, taken.note, taken.expires_in) == ("local", "calibrating", 10.0)
     with owner.entrance.lease.driving("local", "local", direct=True):

@@ -33,7 +33,7 @@ CORNERS = [[0.3, 1.0, 0.4], [0.6, 1.0, 0.4], [0.3, 1.2, 0.4]]
 
 
 @asynccontextmanager
-async def door() -> AsyncIterator[tuple[FakeController, Service]]:
+async def opened_service() -> AsyncIterator[tuple[FakeController, Service]]:
     controller = FakeController()
     robot, book = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
     process = Process(robot, controller, controller.config, book.taught)
@@ -44,7 +44,7 @@ async def door() -> AsyncIterator[tuple[FakeController, Service]]:
 
 
 async def test_a_pose_is_where_the_robot_is() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         pose = service.teaching.teach("shelf", DAY)
         assert (pose.joints, pose.point, pose.taught) == (controller.state.joints, controller.state.point, DAY)
         assert service.teaching.poses() == [pose]
@@ -69,7 +69,7 @@ async def test_teaching_is_refused_in_motion_or_at_an_unknown_position() -> None
 
 
 async def test_taught_name_is_a_place_of_commands_and_jobs() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         pose = service.teaching.teach("here", DAY)
         picked = await service.wish({"command": "approach", "target": "here"})
         assert (picked.name, picked.steps[0].step, picked.state.value) == ("approach", "approach here", "done")
@@ -81,7 +81,7 @@ async def test_taught_name_is_a_place_of_commands_and_jobs() -> None:
 
 
 async def test_cell_of_a_taught_pallet_is_a_place_of_commands() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         service.teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
         report = await service.wish({"command": "pick", "target": "tray[1,2]"})
         assert report.steps[0].step == "pick tray[1,2]"
@@ -103,7 +103,7 @@ async def test_cell_of_a_taught_pallet_is_a_place_of_commands() -> None:
     ],
 )
 async def test_command_for_an_unknown_place_is_refused_at_once(wish: dict[str, object], error: type[Exception]) -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         service.teaching.teach("here", DAY)
         with pytest.raises(error):
             await service.wish(wish)
@@ -111,7 +111,7 @@ async def test_command_for_an_unknown_place_is_refused_at_once(wish: dict[str, o
 
 
 async def test_job_shows_its_number_of_tasks_and_bad_pallets() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         slanted = {"corners": [*CORNERS[:2], [0.4, 1.1, 0.4]], "rows": 2, "columns": 3}
         loop = {"for_each": "tray", "do": [{"pick": "tray[each]"}, {"place": [1.1, 0.5]}]}
         job = await service.submit({"pallets": {"tray": slanted}, "steps": ["home", loop], "repeat": 2})
@@ -122,7 +122,7 @@ async def test_job_shows_its_number_of_tasks_and_bad_pallets() -> None:
 
 
 async def test_a_pallet_tells_its_shape() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         corners = [*CORNERS, [0.6, 1.2, 0.42]]
         info = service.teaching.teach_pallet("tray", {"corners": corners, "rows": 3, "columns": 4}, DAY)
         assert info.corners == tuple(tuple(corner) for corner in corners)
@@ -135,7 +135,7 @@ async def test_a_pallet_tells_its_shape() -> None:
 
 
 async def test_invalid_pose_or_pallet_is_refused() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         teaching = service.teaching
         teaching.teach("here", DAY)
         teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
@@ -166,14 +166,14 @@ async def test_invalid_pose_or_pallet_is_refused() -> None:
     ],
 )
 async def test_a_grid_that_is_none_is_refused_at_its_key(grid: dict[str, object], key: str) -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         with pytest.raises(InvalidRequest) as caught:
             service.teaching.teach_pallet("tray", grid, DAY)
         assert caught.value.details["key"] == key
 
 
 async def test_pallet_with_degenerate_corners_is_reported() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         service.teaching.teach("corner", DAY)
         away = (0.3, 1.2, 0.4)
         service.teaching.teach_pallet("line", {"corners": ["corner", list(away)], "rows": 1, "columns": 2}, DAY)

@@ -103,12 +103,12 @@ def test_a_machine_recorded_from_the_first_command_on_is_compared_too(replayed: 
     assert code == 0
 
 
-def _said(job: Recording, text: bytes) -> int:
+def _count_sent(job: Recording, text: bytes) -> int:
     return next(place for place, piece in enumerate(job.wire) if piece.side == "client" and text in piece.data)
 
 
 def test_a_falsified_answer_is_found_and_named(job: Recording, replayed: Replayed) -> None:
-    asked = _said(job, b"_ERA,")
+    asked = _count_sent(job, b"_ERA,")
     place = next(n for n in range(asked, len(job.wire)) if b" 742.0000 " in job.wire[n].data)
     piece = job.wire[place]
     false = piece._replace(data=piece.data.replace(b" 742.0000 ", b" 743.0000 ", 1))
@@ -136,7 +136,7 @@ def test_a_falsified_position_is_found_and_named(job: Recording, replayed: Repla
 
 
 def test_a_command_that_is_missing_is_found_and_named(job: Recording, replayed: Replayed) -> None:
-    place = _said(job, b"BGS\r")
+    place = _count_sent(job, b"BGS\r")
     code, told = replayed(replace(job, wire=(*job.wire[:place], *job.wire[place + 1 :])))
     assert code == 1
     what = [one["what"] for one in told["differences"]]
@@ -148,7 +148,7 @@ def test_a_command_that_is_missing_is_found_and_named(job: Recording, replayed: 
 
 def test_a_command_that_the_controller_never_got_is_found_and_named(job: Recording, replayed: Replayed) -> None:
     """The answer of a command is missing, and whatever comes next answers the ones behind it."""
-    place = _said(job, b"OB 1,")
+    place = _count_sent(job, b"OB 1,")
     answer = next(n for n in range(place, len(job.wire)) if job.wire[n].side == "controller")
     data = job.wire[answer].data
     assert data.startswith(b":")
@@ -206,7 +206,7 @@ def test_external_faults_are_told_from_effects_of_commands(replayed: Replayed) -
 
 def test_people_get_a_table_and_the_ends(job: Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, picture = tmp_path / "one.mcap", tmp_path / "both.svg"
-    place = _said(job, b"BGS\r")
+    place = _count_sent(job, b"BGS\r")
     with path.open("wb") as file:
         mcap_file.write(replace(job, wire=(*job.wire[:place], *job.wire[place + 1 :])), file)
     assert main(["replay", str(path), "--plot", str(picture)]) == 1

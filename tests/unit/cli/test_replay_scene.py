@@ -27,24 +27,24 @@ REST = DataRecord(
 )
 
 
-def said(time: float, text: str) -> WirePiece:
+def sent(time: float, text: str) -> WirePiece:
     return WirePiece(time, 1, "client", f"{text}\r".encode())
 
 
-def heard(time: float, data: bytes) -> WirePiece:
+def received(time: float, data: bytes) -> WirePiece:
     return WirePiece(time, 1, "controller", data)
 
 
-def asked(time: float, record: DataRecord) -> list[WirePiece]:
-    return [said(time, "QR"), heard(time + 0.001, encode(record) + b":")]
+def record_exchange(time: float, record: DataRecord) -> list[WirePiece]:
+    return [sent(time, "QR"), received(time + 0.001, encode(record) + b":")]
 
 
-OPENING = [WirePiece(1.0, 1, "client", b"", "open"), said(1.0, "SPA=1000"), heard(1.0, b":")]
+OPENING = [WirePiece(1.0, 1, "client", b"", "open"), sent(1.0, "SPA=1000"), received(1.0, b":")]
 REST_OF_IT = [
-    *asked(90.0, replace(REST, axes=(MOVING, *REST.axes[1:]))),
-    *asked(90.1, REST),
-    said(90.2, "BGS"),
-    heard(90.2, b":"),
+    *record_exchange(90.0, replace(REST, axes=(MOVING, *REST.axes[1:]))),
+    *record_exchange(90.1, REST),
+    sent(90.2, "BGS"),
+    received(90.2, b":"),
 ]
 LATER = Recording(
     replace(header(whole=90.0, complete=False), opening=1.0),
@@ -114,12 +114,12 @@ def test_twin_gets_the_state_of_the_controller() -> None:
 def test_controller_state_before_the_first_command_is_known() -> None:
     """Its program and its variables; values that the host set itself are left out."""
     pieces = (
-        *(said(0.0, "UL"), heard(0.0, b"#A\r\nEN\r\n\x1a:")),
-        *(said(0.1, "MG mayahome"), heard(0.1, b" 12.0000\r\n:")),
-        *(said(0.2, "speed=5"), heard(0.2, b":")),
-        *(said(0.3, "MG speed"), heard(0.3, b" 5.0000\r\n:")),
-        *(said(0.4, "MG _TPA"), heard(0.4, b" 1.0000\r\n:")),
-        *(said(0.5, "MG nothing"), heard(0.5, b"?")),
+        *(sent(0.0, "UL"), received(0.0, b"#A\r\nEN\r\n\x1a:")),
+        *(sent(0.1, "MG mayahome"), received(0.1, b" 12.0000\r\n:")),
+        *(sent(0.2, "speed=5"), received(0.2, b":")),
+        *(sent(0.3, "MG speed"), received(0.3, b" 5.0000\r\n:")),
+        *(sent(0.4, "MG _TPA"), received(0.4, b" 1.0000\r\n:")),
+        *(sent(0.5, "MG nothing"), received(0.5, b"?")),
     )
     scene = ReplayScene(0.0, pieces, (), REST, homed=False)
     text = commands_before(scene, Config()).decode()

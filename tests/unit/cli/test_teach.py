@@ -18,7 +18,7 @@ SHELF, BENCH, DESK = Point(0.3, 1.0, 0.4), Point(0.6, 1.0, 0.4), Point(0.3, 1.2,
 
 
 @pytest.fixture
-def book(tmp_path: Path) -> Path:
+def pose_file(tmp_path: Path) -> Path:
     """Teach three poses in the user's book, and return where it is."""
     place = tmp_path / "config" / "maya" / "poses.toml"
     mechanism = Mechanism.of(Config())
@@ -38,7 +38,7 @@ def data(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> Any:
     return json.loads(printed(f"{line} --json", capsys, code))
 
 
-def test_poses_are_listed_renamed_and_removed(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_poses_are_listed_renamed_and_removed(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     poses = data("poses", capsys)["poses"]
     assert [(pose["name"], pose["point"]) for pose in poses] == [
         ("shelf", pytest.approx(list(SHELF))),
@@ -57,7 +57,7 @@ def test_without_a_file_there_are_no_poses(capsys: pytest.CaptureFixture[str]) -
     assert "maya teach-pallet" in printed("pallets", capsys)
 
 
-def test_a_pallet_is_taught_of_poses(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pallet_is_taught_of_poses(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = printed("teach-pallet tray --rows 3 --columns 4 shelf bench desk", capsys)
     assert said == "tray, 3 x 4: 0.3000 1.0000 0.4000 … 0.6000 1.2000 0.4000 m\n"
     (pallet,) = data("pallets", capsys)["pallets"]
@@ -70,9 +70,9 @@ def test_a_pallet_is_taught_of_poses(book: Path, capsys: pytest.CaptureFixture[s
     assert data("pallets", capsys) == {"pallets": []}
 
 
-def test_a_pallet_out_of_shape_is_remarked(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pallet_out_of_shape_is_remarked(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mechanism = Mechanism.of(Config())
-    PoseStore(mechanism, book).teach("high", mechanism.ik(Point(0.6, 1.2, 0.42)), "")
+    PoseStore(mechanism, pose_file).teach("high", mechanism.ik(Point(0.6, 1.2, 0.42)), "")
     said = printed("teach-pallet tray --rows 3 --columns 4 shelf bench desk high", capsys)
     assert said.splitlines()[1] == "  not quite a rectangle: its corners are 5.0 mm off a plane"
     assert printed("pallets --lang es", capsys).splitlines()[1].startswith("  no es del todo")
@@ -99,21 +99,23 @@ def test_a_pallet_out_of_shape_is_remarked(book: Path, capsys: pytest.CaptureFix
     ],
 )
 def test_impossible_request_is_refused_with_its_code(
-    line: str, error: int, book: Path, capsys: pytest.CaptureFixture[str]
+    line: str, error: int, pose_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = book.read_text(encoding="utf-8")
+    before = pose_file.read_text(encoding="utf-8")
     assert f"error {error}: " in printed(line, capsys, 2)
-    assert book.read_text(encoding="utf-8") == before
+    assert pose_file.read_text(encoding="utf-8") == before
 
 
 @pytest.mark.parametrize("line", ["teach shelf", "teach-pallet tray --rows 3 --columns 4", "pick shelf", "move shelf"])
-def test_command_that_needs_the_robot_reports_it(line: str, book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_that_needs_the_robot_reports_it(
+    line: str, pose_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert "error 1020" in printed(line, capsys, 1)
 
 
-def test_broken_pose_file_is_reported(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    book.write_text("[poses.shelf]\njoints = [1, 2]\n", encoding="utf-8")
-    assert f"error 4007: {book} cannot be read: poses.shelf.joints" in printed("poses", capsys, 2)
+def test_broken_pose_file_is_reported(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pose_file.write_text("[poses.shelf]\njoints = [1, 2]\n", encoding="utf-8")
+    assert f"error 4007: {pose_file} cannot be read: poses.shelf.joints" in printed("poses", capsys, 2)
 
 
 def test_pose_file_lies_next_to_the_named_configuration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -27,7 +27,7 @@ Says = Callable[[Asked], Any]
 """From a request to its answer: a message, an error of ours to refuse it with, None to hang up without a word."""
 
 
-class Stand:
+class ServiceStub:
     """The service: its URL, and its requests, in order."""
 
     def __init__(self, url: str) -> None:
@@ -41,7 +41,7 @@ class Stand:
 
 
 @contextmanager
-def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[Stand]:
+def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[ServiceStub]:
     """Serve the answers of `says` on a free port while the block runs; by TLS with a `secret`."""
 
     class Handler(BaseHTTPRequestHandler):
@@ -77,7 +77,7 @@ def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[Stand]
         if secret is not None:
             server.socket = secret.wrap_socket(server.socket, server_side=True)
         scheme = "http" if secret is None else "https"
-        stand = Stand(f"{scheme}://127.0.0.1:{server.server_port}")
+        stand = ServiceStub(f"{scheme}://127.0.0.1:{server.server_port}")
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:

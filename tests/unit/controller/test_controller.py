@@ -56,7 +56,7 @@ ABOVE = Joints(0.3, 1.0, 1.001)
 """The lines would be straight there."""
 
 
-def wish(name: str, *arguments: object, **options: object) -> Act:
+def command(name: str, *arguments: object, **options: object) -> Act:
     def act(controller: GalilController) -> Awaitable[None]:
         return getattr(controller, name)(*arguments, **options)
 
@@ -64,33 +64,33 @@ def wish(name: str, *arguments: object, **options: object) -> Act:
 
 
 REFUSED: list[tuple[Act, type[MayaError]]] = [
-    (wish("move", ABOVE), Unreachable),
-    (wish("move", Joints(0.3, 0.4, 1.9)), Unreachable),
-    (wish("move", Joints(-0.1, 1.5, 1.3)), Unreachable),
-    (wish("move", Joints(nan, 1.5, 1.3)), InvalidValue),
-    (wish("move", Joints(0.3, inf, 1.3)), InvalidValue),
-    (wish("move", FAR, speed=0.0), InvalidValue),
-    (wish("move", FAR, speed=-0.5), InvalidValue),
-    (wish("move", FAR, speed=1.2e-223), InvalidValue),
-    (wish("move", FAR, speed=0.00099), InvalidValue),
-    (wish("move", FAR, speed=1.0001), InvalidValue),
-    (wish("move", FAR, speed=nan), InvalidValue),
-    (wish("follow", []), TrajectoryRefused),
-    (wish("follow", [HERE]), TrajectoryRefused),
-    (wish("follow", [FAR, HERE]), TrajectoryRefused),
-    (wish("follow", [HERE._replace(b=1.5002), FAR]), TrajectoryRefused),
-    (wish("follow", [Joints(nan, nan, nan), FAR]), InvalidValue),
-    (wish("follow", [HERE, FAR, Joints(0.3, nan, 1.3)]), InvalidValue),
-    (wish("follow", [HERE, FAR, ABOVE]), Unreachable),
-    (wish("follow", [HERE] * 512), TrajectoryRefused),
-    (wish("follow", [HERE, FAR, HERE] + [HERE, FAR] * 20), TrajectoryRefused),
-    (wish("follow", [HERE, FAR], speed=2.0), InvalidValue),
-    (wish("jog", "d", 0.1), UnknownName),
-    (wish("jog", "A", 0.1), UnknownName),
-    (wish("jog", "a", -0.5), Unreachable),
-    (wish("jog", "b", nan), InvalidValue),
-    (wish("jog", "b", 0.01, speed=0.0), InvalidValue),
-    (wish("recover"), NothingToRecover),
+    (command("move", ABOVE), Unreachable),
+    (command("move", Joints(0.3, 0.4, 1.9)), Unreachable),
+    (command("move", Joints(-0.1, 1.5, 1.3)), Unreachable),
+    (command("move", Joints(nan, 1.5, 1.3)), InvalidValue),
+    (command("move", Joints(0.3, inf, 1.3)), InvalidValue),
+    (command("move", FAR, speed=0.0), InvalidValue),
+    (command("move", FAR, speed=-0.5), InvalidValue),
+    (command("move", FAR, speed=1.2e-223), InvalidValue),
+    (command("move", FAR, speed=0.00099), InvalidValue),
+    (command("move", FAR, speed=1.0001), InvalidValue),
+    (command("move", FAR, speed=nan), InvalidValue),
+    (command("follow", []), TrajectoryRefused),
+    (command("follow", [HERE]), TrajectoryRefused),
+    (command("follow", [FAR, HERE]), TrajectoryRefused),
+    (command("follow", [HERE._replace(b=1.5002), FAR]), TrajectoryRefused),
+    (command("follow", [Joints(nan, nan, nan), FAR]), InvalidValue),
+    (command("follow", [HERE, FAR, Joints(0.3, nan, 1.3)]), InvalidValue),
+    (command("follow", [HERE, FAR, ABOVE]), Unreachable),
+    (command("follow", [HERE] * 512), TrajectoryRefused),
+    (command("follow", [HERE, FAR, HERE] + [HERE, FAR] * 20), TrajectoryRefused),
+    (command("follow", [HERE, FAR], speed=2.0), InvalidValue),
+    (command("jog", "d", 0.1), UnknownName),
+    (command("jog", "A", 0.1), UnknownName),
+    (command("jog", "a", -0.5), Unreachable),
+    (command("jog", "b", nan), InvalidValue),
+    (command("jog", "b", 0.01, speed=0.0), InvalidValue),
+    (command("recover"), NothingToRecover),
 ]
 
 
@@ -106,7 +106,7 @@ async def test_refused_command_sends_nothing_and_disturbs_nothing(act: Act, erro
         await bench.controller.jog("a", 0.01)
 
 
-@pytest.mark.parametrize("act", [wish("move", FAR), wish("follow", [HERE, FAR]), wish("jog", "a", 0.1)])
+@pytest.mark.parametrize("act", [command("move", FAR), command("follow", [HERE, FAR]), command("jog", "a", 0.1)])
 async def test_before_homing_nothing_moves(act: Act) -> None:
     async with rig() as bench:
         sent = len(bench.sent)
@@ -118,12 +118,12 @@ async def test_before_homing_nothing_moves(act: Act) -> None:
 @pytest.mark.parametrize(
     "act",
     [
-        wish("move", FAR),
-        wish("follow", [HERE, FAR]),
-        wish("jog", "a", 0.1),
-        wish("home"),
-        wish("gripper", True),
-        wish("skip_home"),
+        command("move", FAR),
+        command("follow", [HERE, FAR]),
+        command("jog", "a", 0.1),
+        command("home"),
+        command("gripper", True),
+        command("skip_home"),
     ],
 )
 async def test_in_a_fault_nothing_moves(act: Act) -> None:
@@ -135,9 +135,10 @@ async def test_in_a_fault_nothing_moves(act: Act) -> None:
         assert len(bench.sent) == sent
 
 
-@pytest.mark.parametrize("first", [wish("move", FAR), wish("home"), wish("gripper", True)])
+@pytest.mark.parametrize("first", [command("move", FAR), command("home"), command("gripper", True)])
 @pytest.mark.parametrize(
-    "second", [wish("move", FAR), wish("jog", "a", 0.1), wish("home"), wish("gripper", False), wish("skip_home")]
+    "second",
+    [command("move", FAR), command("jog", "a", 0.1), command("home"), command("gripper", False), command("skip_home")],
 )
 async def test_second_command_is_refused_while_one_runs(first: Act, second: Act) -> None:
     async with homed() as bench:

@@ -14,7 +14,7 @@ from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatu
 from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
 from maya_un.robot.primitives.home import Home
-from tests.graphs import CALM, below
+from tests.graphs import CALM, controller_node
 from tests.virtual_time import elapse
 
 HOME = {"task": primitive_to_message(Home())}
@@ -102,7 +102,7 @@ async def test_robot_layer_refuses_until_the_controller_layer_is_there() -> None
     async with robot_floor(bus.node("robot_controller"), CALM) as controller:
         answer = await somebody.call(MAYA_COMMAND.name, HOME, MAYA_COMMAND.type)
         assert isinstance(error_of(answer), NotConnected)
-        async with below(bus, homed=True):
+        async with controller_node(bus, homed=True):
             await controller.connected()
             teleop = {"task": {"command": "can_teleop"}}
             await elapse(0.5)
@@ -111,7 +111,7 @@ async def test_robot_layer_refuses_until_the_controller_layer_is_there() -> None
 
 async def test_running_command_is_at_rest_when_the_robot_layer_ends() -> None:
     bus = Bus()
-    async with below(bus) as low:
+    async with controller_node(bus) as low:
         async with robot_floor(bus.node("robot_controller"), CALM) as controller:
             await controller.connected()
             wish = asyncio.ensure_future(bus.node("somebody").do(INNER, TASK.type, HOME))

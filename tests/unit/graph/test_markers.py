@@ -83,13 +83,13 @@ def test_carried_part_is_published_when_picked_and_when_placed() -> None:
     view = MarkerScene(standing(), WORKSPACE, parts={"bolt": at})
     drawing.update(view)
     taken = replace(view, carried="bolt")
-    (part,) = (one for one in _told(drawing.update(taken)) if one["ns"] == "parts")
+    (part,) = (one for one in _published(drawing.update(taken)) if one["ns"] == "parts")
     assert part["header"]["frame_id"] == "gripper"
     assert part["pose"]["position"]["z"] == pytest.approx(0.02)
     higher = replace(taken, state=standing(WORKSPACE.ik(Point(0.5, 1.2, 0.6))), parts={"bolt": Point(0.5, 1.2, 0.6)})
     assert drawing.update(higher) is None
     down = replace(higher, carried=None)
-    (part,) = (one for one in _told(drawing.update(down)) if one["ns"] == "parts")
+    (part,) = (one for one in _published(drawing.update(down)) if one["ns"] == "parts")
     assert part["header"]["frame_id"] == "base"
 
 
@@ -143,7 +143,7 @@ def test_no_word_stands_above_one_that_is() -> None:
         assert {one["ns"] for one in state_markers(replace(standing(), mode=mode), WORKSPACE, CONFIG)} == {"lines"}
 
 
-def _told(array: Message | None) -> list[Message]:
+def _published(array: Message | None) -> list[Message]:
     assert array is not None
     return array["markers"]
 

@@ -54,7 +54,7 @@ def test_a_question_is_no_job() -> None:
 
 
 @asynccontextmanager
-async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessAssembly, GraphQueue]]:
+async def queue_server(controller: FakeController) -> AsyncIterator[tuple[ProcessAssembly, GraphQueue]]:
     robot = MayaRobot(controller, controller.config)
     async with process_floor(robot, controller, Config()) as floor:
         yield floor, GraphQueue(floor.gate.call, floor.service.queue.view, controller)
@@ -62,7 +62,7 @@ async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessAss
 
 async def test_appended_job_runs_in_its_turn_for_the_graph() -> None:
     controller = FakeController()
-    async with floor_of(controller) as (floor, queue):
+    async with queue_server(controller) as (floor, queue):
         await queue.append([Pick(CUBE), Place(TRAY)])
         await queue.append([Home()])
         reports = [await floor.process.result(number) for number in (1, 2)]
@@ -73,7 +73,7 @@ async def test_appended_job_runs_in_its_turn_for_the_graph() -> None:
 
 async def test_the_end_of_everything_stops_and_empties() -> None:
     controller = FakeController()
-    async with floor_of(controller) as (floor, queue):
+    async with queue_server(controller) as (floor, queue):
         await queue.append([Home()])
         await queue.append([Pick(CUBE)])
         await elapse(5.0)
@@ -87,7 +87,7 @@ async def test_the_end_of_everything_stops_and_empties() -> None:
 
 async def test_the_status_says_whether_the_queue_goes_on() -> None:
     controller = FakeController()
-    async with floor_of(controller) as (floor, queue):
+    async with queue_server(controller) as (floor, queue):
         await floor.process.turns.pause("ana", now=False)
         status = queue.status()
         assert status.level is DiagnosticLevel.WARN

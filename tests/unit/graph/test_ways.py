@@ -12,7 +12,7 @@ from maya_ros.graph.markers import PathMarkers
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_un.motion import Path
 from maya_un.values import Point
-from tests.graphs import below
+from tests.graphs import controller_node
 from tests.strategies import WORKSPACE
 from tests.virtual_time import elapse
 
@@ -109,7 +109,7 @@ async def test_subscriber_sees_the_path_appear_and_disappear() -> None:
     def hear(array: Message) -> None:
         told.extend((one["ns"], one["action"]) for one in array["markers"])
 
-    async with below(bus, homed=True) as floor:
+    async with controller_node(bus, homed=True) as floor:
         viewer = bus.node("rviz")
         viewer.subscribe("/maya_markers", "visualization_msgs/MarkerArray", hear)
         await elapse(1.0)

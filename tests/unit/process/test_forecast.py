@@ -6,14 +6,14 @@ import pytest
 
 from maya_un.events import HomingBegun, HomingDone
 from maya_un.schema.jobs import JobLine
-from tests.queues import Floor, Machine, asked, job
+from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 MOVE = job({"approach": "cube"}, {"approach": "tray"})
 BACK = job({"approach": "tray"}, {"approach": "cube"})
 
 
-async def waiting(floor: Floor) -> list[JobLine]:
+async def waiting(floor: QueueBench) -> list[JobLine]:
     """Let the forecast do its work, and return what waits."""
     await elapse(0.0)
     for _ in range(40):
@@ -42,7 +42,7 @@ async def test_unchanged_prediction_is_not_computed_again() -> None:
         await waiting(floor)
         before = floor.controller.previews
         await floor.process.change(2, {"notes": "as before"})
-        await floor.process.submit(job("home"), asked(held=True))
+        await floor.process.submit(job("home"), submit_request(held=True))
         await waiting(floor)
         assert floor.controller.previews == before
 
@@ -89,8 +89,8 @@ async def test_a_slower_robot_is_later() -> None:
 async def test_held_jobs_and_their_dependents_do_not_count() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(MOVE)
-        await floor.process.submit(BACK, asked(held=True))
-        await floor.process.submit(MOVE, asked(depends_on=(2,)))
+        await floor.process.submit(BACK, submit_request(held=True))
+        await floor.process.submit(MOVE, submit_request(depends_on=(2,)))
         await floor.process.submit(BACK)
         await elapse(1.0)
         view = floor.process.shown.view()
@@ -129,7 +129,7 @@ async def test_homing_is_estimated_by_a_bound_and_then_by_the_last_one() -> None
         assert await with_homing(floor) == pytest.approx(7.0)
 
 
-async def with_homing(floor: Floor) -> float:
+async def with_homing(floor: QueueBench) -> float:
     """Return what a homing that is queued now is estimated at [s]."""
     number = await floor.process.submit(job("home"))
     await elapse(0.5)

@@ -9,14 +9,14 @@ from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced, StorageChang
 from maya_un.process.queue.transaction_log import RETRY
 from maya_un.robot.primitives import Home
 from maya_un.schema.jobs import QueueMode, TaskState
-from tests.queues import Floor, Machine, asked, job
+from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
 LONG = 1000.0
 
 
-async def kept(floor: Floor, number: int) -> tuple[str, list[str]]:
+async def kept(floor: QueueBench, number: int) -> tuple[str, list[str]]:
     """Return the states of a job and its steps in the journal."""
     found = await floor.journal.job(number)
     assert found is not None
@@ -79,7 +79,7 @@ async def test_unwritten_end_of_a_job_is_announced_when_it_is_written() -> None:
 
 async def test_job_whose_start_cannot_be_written_does_not_begin() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, submit_request(held=True))
         await floor.process.release(1, "ana")
         floor.journal.broken = "the file may only be read"
         await elapse(LONG)
@@ -146,7 +146,7 @@ async def test_everything_announced_was_in_the_journal_before() -> None:
         floor.check_announcements()
         await floor.process.submit(job("home", "home"))
         await floor.process.submit(job({"place": "tray"}))
-        await floor.process.submit(HOME, asked(depends_on=(2,)))
+        await floor.process.submit(HOME, submit_request(depends_on=(2,)))
         await floor.process.result(2)
         told = [event for kind in (JobAdvanced, StepAdvanced) for event in floor.told(kind)]
         assert len(told) == 3 + 4 + 3 + 1 + 2

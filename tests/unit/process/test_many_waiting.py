@@ -12,7 +12,7 @@ from maya_un.events import JobAdvanced
 from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner
 from maya_un.process.queue.entries import AT_HAND, QueueEntry
 from maya_un.schema.jobs import TaskState
-from tests.queues import Machine, asked, job
+from tests.queues import Machine, job, submit_request
 from tests.virtual_time import elapse
 
 MANY = 2000
@@ -157,7 +157,7 @@ async def test_jobs_submitted_behind_many_stay_in_the_journal() -> None:
     async with machine.running() as floor:
         await elapse(1.0)
         before = whole(QueueEntry)
-        numbers = [await floor.process.submit(HOME, asked()) for _ in range(50)]
+        numbers = [await floor.process.submit(HOME, submit_request()) for _ in range(50)]
         assert whole(QueueEntry) - before <= 2
         assert [floor.process.shown.line(number).state for number in numbers] == [TaskState.QUEUED] * 50
 

@@ -17,7 +17,7 @@ from maya_un.errors import (
 from maya_un.process.computation import JobComputer
 from maya_un.robot.primitives import Home
 from maya_un.schema.jobs import QueueMode, TaskState
-from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
+from tests.queues import PICK_AND_PLACE, Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
@@ -84,7 +84,9 @@ async def test_a_queue_in_which_a_restart_left_something_is_not_resumed_unasked(
         assert floor.controller.calls == []
 
 
-async def recover(floor: Floor, choice: str, *, holding: bool | None = None, resume_queue: bool = True) -> list[str]:
+async def recover(
+    floor: QueueBench, choice: str, *, holding: bool | None = None, resume_queue: bool = True
+) -> list[str]:
     """Choose, let everything run, and return the states of the first job's steps."""
     await floor.process.recover(choice, holding, resume_queue=resume_queue, by="ana")
     await elapse(LONG)
@@ -261,7 +263,7 @@ async def test_a_step_that_is_held_is_not_waited_for_at_the_end() -> None:
 async def test_waiters_are_notified_when_the_program_ends() -> None:
     machine = Machine()
     async with machine.running() as floor:
-        number = await floor.process.submit(HOME, asked(held=True))
+        number = await floor.process.submit(HOME, submit_request(held=True))
         waiting = floor.process.result(number)
         await floor.process.close()
         assert (await waiting).state is TaskState.HELD
@@ -271,9 +273,9 @@ async def test_dependencies_and_holds_outlive_a_restart() -> None:
     machine = Machine()
     async with machine.running() as floor:
         await floor.process.turns.pause("ana", now=False)
-        await floor.process.submit(HOME, asked(held=True))
-        await floor.process.submit(HOME, asked(depends_on=(1,)))
-        await floor.process.submit(HOME, asked(priority=7))
+        await floor.process.submit(HOME, submit_request(held=True))
+        await floor.process.submit(HOME, submit_request(depends_on=(1,)))
+        await floor.process.submit(HOME, submit_request(priority=7))
         await floor.process.hold(2)
     async with machine.running() as floor:
         await floor.process.turns.resume("ana")
@@ -288,7 +290,7 @@ async def test_dependencies_and_holds_outlive_a_restart() -> None:
 async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
     machine = Machine()
     floor = await machine.started()
-    await floor.process.submit(job("home", "home"), asked(stepwise=True))
+    await floor.process.submit(job("home", "home"), submit_request(stepwise=True))
     await elapse(LONG)
     await floor.process.wish(Home())
     await elapse(1.0)

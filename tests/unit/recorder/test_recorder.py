@@ -16,7 +16,7 @@ from maya_un.recorder.recording import Recording
 from maya_un.schema.robot import Kept
 from maya_un.testing import faults
 from maya_un.values import Joints
-from tests.recorded import UTC, Recorded, recorded, shelf
+from tests.recorded import UTC, Recorded, recorded, recording_store
 from tests.virtual_time import elapse
 
 THERE = Joints(0.4, 1.45, 1.35)
@@ -32,7 +32,7 @@ def read(robot: Recorded, kept: Kept) -> Recording:
     return mcap_file.read(robot.recorder.shelf.path(kept.name))
 
 
-def told(robot: Recorded) -> list[Event]:
+def events_of(robot: Recorded) -> list[Event]:
     return [event for event in robot.controller.events.since(0) if isinstance(event, RecordingSaved)]
 
 
@@ -63,7 +63,7 @@ async def test_requested_recording_is_saved_and_announced(tmp_path: Path) -> Non
         kept = await robot.recorder.save()
         assert sys.getswitchinterval() == turn
         assert saved(robot) == [kept]
-        (event,) = told(robot)
+        (event,) = events_of(robot)
         assert kept is not None
         assert event.detail == {"reason": "asked", "name": kept.name, "bytes": kept.bytes}
         taken = read(robot, kept)
@@ -112,7 +112,7 @@ async def test_an_endless_row_of_faults_is_saved_all_the_same(tmp_path: Path) ->
             robot.controller.events.emit(FaultEntered(message="again", code=2305))
             await elapse(1.0)
         assert len(saved(robot)) == 1
-        assert told(robot)[0].time < 31.0
+        assert events_of(robot)[0].time < 31.0
 
 
 async def test_event_without_an_error_is_not_saved(tmp_path: Path) -> None:
@@ -135,9 +135,9 @@ async def test_a_defect_that_ends_the_program_is_saved(tmp_path: Path) -> None:
         async with recorded(tmp_path):
             await elapse(3.0)
             raise ZeroDivisionError("of ours")
-    (kept,) = shelf(tmp_path).list()
+    (kept,) = recording_store(tmp_path).list()
     assert kept.reason == "crash"
-    cause = mcap_file.read(shelf(tmp_path).path(kept.name)).header.cause
+    cause = mcap_file.read(recording_store(tmp_path).path(kept.name)).header.cause
     assert (cause.kind, cause.message) == ("ZeroDivisionError", "of ours")
 
 
@@ -145,7 +145,7 @@ async def test_a_refusal_that_ends_the_program_is_no_crash(tmp_path: Path) -> No
     with pytest.raises(InternalError):
         async with recorded(tmp_path):
             raise InternalError(reason="told already")
-    assert shelf(tmp_path).list() == []
+    assert recording_store(tmp_path).list() == []
 
 
 async def test_without_a_folder_nothing_is_saved() -> None:
@@ -153,7 +153,7 @@ async def test_without_a_folder_nothing_is_saved() -> None:
         assert await robot.recorder.save() is None
         robot.controller.events.emit(FaultEntered(message="…", code=2305))
         await elapse(30.0)
-        assert told(robot) == []
+        assert events_of(robot) == []
 
 
 async def test_full_disk_is_reported_and_harms_nothing(tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ async def test_full_disk_is_reported_and_harms_nothing(tmp_path: Path) -> None:
     async with recorded(tmp_path / "file" / "recordings") as robot:
         robot.controller.events.emit(FaultEntered(message="…", code=2305))
         await elapse(6.0)
-        (event,) = told(robot)
+        (event,) = events_of(robot)
         assert event.code == FileUnwritable.code
         with pytest.raises(FileUnwritable):
             await robot.recorder.save()
@@ -178,10 +178,10 @@ async def test_defect_of_the_recorder_harms_nothing(tmp_path: Path, monkeypatch:
         await elapse(6.0)
         with pytest.raises(InternalError, match="of the recorder"):
             await robot.recorder.save()
-        assert [event.code for event in told(robot)] == [InternalError.code] * 2
+        assert [event.code for event in events_of(robot)] == [InternalError.code] * 2
         await robot.controller.move(THERE)
         robot.controller.events.emit(FaultEntered(message="at the end", code=2305))
-    assert [event.code for event in told(robot)] == [InternalError.code] * 3
+    assert [event.code for event in events_of(robot)] == [InternalError.code] * 3
     assert saved(robot) == []
 
 

@@ -12,7 +12,7 @@ import pytest
 from maya_ros.graph.types import default, serialize
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.limits import REQUESTS, TOPICS, WAITING
-from tests.rosbridging import DATE, Room, Said, Talker, room, settled
+from tests.rosbridging import DATE, BusClient, ClientBus, Said, client_bus, settled
 from tests.virtual_time import elapse
 
 STRING = "std_msgs/String"
@@ -25,7 +25,7 @@ def data_of(said: list[Said]) -> list[Any]:
 class Source:
     """Publishes numbers as texts on /t."""
 
-    def __init__(self, one: Room, *, latch: bool = False) -> None:
+    def __init__(self, one: ClientBus, *, latch: bool = False) -> None:
         self._publisher = one.robot.advertise("/t", STRING, latch=latch)
         self._count = 0
 
@@ -36,7 +36,7 @@ class Source:
 
 
 async def test_a_client_hears_a_topic_under_the_name_that_it_used() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, first, other = Source(one), one.talker(), one.talker()
         first.say("subscribe", topic="/t", type=STRING)
         other.say("subscribe", topic="t")
@@ -47,7 +47,7 @@ async def test_a_client_hears_a_topic_under_the_name_that_it_used() -> None:
 
 
 async def test_after_unsubscribing_nothing_comes() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="a")
         await talker.ask("subscribe", topic="/t", type=STRING, id="b")
@@ -60,7 +60,7 @@ async def test_after_unsubscribing_nothing_comes() -> None:
 
 
 async def test_unsubscribing_without_an_id_ends_all_subscriptions_of_the_topic() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         for name in ("a", "b"):
             await talker.ask("subscribe", topic="/t", type=STRING, id=name)
@@ -70,7 +70,7 @@ async def test_unsubscribing_without_an_id_ends_all_subscriptions_of_the_topic()
 
 
 async def test_client_that_leaves_gets_nothing_and_is_unsubscribed() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING)
         await one.leave(talker)
@@ -95,7 +95,7 @@ async def test_client_that_leaves_gets_nothing_and_is_unsubscribed() -> None:
     ],
 )
 async def test_impossible_subscription_is_reported_and_leaves_nothing(message: Said, code: int) -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         told = await talker.ask("subscribe", id="s", **message)
         assert [(status["op"], status["level"], status["id"], status["code"]) for status in told] == [
@@ -107,7 +107,7 @@ async def test_impossible_subscription_is_reported_and_leaves_nothing(message: S
 
 
 async def test_a_second_subscription_of_another_type_is_refused_and_the_first_goes_on() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING)
         assert (await talker.ask("subscribe", topic="/t", type="std_msgs/Empty", id="2"))[0]["code"] == 4005
@@ -116,7 +116,7 @@ async def test_a_second_subscription_of_another_type_is_refused_and_the_first_go
 
 
 async def test_messages_come_no_oftener_than_the_throttle_allows() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, throttle_rate=125)
         for _ in range(40):
@@ -126,7 +126,7 @@ async def test_messages_come_no_oftener_than_the_throttle_allows() -> None:
 
 
 async def test_with_a_queue_the_newest_wait_for_the_throttle_and_older_ones_are_dropped() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, throttle_rate=100, queue_length=3)
         source.tell(10)
@@ -139,7 +139,7 @@ async def test_with_a_queue_the_newest_wait_for_the_throttle_and_older_ones_are_
 
 
 async def test_of_several_subscriptions_the_least_throttle_and_queue_count() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="slow", throttle_rate=1000, queue_length=5)
         await talker.ask("subscribe", topic="/t", type=STRING, id="fast", throttle_rate=100)
@@ -155,7 +155,7 @@ async def test_of_several_subscriptions_the_least_throttle_and_queue_count() -> 
 
 
 async def test_late_subscriber_of_a_latched_topic_gets_its_last_message() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one, latch=True), one.talker()
         source.tell(3)
         await settled()
@@ -163,7 +163,7 @@ async def test_late_subscriber_of_a_latched_topic_gets_its_last_message() -> Non
 
 
 async def test_second_subscription_of_one_client_gets_the_latched_message() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         events, talker = one.robot.advertise("/maya_event", STRING, latch=True), one.talker()
         events.publish({"data": "homed {}"})
         assert data_of(await talker.ask("subscribe", topic="/maya_event", id="a")) == ["homed {}"]
@@ -172,7 +172,7 @@ async def test_second_subscription_of_one_client_gets_the_latched_message() -> N
 
 
 async def test_message_is_encoded_once_for_all_subscribers_of_a_form() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talkers = Source(one), [one.talker() for _ in range(5)]
         sent: list[bytes] = []
         for talker in talkers:
@@ -186,7 +186,7 @@ async def test_message_is_encoded_once_for_all_subscribers_of_a_form() -> None:
 
 
 async def test_long_messages_come_in_fragments_and_the_smallest_size_counts() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="a", fragment_size=500)
         await talker.ask("subscribe", topic="/t", type=STRING, id="b", fragment_size=40)
@@ -199,7 +199,7 @@ async def test_long_messages_come_in_fragments_and_the_smallest_size_counts() ->
 
 
 async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, compression="png")
         source.tell(text="x" * 500)
@@ -214,7 +214,7 @@ async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
 
 
 async def test_the_strongest_compression_that_was_asked_for_is_taken() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         for compression in ("none", "cbor-raw", "cbor", "png"):
             await talker.ask("subscribe", topic="/t", type=STRING, id=compression, compression=compression)
@@ -227,7 +227,7 @@ async def test_the_strongest_compression_that_was_asked_for_is_taken() -> None:
 
 
 async def test_in_cbor_arrays_of_numbers_are_packed_and_bytes_are_bytes() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         kind, talker = "maya_controller/RawSensorData", one.talker()
         publisher = one.robot.advertise("/raw", kind)
         await talker.ask("subscribe", topic="/raw", compression="cbor")
@@ -240,7 +240,7 @@ async def test_in_cbor_arrays_of_numbers_are_packed_and_bytes_are_bytes() -> Non
 
 
 async def test_json_has_bytes_as_base64_and_non_finite_numbers_as_null() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         kind, talker = "maya_controller/RawSensorData", one.talker()
         publisher = one.robot.advertise("/raw", kind)
         await talker.ask("subscribe", topic="/raw")
@@ -252,7 +252,7 @@ async def test_json_has_bytes_as_base64_and_non_finite_numbers_as_null() -> None
 
 
 async def test_client_that_does_not_read_keeps_the_newest_and_slows_no_other() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, slow, well = Source(one), one.talker(), one.talker()
         for talker in (slow, well):
             await talker.ask("subscribe", topic="/t", type=STRING)
@@ -262,26 +262,26 @@ async def test_client_that_does_not_read_keeps_the_newest_and_slows_no_other() -
             await settled()
         assert data_of(await well.told()) == [str(number) for number in range(3 * WAITING)]
         assert slow.mouth.frames == []
-        slow.mouth.room()
+        slow.mouth.take_more()
         assert data_of(slow.mouth.taken()) == [str(number) for number in range(2 * WAITING, 3 * WAITING)]
         source.tell()
         assert data_of(await slow.told()) == [str(3 * WAITING)]
 
 
 async def test_requested_queue_length_is_kept() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, slow = Source(one), one.talker()
         await slow.ask("subscribe", topic="/t", type=STRING, queue_length=2)
         slow.mouth.full = True
         for _ in range(9):
             source.tell()
             await settled()
-        slow.mouth.room()
+        slow.mouth.take_more()
         assert data_of(slow.mouth.taken()) == ["7", "8"]
 
 
 async def test_a_client_has_only_so_many_topics_and_subscriptions() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         for number in range(TOPICS):
             talker.say("subscribe", topic=f"/t{number}", type=STRING)
@@ -292,12 +292,12 @@ async def test_a_client_has_only_so_many_topics_and_subscriptions() -> None:
         assert [status["code"] for status in await talker.told()] == [4005]
 
 
-async def _level(talker: Talker, level: str) -> list[Said]:
+async def _level(talker: BusClient, level: str) -> list[Said]:
     return await talker.ask("set_level", level=level)
 
 
 async def test_successes_are_reported_at_the_level_that_asks_for_them() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         assert await _level(talker, "info") == []
         (told,) = await talker.ask("subscribe", topic="/t", type=STRING, id="s")

@@ -10,7 +10,7 @@ import pytest
 from maya_ros.graph.protocol import Message
 from maya_ros.rosbridge.client import MessageScheduler
 from maya_ros.rosbridge.limits import AT_ONCE, LONGEST_TURN
-from tests.rosbridging import room
+from tests.rosbridging import client_bus
 from tests.virtual_time import turn
 
 HOPS = 10
@@ -88,7 +88,7 @@ async def test_stop_overtakes_messages_of_other_clients(flooding: int) -> None:
     async def nothing(_: Message) -> Message:
         return {"success": True}
 
-    async with room() as one:
+    async with client_bus() as one:
         one.robot.serve("/controller/stop", "std_srvs/Trigger", stop)
         one.robot.serve("/nothing", "std_srvs/Trigger", nothing)
         loud, other = [one.talker() for _ in range(flooding)], one.talker()

@@ -26,13 +26,16 @@ from maya_un.http.middleware.origin import OriginPolicy
 from maya_un.http.protocol import ConnectionSlots
 from maya_un.http.thread import served
 from maya_un.service.service import Service
-from tests.unit.server.stand_in import StandIn
+from tests.unit.server.stand_in import ServiceStandIn
 
 T = TypeVar("T")
 
 
 def serving(
-    work: Callable[[str], T], *far: ListeningSocket, near: ListeningSocket | None = None, service: StandIn | None = None
+    work: Callable[[str], T],
+    *far: ListeningSocket,
+    near: ListeningSocket | None = None,
+    service: ServiceStandIn | None = None,
 ) -> T:
     """Return the result of `work` in another thread while a server listens; it gets the URL of the first listener."""
 
@@ -155,7 +158,7 @@ def test_full_listener_does_not_block_the_other() -> None:
 )
 def test_stop_is_served_however_many_connections_there_are(said: bytes) -> None:
     near = ListeningSocket(bound_socket(0), most=4, most_each=4)
-    service = StandIn()
+    service = ServiceStandIn()
 
     def ask(url: str) -> list[int]:
         host = url.removeprefix("http://")

@@ -22,13 +22,13 @@ from maya_un.http.listeners import bound_socket
 from maya_un.http.stream import server, session, wire
 from maya_un.http.stream.wire import LONGEST_MESSAGE
 from maya_un.service.access.operations import LOCAL
-from tests.streaming import Client, Sluggard, Watched, connected, streamed
+from tests.streaming import Client, SlowReader, Watched, connected, streamed
 from tests.virtual_time import turn
 
 Story = Callable[[Watched, Client], Awaitable[None]]
 
 
-def told(story: Story, *, before: int = 0, run_number: int = 1, speed: float = 1.0) -> None:
+def run_story(story: Story, *, before: int = 0, run_number: int = 1, speed: float = 1.0) -> None:
     """Have one client live through `story` at a service that had so many events before."""
 
     async def main() -> None:
@@ -53,7 +53,7 @@ def test_greeting_has_versions_run_last_event_and_caller() -> None:
             }
         ]
 
-    told(story, before=3, run_number=4)
+    run_story(story, before=3, run_number=4)
 
 
 def test_invalid_message_is_answered_and_the_client_stays() -> None:
@@ -64,7 +64,7 @@ def test_invalid_message_is_answered_and_the_client_stays() -> None:
             assert (answer["type"], answer["code"]) == ("error", 4005)
         assert (await client.ask("ping"))["type"] == "pong"
 
-    told(story)
+    run_story(story)
 
 
 def test_an_error_is_in_the_language_of_the_request() -> None:
@@ -82,7 +82,7 @@ def test_a_message_that_is_too_long_ends_the_connection() -> None:
             await client.until("nothing")
         assert client.connection.close_code == 1009
 
-    told(story)
+    run_story(story)
 
 
 @pytest.mark.parametrize("speed", [1.0, 100.0])
@@ -97,7 +97,7 @@ def test_states_events_and_the_queue_come_as_they_are_subscribed_to(speed: float
         assert await client.events_to(5) == [1, 2, 3, 4, 5]
         assert "queue" in {message["type"] for message in client.got}
 
-    told(story, before=2, speed=speed)
+    run_story(story, before=2, speed=speed)
 
 
 def test_events_are_without_a_gap_from_the_past_into_the_present() -> None:
@@ -108,7 +108,7 @@ def test_events_are_without_a_gap_from_the_past_into_the_present() -> None:
             await turn()
         assert await client.events_to(2300) == list(range(18, 2301))
 
-    told(story, before=2000)
+    run_story(story, before=2000)
 
 
 def test_without_a_number_events_are_those_from_now_on() -> None:
@@ -117,7 +117,7 @@ def test_without_a_number_events_are_those_from_now_on() -> None:
         watched.happen()
         assert await client.events_to(6) == [6]
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
 def test_events_can_be_ended_and_restarted_after_any_number() -> None:
@@ -129,7 +129,7 @@ def test_events_can_be_ended_and_restarted_after_any_number() -> None:
         await client.ask("subscribe", events={"since": 1})
         assert await client.events_to(7) == [4, 5, 2, 3, 4, 5, 6, 7]
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
 def test_a_number_that_is_not_there_yet_is_refused() -> None:
@@ -137,7 +137,7 @@ def test_a_number_that_is_not_there_yet_is_refused() -> None:
         answer = await client.ask("subscribe", events={"since": 6})
         assert (answer["code"], answer["details"]["key"]) == (4005, "events.since")
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
 def test_forgotten_events_are_reported() -> None:
@@ -149,7 +149,7 @@ def test_forgotten_events_are_reported() -> None:
         await client.ask("subscribe", events={"since": 3})
         assert await client.events_to(5) == [4, 5]
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
 def test_client_of_another_run_is_notified_and_gets_this_run() -> None:
@@ -159,7 +159,7 @@ def test_client_of_another_run_is_notified_and_gets_this_run() -> None:
         watched.happen()
         assert await client.events_to(4) == [1, 2, 3, 4]
 
-    told(story, before=3, run_number=2)
+    run_story(story, before=3, run_number=2)
 
 
 def test_client_too_far_behind_is_notified_and_goes_on_from_there() -> None:
@@ -174,11 +174,11 @@ def test_client_too_far_behind_is_notified_and_goes_on_from_there() -> None:
                     await well.events_to(20 * round_)
                 with pytest.raises(ConnectionClosed):
                     await slow.until("nothing")
-            told = slow.got[-1]
-            assert (told["type"], told["code"], slow.connection.close_code) == ("error", 4016, 4016)
-            assert slow.numbers == list(range(1, told["details"]["since"] + 1))
+            run_story = slow.got[-1]
+            assert (run_story["type"], run_story["code"], slow.connection.close_code) == ("error", 4016, 4016)
+            assert slow.numbers == list(range(1, run_story["details"]["since"] + 1))
             async with connected(url) as again:
-                await again.say("subscribe", events={"since": told["details"]["since"], "run": 1})
+                await again.say("subscribe", events={"since": run_story["details"]["since"], "run": 1})
                 assert slow.numbers + await again.events_to(1600) == list(range(1, 1601))
 
     run(main())
@@ -221,7 +221,7 @@ def test_a_service_that_fails_ends_its_clients_with_a_code(
         assert (client.got[-1]["type"], client.got[-1]["code"]) == ("error", 5999)
         assert client.connection.close_code == 1011
 
-    told(story)
+    run_story(story)
     assert "Traceback" in next(tmp_path.rglob("maya.log")).read_text(encoding="utf-8")
 
 
@@ -256,7 +256,7 @@ def test_a_flood_of_messages_is_answered_in_order_and_not_faster_than_the_robot_
         assert answers == list(range(300))
         assert asyncio.get_running_loop().time() - began >= (300 - session.BURST - 1) / session.MOST_MESSAGES
 
-    told(story)
+    run_story(story)
 
 
 def test_a_message_in_bytes_is_a_message() -> None:
@@ -264,7 +264,7 @@ def test_a_message_in_bytes_is_a_message() -> None:
         await client.connection.send(json.dumps({"type": "ping"}).encode())
         assert (await client.hear())["type"] == "pong"
 
-    told(story)
+    run_story(story)
 
 
 async def guarded(watched: Watched) -> tuple[str, str]:
@@ -387,7 +387,7 @@ def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pyt
         with pytest.raises(ConnectionClosed):
             await client.hear()
 
-    told(story)
+    run_story(story)
 
 
 def test_stream_of_a_demoted_user_goes_on_with_the_lower_role() -> None:
@@ -443,7 +443,7 @@ def test_a_client_that_does_not_answer_pings_is_cut_off(monkeypatch: pytest.Monk
     async def main() -> None:
         watched, loop = Watched(), asyncio.get_running_loop()
         async with streamed(watched) as url:
-            dead = await loop.run_in_executor(None, Sluggard, url)
+            dead = await loop.run_in_executor(None, SlowReader, url)
             got = await loop.run_in_executor(None, dead.read_on)
             assert [message["type"] for message in got] == ["hello"]
             dead.close()

@@ -30,7 +30,7 @@ from tests.streaming import REST
 from tests.unit.server.frames import texts
 
 
-def said(frame: bytes) -> dict[str, Any]:
+def message_of(frame: bytes) -> dict[str, Any]:
     """Return the message of one frame."""
     (text,) = texts(frame)
     message: dict[str, Any] = json.loads(text)
@@ -93,19 +93,19 @@ def test_states_differ_by_content_not_by_time() -> None:
 
 def test_every_message_has_a_type() -> None:
     event = EventMessage(7, 1.5, "phase", 0, {"name": "down"})
-    assert said(state_frame(3, REST))["state"]["mode"] == "idle"
-    assert said(event_frame(3, event)) == {
+    assert message_of(state_frame(3, REST))["state"]["mode"] == "idle"
+    assert message_of(event_frame(3, event)) == {
         "type": "event",
         "run": 3,
         "event": {"seq": 7, "time": 1.5, "kind": "phase", "code": 0, "detail": {"name": "down"}},
     }
-    assert said(queue_frame({"mode": "paused"})) == {"type": "queue", "queue": {"mode": "paused"}}
-    assert said(plain_frame("pong", {"type": "ping", "id": 5})) == {"type": "pong", "id": 5}
+    assert message_of(queue_frame({"mode": "paused"})) == {"type": "queue", "queue": {"mode": "paused"}}
+    assert message_of(plain_frame("pong", {"type": "ping", "id": 5})) == {"type": "pong", "id": 5}
 
 
 def test_error_has_code_words_details_and_the_id_of_its_request() -> None:
     error = Unreachable(target="(0, 0)", reason="too near", nearest="none", excess=float("nan"))
-    told = said(error_frame(error, "es", {"id": "a"}))
+    told = message_of(error_frame(error, "es", {"id": "a"}))
     assert told["type"] == "error"
     assert (told["id"], told["code"], told["message"]) == ("a", 2101, error.text("es"))
     assert told["details"] == {"target": "(0, 0)", "reason": "too near", "nearest": "none", "excess": "nan"}

@@ -52,7 +52,7 @@ def test_the_server_serves_a_scaled_loop_and_ends_with_the_block() -> None:
     assert b'"time"' in status[1]
 
 
-def said(url: str, request: bytes) -> bytes:
+def answer_to(url: str, request: bytes) -> bytes:
     """Return all that is answered to raw bytes, to the end of the connection."""
     host, port = url.removeprefix("http://").split(":")
     with socket.create_connection((host, int(port)), timeout=10.0) as connection:
@@ -65,7 +65,7 @@ async def say(request: bytes) -> bytes:
     loop = asyncio.get_running_loop()
     with bound_socket(0) as door:
         async with served(create_app(Bridge(loop, cast("Service", Clock()))), door) as url:
-            return await loop.run_in_executor(None, said, url, request)
+            return await loop.run_in_executor(None, answer_to, url, request)
 
 
 @pytest.mark.parametrize("request_", [b"\x00\xff garbage\r\n\r\n", b"GET /v1/health HTTP/1.1\r\n\r\n"])

@@ -27,7 +27,7 @@ CUBE = Point(0.50, 1.10, 0.40)
 
 
 @dataclass
-class Floor:
+class ScriptedRobot:
     """A robot layer with scripted phases and ends of tasks, and a given time between them [s]."""
 
     phases: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ class Floor:
 
 
 @asynccontextmanager
-async def robot_on(floor: Floor) -> AsyncIterator[tuple[GraphRobot, GraphController, BusNode]]:
+async def robot_on(floor: ScriptedRobot) -> AsyncIterator[tuple[GraphRobot, GraphController, BusNode]]:
     bus = Bus()
     server, node = bus.node("primitive_server"), bus.node("process_controller")
     server.act(TASK.name, TASK.type, floor.act)
@@ -59,7 +59,7 @@ async def robot_on(floor: Floor) -> AsyncIterator[tuple[GraphRobot, GraphControl
 
 
 async def test_every_phase_is_reported_once_and_is_an_event() -> None:
-    async with robot_on(Floor(("approach", "down"))) as (robot, controller, _):
+    async with robot_on(ScriptedRobot(("approach", "down"))) as (robot, controller, _):
         phases: list[str] = []
         await robot.run(Pick(CUBE), phases.append)
         told = [event for event in controller.events.since(0) if isinstance(event, PhaseBegun)]
@@ -69,14 +69,14 @@ async def test_every_phase_is_reported_once_and_is_an_event() -> None:
 
 
 async def test_command_refused_for_another_clients_task_waits_its_turn() -> None:
-    floor = Floor(("home",), refusals=5)
+    floor = ScriptedRobot(("home",), refusals=5)
     async with robot_on(floor) as (robot, _, __):
         await robot.run(Home())
         assert (floor.refusals, floor.begun) == (0, 1)
 
 
 async def test_waiting_command_can_be_cancelled() -> None:
-    floor = Floor(refusals=10_000)
+    floor = ScriptedRobot(refusals=10_000)
     async with robot_on(floor) as (robot, _, __):
         wish = asyncio.ensure_future(robot.run(Home()))
         await elapse(10.0)
@@ -87,7 +87,7 @@ async def test_waiting_command_can_be_cancelled() -> None:
 
 
 async def test_busy_in_the_middle_is_an_error_and_nothing_is_repeated() -> None:
-    floor = Floor(("approach",), error=Busy(doing="move"))
+    floor = ScriptedRobot(("approach",), error=Busy(doing="move"))
     async with robot_on(floor) as (robot, _, __):
         with pytest.raises(Busy):
             await robot.run(Pick(CUBE))
@@ -95,7 +95,7 @@ async def test_busy_in_the_middle_is_an_error_and_nothing_is_repeated() -> None:
 
 
 async def test_second_command_from_here_is_refused() -> None:
-    async with robot_on(Floor(("home",))) as (robot, _, __):
+    async with robot_on(ScriptedRobot(("home",))) as (robot, _, __):
         first = asyncio.ensure_future(robot.run(Home()))
         await elapse(0.5)
         assert robot.running == Home()
@@ -105,7 +105,7 @@ async def test_second_command_from_here_is_refused() -> None:
 
 
 async def test_missing_layer_is_reported_gone() -> None:
-    async with robot_on(Floor(("home",))) as (robot, _, server):
+    async with robot_on(ScriptedRobot(("home",))) as (robot, _, server):
         wish = asyncio.ensure_future(robot.run(Home()))
         await elapse(0.5)
         server.close()

@@ -8,6 +8,6 @@ import pytest
 
 
 @pytest.fixture(autouse=True)
-def log_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
+def log_is_captured(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let caplog receive our log: where a service has kept its log before, the root logger gets none of it."""
     monkeypatch.setattr(logging.getLogger("maya_un"), "propagate", True)
