@@ -142,7 +142,7 @@ async def test_homing_finds_the_lengths_and_measures_the_strokes(where: str) -> 
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_a_motion_ends_where_the_preview_says_in_its_time(where: str) -> None:
+async def test_motion_ends_at_the_previewed_place_in_its_time(where: str) -> None:
     async with held(where) as robot:
         preview = robot.controller.preview([HERE, FAR])
         began = asyncio.get_running_loop().time()
@@ -242,7 +242,7 @@ async def test_second_command_is_refused_and_the_first_unharmed(where: str) -> N
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_a_pause_holds_the_motion_until_it_may_go_on(where: str) -> None:
+async def test_pause_holds_the_motion_until_resume(where: str) -> None:
     async with held(where) as robot:
         motion = asyncio.ensure_future(robot.controller.move(FAR))
         await elapse(10.0)

@@ -134,7 +134,7 @@ def test_vectors_over_tcp_cut_in_two_at_every_place(campaign: Campaign) -> None:
     assert not [f"cut at {place}: {difference}" for place, difference in found if difference]
 
 
-def test_the_table_is_large_and_says_where_it_knows_from() -> None:
+def test_table_is_large_and_names_its_sources() -> None:
     assert len(TABLE) >= 250
     assert len({vector.name for vector in TABLE}) == len(TABLE)
     known = set(sources())

@@ -29,7 +29,7 @@ def found(name: str, text: str) -> list[tuple[int, str]]:
         "The sentence goes over\ntwo lines. Where it\nends is here.",
     ],
 )
-def test_a_turned_sentence_or_a_private_word_on_a_page_is_found(text: str) -> None:
+def test_turned_sentence_or_private_word_on_a_page_is_found(text: str) -> None:
     assert len(found("page.md", text)) == 1
 
 

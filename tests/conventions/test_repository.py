@@ -117,7 +117,7 @@ def test_every_page_is_found_from_the_index_of_the_documentation() -> None:
     assert [page.name for page in pages if f"({page.parent.name}/{page.name})" not in index] == []
 
 
-def test_the_readme_tells_how_much_of_the_language_the_twin_does() -> None:
+def test_readme_states_the_coverage_of_the_language() -> None:
     done = sum(coverage.kind is CoverageClass.IMPLEMENTED for coverage in COVERAGE.values())
     assert f"[{done} of {len(COVERAGE)} entries of the language]" in text("README.md")
 

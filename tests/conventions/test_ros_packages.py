@@ -96,7 +96,7 @@ def test_every_name_of_the_manual_is_among_the_constants() -> None:
     assert assigned("constants.py").keys() == constants(parse({})).keys()
 
 
-def test_a_constant_is_filled_with_the_value_of_its_own_name() -> None:
+def test_constant_has_the_value_of_its_own_name() -> None:
     filled = {name: ast.unparse(value) for name, value in assigned("constants.py").items()}
     assert filled == {name: f"_values['{name}']" for name in filled}
 

@@ -60,7 +60,7 @@ def test_installed_packages_are_not_searched(system: Path) -> None:
     assert answer_for(system) == "yes"
 
 
-def test_without_apt_there_is_none(system: Path) -> None:
+def test_without_apt_ros_is_unavailable(system: Path) -> None:
     assert answer_for(system) == "there is no apt-get here, which packages of ROS 1 would come from"
 
 
@@ -71,7 +71,7 @@ def test_user_who_may_not_install_gets_a_message(system: Path) -> None:
 
 
 @needs_new_python
-def test_a_system_that_packages_none_is_asked_again_after_an_update(system: Path, tmp_path: Path) -> None:
+def test_system_without_packages_is_checked_again_after_an_update(system: Path, tmp_path: Path) -> None:
     program(system, "apt-get", f"echo updated >>{tmp_path}/updates")
     program(system, "apt-cache", KNOWS_NOT)
     assert answer_for(system) == "no ROS 1 is packaged for this system: apt-get knows no python3-rospy"

@@ -88,7 +88,7 @@ def test_every_point_of_an_accepted_path_is_in_the_workspace(path: list[Joints])
 
 
 @given(paths(edge_joints(NARROW), most=3))
-def test_accepting_and_sampling_agree_where_paths_often_leave(path: list[Joints]) -> None:
+def test_accepting_and_sampling_agree_on_paths_near_the_border(path: list[Joints]) -> None:
     sampled = all(NARROW.contains(between(*leg, t)) for leg in pairwise(path) for t in shares(200))
     try:
         prove_ways(NARROW, *path)

@@ -289,7 +289,7 @@ class World:
 
 @settings(max_examples=150)
 @given(st.lists(actions, min_size=3, max_size=25))
-async def test_the_queue_keeps_its_word(what_happens: list[Action]) -> None:
+async def test_queue_keeps_its_guarantees(what_happens: list[Action]) -> None:
     world = World()
     await world.start()
     for action in what_happens:

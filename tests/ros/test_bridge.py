@@ -62,7 +62,7 @@ def test_roslibpy_drives_the_real_graph(ros: Ros) -> None:
     assert said["chatter"] == [{"data": f"{number}"} for number in range(3)]
 
 
-def test_tools_of_ros_hear_clients_and_clients_hear_them(ros: Ros) -> None:
+def test_ros_tools_and_clients_exchange_messages(ros: Ros) -> None:
     ros.start("rosrun", "maya_process", "rosbridge.py")
     ros.until_nodes("/rosbridge")
     url = f"ws://127.0.0.1:{ros.rosbridge_port}"

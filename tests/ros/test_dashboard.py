@@ -174,7 +174,7 @@ def test_an_interrupted_job_is_shown_and_decided_on(screen: Screen) -> None:
     assert not screen.read("recover_queue")["visible"]
 
 
-def test_a_file_that_is_no_job_leaves_the_list_as_it_is(screen: Screen, tmp_path: Path) -> None:
+def test_invalid_job_file_leaves_the_list_unchanged(screen: Screen, tmp_path: Path) -> None:
     screen.ask("add", command="home", target=[0, 0, 0])
     for name, text in {"bad.yaml": "steps: [{line: [1, 1, 1]}]", "worse.yaml": "{", "binary.yaml": "\0"}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -250,7 +250,7 @@ def test_keys_do_nothing_to_the_robot_while_they_are_off(screen: Screen) -> None
     assert screen.asked() == []
 
 
-def test_space_stops_where_keys_move_the_robot(screen: Screen) -> None:
+def test_space_stops_while_keys_move_the_robot(screen: Screen) -> None:
     screen.click("keys")
     assert screen.ask("focus", name="keys") == "keys"
     assert screen.read("keys")["checked"]
@@ -278,7 +278,7 @@ def test_running_command_is_shown_until_its_end(screen: Screen) -> None:
     assert screen.text("progress") == ""
 
 
-def test_speed_and_pause_are_asked_for_and_shown(screen: Screen) -> None:
+def test_speed_and_pause_are_sent_and_shown(screen: Screen) -> None:
     screen.ask("choose", name="speed_choice", data=0.5)
     stand(screen, "moving", override=0.25)
     assert screen.text("speed_choice") == "25 %"
@@ -310,7 +310,7 @@ def test_it_fits_a_small_screen_at_125_percent(tmp_path: Path) -> None:
         assert small.ask("grab", path=str(tmp_path / "small.png")) == [True, 1365, 768]
 
 
-def test_columns_stand_below_each_other_where_the_window_is_narrow(screen: Screen) -> None:
+def test_narrow_window_stacks_the_columns(screen: Screen) -> None:
     columns = ("where", "primitives", "queue")
     screen.ask("size", width=1240, height=860)
     assert len({screen.ask("place", name=column)[1] for column in columns}) == 1

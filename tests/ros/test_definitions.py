@@ -68,7 +68,7 @@ def bare(text: str) -> dict[str, list[str]]:
     return {own: sorted(lines, key=lambda line: line if "=" in line else "~") for own, lines in fields.items()}
 
 
-def test_a_bag_holds_the_text_that_we_tell(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
+def test_bag_holds_our_definitions(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
     """A reader of a bag without our packages uses the text in it."""
     ours = {
         kind: bare(definition_of[1]) for kind, definition_of in classes["messages"].items() if kind.startswith(OURS)

@@ -217,7 +217,7 @@ def test_client_that_only_published_a_goal_may_leave(ros: Ros, peer: Peer, drive
     assert all(_read(message)["what"] != "cancelled" for message in peer.said.messages[before:])
 
 
-def test_our_client_cancels_and_hears_feedback(peer: Peer) -> None:
+def test_our_client_cancels_and_gets_feedback(peer: Peer) -> None:
     before = mark(peer.said)
     peer.do("do", action="/peer/move", goal={"a": float(GoalOutcome.LASTS)})
     assert peer.says("feedback", before)["message"]["progress"] == 0.5
@@ -233,7 +233,7 @@ def test_our_client_learns_that_an_action_has_no_server(peer: Peer) -> None:
     assert peer.says("failed", before)["code"] == 1011
 
 
-def test_our_client_hears_that_the_server_was_killed(ros: Ros, driver: Driver, peer: Peer) -> None:
+def test_our_client_learns_that_the_server_was_killed(ros: Ros, driver: Driver, peer: Peer) -> None:
     path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
     server = ros.start(
         str(python()), "-m", "tests.ros.peer", "__name:=mortal", "/peer/move:=/mortal/move", "/peer/do:=/mortal/do",
@@ -295,7 +295,7 @@ def test_a_second_of_our_nodes_is_refused_until_the_first_is_dead(ros: Ros, driv
     third.program.close()
 
 
-def test_without_a_master_a_node_says_so_and_ends(ros: Ros) -> None:
+def test_without_a_master_a_node_reports_it_and_ends(ros: Ros) -> None:
     path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
     alone = {"PYTHONPATH": path, "ROS_MASTER_URI": "http://127.0.0.1:1"}
     program = ros.start(str(python()), "-m", "tests.ros.peer", environment=alone)

@@ -202,7 +202,7 @@ def check_state(ros: Ros, file: str, choice: Choice) -> None:
 
 @pytest.mark.timeout(240)
 @pytest.mark.parametrize("case", range(TRIED))
-def test_everything_of_process_launch_comes_up_and_ends(ros: Ros, display: Display, case: int) -> None:
+def test_process_launch_starts_every_node_and_ends(ros: Ros, display: Display, case: int) -> None:
     choice = pairwise(LIVE)[case]
     shown = display.environment if choice.pop("display") else {}
     check(ros, PROCESS, {**choice, "skip_firebase": bool(case % 2)}, shown)
@@ -243,7 +243,7 @@ def test_a_node_that_fails_is_named_and_not_started_again(ros: Ros) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("file", PACKAGES)
-def test_every_choice_comes_up_and_ends(
+def test_every_choice_of_arguments_starts_and_ends(
     file: str, workspace: Workspace, display: Display, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     for choice, seen in itertools.product(every(SWITCHES[file]), (False, True)):

@@ -40,7 +40,7 @@ def moving(robot: LaunchedLayers) -> int:
 
 
 @pytest.mark.parametrize("node", SCRIPTS)
-def test_a_second_node_of_a_name_is_refused_and_the_first_goes_on(robot: LaunchedLayers, node: str) -> None:
+def test_second_node_of_a_name_is_refused_and_the_first_continues(robot: LaunchedLayers, node: str) -> None:
     before = moving(robot)
     second = robot.ros.start("rosrun", SCRIPTS[node], f"{node}.py")
     assert second.wait() == 2, second.said

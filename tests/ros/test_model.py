@@ -46,7 +46,7 @@ def homed(driver: Driver) -> None:
     assert outcome == SUCCEEDED, result
 
 
-def test_tf_has_the_gripper_where_kinematics_has_it(ros: Ros, driver: Driver, campaign: Campaign) -> None:
+def test_tf_agrees_with_kinematics_on_the_gripper(ros: Ros, driver: Driver, campaign: Campaign) -> None:
     ros.set_param("/robot_description", describe(MACROS, Config()))
     ros.start("rosrun", "robot_state_publisher", "robot_state_publisher")
     rng, workspace = campaign.rng(), Workspace.of(Config())
@@ -118,9 +118,7 @@ def display(ros: Ros) -> Iterator[Display]:
         yield own
 
 
-def test_sliders_draw_the_joints_until_the_robot_says_where_they_are(
-    ros: Ros, driver: Driver, display: Display
-) -> None:
+def test_sliders_draw_the_joints_until_the_robot_publishes_them(ros: Ros, driver: Driver, display: Display) -> None:
     ros.launch("maya_controller", "controller.launch", display.environment, gui=True, speed=QUICK)
     robot = driver.subscribe(ROBOT, "sensor_msgs/JointState")
     drawn = driver.subscribe(DRAWN, "sensor_msgs/JointState")

@@ -111,7 +111,7 @@ def test_homing_is_taken_over_and_measurements_are_converted(box: Box) -> None:
 
 
 @pytest.mark.parametrize("node", ["hardware_interface", "sensor_converter"])
-def test_without_a_box_a_node_says_so_and_ends(node: str, box: Box) -> None:
+def test_without_a_box_a_node_reports_it_and_ends(node: str, box: Box) -> None:
     program = box.ros.start("rosrun", "maya_controller", f"{node}.py", "_address:=127.0.0.1:1", f"__name:=alone_{node}")
     if node == "hardware_interface":
         assert program.wait() == 1
@@ -121,7 +121,7 @@ def test_without_a_box_a_node_says_so_and_ends(node: str, box: Box) -> None:
         assert program.end() == 0
 
 
-def test_the_twin_is_no_address_of_a_machine(box: Box) -> None:
+def test_sim_is_not_an_address_of_a_machine(box: Box) -> None:
     program = box.ros.start("rosrun", "maya_controller", "hardware_interface.py", "_address:=sim", "__name:=wrong")
     assert program.wait() == 2
     assert "error 4001: " in program.said

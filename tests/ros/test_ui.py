@@ -178,9 +178,7 @@ def over(status: dict[str, Any]) -> bool:
     return not status["waiting"] and status["running"] is None
 
 
-def test_a_queue_that_is_paused_is_shown_and_goes_on_from_the_dashboard(
-    ready: Screen, ros: Ros, driver: Driver
-) -> None:
+def test_paused_queue_is_shown_and_resumed_from_the_dashboard(ready: Screen, ros: Ros, driver: Driver) -> None:
     status = driver.subscribe("/queue_status", "std_msgs/String")
     maya(ros, "queue", "pause")
     ready.wait("mode", "Ready, queue paused")
@@ -233,7 +231,7 @@ def test_the_robot_moves_while_a_button_is_held_and_stops_when_it_is_let_go(read
     slow_down(ready, driver, 1.0, "100 %")
 
 
-def test_keys_move_the_robot_only_where_they_are_meant_for_it(ready: Screen) -> None:
+def test_keys_move_the_robot_only_with_the_focus(ready: Screen) -> None:
     ready.ask("focus", name="field_x")
     ready.ask("key", key="PageUp")
     ready.ask("key", key="PageUp", down=False)
@@ -334,7 +332,7 @@ def test_script_opens_a_window_as_a_node_and_ends_on_request(ros: Ros) -> None:
     assert window.wait() == 0
 
 
-def test_where_there_is_rqt_the_script_opens_it_with_the_perspective(ros: Ros, tmp_path: Path) -> None:
+def test_with_rqt_the_script_opens_the_perspective(ros: Ros, tmp_path: Path) -> None:
     rqt = tmp_path / "rqt"
     rqt.write_text('#!/bin/sh\necho "rqt $@"\n', encoding="utf-8")
     rqt.chmod(0o755)
@@ -346,7 +344,7 @@ def test_where_there_is_rqt_the_script_opens_it_with_the_perspective(ros: Ros, t
     assert words[3] == "__name:=another_dashboard"
 
 
-def test_without_a_display_one_line_says_so(ros: Ros) -> None:
+def test_without_a_display_one_line_reports_it(ros: Ros) -> None:
     said = ros.tool(*SCRIPT)
     assert [line for line in said.splitlines() if line] == [
         "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."

@@ -118,7 +118,7 @@ def test_a_job_can_be_followed_to_its_end(maya: Client) -> None:
     assert all(one != other for one, other in pairwise(seen))
 
 
-def test_the_queue_is_paused_put_in_order_and_goes_on(maya: Client) -> None:
+def test_queue_is_paused_reordered_and_resumed(maya: Client) -> None:
     assert maya.queue.pause().mode is QueueMode.PAUSED
     first, second, third = (maya.submit({"name": name, "steps": [{"approach": CUBE}]}) for name in "abc")
     assert [line.id for line in maya.queue.view().waiting] == [first.id, second.id, third.id]
@@ -144,7 +144,7 @@ def test_waiting_behind_a_paused_queue_is_reported(maya: Client) -> None:
     assert job.cancel().state is TaskState.CANCELLED
 
 
-def test_no_event_is_missed_and_none_comes_twice(maya: Client) -> None:
+def test_every_event_is_received_exactly_once(maya: Client) -> None:
     found: list[Event] = []
     last = maya.status().last_event
     job = maya.submit(FAR)
@@ -157,7 +157,7 @@ def test_no_event_is_missed_and_none_comes_twice(maya: Client) -> None:
     assert {event.run for event in found} == {maya.status().run}
 
 
-def test_states_come_while_it_moves(maya: Client) -> None:
+def test_states_are_received_in_motion(maya: Client) -> None:
     maya.speed(0.2)
     job = maya.submit(FAR)
     times: list[float] = []
@@ -196,7 +196,7 @@ def test_ctrl_c_stops_the_robot_on_its_path(maya: Client) -> None:
     assert not maya.state().moving
 
 
-def test_a_pause_holds_the_motion_and_resume_goes_on(maya: Client) -> None:
+def test_pause_holds_the_motion_and_resume_continues_it(maya: Client) -> None:
     maya.speed(0.1)
     job = maya.submit(FAR)
     moving(maya)
@@ -304,7 +304,7 @@ def test_twin_copies_the_users_robot_and_changes_nothing_of_it(tmp_path: Path, m
     assert sorted(place.name for place in own.iterdir()) == ["config.toml", "poses.toml"]
 
 
-def test_a_twin_tells_why_it_cannot_start() -> None:
+def test_twin_that_cannot_start_gives_the_reason() -> None:
     with pytest.raises(MayaError) as caught:
         Client.twin(parts={"cube": (0.5,)})
     assert caught.value.code in {4002, TwinNotFound.code}

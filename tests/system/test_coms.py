@@ -182,7 +182,7 @@ def test_a_supervisor_is_warned_in_the_same_words(
     ("options", "environment", "name"),
     [("", {}, "CRANE"), ("", {"NAME": "ROBOT7"}, "ROBOT7"), ("--name ARM", {"NAME": "ROBOT7"}, "ARM")],
 )
-def test_the_name_comes_from_the_line_the_environment_or_the_configuration(
+def test_name_is_from_the_line_the_environment_or_the_configuration(
     options: str, environment: dict[str, str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("NAME", raising=False)

@@ -205,6 +205,6 @@ def test_a_command_that_was_there_before_a_stop_does_not_begin_after_it(firestor
 
 
 @pytest.mark.long  # the Realtime Database has the same test in every run
-@pytest.mark.parametrize("house", ["server of the tests"], indirect=True)
+@pytest.mark.parametrize("firestore_setup", ["server of the tests"], indirect=True)
 def test_more_commands_at_once_than_may_wait_delay_no_stop(firestore_setup: FirestoreSetup) -> None:
     coms_hostile.require_no_stop_is_delayed(firestore_setup)

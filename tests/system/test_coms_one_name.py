@@ -159,7 +159,7 @@ def test_running_step_is_not_begun_by_the_second_robot(there: tuple[Cloud, Robot
 
 
 @pytest.mark.long
-def test_the_link_of_a_robot_takes_over_after_a_crash_by_itself(there: tuple[Cloud, Robot, Robot]) -> None:
+def test_link_of_a_robot_reconnects_after_a_crash(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, _ = there
     first.connect()
     cloud.send("before", "home")

@@ -172,7 +172,7 @@ async def test_restart_may_skip_homing_with_a_valid_mark() -> None:
 
 
 @pytest.mark.parametrize("burn", [False, True])
-async def test_a_reset_loses_the_mark_even_where_it_was_burned(burn: bool) -> None:
+async def test_reset_loses_even_a_burned_mark(burn: bool) -> None:
     async with after_homing() as bench:
         if burn:
             await foreign(bench, "BV", "BN")

@@ -172,7 +172,7 @@ SHORT = {
 }
 
 
-def test_an_interrupted_run_goes_on_and_asks_about_a_failed_step(tmp_path: Path) -> None:
+def test_interrupted_run_continues_and_asks_about_a_failed_step(tmp_path: Path) -> None:
     file = tmp_path / "short.json"
     file.write_text(json.dumps(SHORT))
     with broker(tmp_path) as one, observing(one) as observer:

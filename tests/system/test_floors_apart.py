@@ -130,7 +130,7 @@ async def test_an_empty_gripper_that_a_person_has_seen_is_opened_for_the_pick() 
 
 
 @pytest.mark.parametrize("how", ["cancel", "stop"])
-async def test_a_job_ended_at_any_instant_leaves_a_robot_that_can_go_on(how: str, campaign: Campaign) -> None:
+async def test_job_ended_at_any_instant_leaves_a_usable_robot(how: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=100)):
         rng = campaign.rng(case)
         async with layer_nodes(parts={"cube": CUBE}) as floors:

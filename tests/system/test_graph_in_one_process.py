@@ -161,7 +161,7 @@ def homing(robot: GraphStack) -> Awaitable[None]:
 
 
 @pytest.mark.parametrize("way", [*WAYS, "homing"])
-async def test_the_end_of_everything_stops_it_at_any_instant_and_all_can_go_on(way: str, campaign: Campaign) -> None:
+async def test_stop_queue_at_any_instant_leaves_a_usable_stack(way: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=2, long=100)):
         rng = campaign.rng(case)
         async with graph_stack(homed=way != "homing") as robot:

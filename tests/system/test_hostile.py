@@ -96,7 +96,7 @@ def require_answered(port: int, name: str, request: CostlyRequest, crowd: Costly
     assert send_request(port, request)[0] in ANSWERS, name
 
 
-def test_hostile_requests_in_motion_delay_no_stop_and_trip_no_guard(campaign: Campaign) -> None:
+def test_costly_requests_in_motion_delay_no_stop_and_trip_no_watchdog(campaign: Campaign) -> None:
     """The long run needs a machine with nothing else to do: a stop is on the wire within 50 ms, without allowance.
 
     The short run shares the machine with other tests, which it allows for.

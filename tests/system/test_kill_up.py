@@ -47,7 +47,7 @@ def require_offer(robot: Running, job: int) -> dict[str, Any] | None:
     return offer
 
 
-def test_a_maya_up_that_is_killed_again_and_again_carries_its_job_to_the_end(
+def test_maya_up_killed_repeatedly_finishes_its_job(
     campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "kept"))

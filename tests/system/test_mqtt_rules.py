@@ -145,7 +145,7 @@ def test_a_stranger_is_refused_and_no_secret_is_shown(folder: Path) -> None:
             run_story(nothing, surroundings(one, folder, "anna", MAYA_COMS_CA=str(folder / "none.crt")))
 
 
-def test_a_client_certificate_is_asked_for(folder: Path) -> None:
+def test_client_certificate_is_requested(folder: Path) -> None:
     with ruled(folder, "require_certificate true") as one:
         anna = surroundings(one, folder, "anna")
         code, said = done("fleet list", env=anna)

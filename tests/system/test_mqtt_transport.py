@@ -73,7 +73,7 @@ def connected(agent: Agent) -> bool:
     return bool(status["robot"]["connected"] and status["supervisors"]["connected"])
 
 
-def test_a_command_that_comes_again_and_again_does_not_shut_out_others(tmp_path: Path) -> None:
+def test_repeated_command_does_not_block_others(tmp_path: Path) -> None:
     async def story(one: Broker, robot: Robot) -> None:
         robot.go.clear()
         async with linked(one, robot) as agent, client(one) as lab:

@@ -113,7 +113,7 @@ def test_space_stops_any_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
             assert shown.ended() == 130
 
 
-def test_without_a_robot_there_is_none(tmp_path: Path) -> None:
+def test_without_a_robot_there_is_no_pendant(tmp_path: Path) -> None:
     with pane([MAYA, "jog"], width=90, height=20, environment={"MAYA_RUNTIME_DIR": str(tmp_path)}) as shown:
         shown.until("error 1020")
         assert shown.ended() == 1

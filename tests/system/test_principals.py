@@ -286,7 +286,7 @@ def test_rosbridge_connection_closes_at_once_when_its_rights_end(
             robot.do(lambda stack: stack.service.users.remove("guest"))
 
 
-def test_motion_of_a_revoked_client_comes_to_rest(robot: SharedRobot) -> None:
+def test_motion_of_a_revoked_client_is_stopped(robot: SharedRobot) -> None:
     token = newcomer(robot, "guest", "operator")
 
     async def main() -> None:
@@ -396,7 +396,7 @@ def test_client_that_a_proxy_hands_on_needs_a_token_for_stop_too(robot: SharedRo
     assert run(code(unkept, "/rosapi/topics")) == 4101
 
 
-def test_without_users_rosbridge_commands_and_its_clients_go_when_users_come(unkept: SharedRobot) -> None:
+def test_without_users_rosbridge_commands_and_the_first_user_ends_its_clients(unkept: SharedRobot) -> None:
     async def main() -> None:
         async with asyncio.timeout(PATIENCE), web(unkept.rosbridge) as client:
             one = Visitor(client)

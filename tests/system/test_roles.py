@@ -188,7 +188,7 @@ def test_every_path_is_in_the_table(robot: SharedRobot) -> None:
     assert {wish.partition("?")[0] for wish in TABLE} == declared
 
 
-def test_every_operation_is_asked_for_by_some_path() -> None:
+def test_every_operation_belongs_to_some_path() -> None:
     asked = {operation for line in TABLE.values() for operation in line.operations}
     # The lease is broken by POST /v1/lease with force, of another's; and only rosbridge and ROS have a graph.
     assert set(Operation) - asked == {Operation.BREAK, Operation.GRAPH}

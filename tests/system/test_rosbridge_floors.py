@@ -180,7 +180,7 @@ async def test_part_is_moved_by_every_interface_of_the_manual(way: Callable[[Rob
         assert (await one.command("can_teleop"))["success"] is True
 
 
-async def test_events_and_positions_tell_how_it_stands(tmp_path: Path) -> None:
+async def test_events_and_positions_show_the_state(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         told = await one.talker.ask("subscribe", **EVENT)
         word, _, rest = told[0]["msg"]["data"].partition(" ")

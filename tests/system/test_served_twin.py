@@ -101,7 +101,7 @@ def test_a_session_by_tcp_and_udp_on_two_ports() -> None:
         assert second.ended()
 
 
-def test_no_udp_where_none_is_wanted() -> None:
+def test_udp_can_be_disabled() -> None:
     with served("--no-udp --firmware Box") as (_, address), tcp(address) as line, udp(address) as deaf:
         line.say("\x12\x16", "Box\r\n:")
         deaf.socket.send(b"WH\r")

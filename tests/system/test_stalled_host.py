@@ -170,7 +170,7 @@ def _off(path: Path, trajectory: Trajectory) -> Floats:
     return deviations(places(MACHINE.frame, trajectory.joints), line)
 
 
-def test_a_short_stall_changes_neither_the_way_nor_the_time(campaign: Campaign) -> None:
+def test_short_stall_changes_neither_the_path_nor_the_time(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=3, long=200)):
         rng = campaign.rng(case)
         path = drawn_path(rng)
@@ -210,7 +210,7 @@ def _stop_rates() -> Floats:
     return np.array([axes[index].stop_deceleration_counts for index in range(3)]) / PER_UNIT
 
 
-def test_the_guard_stops_within_its_time_and_the_robot_stays_there() -> None:
+def test_watchdog_stops_within_its_time_and_the_robot_stays_there() -> None:
     async def trial() -> tuple[Trajectory, float, BaseException | None]:
         async with stallable() as robot:
             bench = robot.bench

@@ -118,7 +118,7 @@ def ended_on_a_full_disk(program: Bridge, place: Disk) -> None:
 
 
 @pytest.mark.parametrize("kind", kinds())
-def test_a_result_waits_for_room_on_a_full_disk_and_stays_the_same(tmp_path: Path, kind: str) -> None:
+def test_result_waits_for_space_on_a_full_disk_and_is_unchanged(tmp_path: Path, kind: str) -> None:
     with disk(kind, tmp_path / "disk") as place:
         with bridge(place.folder / "steps.db") as program:
             ended_on_a_full_disk(program, place)

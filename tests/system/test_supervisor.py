@@ -139,7 +139,7 @@ def test_no_broker_is_reported_at_once(broker_setup: BrokerSetup, tmp_path: Path
     run_story(story)
 
 
-def test_a_supervisor_needs_neither_numpy_nor_pydantic() -> None:
+def test_supervisor_needs_no_numpy_and_no_pydantic() -> None:
     line = "import maya_un.supervisor.process, sys; print({'numpy', 'pydantic'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", line], capture_output=True, check=True, text=True).stdout == "set()\n"
 

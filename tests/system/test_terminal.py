@@ -153,7 +153,7 @@ def test_messages_of_programs_do_not_tear_the_line(terminal: Pane, tmp_path: Pat
     terminal.until(" 21.0000")
 
 
-def test_a_program_goes_in_and_comes_back(terminal: Pane, tmp_path: Path) -> None:
+def test_program_is_downloaded_and_uploaded(terminal: Pane, tmp_path: Path) -> None:
     (tmp_path / "there.dmc").write_text(PROGRAM, encoding="ascii")
     terminal.enter(":download there.dmc")
     terminal.until("Downloaded: 7 lines")

@@ -41,7 +41,7 @@ def at_rest(twin: Twin) -> tuple[float, ...]:
     return tuple(twin.mechanics.true_joints())
 
 
-def test_a_second_maya_up_is_refused_and_the_first_ones_guard_still_stops_its_motion(tmp_path: Path) -> None:
+def test_second_maya_up_is_refused_and_the_watchdog_of_the_first_works(tmp_path: Path) -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
         first, second = places(tmp_path / "one"), places(tmp_path / "two")
@@ -78,7 +78,7 @@ def test_a_second_host_cannot_move_the_gripper(tmp_path: Path) -> None:
             assert (wire.numbers("_OP0"), twin.mechanics.record.gripper_closed) == before
 
 
-def test_a_refused_maya_run_leaves_the_running_job_and_its_guard_alone(tmp_path: Path) -> None:
+def test_refused_maya_run_leaves_the_running_job_and_its_watchdog_alone(tmp_path: Path) -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
         first, second = places(tmp_path / "one"), places(tmp_path / "two")

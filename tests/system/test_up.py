@@ -72,7 +72,7 @@ def ear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.sock
         yield ear
 
 
-def test_a_supervisor_hears_of_its_life(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_systemd_is_notified_of_its_life(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "200000")
     with running(f"up --port 0 --speed 100 {CALM}", cold=True) as up:
         heard = [ear.recv(100)]
@@ -109,7 +109,7 @@ def test_running_job_waits_for_a_person_and_waiting_jobs_stay(job: str) -> None:
 
 
 @pytest.mark.parametrize("how", ["maya up --on-exit finish", "maya down --finish"])
-def test_the_step_under_way_is_finished_where_that_is_wanted(how: str, job: str) -> None:
+def test_running_step_is_finished_on_request(how: str, job: str) -> None:
     option = " --on-exit finish" if "exit" in how else ""
     with running(f"up --port 0 --speed 100{option} {CALM}") as up:
         up.until("maya home")

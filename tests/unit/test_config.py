@@ -181,7 +181,7 @@ def test_a_value_of_the_wrong_kind_is_refused_and_not_converted(key: str, value:
     assert refusal(nested(key, value))["key"] == key
 
 
-def test_a_whole_number_serves_where_a_length_is_asked_for() -> None:
+def test_integer_is_accepted_as_a_length() -> None:
     assert parse(nested("geometry.height", 3)).geometry.height == 3.0
 
 
@@ -274,7 +274,7 @@ def test_letters_may_be_exchanged() -> None:
 @pytest.mark.parametrize(
     ("locking", "chosen", "oe"), [(True, None, 1), (True, 0, 0), (True, 1, 1), (False, None, 0), (False, 0, 0)]
 )
-def test_a_motor_is_switched_off_on_error_only_where_the_drum_holds(locking: bool, chosen: int | None, oe: int) -> None:
+def test_off_on_error_is_used_only_if_the_drum_holds(locking: bool, chosen: int | None, oe: int) -> None:
     keys = {"self_locking": locking} | ({} if chosen is None else {"off_on_error": chosen})
     assert parse({"safety": keys}).safety.oe == oe
 
@@ -396,7 +396,7 @@ def test_a_broken_file_is_refused_by_its_path(content: bytes, reason: str, tmp_p
     assert caught.value.details["path"] == place
 
 
-def test_a_folder_is_no_file(tmp_path: Path) -> None:
+def test_folder_is_not_a_file(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable, match="directory"):
         load(tmp_path)
 

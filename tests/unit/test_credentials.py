@@ -35,7 +35,7 @@ def hold(lease: object) -> None:
     (runtime.folder() / credentials.LEASE_FILE).write_text(json.dumps(lease))
 
 
-def test_nothing_is_shown_where_there_is_nothing() -> None:
+def test_without_credentials_none_are_sent() -> None:
     assert credentials.headers(URL) == {}
 
 
@@ -44,7 +44,7 @@ def test_the_token_of_the_file_is_shown(kept: Path) -> None:
     assert credentials.headers(URL) == {"Authorization": f"Bearer {SHOWN}"}
 
 
-def test_the_variable_goes_before_the_file_also_where_it_is_empty(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variable_takes_precedence_over_the_file_even_if_empty(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_TOKEN", "maya_other")
     assert credentials.token() == "maya_other"
     monkeypatch.setenv("MAYA_TOKEN", "")

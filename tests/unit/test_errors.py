@@ -56,7 +56,7 @@ def test_an_error_says_its_sentence_and_keeps_its_details() -> None:
     assert (error.code, list(error.details)) == (2101, ["target", "reason", "nearest"])
 
 
-def test_an_error_speaks_spanish_when_asked() -> None:
+def test_error_is_in_spanish_on_request() -> None:
     assert NotHomed().text("es").endswith("Ejecute primero `maya home`.")
 
 
@@ -88,7 +88,7 @@ def test_a_code_cannot_be_declared_twice() -> None:
     assert errors.by_code()[NotHomed.code] is NotHomed
 
 
-def test_details_are_attributes_and_those_that_are_left_out_are_none() -> None:
+def test_details_are_attributes_and_missing_ones_are_none() -> None:
     error = Unreachable(target="(3, 0, 1) m", reason="too far", nearest="none")
     assert (error.target, error.zone) == ("(3, 0, 1) m", None)
     assert "zone" not in error.details

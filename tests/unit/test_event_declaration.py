@@ -110,7 +110,7 @@ def test_the_stream_sends_it_as_json() -> None:
     assert (told["seq"], told["kind"], told["code"], told["detail"]) == (1, "lamp", 2308, DETAIL)
 
 
-async def test_the_graph_tells_it_by_its_word_and_a_client_reads_it_again() -> None:
+async def test_graph_publishes_it_by_its_word_and_a_client_reads_it() -> None:
     async with layer_nodes(homed=False) as floors:
         texts, heard = list[str](), list[Event]()
         somebody = floors.bus.node("somebody")

@@ -49,7 +49,7 @@ def test_numbers_start_at_one_and_have_no_gaps() -> None:
     assert (len(events), events.last) == (4, events.since(3)[0])
 
 
-def test_before_the_first_there_is_none() -> None:
+def test_before_the_first_event_there_is_none() -> None:
     assert (log().last, log().since(0)) == (None, [])
 
 
@@ -116,7 +116,7 @@ def test_an_event_reads_as_its_kind_and_details() -> None:
     assert str(log().emit(MotionEnded())) == "idle"
 
 
-def test_the_detail_of_an_event_has_its_fields_in_order_without_those_that_are_none() -> None:
+def test_detail_of_an_event_has_its_fields_in_order_without_missing_ones() -> None:
     step = StepAdvanced(7, 2, "pick cube", "running")
     assert json.dumps(dict(step.detail)) == '{"job": 7, "index": 2, "step": "pick cube", "state": "running"}'
     assert replace(step, attempt=2).detail["attempt"] == 2
@@ -215,7 +215,7 @@ async def test_a_reader_that_left_gets_nothing_more() -> None:
     assert not events._waiting
 
 
-def test_a_listener_hears_every_event_inside_its_block_at_once() -> None:
+def test_listener_gets_every_event_inside_its_block_at_once() -> None:
     events, heard = log(), list[int]()
     events.emit(Connected("sim"))
     with events.listening(lambda event: heard.append(event.seq)):

@@ -56,7 +56,7 @@ def test_straight_path_is_as_fast_for_any_parameter() -> None:
         (Way("cartesian", ((0.05, 0.6, 0.9), (0.6, 0.1, 0.9))), 31.31404),
     ],
 )
-def test_curved_ways_take_as_long_as_toppra_says(way: Way, expected: float) -> None:
+def test_curved_paths_take_as_long_as_with_toppra(way: Way, expected: float) -> None:
     """Expected: toppra 0.6.3 on splines through 4 001 points (Pham and Pham, IEEE Trans. Robotics 34, 2018)."""
     assert least_time_of(FRAME, way, RATES) == pytest.approx(expected, rel=3e-4)
 

@@ -48,13 +48,13 @@ def test_owner_is_known_while_it_lives() -> None:
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", "[" * 4000, "[" * 100_000, '{"url": "x"}', '{"url": "x", "pid": 1, "controller": 5}']
 )
-def test_a_file_that_is_not_ours_is_no_service(place: Path, text: str) -> None:
+def test_foreign_file_is_no_service(place: Path, text: str) -> None:
     place.mkdir()
     (place / "service.json").write_text(text)
     assert runtime.find() is None
 
 
-def test_a_device_or_a_link_is_no_service(place: Path) -> None:
+def test_device_or_link_is_no_service(place: Path) -> None:
     place.mkdir()
     (place / "service.json").symlink_to("/dev/zero")
     assert runtime.find() is None
@@ -96,7 +96,7 @@ def test_a_link_in_the_folders_place_is_not_followed(tmp_path: Path, monkeypatch
         pass
 
 
-def test_the_session_has_a_folder_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_session_has_its_own_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("MAYA_RUNTIME_DIR", raising=False)
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/run/user/7")
     assert runtime.folder() == Path("/run/user/7/maya")

@@ -91,7 +91,7 @@ def test_published_topic_can_be_echoed(robot: LaunchedLayers) -> None:
     assert "name: " in _echo(robot, DIAGNOSTICS)
 
 
-def test_the_position_is_where_the_twin_is(robot: LaunchedLayers) -> None:
+def test_position_is_that_of_the_twin(robot: LaunchedLayers) -> None:
     told = robot.driver.subscribe(POSITION.name, POSITION.type)
     count = len(told.messages)
     message = told.until(after=count)
@@ -122,7 +122,7 @@ def test_stop_at_rest_says_that_nothing_moved(robot: LaunchedLayers) -> None:
     assert json.loads(answer["message"])["was_moving"] is False
 
 
-def test_pause_and_resume_hold_a_motion_and_let_it_go_on(robot: LaunchedLayers) -> None:
+def test_pause_and_resume_hold_a_motion_and_continue_it(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     assert robot.driver.call(PAUSE.name)["success"]
@@ -208,7 +208,7 @@ def test_can_teleop_by_the_command_line(robot: LaunchedLayers) -> None:
     assert "success: True" in said
 
 
-def test_a_task_says_its_phase_how_far_it_is_and_where(robot: LaunchedLayers) -> None:
+def test_task_reports_phase_progress_and_position(robot: LaunchedLayers) -> None:
     goal = robot.driver.do(TASK.name, TASK.type, {"task": primitive("approach", robot.away())})
     assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert goal.feedback.messages

@@ -68,7 +68,7 @@ async def test_each_is_done_at_once() -> None:
         assert direct.doing == ""
 
 
-async def test_of_two_that_race_the_first_goes_on_unharmed() -> None:
+async def test_first_of_two_simultaneous_commands_continues_unharmed() -> None:
     async with robot() as floors:
         direct = floors.service.direct
         first = asyncio.ensure_future(direct.primitive(Pick(CUBE)))
@@ -132,7 +132,7 @@ async def test_command_beside_another_driver_is_refused_with_the_lease_code() ->
         assert floors.controller.state.joints == pytest.approx(homed_pose(Config()), abs=1e-3)
 
 
-async def test_where_the_lease_is_broken_it_stops_on_its_path() -> None:
+async def test_broken_lease_stops_it_on_its_path() -> None:
     async with robot() as floors:
         task = await begun(floors, WISHES["move"])
         floors.lease.take("ana", "http", force=True)
@@ -166,7 +166,7 @@ async def test_leaving_caller_stops_the_command_and_waits_for_rest(name: str) ->
 
 
 @pytest.mark.parametrize("name", WISHES)
-async def test_the_end_of_everything_cancels_it_whenever_it_comes(name: str, campaign: Campaign) -> None:
+async def test_stop_queue_cancels_it_at_any_instant(name: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=2, long=100)):
         async with robot() as floors:
             task = await begun(floors, WISHES[name])
@@ -192,7 +192,7 @@ async def test_the_end_of_everything_ends_the_job_under_way_and_those_that_wait(
         await still_and_able(floors)
 
 
-async def test_the_end_of_everything_where_nothing_runs_does_nothing() -> None:
+async def test_stop_queue_without_a_running_command_does_nothing() -> None:
     async with robot() as floors:
         before = len(floors.controller.events)
         await floors.service.direct.end_all()

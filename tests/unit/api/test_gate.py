@@ -147,7 +147,7 @@ async def test_the_matrix(situation: str, implicit: bool) -> None:
 
 
 @pytest.mark.parametrize("situation", DRIVING)
-async def test_a_stop_is_obeyed_however_the_lease_stands(situation: str) -> None:
+async def test_stop_is_obeyed_in_every_state_of_the_lease(situation: str) -> None:
     door = Door()
     with standing(door, situation, "ann") as shown:
         for role in Role:
@@ -235,7 +235,7 @@ async def test_driving_is_recorded() -> None:
     assert await door.ask(ann, Operation.SPEED) == 4105
 
 
-def test_ones_own_jobs_are_changed_and_cancelled_and_nothing_else() -> None:
+def test_caller_changes_and_cancels_only_his_own_jobs() -> None:
     for operation in Operation:
         for role in Role:
             caller = Caller("ann", role)
@@ -269,7 +269,7 @@ async def test_a_held_jog_is_written_down_once() -> None:
     assert len(rows) == 8
 
 
-async def test_audit_counts_refusals_and_stops_that_come_in_crowds() -> None:
+async def test_audit_counts_refusals_and_stops_that_come_in_bursts() -> None:
     rows: list[AuditRow] = []
     audit = Audit(rows.append, lambda: "today")
     vera = Caller("vera", Role.VIEWER)

@@ -47,7 +47,7 @@ def length(bench: Rig) -> float:
 
 
 @pytest.mark.parametrize("every", [0.05, 0.2, 0.49])
-async def test_renewed_it_goes_on(every: float) -> None:
+async def test_renewed_jog_continues(every: float) -> None:
     async with held() as (bench, jogs):
         assert await keep(jogs, 8.0, every=every) == MOVING
         assert bench.controller.state.mode is Mode.MOVING
@@ -89,7 +89,7 @@ async def test_the_other_direction_turns_round_after_a_rest() -> None:
         assert commands_in(bytes(bench.sent)).count("BGS") == 2
 
 
-async def test_it_comes_to_rest_at_the_border_and_stays_while_it_is_held() -> None:
+async def test_jog_rests_at_the_border_while_it_is_held() -> None:
     async with held() as (bench, jogs):
         answer = await keep(jogs, 40.0)
         assert (answer.moving, answer.limit) == (False, "line_b")

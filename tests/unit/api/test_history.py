@@ -48,7 +48,7 @@ async def test_forgotten_job_is_read_from_the_journal(monkeypatch: pytest.Monkey
             await history.job(99)
 
 
-async def test_events_come_from_memory_and_older_ones_from_the_journal() -> None:
+async def test_recent_events_are_from_memory_and_older_ones_from_the_journal() -> None:
     async with Machine().running() as floor:
         log = EventLog(lambda: 0.0, kept=8)
         log.run = 3

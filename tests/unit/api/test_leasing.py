@@ -109,7 +109,7 @@ async def test_own_lease_is_taken_again_by_force() -> None:
     await owner.leasing.take(OLGA, force=True)
 
 
-async def test_a_job_of_his_does_not_let_a_student_take_it() -> None:
+async def test_running_job_does_not_let_a_student_take_the_lease() -> None:
     owner = await lab()
     with owner.entrance.lease.driving("sam", "job 1"):
         for force in (False, True):

@@ -137,7 +137,7 @@ async def test_two_administrators_do_not_remove_each_other() -> None:
     assert [type(one) for one in found] == [type(None), NotAllowed]
 
 
-async def test_a_removed_user_is_let_in_no_more_and_drives_no_more() -> None:
+async def test_removed_user_is_refused_and_loses_the_lease() -> None:
     owner = caller_registry()
     await owner.admin()
     made = await owner.people.add("ann", "operator")
@@ -246,7 +246,7 @@ async def test_tokens_are_bounded() -> None:
         await owner.people.token("root", by=root)
 
 
-async def test_a_session_ends_by_itself() -> None:
+async def test_session_expires() -> None:
     owner = caller_registry()
     await owner.people.add("root", "admin", PASSWORD)
     session = await owner.people.sign_in("root", PASSWORD, "10.0.0.1")

@@ -126,7 +126,7 @@ async def test_the_queue_is_paused_stepped_and_cleared() -> None:
         assert resumed.mode is QueueMode.RUNNING
 
 
-async def test_a_job_is_done_again_and_a_students_is_proposed() -> None:
+async def test_rerun_job_of_a_student_is_a_proposal() -> None:
     async with opened_service() as (_, service):
         await service.wait((await service.submit(HOME)).id)
         again = await service.queue.again(1, by=ANA)
@@ -153,7 +153,7 @@ async def test_interrupted_job_is_recovered_through_the_service() -> None:
         assert (await service.wait(1)).state is TaskState.DONE
 
 
-async def test_status_tells_how_the_queue_stands() -> None:
+async def test_status_shows_the_state_of_the_queue() -> None:
     async with opened_service() as (_, service):
         await service.queue.pause(EVA)
         await service.submit(HOME)

@@ -42,7 +42,7 @@ async def past(service: Service, above: int = 0) -> list[Event]:
     return [await anext(following) for _ in range((await service.status()).last_event - above)]
 
 
-async def test_a_job_goes_in_and_its_report_comes_out() -> None:
+async def test_job_is_submitted_and_its_report_returned() -> None:
     async with opened_service() as (_, service):
         accepted = await service.submit(JOB)
         assert (accepted.id, accepted.steps) == (1, 2)
@@ -153,7 +153,7 @@ async def test_a_job_is_paused_also_between_its_motions() -> None:
         assert (await service.status()).state.override == 0.5
 
 
-async def test_status_tells_everything_about_now() -> None:
+async def test_status_shows_the_current_state() -> None:
     async with opened_service() as (controller, service):
         assert (await service.status()).can_teleop
         await service.submit(JOB)
@@ -173,7 +173,7 @@ async def test_events_are_numbered_without_gaps_for_everyone() -> None:
         assert await past(service, above=3) == events[3:]
 
 
-async def test_a_preview_starts_here_or_where_homing_ends() -> None:
+async def test_preview_starts_here_or_at_the_end_of_homing() -> None:
     async with opened_service(homed=False) as (controller, service):
         here = await service.preview(JOB)
         assert here.refusal is not None
@@ -191,7 +191,7 @@ async def test_kinematics_are_computed_by_the_service() -> None:
             service.fk(Joints(0.0, 0.6, 0.6))
 
 
-async def test_reach_says_why_not_and_where_instead() -> None:
+async def test_reach_gives_the_reason_and_an_alternative() -> None:
     async with opened_service() as (_, service):
         there = service.reach(Point(0.5, 1.1, 0.4))
         assert (there.reachable, there.reason) == (True, None)
@@ -216,7 +216,7 @@ async def test_reach_measures_possible_points_and_names_the_others() -> None:
         assert answer.reason == answer.broken[0].text
 
 
-async def test_zones_come_and_go_by_name() -> None:
+async def test_zones_are_added_and_removed_by_name() -> None:
     async with opened_service() as (controller, service):
         assert await service.zones() == []
         taken = await service.set_zone(CRATE)

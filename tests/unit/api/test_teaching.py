@@ -43,7 +43,7 @@ async def opened_service() -> AsyncIterator[tuple[FakeController, Service]]:
         await process.close()
 
 
-async def test_a_pose_is_where_the_robot_is() -> None:
+async def test_pose_is_the_position_of_the_robot() -> None:
     async with opened_service() as (controller, service):
         pose = service.teaching.teach("shelf", DAY)
         assert (pose.joints, pose.point, pose.taught) == (controller.state.joints, controller.state.point, DAY)
@@ -121,7 +121,7 @@ async def test_job_shows_its_number_of_tasks_and_bad_pallets() -> None:
         assert (plain.steps, (await service.job(plain.id)).remarks) == (1, ())
 
 
-async def test_a_pallet_tells_its_shape() -> None:
+async def test_pallet_shows_its_shape() -> None:
     async with opened_service() as (_, service):
         corners = [*CORNERS, [0.6, 1.2, 0.42]]
         info = service.teaching.teach_pallet("tray", {"corners": corners, "rows": 3, "columns": 4}, DAY)
@@ -165,7 +165,7 @@ async def test_invalid_pose_or_pallet_is_refused() -> None:
         ({"corners": CORNERS, "rows": 2, "columns": 2, "full": True}, "full"),
     ],
 )
-async def test_a_grid_that_is_none_is_refused_at_its_key(grid: dict[str, object], key: str) -> None:
+async def test_invalid_grid_is_refused_at_its_key(grid: dict[str, object], key: str) -> None:
     async with opened_service() as (_, service):
         with pytest.raises(InvalidRequest) as caught:
             service.teaching.teach_pallet("tray", grid, DAY)

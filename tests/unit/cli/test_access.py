@@ -132,7 +132,7 @@ def test_lost_lease_is_reported_and_forgotten(
     assert credentials.held() is None
 
 
-def test_it_is_offered_and_asked_for(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_lease_is_offered_and_requested(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["POST /v1/lease/offer"] = kept.answers["POST /v1/lease/ask"] = OLGA
     assert "Offered to sam" in printed("maya lease offer sam", capsys)
     assert kept.asked[-1][2] == {"to": "sam"}
@@ -300,7 +300,7 @@ def test_the_file_of_the_queue_may_be_another(state: Path, tmp_path: Path, capsy
     assert not state.exists()
 
 
-def test_while_the_service_runs_there_is_no_reset(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_running_service_prevents_a_reset(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     state.parent.mkdir()
     lock = file.JournalLock(state)
     try:

@@ -14,7 +14,7 @@ from tests.unit.cli.servers import hanging_service, http_service
 from tests.unit.client.stand import service
 
 
-def test_bodies_go_and_answers_come() -> None:
+def test_bodies_are_sent_and_answers_received() -> None:
     with http_service(lambda method, path, body: (200, [method, path, body])) as url:
         client = ServiceClient(url)
         assert client.ask(requests.jobs(state=["done"], text="a b")) == ["GET", "/v1/jobs?state=done&text=a+b", None]
@@ -28,7 +28,7 @@ def test_an_idempotency_key_goes_along_and_no_empty_one() -> None:
     assert [asked.headers.get("idempotency-key") for asked in stand.asked] == ["k1", None]
 
 
-def test_a_refusal_comes_back_as_the_error_it_is() -> None:
+def test_refusal_is_raised_as_its_error() -> None:
     error = NotFound(what="job", number=7)
     problem = {"code": error.code, "details": error.details}
     with http_service(lambda *_: (404, problem)) as url, pytest.raises(NotFound) as caught:

@@ -47,7 +47,7 @@ def test_help_is_an_answer(line: str, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.parametrize("line", ["dmc --help", "dmc gclib --help", "config --help", "plot --help"])
-def test_a_list_of_commands_tells_each_in_a_whole_sentence(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_of_commands_has_a_sentence_for_each(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) == 0
     commands = capsys.readouterr().out.partition("Commands:\n")[2].partition("\n\n")[0]
     assert [text for text in commands.splitlines() if text.endswith("...") or not text.endswith(".")] == []
@@ -95,7 +95,7 @@ def test_an_error_in_spanish(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Ningún Maya está en marcha aquí" in capsys.readouterr().err
 
 
-def test_a_terminal_without_accents_is_spoken_to_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terminal_without_accents_gets_ascii(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = TextIOWrapper(BytesIO(), encoding="ascii")
     monkeypatch.setattr("sys.stdout", terminal)
     assert main(["--lang", "es", "reach", "3", "3", "3"]) == 1

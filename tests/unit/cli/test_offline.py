@@ -54,7 +54,7 @@ def test_reach_names_reason_and_nearest(capsys: pytest.CaptureFixture[str]) -> N
     assert (there["reachable"], there["reason"]) == (True, None)
 
 
-def test_reach_says_where_the_lines_would_meet(capsys: pytest.CaptureFixture[str]) -> None:
+def test_reach_shows_the_meeting_point_of_the_lines(capsys: pytest.CaptureFixture[str]) -> None:
     reason = answered("reach 0.5 1.2 2.2", capsys, code=1)["reason"]
     assert reason == "its lines would have to meet 50 mm above their anchors"
 
@@ -100,7 +100,7 @@ def test_reach_speaks_spanish_down_to_the_unit_of_tension(capsys: pytest.Capture
     assert "load" not in out and out.count("4.337 × carga") == 2
 
 
-def test_reach_tells_all_that_is_broken(capsys: pytest.CaptureFixture[str]) -> None:
+def test_reach_shows_all_broken_limits(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["reach", "0", "1.3", "-0.05"]) == 1
     first, *others = capsys.readouterr().out.splitlines()
     assert first.startswith("not reachable: it lies 50 mm below the table top; nearest x")

@@ -35,7 +35,7 @@ def test_point_is_marked_and_printed(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "target (-0.200, 1.100, 0.400) m" in svg
 
 
-def test_a_configuration_of_ones_own_is_drawn(tmp_path: Path) -> None:
+def test_given_configuration_is_drawn(tmp_path: Path) -> None:
     config, file = tmp_path / "maya.toml", tmp_path / "side.svg"
     config.write_text("[axes.b]\nmaximum = 2.1\n[safety]\ntension_limit = 3.0\n", encoding="utf-8")
     words = ["plot", "workspace", "--view", "section", "--config", str(config), "--output", str(file)]

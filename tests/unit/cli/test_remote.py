@@ -17,7 +17,7 @@ from maya_un.errors import InvalidCommandLine, InvalidValue
         ("[2001:db8::1]:443", ("2001:db8::1", 443)),
     ],
 )
-def test_where_to_listen(text: str, place: tuple[str, int]) -> None:
+def test_listening_addresses(text: str, place: tuple[str, int]) -> None:
     assert host_and_port(text) == place
 
 

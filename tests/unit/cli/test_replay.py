@@ -76,7 +76,7 @@ def test_a_job_on_the_twin_is_the_same_again(job: Recording, replayed: Replayed)
     ]
 
 
-def test_a_recording_without_its_beginning_begins_where_the_axes_were_at_rest(replayed: Replayed) -> None:
+def test_recording_without_its_start_begins_at_the_first_rest(replayed: Replayed) -> None:
     job = run_virtual(_job(RecorderConfig(seconds=20.0), rest=40.0))
     assert not job.header.complete
     code, told = replayed(job)
@@ -227,7 +227,7 @@ def test_a_tolerance_can_be_named(job: Recording, tmp_path: Path, capsys: pytest
     assert "--counts = -1.0 is refused" in capsys.readouterr().err
 
 
-def test_a_clock_that_ran_faster_tells_less_well() -> None:
+def test_faster_clock_gives_lower_accuracy() -> None:
     header = RECORDING.header
     assert tolerated(RECORDING, ReplayOptions()) == OF_A_TWIN
     later = replace(RECORDING, header=replace(header, complete=False))
@@ -238,7 +238,7 @@ def test_a_clock_that_ran_faster_tells_less_well() -> None:
     assert tolerated(machine, ReplayOptions()) == OF_A_MACHINE
 
 
-def test_without_an_instant_at_rest_there_is_no_beginning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_rest_there_is_no_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "one.mcap"
     header = replace(RECORDING.header, complete=False)
     with path.open("wb") as file:

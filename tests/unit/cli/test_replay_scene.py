@@ -85,7 +85,7 @@ def test_missing_data_is_reported() -> None:
     assert place.startswith("Different: the position of the machine")
 
 
-def test_counts_mean_lengths_where_a_homing_was_taken_over_later() -> None:
+def test_counts_have_lengths_after_a_later_homing() -> None:
     states = (state(90.0, homed=False), state(95.0))
     over = replace(LATER, states=states)
     assert scene_of(over).homed

@@ -61,7 +61,7 @@ def test_data_has_the_parts_by_both_records() -> None:
     assert list(data["steps"][0]) == [key for key in STEP if key != "key"]
 
 
-def test_a_report_tells_which_pallets_are_out_of_shape() -> None:
+def test_report_names_misshapen_pallets() -> None:
     remarked = as_data({**REPORT, "remarks": ["tray: its corners are 3.0 mm off a plane"]}, None)
     assert remarked["remarks"] == ["tray: its corners are 3.0 mm off a plane"]
     assert as_text(remarked, "en").endswith("\n\nnot quite a rectangle: tray: its corners are 3.0 mm off a plane")

@@ -69,7 +69,7 @@ def test_listed_zone_can_be_typed_back(kept: Kept, capsys: pytest.CaptureFixture
     assert kept.zones == before
 
 
-def test_without_zones_it_says_so(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_zones_are_reported(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert printed("maya zones list", capsys).startswith("There are no zones.\n")
     assert json.loads(printed("maya zones list --json", capsys))["zones"] == []
 

@@ -34,7 +34,7 @@ def test_request_goes_to_its_path_with_its_credentials() -> None:
     assert json.loads(content) == {"steps": ["home"]}
 
 
-def test_a_lease_of_ones_own_goes_before_that_of_the_shell() -> None:
+def test_own_lease_takes_precedence_over_that_of_the_shell() -> None:
     door = ServiceAddress("http://robot:1", "", "shell")
     assert transport.encoded(get("/", int), door, "own").headers["Maya-Lease"] == "own"
     assert transport.encoded(get("/", int), door, "").headers["Maya-Lease"] == "shell"
@@ -75,7 +75,7 @@ def test_other_program_at_an_old_port_is_detected() -> None:
         transport.decoded(get("/", int), 200, {"server": "nginx"}, b"1")
 
 
-def test_an_answer_of_another_kind_is_no_answer() -> None:
+def test_answer_of_another_kind_is_no_answer() -> None:
     with pytest.raises(ServiceNotAnswering, match="not understood"):
         transport.decoded(get("/", JobAccepted), 200, OURS, b'{"id": "seven"}')
 

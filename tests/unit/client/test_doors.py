@@ -37,7 +37,7 @@ def test_given_address_takes_precedence_over_the_environment(monkeypatch: pytest
     assert finder(None, "")() == ServiceAddress("http://robot:1")
 
 
-def test_the_token_of_this_user_and_the_lease_of_his_shell_are_shown(tmp_path: Path) -> None:
+def test_token_of_the_user_and_lease_of_the_shell_are_sent(tmp_path: Path) -> None:
     token = tmp_path / "maya" / "token"
     token.parent.mkdir()
     token.write_text("maya_file\n", encoding="ascii")

@@ -52,7 +52,7 @@ def test_a_report_is_a_table_of_its_steps_and_nothing_in_it_is_html() -> None:
     assert "It &lt;is&gt; far." in html
 
 
-def test_a_preview_tells_how_long_or_why_not() -> None:
+def test_preview_shows_the_duration_or_the_refusal() -> None:
     step = StepPreview(1, "steps.0", "pick left", 12.3456, (), 0.4, 0.9, None)
     good = notebook.preview(JobPreview(12.3456, 0.4, 0.9, (step,), None))
     assert "12.3 s" in good
@@ -68,7 +68,7 @@ def test_queue_shows_running_jobs_before_waiting_ones() -> None:
     assert cells(shown)[6:] == ["6", "x", "running", "ana", "1/3", "12.0", "7", "x", "queued", "ana", "0/1", "–"]
 
 
-def test_reach_tells_every_margin_or_why_not() -> None:
+def test_reach_shows_every_margin_or_the_reason() -> None:
     margins = (Distance("boom", "", radians(3.0), "rad"), Distance("zone", "rack", 0.25, "m"))
     there = Reach(True, Joints(0.0, 1.0, 1.5), None, Point(0.0, 1.2, 0.4), margins)
     assert cells(notebook.reach(there))[4:] == ["boom", "3.0°", "zone rack", "250 mm"]

@@ -106,7 +106,7 @@ def test_retry_waits_as_long_as_the_server_asks() -> None:
     assert player.now == pytest.approx(0.7)
 
 
-def test_a_refusal_is_not_asked_for_again() -> None:
+def test_refused_request_is_not_retried() -> None:
     player = Player(lambda _: Busy(doing="homing"))
     with pytest.raises(Busy):
         player.perform(persistently(get("/x", int)))
@@ -223,7 +223,7 @@ def test_forgotten_events_lead_to_a_new_request_of_the_state() -> None:
     assert Player(script).perform(jobs.wait(7)).state is TaskState.DONE
 
 
-def test_progress_yields_a_report_whenever_something_of_the_job_goes_on() -> None:
+def test_progress_yields_a_report_on_every_change_of_the_job() -> None:
     service = Service(replace(REPORT, state=TaskState.QUEUED), REPORT, REPORT, ended())
     service.events = [news(41), news(42, job=9), news(43), news(44)]
     found = Player(service).items(jobs.progress(7), 9)
@@ -304,7 +304,7 @@ def test_stop_waits_for_nothing_and_is_repeated_after_a_broken_connection() -> N
     assert player.now == 0.0
 
 
-def test_where_nothing_runs_a_stop_says_so_at_once() -> None:
+def test_stop_without_a_service_is_reported_at_once() -> None:
     player = Player(lambda _: ServiceNotRunning())
     with pytest.raises(ServiceNotRunning):
         player.perform(robot.stop())

@@ -10,7 +10,7 @@ import pytest
 import maya_un
 
 
-def test_the_root_is_light_until_the_client_is_asked_for() -> None:
+def test_root_stays_light_until_the_client_is_used() -> None:
     program = (
         "import sys, maya_un; "
         "heavy = {'httpx', 'numpy', 'pydantic', 'asyncio', 'websockets', 'matplotlib'}; "

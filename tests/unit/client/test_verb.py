@@ -16,7 +16,7 @@ from maya_un.client.steps import Awaiting, Blocking, Emit, Plan, PlanRunner, Sle
 T = TypeVar("T")
 
 
-def request_plan(number: int, *, twice: bool = False) -> Plan[int]:
+def asked(number: int, *, twice: bool = False) -> Plan[int]:
     """Ask for a number."""
     first = yield from get("/number", int, number=number)
     return first + (yield from get("/number", int)) if twice else first
@@ -29,7 +29,7 @@ def counted(most: int) -> StreamPlan[int]:
 
 
 class Verbs:
-    asked = Verb(request_plan)
+    asked = Verb(asked)
     counted = Stream(counted)
 
 

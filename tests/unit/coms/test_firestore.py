@@ -67,7 +67,7 @@ def answered(
     return answers
 
 
-def test_open_commands_come_in_the_order_of_their_creation(database: RealtimeDatabase) -> None:
+def test_open_commands_are_in_the_order_of_their_creation(database: RealtimeDatabase) -> None:
     for key in ("z", "a", "m"):
         put(database, key, home(key))
 
@@ -149,7 +149,7 @@ def test_a_command_may_be_of_the_old_form(database: RealtimeDatabase) -> None:
         ("%2F ?#\u00e4", {"command": "home"}),
     ],
 )
-def test_odd_documents_come_as_commands_and_others_still_come(
+def test_odd_documents_are_delivered_with_the_others(
     key: str, fields: dict[str, Any], database: RealtimeDatabase
 ) -> None:
     put(database, key, fields)

@@ -19,7 +19,7 @@ from tests.unit.coms.memory import Memory
 
 
 @pytest.mark.parametrize("url", ["ws://a..b:9090", "ws://localhost:99999", "ws://[::1", "localhost:9090", "http://x"])
-async def test_an_address_that_is_none_is_named(url: str) -> None:
+async def test_invalid_address_is_named(url: str) -> None:
     with pytest.raises(RobotNotReached):
         async with Rosbridge(url).connected():
             pass

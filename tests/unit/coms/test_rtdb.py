@@ -130,7 +130,7 @@ def results_written(database: RealtimeDatabase) -> list[str]:
 
 
 @pytest.mark.parametrize("backwards", [False, True])
-def test_open_commands_come_in_the_order_of_their_keys(backwards: bool, database: RealtimeDatabase) -> None:
+def test_open_commands_are_in_the_order_of_their_keys(backwards: bool, database: RealtimeDatabase) -> None:
     database.rest.backwards = backwards
     keys = ["-Oz", "10", "9", "-Oa", "b", "B"]
     for key in keys:
@@ -145,7 +145,7 @@ def test_open_commands_come_in_the_order_of_their_keys(backwards: bool, database
     run_story(story, Rtdb(database.url))
 
 
-def test_commands_that_the_database_tells_as_an_array_come(database: RealtimeDatabase) -> None:
+def test_commands_in_an_array_of_the_database_are_delivered(database: RealtimeDatabase) -> None:
     for key in "0123":
         put(database, key, home(key))
 
@@ -229,7 +229,7 @@ def test_a_command_that_is_written_in_parts_is_read_whole(database: RealtimeData
     run_story(story, Rtdb(database.url))
 
 
-def test_a_command_that_is_removed_before_its_turn_does_not_come(database: RealtimeDatabase) -> None:
+def test_command_removed_before_its_turn_is_not_delivered(database: RealtimeDatabase) -> None:
     async def story(channel: SupervisorChannel) -> None:
         for key in "ab":
             put(database, key, home(key))
@@ -259,7 +259,7 @@ def test_commands_that_are_removed_together_get_no_result(database: RealtimeData
 
 
 @pytest.mark.parametrize("when", ["before", "while connected"])
-def test_a_huge_command_is_delivered_cut_and_others_still_come(when: str, database: RealtimeDatabase) -> None:
+def test_huge_command_is_delivered_cut_with_the_others(when: str, database: RealtimeDatabase) -> None:
     huge = {"id": "huge", "command": "x" * 10_000_000}
     if when == "before":
         put(database, "a", home("a"))
@@ -504,7 +504,7 @@ def test_a_token_is_refreshed_before_it_ends_and_a_refused_refresh_signs_in(
     run(main())
 
 
-def test_a_page_instead_of_a_token_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_html_page_instead_of_a_token_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     async def serve_page(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.readuntil(b"}")  # all of the request: its body is an object
         writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 6\r\n\r\n<html>")

@@ -243,7 +243,7 @@ async def test_move_takes_the_time_and_ends_at_the_point_of_its_preview(speed: f
         assert bench.mechanics.record.lowest >= preview.lowest - 1e-4
 
 
-async def test_a_move_to_where_the_robot_is_sends_no_motion() -> None:
+async def test_move_to_the_current_position_sends_no_motion() -> None:
     async with homed() as bench:
         seen = len(bench.controller.events)
         del bench.sent[:]

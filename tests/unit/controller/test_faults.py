@@ -89,7 +89,7 @@ def test_a_motor_that_is_off_is_not_hidden_by_partners_that_were_stopped() -> No
     assert found.details == {"axis": "b"}
 
 
-def test_limits_tell_axis_and_side() -> None:
+def test_limits_name_axis_and_side() -> None:
     for code, side in ((2, "forward"), (3, "reverse")):
         found = state_builder.grave(ended(4, 4, code), ORDER)
         assert found is not None

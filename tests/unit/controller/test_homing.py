@@ -69,7 +69,7 @@ def test_the_homed_pose_is_inside_and_off_every_switch() -> None:
         assert axis.minimum + 0.02 < place < axis.maximum - 0.02
 
 
-async def test_a_homing_tells_its_phases_and_leaves_its_mark_last() -> None:
+async def test_homing_reports_its_phases_and_leaves_its_mark_last() -> None:
     async with rig() as bench:
         await bench.controller.home()
         events = bench.controller.events.since(0)
@@ -190,7 +190,7 @@ async def test_of_two_lines_that_read_short_the_one_that_lies_is_named(
         assert bench.mechanics.record.stall_time == 0.0
 
 
-async def test_a_machine_wired_to_other_letters_homes_and_moves_all_the_same() -> None:
+async def test_machine_wired_to_other_letters_homes_and_moves() -> None:
     config = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
     async with rewired(config, (2, 0, 1)) as bench:
         await bench.controller.home()

@@ -59,7 +59,7 @@ def test_it_ends_a_little_before_the_limit(axis: str, way: float, end: float, li
     assert found.distance * way > 0.0
 
 
-def test_along_x_to_where_the_boom_ends() -> None:
+def test_jog_along_x_ends_where_the_boom_ends() -> None:
     x = MECHANISM.fk(HERE).x
     found = jogged("x", -2.0)
     assert found.limit == "boom"
@@ -103,7 +103,7 @@ def test_a_zone_on_the_way_ends_it() -> None:
     assert 0.29 - found.distance == pytest.approx(MARGIN + TOLERANCE, abs=1.1 * TOLERANCE)
 
 
-def test_at_the_border_there_is_no_way_left() -> None:
+def test_at_the_border_no_path_is_left() -> None:
     here = HERE._replace(b=2.260)
     assert jogged("b", 0.1, here).distance == 0.0
     assert jogged("b", -0.1, here) == Jogged("b", -0.1)
@@ -140,7 +140,7 @@ async def test_the_gripper_goes_straight_on_the_twin(axis: str) -> None:
         assert await jog == Jogged(axis, -0.2)
 
 
-async def test_a_clipped_jog_comes_to_rest_before_the_border_and_says_why() -> None:
+async def test_clipped_jog_rests_before_the_border_and_names_the_limit() -> None:
     async with homed() as bench:
         with pytest.raises((Unreachable, PathRefused)):
             await bench.controller.jog("r", 2.0)

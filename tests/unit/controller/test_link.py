@@ -93,7 +93,9 @@ async def test_open_reads_the_identity_of_the_controller() -> None:
 
 
 @pytest.mark.parametrize(("answer", "error"), [(None, ConnectFailed), (alien, WrongController), (silent, LinkTimeout)])
-async def test_open_fails_with_its_reason_and_tries_no_more(answer: Answer | None, error: type[MachineError]) -> None:
+async def test_failed_open_gives_its_reason_and_does_not_retry(
+    answer: Answer | None, error: type[MachineError]
+) -> None:
     wall = Wall(answer)
     async with linked(wall) as (link, ears):
         with pytest.raises(error):

@@ -33,7 +33,7 @@ async def test_the_record_is_read_at_the_configured_rate(rate: float) -> None:
         assert {command for command in commands_in(bytes(bench.sent)) if not command.startswith(OWN)} == {"QR"}
 
 
-async def test_without_a_stream_nothing_is_asked_at_rest() -> None:
+async def test_without_a_stream_nothing_is_polled_at_rest() -> None:
     async with rig() as bench:
         del bench.sent[:]
         await elapse(1000.0)

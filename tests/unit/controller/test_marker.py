@@ -38,7 +38,7 @@ async def wire() -> AsyncIterator[Driver]:
     ],
     ids=["nothing", "variable alone", "ZA alone", "other numbers", "erased", "other axis", "an end is missing"],
 )
-async def test_half_a_mark_is_none(left: list[str]) -> None:
+async def test_half_a_mark_is_invalid(left: list[str]) -> None:
     async with wire() as driver:
         await driver.batch(left)
         assert await homing_mark.read(driver, CONFIG, UNITS, HERE) is None
@@ -57,7 +57,7 @@ async def test_half_a_mark_is_none(left: list[str]) -> None:
         (Joints(1.0, 1.5, 2.5), False),
     ],
 )
-async def test_a_mark_holds_where_the_lines_can_be(here: Joints, holds: bool) -> None:
+async def test_mark_is_valid_for_possible_lengths_of_the_lines(here: Joints, holds: bool) -> None:
     async with wire() as driver:
         await driver.batch(["mayahome=9", "ZAA=9", *ENDS])
         found = await homing_mark.read(driver, CONFIG, UNITS, here)
@@ -127,7 +127,7 @@ async def test_the_number_of_a_mark_is_never_zero_and_fits_both_places(time: int
     assert 0 < int(told["ZAA"]) < 2**31
 
 
-async def test_the_variable_comes_last_and_goes_first() -> None:
+async def test_variable_is_written_last_and_erased_first() -> None:
     async with homed() as bench:
         del bench.sent[:]
         driver = bench.controller._monitor.link.driver

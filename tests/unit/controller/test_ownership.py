@@ -108,7 +108,7 @@ async def test_a_dry_run_asks_for_no_owner() -> None:
         assert b"ZAB" not in bench.sent
 
 
-async def test_without_a_guard_the_controller_still_has_one_owner() -> None:
+async def test_without_a_watchdog_the_controller_still_has_one_owner() -> None:
     async with rig(parse({"safety": {"guard_time": 0.0}}), live=True) as bench:
         await elapse(10.0)
         with pytest.raises(ControllerOwned):
@@ -157,7 +157,7 @@ async def test_claim_fails_when_the_owner_has_changed() -> None:
         await driver.close()
 
 
-async def test_no_beat_of_one_host_feeds_the_guard_of_another() -> None:
+async def test_beat_of_one_host_does_not_feed_the_watchdog_of_another() -> None:
     async with homed(live=True) as bench:
         driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
         late = Ownership(SILENT)
@@ -337,7 +337,7 @@ async def test_replaced_owner_leaves_without_a_trace() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.2, 3.0])
-async def test_a_link_that_comes_back_finds_the_controller_its_own(seconds: float) -> None:
+async def test_restored_link_finds_its_own_controller(seconds: float) -> None:
     async with homed(live=True) as bench:
         bench.virtual.refuse(True)
         bench.virtual.cut()
@@ -350,7 +350,7 @@ async def test_a_link_that_comes_back_finds_the_controller_its_own(seconds: floa
         await bench.controller.move(FAR)
 
 
-async def test_a_link_that_comes_back_in_motion_leaves_it_to_the_guard() -> None:
+async def test_link_restored_in_motion_leaves_it_to_the_watchdog() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
@@ -411,7 +411,7 @@ async def test_a_living_owner_is_recognised_while_time_wraps() -> None:
         await driver.close()
 
 
-async def test_an_owner_without_variables_is_taken_for_dead() -> None:
+async def test_owner_without_variables_is_considered_dead() -> None:
     async with rig() as bench:
         await bench.controller.close()
         await foreign(bench, "ZAB=77")

@@ -76,7 +76,7 @@ async def paused(bench: Rig, after: float) -> AsyncIterator[asyncio.Task[None]]:
 
 
 @pytest.mark.parametrize("after", [0.001, 0.4, 1.0, 8.0, 12.5, 16.0, 22.0])
-async def test_a_pause_stands_where_it_says_and_resume_arrives_when_it_says(after: float) -> None:
+async def test_pause_and_resume_agree_with_their_predictions(after: float) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(after)
@@ -112,7 +112,7 @@ async def test_a_pause_leaves_the_straight_line_by_no_count() -> None:
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.3, 0.07])
-async def test_an_override_under_way_moves_the_end_to_where_it_says(ratio: float) -> None:
+async def test_override_in_motion_moves_the_end_as_predicted(ratio: float) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(6.0)
@@ -347,7 +347,7 @@ async def test_a_homing_is_not_paused_and_keeps_its_speeds() -> None:
         assert bench.controller.state.mode is Mode.IDLE
 
 
-async def test_a_homing_that_is_asked_for_in_a_pause_is_held() -> None:
+async def test_homing_requested_in_a_pause_is_held() -> None:
     async with homed() as bench:
         await bench.controller.pause(ahead=True)
         home = asyncio.create_task(bench.controller.home())

@@ -45,7 +45,7 @@ def test_reference_that_changes_at_rest_is_found(by: int) -> None:
         assert found is None  # SH may do that
 
 
-def test_servo_on_takes_the_reference_to_the_axis_and_is_no_change() -> None:
+def test_servo_on_resets_the_reference_without_a_finding() -> None:
     pushed = AxisRecord(status=AxisStatus.MOTOR_OFF, reference=1_000, position=9_000)
     assert records(STILL, pushed, AxisRecord(reference=9_000, position=9_000)) is None
 
@@ -61,7 +61,7 @@ def test_axis_that_is_pushed_from_its_reference_is_found() -> None:
     assert records(STILL, AxisRecord(reference=1_000, position=2_900)) is None
 
 
-def test_axis_that_moves_is_found_unless_it_did_from_the_beginning() -> None:
+def test_moving_axis_is_found_unless_it_moved_from_the_start() -> None:
     moving = AxisRecord(status=AxisStatus.MOVING, reference=1_010, position=1_000)
     assert isinstance(records(STILL, moving), ForeignMotion)
     assert records(moving, moving, STILL) is None

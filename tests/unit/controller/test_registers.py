@@ -47,7 +47,7 @@ async def test_earlier_values_are_overwritten() -> None:
         )
 
 
-async def test_values_that_the_controller_rounds_are_no_mismatch() -> None:
+async def test_values_rounded_by_the_controller_are_no_mismatch() -> None:
     config = changed(speed_counts=30_001, acceleration_counts=6_000, stop_deceleration_counts=52_000)
     async with rig(config) as bench:
         assert await foreign(bench, "MG _SPB", "MG _ACB", "MG _DCB", "MG _CN0") == [

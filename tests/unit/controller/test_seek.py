@@ -62,7 +62,7 @@ def test_a_look_puts_the_axes_in_mayas_order() -> None:
 
 
 @pytest.mark.parametrize(("stop_code", "forward", "reverse"), [(1, False, False), (2, True, False), (3, False, True)])
-def test_a_switch_was_met_also_where_it_let_go_again(stop_code: int, forward: bool, reverse: bool) -> None:
+def test_switch_that_released_again_was_still_met(stop_code: int, forward: bool, reverse: bool) -> None:
     look = look_at(record_of(AxisRecord(stop_code=stop_code), AxisRecord(), AxisRecord()), (0, 1, 2))
     assert (look.met(A, FORWARD), look.met(A, REVERSE)) == (forward, reverse)
     assert not look.met(B, FORWARD)
@@ -105,7 +105,7 @@ async def test_move_of_less_than_a_count_is_not_sent() -> None:
         assert commands_in(bytes(bench.sent)) == ["QR"]
 
 
-async def test_the_speed_is_no_more_than_the_axes_can() -> None:
+async def test_speed_is_limited_to_that_of_the_axes() -> None:
     async with seeking() as (seeker, bench, _):
         await seeker.go({B: 0.2}, 1.0)
         await seeker.go({A: 0.05}, 1.0)
@@ -193,7 +193,7 @@ async def test_a_switch_that_turns_active_behind_an_axis_contradicts() -> None:
         assert moved(bench, start)[C] < 0.05
 
 
-async def test_an_axis_that_stands_against_something_stalls_and_can_be_moved_away() -> None:
+async def test_blocked_axis_stalls_and_can_be_moved_away() -> None:
     blocked = replace(TrueConstants(), gaps=(-0.3, 0.02, 0.02))
     start = StartPose(0.35, 1.5, 1.5)
     async with seeking(start, truth=blocked) as (seeker, bench, _):

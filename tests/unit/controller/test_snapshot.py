@@ -30,7 +30,7 @@ def at(joints: Joints) -> list[AxisRecord]:
     return [AxisRecord(position=counts) for counts in Units.of(Config()).to_counts(joints)]
 
 
-def test_a_homed_robot_is_where_its_encoders_are() -> None:
+def test_homed_robot_is_at_the_position_of_its_encoders() -> None:
     state = state_builder_of(Config()).state(record_of(*at(HERE)), standing())
     assert state.joints == pytest.approx(HERE, abs=5e-5)
     assert state.point is not None
@@ -39,7 +39,7 @@ def test_a_homed_robot_is_where_its_encoders_are() -> None:
     assert (state.time, state.mode, state.homed, state.progress) == (12.5, Mode.IDLE, True, Progress("move", 1.0, 4.0))
 
 
-def test_before_homing_counts_are_no_lengths() -> None:
+def test_before_homing_there_are_counts_and_no_lengths() -> None:
     state = state_builder_of(Config()).state(record_of(*at(HERE)), standing(homed=False))
     assert (state.joints, state.point, state.homed) == (None, None, False)
     assert state.counts == Units.of(Config()).to_counts(HERE)

@@ -90,7 +90,7 @@ async def test_stop_on_a_path_with_corners_predicts_the_braking() -> None:
             await stopped(bench, after, asyncio.create_task(bench.controller.follow(path)))
 
 
-async def test_a_stop_tells_by_the_configured_deceleration() -> None:
+async def test_stop_is_predicted_by_the_configured_deceleration() -> None:
     durations: list[float] = []
     for stop in (51_200, 10_240):
         line = {"stop_deceleration_counts": stop}
@@ -115,7 +115,7 @@ async def test_stop_while_homing_predicts_the_braking(phase: str, after: float) 
 
 
 @pytest.mark.parametrize("at", ["CS S", "LM ", "LE"])
-async def test_a_stop_while_a_move_is_sent_keeps_it_from_beginning(at: str) -> None:
+async def test_stop_while_a_move_is_sent_prevents_it(at: str) -> None:
     async with homed() as bench:
         stops: list[asyncio.Task[StopReport]] = []
         when_sent(bench, at, lambda: stops.append(asyncio.create_task(bench.controller.stop())))
@@ -128,7 +128,7 @@ async def test_a_stop_while_a_move_is_sent_keeps_it_from_beginning(at: str) -> N
         await bench.controller.move(FAR)
 
 
-async def test_a_stop_at_the_beginning_holds_the_robot_where_it_is() -> None:
+async def test_stop_at_the_start_holds_the_robot_in_place() -> None:
     async with homed() as bench:
         stops: list[asyncio.Task[StopReport]] = []
         when_sent(bench, "BGS", lambda: stops.append(asyncio.create_task(bench.controller.stop())))
@@ -312,7 +312,7 @@ async def test_a_stop_during_the_last_look_at_the_gripper_is_not_lost() -> None:
         assert kinds(bench)[-1] is GripperClosed  # it has moved, whatever was reported
 
 
-async def test_after_a_stop_the_state_is_where_the_axes_have_come_to_rest() -> None:
+async def test_after_a_stop_the_state_is_the_rest_position() -> None:
     """The next plan begins there: the encoders follow the reference by a few hundredths of a second."""
     hard = {"stop_deceleration_counts": 80_000_000, "limit_deceleration_counts": 80_000_000}
     async with rig(parse({"axes": {"a": hard, "b": hard, "c": hard}})) as bench:

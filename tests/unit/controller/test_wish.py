@@ -57,7 +57,7 @@ async def test_an_interruption_ends_a_pause_at_once() -> None:
     assert now() == 0.75
 
 
-async def test_a_pause_that_is_over_still_tells_of_an_interruption() -> None:
+async def test_ended_pause_still_reports_an_interruption() -> None:
     wish = RunningCommand("move")
     wish.interrupt(Stopped())
     with pytest.raises(Stopped):

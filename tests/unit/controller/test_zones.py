@@ -24,7 +24,7 @@ def around(place: Point, half: float) -> Box:
     return Box("cage", low, high)
 
 
-async def test_zones_of_the_configuration_hold_from_the_beginning() -> None:
+async def test_configured_zones_apply_from_the_start() -> None:
     table = {"name": "wall", "kind": "half_space", "point": [0.65, 0, 0], "normal": [-1, 0, 0]}
     async with homed(parse({"zones": [table]})) as bench:
         assert bench.controller.zones == (WALL,)

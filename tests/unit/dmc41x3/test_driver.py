@@ -54,7 +54,7 @@ async def outcome(waiting: asyncio.Future[str] | asyncio.Task[str]) -> CodedErro
     return caught.value
 
 
-async def test_a_reply_comes_without_its_blanks() -> None:
+async def test_reply_is_stripped_of_blanks() -> None:
     async with conversation(Box()) as (driver, _):
         assert await driver.send("MG 5.0000") == "5.0000"
         assert await driver.send("SHA") == ""
@@ -233,7 +233,7 @@ async def test_progress_in_a_long_batch_keeps_the_link() -> None:
         assert await waiting == [""] * 5
 
 
-async def test_a_command_known_to_take_long_has_its_own_patience() -> None:
+async def test_slow_command_has_its_own_timeout() -> None:
     async with conversation(Box()) as (driver, peer):
         peer.held = True
         asyncio.get_running_loop().call_later(3 * TIMEOUT, peer.release)

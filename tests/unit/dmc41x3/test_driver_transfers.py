@@ -49,7 +49,7 @@ async def twin(alter: Callable[[bytes], bytes] = as_it_is) -> AsyncIterator[tupl
         await controller.close()
 
 
-async def test_a_program_comes_back_as_it_was_sent() -> None:
+async def test_program_is_uploaded_as_it_was_sent() -> None:
     async with twin() as (driver, _):
         await driver.download(PROGRAM)
         assert await driver.upload() == PROGRAM
@@ -72,7 +72,7 @@ async def test_the_longest_program_passes() -> None:
         assert await driver.upload() == text
 
 
-async def test_nothing_of_a_program_is_executed_where_another_runs() -> None:
+async def test_no_line_of_a_program_runs_while_another_runs() -> None:
     async with twin() as (driver, controller):
         await driver.download(PROGRAM)
         await driver.batch(["SH", "XQ#MAIN"])
@@ -130,7 +130,7 @@ async def test_arrays_keep_every_bit_and_print_four_decimals() -> None:
         assert controller.machine.unit.error_code == 0
 
 
-async def test_an_array_that_is_none_and_one_too_short_are_refused() -> None:
+async def test_missing_and_too_short_arrays_are_refused() -> None:
     async with twin() as (driver, _):
         with pytest.raises(CommandRejected) as caught:
             await driver.download_array("nope", [1.0])
@@ -159,7 +159,7 @@ async def test_damaged_memory_is_reported() -> None:
         assert (await driver.burned()).damaged == ("parameters", "program")
 
 
-async def test_every_listener_hears_every_message_until_it_leaves() -> None:
+async def test_every_listener_gets_every_message_until_it_leaves() -> None:
     async with twin() as (driver, _):
         first: list[str] = []
         second: list[str] = []

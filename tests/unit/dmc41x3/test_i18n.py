@@ -27,7 +27,7 @@ def test_a_text_is_found_in_the_catalogue_of_each_package() -> None:
     assert translate("{path} cannot be read: {reason}.", "es") == "No se puede leer {path}: {reason}."
 
 
-def test_details_are_filled_in_where_there_are_some() -> None:
+def test_details_are_filled_in_if_present() -> None:
     assert translate("{path} cannot be read: {reason}.", "es", path="a", reason="b") == "No se puede leer a: b."
     assert translate("{path} cannot be read: {reason}.", "en") == "{path} cannot be read: {reason}."
 

@@ -103,7 +103,7 @@ async def test_result_without_a_subscriber_is_published_once_by_the_next_run(tmp
     ear.close()
 
 
-async def test_it_needs_no_robot_to_be_there_and_says_when_there_is_none(tmp_path: Path) -> None:
+async def test_bridge_needs_no_robot_and_reports_a_missing_one(tmp_path: Path) -> None:
     cloud = Cloud(Bus())
     cloud.listens()
     async with bridge(cloud, tmp_path):
@@ -117,7 +117,7 @@ async def test_it_needs_no_robot_to_be_there_and_says_when_there_is_none(tmp_pat
     assert cloud.tasks == ["home"]
 
 
-async def test_the_end_of_the_bridge_stops_its_step_and_says_so(tmp_path: Path) -> None:
+async def test_end_of_the_bridge_stops_its_step_and_reports_it(tmp_path: Path) -> None:
     cloud = Cloud(Bus())
     cloud.robot()
     cloud.listens()

@@ -92,7 +92,7 @@ async def test_cancelled_subscription_gets_nothing_more() -> None:
     assert await bus.directory.topics() == {}
 
 
-async def test_a_reader_may_give_its_topic_back_while_it_hears() -> None:
+async def test_subscription_can_be_cancelled_from_its_callback() -> None:
     bus, heard = Bus(), list[Message]()
     publisher = bus.node("one").advertise("/a", STRING)
 
@@ -280,7 +280,7 @@ async def test_a_goal_is_carried_out_with_its_feedback() -> None:
     }
 
 
-async def test_two_clients_hear_of_their_own_goals_only() -> None:
+async def test_clients_get_results_of_their_own_goals_only() -> None:
     bus = Bus()
 
     async def act(goal: Message, _: Feedback) -> Message:

@@ -66,7 +66,7 @@ def test_it_is_one_tree_from_the_base() -> None:
 
 
 @given(joints=reachable_joints())
-def test_the_gripper_is_where_kinematics_says(joints: Joints) -> None:
+def test_gripper_position_agrees_with_kinematics(joints: Joints) -> None:
     at = tree(Config()).frame(GRIPPER, put(Config(), joints))
     assert at[:3, 3] == pytest.approx(Mechanism.of(Config()).fk(joints), abs=1e-9)
 

@@ -93,7 +93,7 @@ def test_process_layer_shows_its_queue() -> None:
     assert process(robot_there=False, paused=False).level is DiagnosticLevel.ERROR
 
 
-def test_a_bridge_tells_how_many_use_it() -> None:
+def test_bridge_reports_the_number_of_clients() -> None:
     assert bridge("rosbridge", there=True, clients=3) == DiagnosticStatus(
         "maya: rosbridge", DiagnosticLevel.OK, "connected", {"clients": 3}
     )

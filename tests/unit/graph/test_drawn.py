@@ -21,7 +21,7 @@ STEP = 1e-6
 RATES = st.tuples(*[st.floats(-0.05, 0.05)] * 3)
 
 
-def test_straight_below_the_middle_both_lines_stand_alike() -> None:
+def test_straight_below_the_middle_both_lines_have_one_angle() -> None:
     _, _, _, inner, outer, _ = positions(MECHANISM, Joints(0.0, 2.0, 2.0))
     assert (inner, outer) == pytest.approx((pi / 3.0, 2.0 * pi / 3.0))
 

@@ -113,7 +113,7 @@ async def test_a_goal_is_pending_until_it_begins_and_succeeds() -> None:
         assert link.feedbacks[0]["status"]["status"] == GoalStatus.ACTIVE
 
 
-async def test_one_that_ends_without_a_word_was_active_all_the_same() -> None:
+async def test_goal_that_ends_without_feedback_was_active() -> None:
     async with line() as link:
         link.send("one")
         await elapse(0.01)
@@ -175,7 +175,7 @@ async def test_a_goal_that_is_cancelled_in_the_same_breath_never_begins() -> Non
         assert link.acts.ways == {}
 
 
-async def test_a_cancel_that_comes_before_its_goal_is_kept_for_it() -> None:
+async def test_cancel_before_its_goal_is_kept_for_it() -> None:
     async with line() as link:
         link.cancel("one")
         await elapse(0.01)
@@ -218,7 +218,7 @@ async def test_cancel_from_the_future_ends_present_goals_only() -> None:
         assert link.outcomes()["too late"] is GoalStatus.RECALLED
 
 
-async def test_a_goal_that_comes_twice_is_done_once() -> None:
+async def test_repeated_goal_runs_once() -> None:
     async with line() as link:
         link.send("one")
         link.send("one")
@@ -303,7 +303,7 @@ async def test_feedback_after_the_end_is_nobodys() -> None:
         assert link.feedbacks == []
 
 
-async def test_a_server_that_closes_cancels_and_still_tells_how_it_ended() -> None:
+async def test_closing_server_cancels_and_still_reports_the_result() -> None:
     async with line(rest=2.0) as link:
         link.send("one")
         await elapse(0.01)

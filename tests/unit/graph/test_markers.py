@@ -132,13 +132,13 @@ def test_lines_that_are_straight_are_as_red_as_can_be() -> None:
         (Mode.FAULT, Notice(2301, "limit"), "fault 2301"),
     ],
 )
-def test_a_word_stands_above_a_robot_that_is_not_simply_ready(mode: Mode, fault: Notice | None, words: str) -> None:
+def test_label_is_above_a_robot_that_is_not_ready(mode: Mode, fault: Notice | None, words: str) -> None:
     (word,) = state_markers(replace(standing(None), mode=mode, fault=fault), WORKSPACE, CONFIG)
     assert word["text"] == words
     assert word["pose"]["position"]["z"] > 2.35
 
 
-def test_no_word_stands_above_one_that_is() -> None:
+def test_no_label_is_above_a_ready_robot() -> None:
     for mode in (Mode.IDLE, Mode.MOVING):
         assert {one["ns"] for one in state_markers(replace(standing(), mode=mode), WORKSPACE, CONFIG)} == {"lines"}
 

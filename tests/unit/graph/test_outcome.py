@@ -17,7 +17,7 @@ def test_success_is_no_error() -> None:
 
 
 @pytest.mark.parametrize("as_result", [failure, trigger_failure])
-def test_an_error_comes_out_with_its_code_and_sentence(as_result: Callable[[MayaError], Message]) -> None:
+def test_error_keeps_its_code_and_sentence(as_result: Callable[[MayaError], Message]) -> None:
     error = error_of(as_result(NotHomed()))
     assert isinstance(error, NotHomed)
     assert str(error) == str(NotHomed())

@@ -36,7 +36,7 @@ async def test_deleted_parameter_is_gone_with_its_children() -> None:
     assert await parameters.names() == []
 
 
-async def test_a_name_below_which_nothing_is_left_is_none_of_a_value() -> None:
+async def test_name_without_remaining_values_is_unset() -> None:
     parameters = BusParameters()
     await parameters.set("/a/b/c", 1)
     await parameters.set("/d", {})
@@ -55,7 +55,7 @@ async def test_values_are_nobodys_to_change() -> None:
 
 
 @given(st.lists(st.tuples(NAMES, st.integers() | st.none())))
-def test_the_last_word_on_a_name_stands(changes: list[tuple[str, int | None]]) -> None:
+def test_last_assignment_of_a_name_wins(changes: list[tuple[str, int | None]]) -> None:
     async def change() -> None:
         parameters, model = BusParameters(), dict[str, Any]()
         for name, value in changes:

@@ -35,7 +35,7 @@ PRIMITIVES = st.one_of(
 
 
 @given(PRIMITIVES)
-def test_a_primitive_comes_out_as_it_went_in(primitive: Primitive) -> None:
+def test_primitive_is_unchanged_after_conversion(primitive: Primitive) -> None:
     assert primitive_from_message(primitive_to_message(primitive)) == primitive
 
 

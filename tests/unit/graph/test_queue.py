@@ -44,11 +44,11 @@ PRIMITIVES = st.one_of(
 
 
 @given(st.lists(PRIMITIVES, min_size=1, max_size=8))
-def test_a_job_of_primitives_comes_to_these_primitives(primitives: list[Primitive]) -> None:
+def test_job_of_primitives_is_converted_to_these_primitives(primitives: list[Primitive]) -> None:
     assert [task.primitive for task in expand(job_of(primitives), 0.4).tasks] == primitives
 
 
-def test_a_question_is_no_job() -> None:
+def test_query_is_not_a_job() -> None:
     with pytest.raises(InvalidJob, match=r"tasks\.1"):
         job_of([Home(), CanTeleop()])
 
@@ -85,7 +85,7 @@ async def test_the_end_of_everything_stops_and_empties() -> None:
         assert (await floor.process.result(3)).state is TaskState.DONE
 
 
-async def test_the_status_says_whether_the_queue_goes_on() -> None:
+async def test_status_shows_whether_the_queue_runs() -> None:
     controller = FakeController()
     async with queue_server(controller) as (floor, queue):
         await floor.process.turns.pause("ana", now=False)

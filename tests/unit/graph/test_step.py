@@ -115,7 +115,7 @@ def test_content_is_short_and_can_be_sent_to_every_database(data: dict[str, Any]
     assert len(text) < 3000
 
 
-def test_no_id_is_none() -> None:
+def test_missing_id_is_none() -> None:
     assert id_of({"command": "home"}) is None
     assert id_of({"id": None}) is None
 

@@ -92,7 +92,7 @@ def test_times_carry_their_nanoseconds_over() -> None:
     assert types.conform("std_msgs/Duration", {"data": {"nsecs": -1}})["data"] == {"secs": -1, "nsecs": 999_999_999}
 
 
-def test_a_header_that_says_no_time_gets_one_where_there_is_one() -> None:
+def test_header_without_a_time_gets_one_from_the_clock() -> None:
     now = {"secs": 5, "nsecs": 6}
     assert types.conform("sensor_msgs/JointState", {}, stamp=now)["header"]["stamp"] == now
     told = {"header": {"stamp": {"secs": 1, "nsecs": 0}}}
@@ -185,7 +185,7 @@ def test_the_definition_of_a_type_holds_those_within_it() -> None:
     assert types.service_text("std_srvs/SetBool") == "bool data\n---\nbool success\nstring message\n"
 
 
-def test_details_are_those_that_rosapi_tells() -> None:
+def test_details_are_those_of_rosapi() -> None:
     first, header, point, time = types.details("geometry_msgs/PointStamped")
     assert first == {
         "type": "geometry_msgs/PointStamped",

@@ -44,7 +44,7 @@ def follow(path: Path) -> Message:
     return {"trajectory": path_to_message(path)}
 
 
-async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
+async def test_path_of_a_goal_is_known_until_its_result() -> None:
     bus = Bus()
     Controller(bus)
     ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
@@ -58,7 +58,7 @@ async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
     assert ways.way == ()
 
 
-async def test_a_move_goes_from_where_the_robot_is() -> None:
+async def test_move_starts_at_the_position_of_the_robot() -> None:
     bus = Bus()
     Controller(bus)
     ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)

@@ -33,7 +33,7 @@ def test_speeds_and_mean_accelerations() -> None:
     assert moved.mean_accelerations(4.0) == pytest.approx((0.01, 0.01, 0.0), rel=1e-2, abs=1e-9)
 
 
-def test_the_beginning_and_the_end_of_motion() -> None:
+def test_start_and_end_of_motion() -> None:
     assert motion().moving() == pytest.approx((1.0, 10.0), abs=0.011)
     still = Trajectory(np.array([0.0, 1.0]), np.ones((2, 3)))
     assert still.moving() == (1.0, 1.0)

@@ -54,7 +54,7 @@ SHAPES = st.one_of(
 
 
 @given(st.lists(SHAPES, min_size=1, max_size=6))
-def test_the_bound_is_below_and_near(shapes: list[Shape]) -> None:
+def test_bound_is_below_and_near(shapes: list[Shape]) -> None:
     for shape, below in zip(shapes, bound(shapes), strict=True):
         lowest = min(shape(t)[0] for t in np.linspace(0.0, 1.0, SAMPLES + 1).tolist())
         # The sampled value is above the least one by at most half a step up the steepest slope.

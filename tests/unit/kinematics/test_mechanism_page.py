@@ -160,7 +160,7 @@ def test_short_ends() -> None:
     holds("the short ends are # and #, together #, and W is #", B[0], C[0], B[0] + C[0], W)
 
 
-def test_each_axis_at_its_own_speed() -> None:
+def test_axes_at_their_own_speeds() -> None:
     (b, c), (b_end, c_end) = lines(0.05, 0.6), lines(0.3, 1.5)
     holds("Line b goes from # to #, line c from # to #", b, b_end, c, c_end)
     soon, late = (c_end - c) / SPEED, (b_end - b) / SPEED

@@ -113,7 +113,7 @@ def test_margin_changes_by_no_more_than_the_place(
 
 @pytest.mark.parametrize("name", MACHINES)
 @given(place=PLACES)
-def test_something_is_spare_just_where_a_place_is_in_the_section(name: str, place: tuple[float, float]) -> None:
+def test_margin_is_positive_exactly_inside_the_section(name: str, place: tuple[float, float]) -> None:
     found = spare(MACHINES[name].section, place)
     if abs(found) > 1e-12:
         inside = allowed(MACHINES[name], np.array([place[0]]), np.array([place[1]]))[0]

@@ -218,7 +218,7 @@ def test_refusal_for_a_zone_names_it_and_the_nearest_place() -> None:
     assert details["nearest_point"] == pytest.approx((0.6, 1.1, 0.65), abs=1e-3)
 
 
-def test_where_zones_leave_nothing_there_is_no_nearest_place() -> None:
+def test_zones_that_leave_nothing_leave_no_nearest_place() -> None:
     nothing = WORKSPACE.with_zones([HalfSpace("cell", Point(0.0, 0.0, 3.0), Point(0.0, 0.0, 1.0))])
     with pytest.raises(Unreachable, match="zones leave no place"):
         nothing.nearest(Point(0.5, 1.2, 0.4))

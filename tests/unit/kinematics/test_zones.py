@@ -61,7 +61,7 @@ def test_by_default_lines_stay_out_of_solids_and_may_pass_planes() -> None:
     assert (TOWER.lines, Box("", TOWER.low, TOWER.high).margin) == (True, 0.05)
 
 
-def test_a_line_is_met_on_its_way_to_the_boom() -> None:
+def test_line_may_be_hit_between_its_ends() -> None:
     # Boom along +y, meeting point 1 m below the middle: the outer line rises at 45°, through y = 1.8 at z = 1.85.
     joints = Joints(0.0, sqrt(2.0), sqrt(2.0))
     low, high = Point(-0.1, 1.8, 1.55), Point(0.1, 1.9, 1.75)
@@ -79,7 +79,7 @@ def test_a_plane_that_lines_stay_out_of_is_above_the_boom() -> None:
     assert below.clearance(MAYA, joints) == pytest.approx(0.15)
 
 
-def test_the_corners_are_where_the_gripper_and_the_anchors_are() -> None:
+def test_corners_are_the_gripper_and_the_anchors() -> None:
     gripper, meeting, inner, outer = corners(MAYA, np.array([[pi / 2, sqrt(2.0), sqrt(2.0)]]))[:, :, 0].T
     assert gripper == pytest.approx((1.3, 0.0, 1.15))
     assert meeting == pytest.approx((1.3, 0.0, 1.35))

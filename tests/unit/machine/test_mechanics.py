@@ -85,7 +85,7 @@ def test_an_axis_follows_its_reference_late() -> None:
     assert maya.true_joints() == pytest.approx((1.0, 1.295, 1.295))
 
 
-def test_the_gripper_hangs_where_the_lines_say() -> None:
+def test_gripper_position_follows_the_lines() -> None:
     maya = powered(StartPose(pi / 6, 1.20, 1.60))
     assert maya.gripper_point() == pytest.approx((1.02 * sin(pi / 6), 1.02 * cos(pi / 6), 1.19))
     assert maya.tension() == pytest.approx((0.8, 0.6))
@@ -195,7 +195,7 @@ def test_two_shortening_lines_are_both_blocked_and_share_the_rest() -> None:
     assert min(maya.record.stalled[1:]) > 1.9
 
 
-def test_a_lengthening_line_gives_the_other_room() -> None:
+def test_lengthening_line_slackens_the_other() -> None:
     maya = powered(StartPose(1.0, 1.01, 1.01))
     settle(maya, B, -30_000.0)
     settle(maya, C, 5_000.0)
@@ -493,7 +493,7 @@ def test_a_weak_motor_does_not_move() -> None:
     assert maya.record.limited[A] > 4.9
 
 
-def test_a_weak_motor_lengthens_where_friction_lets_it() -> None:
+def test_weak_motor_lengthens_if_friction_allows() -> None:
     maya = powered()
     maya.limit_torque(B, 0.125)
     settle(maya, B, 20_000.0)

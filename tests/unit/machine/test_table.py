@@ -38,7 +38,7 @@ def test_closed_gripper_takes_nothing_more() -> None:
     assert jaws.close(CUP) is None
 
 
-def test_opening_puts_a_part_down_where_the_gripper_is() -> None:
+def test_opening_places_a_part_at_the_gripper() -> None:
     jaws = table()
     jaws.close((0.5, 1.2, 0.41))
     assert jaws.open((1.0, 0.5, 0.414), time=3.0) is None

@@ -34,7 +34,7 @@ def test_random_machines_stay_within_the_tolerance_of_homing() -> None:
         )
 
 
-def test_drawn_machines_differ_and_repeat_by_seed() -> None:
+def test_random_machines_differ_and_repeat_by_seed() -> None:
     assert len(set(MACHINES)) == len(MACHINES)
     assert TrueConstants.drawn(Random(7)) == MACHINES[7]
 

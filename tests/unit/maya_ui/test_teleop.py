@@ -43,7 +43,7 @@ class Hands:
         return [path.points[1][2] - path.points[0][2] for path in self.paths]
 
 
-def test_a_held_direction_asks_for_one_path_of_the_reach_from_where_the_robot_is() -> None:
+def test_held_direction_requests_one_path_of_the_reach_from_the_position() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     assert hands.paths == [Path(("x", "y", "z"), ((0.6, 0.8, 1.0), (0.6, 0.8, 1.05)))]
@@ -74,7 +74,7 @@ def test_the_next_path_waits_for_a_position_that_came_after_the_end() -> None:
     assert len(hands.paths) == 2
 
 
-def test_at_the_edge_it_comes_closer_by_halves_and_then_gives_up() -> None:
+def test_at_the_edge_the_path_is_halved_and_then_given_up() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     hands.ended(OUTSIDE)
@@ -111,7 +111,7 @@ def test_refused_or_stopped_jog_is_not_retried_before_release(code: str) -> None
     assert len(hands.paths) == 2
 
 
-def test_another_direction_waits_until_the_robot_has_come_to_rest() -> None:
+def test_another_direction_waits_until_the_robot_is_at_rest() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     hands.teleop.release()

@@ -19,7 +19,7 @@ def names(text: str) -> set[str]:
 
 
 @pytest.mark.parametrize("key", WORDS)
-def test_a_word_stands_in_both_languages_and_fills_in_the_same(key: str) -> None:
+def test_word_has_both_languages_with_the_same_fields(key: str) -> None:
     english, spanish = WORDS[key]
     assert english
     assert spanish
@@ -45,7 +45,7 @@ def test_an_event_shows_only_the_details_that_its_sentence_leaves_out() -> None:
     assert happened("refused", {}, "es") == ("rechazado", {})
 
 
-def test_stop_queue_tells_that_waiting_jobs_are_cancelled() -> None:
+def test_stop_queue_mentions_that_waiting_jobs_are_cancelled() -> None:
     assert "cancel all jobs in the robot's queue, running and waiting" in word("stop_queue_hint", "en")
     assert "cancelar todos los trabajos de la cola del robot, en curso y en espera" in word("stop_queue_hint", "es")
 

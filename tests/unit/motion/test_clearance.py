@@ -73,7 +73,7 @@ def test_beyond_limits_margins_are_negative() -> None:
     assert found["tension_b"].margin < -1e6
 
 
-def test_zones_come_after_the_limits() -> None:
+def test_zones_follow_the_limits() -> None:
     # The gripper point passes 0.6 m above the table's zone of 0.4 m, and sags where the way is straight in the joints.
     table = HalfSpace("table", Point(0.0, 0.0, 0.4), Point(0.0, 0.0, 1.0))
     far = Box("far", Point(5.0, 0.0, 0.0), Point(6.0, 1.0, 1.0))

@@ -28,7 +28,7 @@ def test_the_conditions_of_a_symmetrical_place_worked_by_hand() -> None:
     assert found.tolist() == pytest.approx([0.5, 0.5, 1.0 - (0.75 / 2.15) ** 2, pulled, pulled])
 
 
-def test_a_condition_is_zero_where_its_limit_is() -> None:
+def test_condition_is_zero_at_its_limit() -> None:
     # T_b = ½ b/h = 5 at u = 1: h² = 1/99.
     length = (1.0 + 1.0 / 99.0) ** 0.5
     # u = 0 where c² = b² + W², u = W where b² = c² + W².

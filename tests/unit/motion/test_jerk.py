@@ -120,7 +120,7 @@ def test_a_sharp_corner_is_a_rest() -> None:
     assert found.duration == pytest.approx(legs, rel=1e-2)
 
 
-def test_straight_on_is_no_rest() -> None:
+def test_straight_waypoint_is_no_rest() -> None:
     halves = move(HERE, shifted(b=100_000), shifted(b=200_000))
     assert halves.duration == pytest.approx(move(HERE, shifted(b=200_000)).duration, rel=5e-3)
 

@@ -71,7 +71,7 @@ def test_a_dip_between_two_good_knots_is_found() -> None:
     assert 0.0 < entry.place.share < 1.0
 
 
-def test_the_lines_are_kept_clear_where_the_zone_says_so() -> None:
+def test_lines_are_kept_clear_of_zones_that_require_it() -> None:
     # Between the anchors, below the boom: in the way of line b, far above the gripper.
     low, high = Point(-0.1, 0.75, 1.5), Point(0.1, 0.85, 1.6)
     path = level(0.5, 1.2, 1.4, 10)

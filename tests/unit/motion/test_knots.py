@@ -72,7 +72,7 @@ def test_coarser_knots_are_fewer_and_as_near_to_the_line() -> None:
     assert np.abs(z - 0.5).max() < 1e-4
 
 
-def test_knots_between_the_ends_are_where_the_boom_is_at_a_whole_count() -> None:
+def test_inner_knots_are_at_whole_counts_of_the_boom() -> None:
     boom = laid(PASSING).exact[1:-1, 0]
     off = np.abs(boom - np.rint(boom))
     assert np.mean(off < 0.02) > 0.95  # not by chance: that would leave one in twenty-five

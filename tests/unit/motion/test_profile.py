@@ -81,7 +81,7 @@ def test_full_speed_again_is_risen_to_at_va() -> None:
     assert again.at(7.5)[0] == pytest.approx(5537.5 + 0.95 * 500.0 + 0.5 * 750.0)
 
 
-def test_a_pause_stands_where_vd_brings_it_to_rest() -> None:
+def test_pause_rests_at_the_deceleration_of_vd() -> None:
     paused = LONG.changed(6.0, 0.0)
     assert paused.duration == inf
     assert paused.at(6.1) == pytest.approx((5550.0, 0.0))
@@ -90,7 +90,7 @@ def test_a_pause_stands_where_vd_brings_it_to_rest() -> None:
     assert paused.changed(100.0, 1.0).duration == pytest.approx(100.0 + 1.0 + 4.45 + 0.1)
 
 
-def test_a_pause_before_the_first_count_stands_at_the_start() -> None:
+def test_pause_before_the_first_count_rests_at_the_start() -> None:
     paused = LONG.changed(0.0, 0.0)
     assert (paused.duration, paused.at(5.0)) == (inf, (0.0, 0.0))
     assert paused.changed(5.0, 1.0).duration == pytest.approx(5.0 + LONG.duration)
@@ -158,7 +158,7 @@ def test_slow_down_in_steps_is_computed_at_once() -> None:
     assert profile.course == pytest.approx(profile.changed(0.0, 1.0).course)
 
 
-def test_an_end_speed_that_cannot_be_reached_holds_back_the_next_ones_too() -> None:
+def test_unreachable_end_speed_limits_the_next_ones_too() -> None:
     # From rest at 1000 counts/s² 2 and 6 and 10 counts lead to √4000 and √16000 and √36000.
     asked = [(2.0, 1000.0, 900.0), (6.0, 1000.0, 900.0), (10.0, 1000.0, 900.0), (1e4, 1000.0, 0.0)]
     profile = SpeedProfile.along(asked, va=1000.0, vd=1000.0)

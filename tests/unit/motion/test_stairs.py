@@ -40,7 +40,7 @@ def cut(along: Chords, speeds: Ramps, va: float = VA) -> list[Segment]:
     return list(segments(along, speeds, SLEW, va))
 
 
-def test_a_rise_at_va_is_no_stair_and_a_fall_one_for_every_two_per_cent() -> None:
+def test_rise_at_va_is_no_step_and_a_fall_one_for_every_two_per_cent() -> None:
     # 45 000 to rest in steps of 900; each piece is driven at the mean of its speeds.
     found = cut(chords((0, 0, 0), (0, 600_000, 0)), ramps((0.0, 45_000.0, 0.0)))
     assert len(found) == 1 + 50
@@ -94,7 +94,7 @@ def test_pieces_end_on_whole_counts_of_the_farthest_axis_and_keep_the_direction(
     assert np.abs(places[:, 0] - 0.0035 * places[:, 1]).max() <= 0.5
 
 
-def test_no_axis_is_faster_than_its_slew_speed_where_rounding_turns_a_piece() -> None:
+def test_rounding_keeps_every_axis_within_its_slew_speed() -> None:
     found = cut(chords((0, 0, 0), (3, 100, 100), (6, 200, 210)), ramps((0.0, 1000.0, 1000.0), (1000.0, 1000.0, 0.0)))
     for segment in found:
         shares = np.abs(segment.counts) / segment.length

@@ -48,7 +48,7 @@ def test_a_target_out_of_reach_is_shown_with_the_nearest_place(view: WorkspaceVi
 @pytest.mark.parametrize(
     ("view", "named"), [(WorkspaceView.ALL, True), (WorkspaceView.PLAN, True), (WorkspaceView.SPACE, False)]
 )
-def test_how_zones_are_drawn_is_explained_where_they_are_cut(view: WorkspaceView, named: bool) -> None:
+def test_legend_explains_zones_that_are_cut(view: WorkspaceView, named: bool) -> None:
     workspace = WORKSPACE.with_zones([Box("rack", Point(0.4, 0.9, 0.0), Point(0.8, 1.3, 0.6))])
     zones = ["zone", "where the gripper would be too near to it"] if named else []
     alone, marked = (workspace_figure(workspace, 0.4, view, at).legends for at in (None, Point(0.5, 1.2, 1.0)))

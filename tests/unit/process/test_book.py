@@ -47,7 +47,7 @@ def test_a_taught_pose_is_there_for_every_reader_of_the_file(pose_store: PoseSto
     assert pose_store.taught().names == ("shelf", "bench")
 
 
-def test_the_file_says_where_the_gripper_was(pose_store: PoseStore, path: Path) -> None:
+def test_file_has_the_position_of_the_gripper(pose_store: PoseStore, path: Path) -> None:
     entry = tomllib.loads(path.read_text(encoding="utf-8"))["poses"]["shelf"]
     assert entry == {"joints": list(SHELF), "point": list(MECHANISM.fk(SHELF)), "taught": DAY}
     assert [file.name for file in path.parent.iterdir()] == ["poses.toml"]
@@ -162,7 +162,7 @@ def test_letters_of_any_language_make_names(pose_store: PoseStore, name: str) ->
     st.lists(st.tuples(*[st.floats(-10.0, 10.0)] * 3), min_size=1, max_size=5),
     st.text(st.characters(exclude_categories=["Cs"]), max_size=30),
 )
-def test_every_number_comes_back_as_it_was(joints: list[tuple[float, float, float]], date: str) -> None:
+def test_every_number_is_read_back_exactly(joints: list[tuple[float, float, float]], date: str) -> None:
     pose_store = PoseStore(MECHANISM)
     for number, values in enumerate(joints):
         pose_store.teach(f"pose{number}", Joints(*values), date)

@@ -74,7 +74,7 @@ async def test_a_worker_refuses_in_the_words_of_the_loop(job: object) -> None:
     assert (str(there.value), there.value.details) == (str(here.value), here.value.details)
 
 
-async def test_a_stop_while_a_step_is_planned_keeps_it_from_beginning() -> None:
+async def test_stop_while_a_step_is_planned_prevents_it() -> None:
     with staff() as kept:
         async with stack(Config(), live=False, staff=kept) as robot:
             await robot.controller.home()

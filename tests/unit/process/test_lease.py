@@ -63,7 +63,7 @@ async def test_it_ends_when_it_is_not_renewed() -> None:
         assert refusal.value.details == {"reason": "expired"}
 
 
-async def test_patience_is_real_time_where_the_clock_is_fast() -> None:
+async def test_grace_time_is_real_time_with_a_fast_clock() -> None:
     async with leased(speed=50.0) as (lease, _):
         lease.take("ann", "", patience=4.0)
         await elapse(4.0 * 50.0 - 1.0)
@@ -126,7 +126,7 @@ async def test_an_offer_lapses() -> None:
             lease.take("sam", "")
 
 
-async def test_an_offer_stands_when_its_holder_has_gone() -> None:
+async def test_offer_survives_the_departure_of_its_holder() -> None:
     async with leased() as (lease, _):
         ann = lease.take("ann", "")
         lease.offer("sam", "ann")
@@ -213,7 +213,7 @@ async def test_commands_of_one_name_overlap_and_the_last_ends_the_drive() -> Non
         assert changes(events) == ["taken local", "released"]
 
 
-async def test_a_job_keeps_its_owner_driving_when_his_lease_expires() -> None:
+async def test_job_keeps_its_owner_driving_when_the_lease_expires() -> None:
     async with leased() as (lease, events):
         ann = lease.take("ann", "")
         with lease.driving("ann", "job 1") as job:
@@ -250,7 +250,7 @@ async def test_without_a_lease_no_command_runs_beside_a_job() -> None:
             assert not lease.may_begin("bob")
 
 
-async def test_an_offer_is_taken_while_a_job_runs_and_stands_when_one_begins() -> None:
+async def test_offer_is_taken_during_a_job_and_survives_its_start() -> None:
     async with leased() as (lease, _):
         lease.offer("sam", "olga")
         with lease.driving("ann", "job 1") as job:

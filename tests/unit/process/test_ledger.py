@@ -125,7 +125,7 @@ async def test_change_is_applied_when_it_is_written_or_not_at_all(wish: str) -> 
         floor.journal.broken = ""
 
 
-async def test_a_pause_holds_also_where_it_cannot_be_written() -> None:
+async def test_unwritable_pause_still_holds() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(job("home", "home"))
         await floor.until(1, 1)

@@ -73,7 +73,7 @@ async def test_memory_of_a_waiting_job_is_its_place() -> None:
     assert (await grown(10 * MANY) - few) / (9 * MANY) < BYTES_EACH
 
 
-async def test_clear_of_many_waiting_jobs_is_one_write_and_tells_every_end() -> None:
+async def test_clear_of_many_waiting_jobs_is_one_write_and_reports_every_end() -> None:
     machine = await full()
     written: list[str] = []
     async with machine.running() as floor:
@@ -101,7 +101,7 @@ async def test_clear_that_cannot_be_written_ends_nothing() -> None:
         assert floor.process.shown.view().counts == {}
 
 
-async def test_close_tells_every_end_before_it_returns() -> None:
+async def test_close_reports_every_end_before_it_returns() -> None:
     machine = await full()
     async with machine.running() as floor:
         await floor.process.clear()

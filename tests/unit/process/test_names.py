@@ -94,7 +94,7 @@ def test_a_loop_may_go_through_a_row_a_column_a_cell(cells: str, gone_to: list[s
     assert labels({"for_each": cells, "do": [{"approach": each}]}) == [f"approach {cell}" for cell in gone_to]
 
 
-def test_a_full_pallet_has_a_part_on_every_cell_and_knows_where_each_goes() -> None:
+def test_full_pallet_has_a_part_and_a_target_for_every_cell() -> None:
     full = job(
         {"for_each": "box", "do": [{"pick": "box[each]"}, {"place": "tray[next]"}]},
         pallets={"tray": TRAY, "box": {**BOX, "full": True}},
@@ -111,7 +111,7 @@ def test_a_part_is_not_called_as_a_cell_of_a_full_pallet() -> None:
     assert error.details["key"] == "parts.box[1,2]"
 
 
-def test_a_cell_stays_where_it_is_when_its_part_is_taken_away() -> None:
+def test_cell_keeps_its_place_when_its_part_is_taken() -> None:
     full = {"tray": TRAY, "box": {**BOX, "full": True}}
     steps = ({"pick": "box[1,1]"}, {"place": "tray[1,1]"}, {"pick": "tray[1,1]"}, {"place": "box[1,1]"})
     assert [task.part for task in tasks(*steps, pallets=full)] == ["box[1,1]"] * 4
@@ -197,7 +197,7 @@ def test_corners_that_span_no_grid_are_refused_at_the_pallet() -> None:
     assert error.details["key"] == "pallets.tray.corners.1"
 
 
-def test_a_loop_may_not_come_to_too_many_tasks() -> None:
+def test_loop_with_too_many_tasks_is_refused() -> None:
     wide = {"tray": {**TRAY, "rows": 30, "columns": 30}}
     loop = {"for_each": "tray", "do": ["home", "home"]}
     assert len(tasks(loop, pallets=wide)) == 1800 <= MOST_TASKS

@@ -55,7 +55,7 @@ async def test_a_job_runs_step_by_step_and_is_reported() -> None:
 
 
 @pytest.mark.parametrize(("step", "place"), [(1, None), (2, None), (3, Point(1.10, 0.50, 0.40)), (4, None)])
-async def test_a_cancelled_job_tells_of_the_parts_it_has_put_down(step: int, place: Point | None) -> None:
+async def test_cancelled_job_reports_its_placed_parts(step: int, place: Point | None) -> None:
     async with running() as (controller, process):
         number = await process.submit(job(*PICK_AND_PLACE, {"approach": [0.50, 1.10]}, {"pick": "cube"}))
         async for event in controller.events.follow():
@@ -187,7 +187,7 @@ async def test_after_a_halt_no_further_step_begins() -> None:
 
 
 @pytest.mark.parametrize("instant", [0.0, 1e-9, 5.0, 22.5, 30.0, 50.0])
-async def test_cancelling_a_running_job_stops_it_and_the_next_one_goes_on(instant: float) -> None:
+async def test_cancelling_a_running_job_stops_it_and_starts_the_next(instant: float) -> None:
     async with running() as (controller, process):
         first, second = await process.submit(job(*PICK_AND_PLACE)), await process.submit(job("home"))
         await elapse(instant)

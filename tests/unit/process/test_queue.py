@@ -269,7 +269,7 @@ async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
 
 
 @pytest.mark.parametrize("error", [Stopped(), PathRefused(target="y", reason="x")])
-async def test_a_pick_is_never_tried_again_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
+async def test_pick_is_never_retried_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
     async with Machine().running() as floor:
         floor.controller.fail_at = {1: error}
         step = "home" if isinstance(error, Stopped) else {"pick": "cube"}
@@ -390,7 +390,7 @@ async def test_owner_drives_while_his_job_runs_until_it_is_taken_over() -> None:
         assert floor.process.shown.line(2).state is TaskState.QUEUED
 
 
-async def test_a_job_that_is_half_done_goes_on_under_another_driver() -> None:
+async def test_half_done_job_continues_under_another_driver() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(job("home", "home"), submit_request("ana", stepwise=True))
         await floor.process.submit(HOME, submit_request("eva"))
@@ -480,7 +480,7 @@ async def test_request_while_a_job_is_about_to_begin_is_obeyed(wish: str) -> Non
         assert floor.controller.calls == []
 
 
-async def test_a_job_that_is_held_between_its_choice_and_its_beginning_does_not_begin() -> None:
+async def test_job_held_between_selection_and_start_does_not_begin() -> None:
     machine = Machine()
     async with machine.running() as floor:
         process = floor.process
@@ -508,7 +508,7 @@ async def test_job_is_submitted_when_its_caller_leaves_during_the_write() -> Non
         assert floor.process.shown.line(1).state is TaskState.DONE
 
 
-async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> None:
+async def test_end_of_the_queue_is_predicted_from_the_end_of_each_job() -> None:
     async with Machine().running() as floor:
         process = floor.process
         for _ in range(3):

@@ -62,7 +62,7 @@ def test_choice_does_its_action(command: str, choice: str, holding: bool | None,
         ("pick", ("place",), "abort", None, False),
     ],
 )
-def test_a_person_is_asked_where_it_matters(
+def test_question_is_asked_only_for_relevant_facts(
     command: str, rest: tuple[str, ...], choice: str, seen: bool | None, needed: bool
 ) -> None:
     situation = RecoverySituation(command, rest, seen)

@@ -133,7 +133,7 @@ async def test_redoing_a_pick_with_the_part_in_the_gripper_is_refused_and_still_
         assert floor.controller.calls == []
 
 
-async def test_a_place_is_never_taken_for_done_without_a_word() -> None:
+async def test_place_is_never_assumed_done_silently() -> None:
     machine = await killed_at(2)
     machine.closed = False
     async with machine.running() as floor:
@@ -193,7 +193,7 @@ async def test_robot_that_is_not_homed_is_homed_first_by_a_command() -> None:
         assert await recover(floor, "redo") == ["done"] * 3
 
 
-async def test_a_paused_queue_stays_paused_for_its_own_reason() -> None:
+async def test_paused_queue_keeps_its_own_reason() -> None:
     machine = Machine()
     async with machine.running() as floor:
         await floor.process.turns.pause("ben", now=False)

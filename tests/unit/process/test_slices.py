@@ -73,7 +73,7 @@ async def test_report_of_a_running_job_counts_every_change_of_a_step() -> None:
         assert (await floor.process.shown.report(number)).line.done == 10
 
 
-async def test_page_of_many_waiting_jobs_reads_no_job_by_itself() -> None:
+async def test_page_of_many_waiting_jobs_reads_no_single_job() -> None:
     machine = Machine()
     async with machine.running() as floor:
         for _ in range(300):

@@ -15,7 +15,7 @@ grid = st.integers(0, 30).map(lambda number: number * 5e-5)
 places = st.builds(Point, grid, grid, grid)
 
 
-def test_a_part_is_where_it_was_put_last() -> None:
+def test_part_is_at_its_last_place() -> None:
     standing = PartMap({"cube": CUBE})
     assert (standing.at(CUBE), standing.at(TRAY)) == ("cube", None)
     standing.put("cube", TRAY)

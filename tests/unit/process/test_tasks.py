@@ -29,18 +29,18 @@ def test_steps_without_names_are_unchanged() -> None:
     assert [task.primitive for task in tasks] == [Gripper(True), Gripper(False), MoveJoints(Joints(0.4, 1.6, 1.3))]
 
 
-def test_a_placed_part_is_where_it_was_placed() -> None:
+def test_placed_part_is_at_its_place() -> None:
     done = expanded({"pick": "cube"}, {"place": "tray"}, {"pick": "cube"}, {"place": "bin"})
     assert [task.primitive for task in done.tasks] == [Pick(CUBE), Place(TRAY), Pick(TRAY), Place(BIN)]
     assert done.parts == {"cube": BIN}
 
 
-def test_a_part_is_also_found_by_the_place_it_stands_on() -> None:
+def test_part_is_also_found_by_its_place() -> None:
     done = expanded({"pick": "cube"}, {"place": "tray"}, {"pick": "tray"}, {"place": "bin"})
     assert done.parts == {"cube": BIN}
 
 
-def test_a_repeated_job_goes_on_where_it_left_the_parts() -> None:
+def test_repeated_job_continues_with_the_parts_in_place() -> None:
     tasks = expanded({"pick": "cube"}, {"place": "tray"}, repeat=3).tasks
     assert [task.primitive for task in tasks] == [Pick(CUBE), Place(TRAY), *(Pick(TRAY), Place(TRAY)) * 2]
     assert [task.index for task in tasks] == [1, 2, 3, 4, 5, 6]

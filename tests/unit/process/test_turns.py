@@ -19,7 +19,7 @@ LONG = 1000.0
 
 @pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize("tenths", range(0, 40, 3))
-async def test_whenever_motion_is_held_and_let_go_on_every_step_is_done_once(tenths: int, stepwise: bool) -> None:
+async def test_every_step_is_done_once_despite_holds_at_any_instant(tenths: int, stepwise: bool) -> None:
     async with Machine().running() as floor:
         floor.journal.slow = 0.4
         turns = floor.process.turns
@@ -65,7 +65,7 @@ async def test_delayed_immediate_command_blocks_nothing() -> None:
 
 
 @pytest.mark.parametrize(("why", "paused"), [("expired", True), ("ana was removed", True), ("released", False)])
-async def test_where_a_driver_is_lost_nothing_more_begins(why: str, paused: bool) -> None:
+async def test_lost_driver_prevents_further_starts(why: str, paused: bool) -> None:
     async with Machine().running() as floor:
         floor.lease.take("ana", "test", patience=1e5)
         await floor.process.submit(job("home", "home"))

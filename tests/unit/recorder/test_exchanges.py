@@ -75,7 +75,7 @@ def test_connections_are_separate_and_datagrams_are_omitted() -> None:
     ]
 
 
-def test_in_the_middle_it_begins_where_nothing_was_outstanding() -> None:
+def test_pairing_in_the_middle_begins_without_outstanding_commands() -> None:
     found = talk(
         [
             received(0.99, b"1, 2, 3\r\n:"),

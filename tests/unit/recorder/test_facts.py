@@ -22,7 +22,7 @@ def resting(reference: int) -> DataRecord:
     return replace(REST, axes=(AxisRecord(), axis, axis))
 
 
-def test_records_are_found_among_the_answers_and_broken_ones_passed_over() -> None:
+def test_records_are_found_among_the_answers_and_broken_ones_skipped() -> None:
     exchanges = [
         RecordedExchange(1.0, 1, "TP", Reply(True, "1"), 1.0),
         RecordedExchange(2.0, 1, "QR", RecordReply(encode(REST)), 2.0),

@@ -36,7 +36,7 @@ def events_of(robot: Recorded) -> list[Event]:
     return [event for event in robot.controller.events.since(0) if isinstance(event, RecordingSaved)]
 
 
-async def test_states_events_and_the_wire_are_kept_as_they_come() -> None:
+async def test_states_events_and_the_wire_are_recorded() -> None:
     async with recorded() as robot:
         await robot.controller.move(THERE)
         await elapse(1.0)
@@ -106,7 +106,7 @@ async def test_faults_that_follow_each_other_are_one_recording(tmp_path: Path) -
         assert len(saved(robot)) == 2
 
 
-async def test_an_endless_row_of_faults_is_saved_all_the_same(tmp_path: Path) -> None:
+async def test_endless_series_of_faults_is_saved(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         for _ in range(40):
             robot.controller.events.emit(FaultEntered(message="again", code=2305))
@@ -141,7 +141,7 @@ async def test_a_defect_that_ends_the_program_is_saved(tmp_path: Path) -> None:
     assert (cause.kind, cause.message) == ("ZeroDivisionError", "of ours")
 
 
-async def test_a_refusal_that_ends_the_program_is_no_crash(tmp_path: Path) -> None:
+async def test_refusal_that_ends_the_program_is_no_crash(tmp_path: Path) -> None:
     with pytest.raises(InternalError):
         async with recorded(tmp_path):
             raise InternalError(reason="told already")

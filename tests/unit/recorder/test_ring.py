@@ -93,7 +93,7 @@ async def test_expired_data_is_removed_with_the_next_write() -> None:
     assert ring.contents().whole == 19.0
 
 
-async def test_a_ring_that_let_go_of_nothing_is_whole_from_its_beginning() -> None:
+async def test_ring_that_dropped_nothing_is_complete() -> None:
     await elapse(5.0)
     ring = RecorderRing(10.0, 1_000_000)
     await elapse(2.0)

@@ -35,7 +35,7 @@ def test_a_recording_is_named_by_its_date_and_its_reason(tmp_path: Path) -> None
     assert [path.name for path in shelf.folder.iterdir()] == [kept.name]
 
 
-def test_two_of_one_second_are_two(tmp_path: Path) -> None:
+def test_two_recordings_of_one_second_are_two_files(tmp_path: Path) -> None:
     shelf = store_of(tmp_path, 10, 10_000_000)
     names = [shelf.save(RECORDING).name for _ in range(3)]
     assert names == [f"2026-11-21T19-25-20Z-limit{number}.mcap" for number in ("", ".2", ".3")]
@@ -43,14 +43,14 @@ def test_two_of_one_second_are_two(tmp_path: Path) -> None:
     assert {kept.reason for kept in shelf.list()} == {"limit"}
 
 
-def test_the_oldest_make_room_for_the_newest(tmp_path: Path) -> None:
+def test_oldest_recordings_are_removed_for_the_newest(tmp_path: Path) -> None:
     shelf = store_of(tmp_path, 3, 10_000_000)
     for second in range(5):
         shelf.save(of("asked", second))
     assert [kept.date[-3:-1] for kept in shelf.list()] == ["24", "23", "22"]
 
 
-def test_the_folder_takes_no_more_of_the_disk_than_it_may_but_for_the_newest(tmp_path: Path) -> None:
+def test_folder_stays_within_its_size_except_for_the_newest(tmp_path: Path) -> None:
     size = store_of(tmp_path / "other", 10, 10_000_000).save(RECORDING).bytes
     shelf = store_of(tmp_path, 100, 2 * size + size // 2)
     for second in range(4):

@@ -65,7 +65,7 @@ async def test_every_command_is_planned_or_refused_in_a_short_sentence(
             assert len(str(refused)) < 300, target
 
 
-async def test_pick_comes_from_above_goes_down_closes_and_lifts() -> None:
+async def test_pick_approaches_from_above_goes_down_closes_and_lifts() -> None:
     controller, robot = made()
     phases: list[str] = []
     await robot.run(Pick(HERE), phases.append)
@@ -85,7 +85,7 @@ async def test_a_pick_opens_a_gripper_that_is_not_open_before_it_sets_out() -> N
     assert controller.names() == ["gripper", "follow", "gripper", "follow"]
 
 
-async def test_place_comes_from_above_goes_down_opens_and_lifts() -> None:
+async def test_place_approaches_from_above_goes_down_opens_and_lifts() -> None:
     controller, robot = made(closed=True)
     phases: list[str] = []
     await robot.run(Place(THERE), phases.append)
@@ -107,7 +107,7 @@ async def test_every_phase_is_an_event() -> None:
     assert phases == ["approach", "down", "close", "up"]
 
 
-async def test_going_to_where_the_robot_is_is_left_out() -> None:
+async def test_move_to_the_current_position_is_omitted() -> None:
     _, robot = made()
     await robot.run(Approach(HERE))
     phases: list[str] = []
@@ -237,7 +237,7 @@ async def test_refusal_names_the_target_and_a_nearest_accepted_one(
     assert controller.calls == []
 
 
-async def test_a_refusal_says_where_it_is_that_the_robot_cannot_go() -> None:
+async def test_refusal_names_the_unreachable_place() -> None:
     _, robot = made()
     with pytest.raises(Unreachable, match=r"its approach point is 100 mm higher, and there ") as caught:
         robot.preview(Pick(HERE._replace(z=2.00)), robot.pose)
@@ -261,7 +261,7 @@ async def test_a_way_that_is_refused_is_named_by_its_target(monkeypatch: pytest.
     ("mode", "error"),
     [(Mode.NOT_HOMED, NotHomed), (Mode.DISCONNECTED, NotConnected), (Mode.FAULT, Faulted), (Mode.MOVING, Busy)],
 )
-async def test_preconditions_are_asked_first(mode: Mode, error: type[MayaError]) -> None:
+async def test_preconditions_are_checked_first(mode: Mode, error: type[MayaError]) -> None:
     controller, robot = made()
     controller.state = state_of(None, mode=mode)
     for primitive in (Pick(HERE), CanTeleop()):

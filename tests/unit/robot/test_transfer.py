@@ -127,7 +127,7 @@ starts = st.sampled_from((FLOOR, 0.42, 0.7, 1.0))
 
 
 @given(angles, distances, starts, angles, distances)
-def test_no_crossing_comes_low_but_straight_above_its_ends(
+def test_no_transfer_is_low_except_straight_above_its_ends(
     a: float, d: float, z: float, to_a: float, to_d: float
 ) -> None:
     start, goal = at(a, d, z), at(to_a, to_d, 0.4)

@@ -193,7 +193,7 @@ async def test_a_client_carries_a_goal_out_for_others() -> None:
         ({"values": {"success": False}}, GoalStatus.ABORTED),
     ],
 )
-async def test_a_client_tells_how_a_goal_ended(answer: Said, outcome: GoalStatus) -> None:
+async def test_client_reports_the_end_of_a_goal(answer: Said, outcome: GoalStatus) -> None:
     async with client_bus() as one:
         server = await carrying_out(one)
         ended = wished(one)

@@ -166,7 +166,7 @@ async def gone(one: Served) -> None:
         await turn()
 
 
-def test_client_count_tells_how_many_clients_there_are() -> None:
+def test_client_count_is_the_number_of_clients() -> None:
     async def story(one: Served) -> None:
         counts: list[int] = []
         one.robot.subscribe("/client_count", "std_msgs/Int32", lambda message: counts.append(message["data"]))

@@ -170,7 +170,7 @@ def test_a_fragment_that_does_not_fit_ends_its_message(wrong: Fields) -> None:
         gathering.add(wrong, "fragment", 0.0)
 
 
-def test_only_so_many_messages_may_be_incomplete_and_old_ones_are_forgotten() -> None:
+def test_incomplete_messages_are_limited_and_old_ones_forgotten() -> None:
     gathering = FragmentCollector()
     for number in range(GATHERED):
         gathering.add(piece(number, "1", 0, 2), "fragment", 0.0)

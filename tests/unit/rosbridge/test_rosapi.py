@@ -35,7 +35,7 @@ async def call(one: ClientBus, name: str, /, **args: Any) -> Any:
     return told["values"]
 
 
-async def test_names_come_without_a_leading_slash_too() -> None:
+async def test_names_may_lack_the_leading_slash() -> None:
     async with client_bus() as one:
         (told,) = await one.talker().ask("call_service", service="rosapi/get_time")
         assert told["values"] == {"time": {"secs": int(DATE), "nsecs": 0}}
@@ -152,6 +152,6 @@ async def test_a_parameter_that_is_not_there_is_its_default_or_null() -> None:
 
 
 @pytest.mark.parametrize("args", [{"topic": 5}, {"wrong": "x"}, {"topic": "no name"}])
-async def test_a_question_that_is_none_is_refused(args: dict[str, Any]) -> None:
+async def test_invalid_query_is_refused(args: dict[str, Any]) -> None:
     async with client_bus() as one:
         assert (await call(one, "topic_type", **args))[:2] == "40"

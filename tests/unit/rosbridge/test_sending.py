@@ -26,7 +26,7 @@ def test_waiting_output_sends_answers_first_and_topics_in_turn() -> None:
     assert sender.owed == 0
 
 
-def test_room_that_ends_while_something_waits_ends_the_sending_too() -> None:
+def test_connection_that_ends_while_output_waits_ends_the_sending() -> None:
     mouth = ClientOutput()
     sender, backlog = Sender(mouth), Backlog(10)
     mouth.full = True
@@ -56,7 +56,7 @@ def test_nothing_overtakes_waiting_output() -> None:
     assert contents(mouth) == ["first", "second"]
 
 
-def test_of_the_fullest_topic_the_oldest_goes_where_too_much_is_owed() -> None:
+def test_oldest_message_of_the_fullest_topic_is_dropped_first() -> None:
     mouth = ClientOutput()
     sender, large, small = Sender(mouth), Backlog(1000), Backlog(1000)
     mouth.full = True

@@ -48,7 +48,7 @@ async def test_a_service_is_called_under_the_name_and_id_that_the_client_used() 
 
 
 @pytest.mark.parametrize("args", [None, [], {}, [{}], [{"data": False}], [False]])
-async def test_arguments_may_be_left_out_or_stand_in_a_list(args: Any) -> None:
+async def test_arguments_may_be_omitted_or_given_as_a_list(args: Any) -> None:
     async with client_bus() as one:
         service, talker = Service(one), one.talker()
         service.answers.set()
@@ -58,7 +58,7 @@ async def test_arguments_may_be_left_out_or_stand_in_a_list(args: Any) -> None:
         assert service.asked == [{"data": False}]
 
 
-async def test_a_client_goes_on_talking_while_its_calls_are_under_way_and_answers_come_as_they_are_there() -> None:
+async def test_client_continues_during_its_calls_and_gets_answers_as_they_are_ready() -> None:
     async with client_bus() as one:
         service, talker = Service(one), one.talker()
         talker.say("call_service", service="/s", id="slow", args={"data": True})

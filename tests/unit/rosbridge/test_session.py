@@ -44,7 +44,7 @@ def wrapped(text: str, *how: str) -> list[str]:
 
 
 @pytest.mark.parametrize("how", [(), ("png",), ("fragment",), ("png", "fragment"), ("png in pieces",), ("png", "png")])
-async def test_messages_come_whole_in_pieces_and_as_pictures(how: tuple[str, ...]) -> None:
+async def test_messages_arrive_whole_in_fragments_and_as_pictures(how: tuple[str, ...]) -> None:
     async with client_bus() as one:
         talker = one.talker()
         for text in wrapped(json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": "t"}), *how):

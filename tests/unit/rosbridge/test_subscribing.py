@@ -35,7 +35,7 @@ class Source:
             self._count += 1
 
 
-async def test_a_client_hears_a_topic_under_the_name_that_it_used() -> None:
+async def test_client_gets_a_topic_under_the_name_that_it_used() -> None:
     async with client_bus() as one:
         source, first, other = Source(one), one.talker(), one.talker()
         first.say("subscribe", topic="/t", type=STRING)
@@ -46,7 +46,7 @@ async def test_a_client_hears_a_topic_under_the_name_that_it_used() -> None:
         assert await other.told() == [{"op": "publish", "topic": "t", "msg": {"data": "0"}}]
 
 
-async def test_after_unsubscribing_nothing_comes() -> None:
+async def test_unsubscribed_client_gets_nothing() -> None:
     async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="a")
@@ -115,7 +115,7 @@ async def test_a_second_subscription_of_another_type_is_refused_and_the_first_go
         assert data_of(await talker.told()) == ["0"]
 
 
-async def test_messages_come_no_oftener_than_the_throttle_allows() -> None:
+async def test_messages_are_no_more_frequent_than_the_throttle() -> None:
     async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, throttle_rate=125)
@@ -185,7 +185,7 @@ async def test_message_is_encoded_once_for_all_subscribers_of_a_form() -> None:
         assert all(frames is sent[0] for frames in sent)
 
 
-async def test_long_messages_come_in_fragments_and_the_smallest_size_counts() -> None:
+async def test_long_messages_are_fragmented_at_the_smallest_size() -> None:
     async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="a", fragment_size=500)
@@ -198,7 +198,7 @@ async def test_long_messages_come_in_fragments_and_the_smallest_size_counts() ->
         assert whole == {"op": "publish", "topic": "/t", "msg": {"data": "0" + "x" * 100}}
 
 
-async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
+async def test_picture_may_be_requested_whole_or_in_fragments() -> None:
     async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, compression="png")
@@ -213,7 +213,7 @@ async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
         assert json.loads(outgoing.decoded(picture["data"], 10_000))["msg"] == {"data": "1" + "y" * 500}
 
 
-async def test_the_strongest_compression_that_was_asked_for_is_taken() -> None:
+async def test_strongest_requested_compression_is_used() -> None:
     async with client_bus() as one:
         source, talker = Source(one), one.talker()
         for compression in ("none", "cbor-raw", "cbor", "png"):

@@ -110,7 +110,7 @@ async def test_patience_ends() -> None:
     await elapse(0.0)  # the word that nobody waits any more travels from one loop to the other
 
 
-async def test_the_twin_tells_where_its_parts_stand() -> None:
+async def test_twin_reports_the_positions_of_its_parts() -> None:
     async with app_client(ServiceStandIn(), parts=True) as client:
         assert (await client.get("/v1/twin")).json() == {"parts": {"cube": [0.5, 1.0, 0.4]}}
 

@@ -23,7 +23,7 @@ def test_the_log_has_the_traceback_and_the_sentence_has_the_log() -> None:
     assert "Traceback" in log_path().read_text()
 
 
-def test_a_log_that_cannot_be_written_is_no_second_error(tmp_path: Path) -> None:
+def test_unwritable_log_raises_no_second_error(tmp_path: Path) -> None:
     (tmp_path / "maya").write_text("in the way")
     assert "cannot be written" in str(written_down(ValueError("first")))
 

@@ -212,7 +212,7 @@ def test_a_place_is_free_again_after_its_connection() -> None:
 
 
 @pytest.mark.parametrize("said", [b"", b"GET /v1/health HTTP/1.1\r\nHost: local", b"\x16\x03\x01"])
-def test_a_request_that_does_not_come_to_its_point_is_cut(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_incomplete_request_is_cut(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol, "HEAD_PATIENCE", 0.05)
 
     def ask(url: str) -> bytes:
@@ -226,7 +226,7 @@ def test_a_request_that_does_not_come_to_its_point_is_cut(said: bytes, monkeypat
     assert serving(ask) in {b"", b"HTTP/1.1 400"}
 
 
-def test_one_that_goes_on_drop_by_drop_after_a_good_request_is_cut_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_second_request_is_cut_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol, "HEAD_PATIENCE", 0.2)
 
     def ask(url: str) -> bytes:

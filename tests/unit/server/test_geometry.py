@@ -36,7 +36,7 @@ async def test_invalid_point_is_refused(query: str) -> None:
             assert answer.json()["code"] in {4001, 4005}
 
 
-async def test_the_constants_come_with_the_zones_of_this_run() -> None:
+async def test_constants_include_the_zones_of_this_run() -> None:
     async with http_client() as (_, client):
         await client.put("/v1/zones/crate", json=CRATE)
         found = Config.model_validate_json((await client.get("/v1/config")).content)

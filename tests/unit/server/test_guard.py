@@ -33,7 +33,7 @@ async def test_every_answer_has_the_version_and_a_request_id(method: str, path: 
     assert first.headers["maya-request"] != second.headers["maya-request"]
 
 
-async def test_a_refusal_at_the_gate_says_so_too() -> None:
+async def test_refusal_by_the_middleware_has_an_id_too() -> None:
     async with app_client(ServiceStandIn()) as client:
         refused = await client.get("/v1/health", headers={"Host": "elsewhere", "Accept-Language": "es"})
     assert (refused.status_code, refused.headers["maya"]) == (403, __version__)
@@ -122,7 +122,7 @@ def application(client: httpx.AsyncClient) -> Any:
     return transport.app
 
 
-async def test_a_body_that_does_not_come_is_not_waited_for() -> None:
+async def test_missing_body_is_not_awaited() -> None:
     service = ServiceStandIn()
     async with app_client(service) as client:
         beginning: Message = {"type": "http.request", "body": b"{", "more_body": True}
@@ -173,7 +173,7 @@ async def test_changes_and_refusals_are_logged(tmp_path: Path, monkeypatch: pyte
 
 
 @pytest.mark.parametrize(("error", "status"), [(TooMuchAsked(most=4), 429), (WorkerFailed(reason="it ended"), 503)])
-async def test_refusal_by_the_worker_tells_when_to_try_again(error: MayaError, status: int) -> None:
+async def test_refusal_by_the_worker_has_a_retry_time(error: MayaError, status: int) -> None:
     service = ServiceStandIn()
     service.error = error
     async with app_client(service) as client:

@@ -23,7 +23,7 @@ def lines() -> list[dict[str, Any]]:
     return [json.loads(line) for line in log.log_path().read_text(encoding="utf-8").splitlines()]
 
 
-def test_a_line_is_json_with_fields_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+def test_log_line_is_json_with_its_own_fields(capsys: pytest.CaptureFixture[str]) -> None:
     with log.kept():
         log.note("http", logging.WARNING, "POST /v1/stop 409", request="a-1", code=1010)
     (line,) = lines()
@@ -86,7 +86,7 @@ def test_the_file_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lines()[-1]["number"] == 399
 
 
-def test_where_nothing_can_be_written_nothing_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unwritable_log_fails_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "folder"))
     with log.kept(people=False):

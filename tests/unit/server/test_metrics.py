@@ -46,7 +46,7 @@ def metric_values(metrics: Metrics, storage: JournalHealth = WELL) -> dict[tuple
     }
 
 
-def test_how_things_stand() -> None:
+def test_state_metrics() -> None:
     found = metric_values(Metrics())
     assert found["maya_mode", "mode=moving"] == 1.0
     assert sum(value for key, value in found.items() if key[0] == "maya_mode") == 1.0

@@ -35,7 +35,7 @@ def references(value: Any) -> set[str]:
     return own.union(*map(references, value.values()))
 
 
-def test_every_path_is_in_the_document_under_a_name_of_its_own() -> None:
+def test_every_path_is_in_the_document_under_its_own_name() -> None:
     declared = {(method.lower(), route.path_format) for route, _ in ruled(APP) for method in route.methods or ()}
     assert {(method, path) for method, path, _ in OPERATIONS} == declared
     names = Counter(operation["operationId"] for _, _, operation in OPERATIONS)

@@ -86,7 +86,7 @@ def test_a_message_that_is_too_long_ends_the_connection() -> None:
 
 
 @pytest.mark.parametrize("speed", [1.0, 100.0])
-def test_states_events_and_the_queue_come_as_they_are_subscribed_to(speed: float) -> None:
+def test_states_events_and_the_queue_follow_the_subscription(speed: float) -> None:
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", state={"rate": 50}, events={"since": 0}, queue=True)
         assert (await client.until("state"))["state"]["counts"] == [0, 0, 0]
@@ -184,7 +184,7 @@ def test_client_too_far_behind_is_notified_and_goes_on_from_there() -> None:
     run(main())
 
 
-def test_many_clients_come_and_go_and_the_service_is_looked_at_only_while_there_are_any() -> None:
+def test_service_is_watched_only_while_there_are_clients() -> None:
     async def main() -> None:
         watched = Watched()
         before = asyncio.all_tasks()
@@ -377,7 +377,7 @@ def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest
     run(main())
 
 
-def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stream_without_a_token_ends_when_the_first_user_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(authentication, "LOOK_AGAIN", 1000.0)
 
     async def story(watched: Watched, client: Client) -> None:

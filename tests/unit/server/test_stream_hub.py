@@ -110,7 +110,7 @@ async def scene(*, speed: float = 1.0, most: int = 1000, before: int = 0) -> Asy
         await asyncio.gather(task, return_exceptions=True)
 
 
-async def test_the_state_of_now_comes_at_once_and_a_new_one_when_it_is_published() -> None:
+async def test_current_state_is_sent_at_once_and_new_ones_when_published() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 10.0)
@@ -121,7 +121,7 @@ async def test_the_state_of_now_comes_at_once_and_a_new_one_when_it_is_published
         assert ear.counts == [0, 1]
 
 
-async def test_states_come_at_most_as_often_as_wanted_and_the_last_one_always() -> None:
+async def test_states_are_throttled_and_the_last_one_is_always_sent() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 5.0)
@@ -134,7 +134,7 @@ async def test_states_come_at_most_as_often_as_wanted_and_the_last_one_always() 
         assert ear.counts[-1] == 1000
 
 
-async def test_states_at_just_the_rate_wanted_are_shown_as_they_come() -> None:
+async def test_states_at_the_requested_rate_are_sent_unthrottled() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 20.0)
@@ -158,7 +158,7 @@ async def test_unchanged_state_is_sent_as_a_slow_heartbeat_only() -> None:
         assert ear.heard[1]["state"]["time"] == pytest.approx(HEARTBEAT, abs=0.2)
 
 
-async def test_a_state_that_goes_and_comes_back_is_seen_as_it_is_in_the_end() -> None:
+async def test_state_that_changes_back_is_sent_in_its_final_form() -> None:
     async with scene() as here:
         slow_ear, slow = here.reader()
         fast_ear, fast = here.reader()
@@ -255,7 +255,7 @@ async def test_reader_too_far_behind_is_dropped_alone() -> None:
         assert well.numbers == list(range(1, 17))
 
 
-async def test_events_go_on_behind_those_that_were_seen_before() -> None:
+async def test_events_continue_after_the_last_seen_one() -> None:
     async with scene(before=7) as here:
         here.watched.happen(5)
         await soon()
@@ -265,7 +265,7 @@ async def test_events_go_on_behind_those_that_were_seen_before() -> None:
         assert ear.numbers == [10, 11, 12, 13]
 
 
-async def test_an_event_that_the_reader_knows_already_does_not_come_again() -> None:
+async def test_known_event_is_not_sent_again() -> None:
     async with scene() as here:
         ear, _ = here.following(since=2)  # published by another way, faster than by the tap
         here.watched.happen(3)
@@ -273,7 +273,7 @@ async def test_an_event_that_the_reader_knows_already_does_not_come_again() -> N
         assert ear.numbers == [3]
 
 
-async def test_events_of_one_turn_are_handed_over_together() -> None:
+async def test_events_of_one_turn_are_sent_together() -> None:
     async with scene() as here:
         ear, _ = here.following()
         before = len(here.batches)
@@ -328,7 +328,7 @@ async def test_a_queue_that_looks_the_same_is_not_shown_again() -> None:
         assert (here.watched.views, ear.modes) == (6, ["running"])
 
 
-async def test_a_prediction_that_comes_without_an_event_is_seen_soon() -> None:
+async def test_prediction_without_an_event_is_sent_soon() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_queue(reader, wanted=True)

@@ -24,7 +24,7 @@ def test_an_empty_ring_begins_behind_the_last_event() -> None:
     assert ring.after(41, 100) == (41, b"")
 
 
-def test_events_come_in_order_behind_any_number_that_it_reaches() -> None:
+def test_events_are_in_order_after_any_available_number() -> None:
     ring = filled(10, 3)
     assert ring.after(10, 1000) == (13, b"<11><12><13>")
     assert ring.after(12, 1000) == (13, b"<13>")
@@ -49,7 +49,7 @@ def test_later_event_is_not_hidden_by_an_earlier_read() -> None:
     assert ring.after(0, 1000) == (2, b"<1><2>")
 
 
-def test_the_oldest_go_where_there_are_too_many() -> None:
+def test_oldest_events_are_dropped_beyond_the_count() -> None:
     ring = filled(0, 5, most=3)
     assert (ring.first, ring.last) == (3, 5)
     assert ring.reaches(2)
@@ -57,7 +57,7 @@ def test_the_oldest_go_where_there_are_too_many() -> None:
     assert ring.after(2, 1000) == (5, b"<3><4><5>")
 
 
-def test_the_oldest_go_where_they_are_too_long() -> None:
+def test_oldest_events_are_dropped_beyond_the_size() -> None:
     ring = filled(0, 5, most_bytes=7)
     assert ring.after(ring.first - 1, 1000) == (5, b"<4><5>")
 

@@ -26,7 +26,7 @@ def bridge_to(service: ServiceStandIn, journal: SqliteJournal | None = None) -> 
     return Bridge(asyncio.get_running_loop(), cast("Service", service), journal=journal)
 
 
-async def test_a_robot_that_can_be_asked_is_ready() -> None:
+async def test_responsive_robot_is_ready() -> None:
     assert await readiness(bridge_to(ServiceStandIn()), "en") == Readiness(True, ())
 
 
@@ -47,7 +47,7 @@ async def test_missing_layer_makes_it_not_ready() -> None:
     assert found.reasons[0].message.startswith("robot_controller is not running")
 
 
-async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:
+async def test_hanging_loop_is_not_ready_and_reported_in_time() -> None:
     service = ServiceStandIn()
     service.hangs = True
     began = asyncio.get_running_loop().time()

@@ -70,7 +70,7 @@ OF_NO_STEP = f'{{"digest": "{PROCESS.digest}"}}\n{{"step": "z"}}\n'
 
 
 @pytest.mark.parametrize("text", ["hello\n", "[1]\n", "7\n", OF_NO_STEP])
-def test_a_file_that_is_no_record_is_left_as_it_is(tmp_path: Path, text: str) -> None:
+def test_invalid_record_file_is_unchanged(tmp_path: Path, text: str) -> None:
     path = tmp_path / "state"
     path.write_text(text)
     with pytest.raises((FileUnreadable, ProcessChanged)), recorded(path, PROCESS):

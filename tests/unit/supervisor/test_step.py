@@ -47,7 +47,7 @@ def result(error: str | None = None, code: str | None = None, warnings: tuple[st
     return StepEnd("1", error, code, "a", "b", warnings)
 
 
-def test_every_command_of_robots_is_among_the_good_ones() -> None:
+def test_every_command_of_robots_is_valid() -> None:
     assert {command for command, _ in GOOD} == set(ARGUMENTS)
 
 

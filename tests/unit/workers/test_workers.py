@@ -92,7 +92,7 @@ def test_every_caller_has_a_turn_and_none_too_many_requests() -> None:
     run(main())
 
 
-def test_a_jumping_clock_stands_while_a_worker_works() -> None:
+def test_jumping_clock_stops_while_a_worker_works() -> None:
     async def main() -> float:
         with working() as workers:
             loop = asyncio.get_running_loop()

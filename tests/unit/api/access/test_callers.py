@@ -102,7 +102,7 @@ async def test_a_token_of_an_earlier_run_is_found_by_its_hash() -> None:
     assert isinstance(await refusal(other, f"Bearer {nearly}"), NotSignedIn)
 
 
-async def test_a_revoked_or_expired_token_is_good_no_more() -> None:
+async def test_revoked_or_expired_token_is_refused() -> None:
     owner = caller_registry()
     root = await owner.admin()
     made = await owner.people.token("root", expires="2026-11-22", by=root)
@@ -150,7 +150,7 @@ async def test_failed_attempts_cost_time_and_are_counted_by_source() -> None:
     assert isinstance(await refusal(owner, "Bearer nonsense"), NotSignedIn)
 
 
-async def test_many_attempts_at_a_time_are_no_more_than_one_after_the_other() -> None:
+async def test_simultaneous_attempts_count_like_consecutive_ones() -> None:
     owner = caller_registry()
     await owner.admin()
     found = await asyncio.gather(*(refusal(owner, f"Bearer nonsense {n}") for n in range(5 * LIMIT)))
@@ -192,7 +192,7 @@ async def test_invented_tokens_delay_no_right_token() -> None:
     assert len(looked_at) == 41
 
 
-async def test_failures_stand_in_the_audit_log() -> None:
+async def test_failures_are_in_the_audit_log() -> None:
     owner = caller_registry()
     made = await owner.people.add("root", "admin")
     await refusal(owner, "Bearer nonsense")

@@ -35,7 +35,7 @@ async def test_the_cost_is_the_one_that_is_meant() -> None:
     assert "$m=12288,t=3,p=1$" in Hasher().hash_now("secret")
 
 
-def test_the_loop_goes_on_meanwhile() -> None:
+def test_loop_continues_while_hashing() -> None:
     """In an ordinary loop: other things get their turn while a hash is worked out."""
 
     async def counted() -> int:

@@ -116,7 +116,7 @@ def test_typed_values_are_written_with_the_counts_of_the_pose(
     assert f"4 points in {file}" in capsys.readouterr().out
 
 
-def test_poses_are_inside_the_workspace_and_tell_something_new(
+def test_poses_are_inside_the_workspace_and_informative(
     scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     collect(monkeypatch, file, THERE * 10, "--points", "10")
@@ -303,5 +303,5 @@ def test_without_a_running_robot_nothing_begins(file: Path, monkeypatch: pytest.
     assert not file.exists()
 
 
-def test_fewer_points_than_a_calibration_needs_are_not_asked_for(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_few_points_are_refused(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert collect(monkeypatch, file, "", "--points", "3") == 2

@@ -145,7 +145,7 @@ def test_insufficient_points_are_refused_with_points_to_measure(tmp_path: Path, 
     assert "angles of the boom farther apart" in error
 
 
-def test_a_picture_is_drawn(points: str, tmp_path: Path, capsys: Capture) -> None:
+def test_picture_is_written(points: str, tmp_path: Path, capsys: Capture) -> None:
     assert "Written" in output_of(capsys, "calibrate", points, "--plot", str(tmp_path / "left.svg"))
     assert (tmp_path / "left.svg").read_text().startswith("<?xml")
 

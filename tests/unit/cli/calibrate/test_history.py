@@ -125,13 +125,13 @@ def test_values_that_make_no_machine_are_refused_and_nothing_is_written(config: 
     assert steps(config) == []
 
 
-def test_a_file_that_is_no_toml_is_refused(config: Path) -> None:
+def test_invalid_toml_is_refused(config: Path) -> None:
     config.write_text("[geometry\n")
     with pytest.raises(FileUnreadable):
         history.apply(config, KEYS, about())
 
 
-def test_where_the_step_cannot_be_written_the_configuration_stays(config: Path) -> None:
+def test_unwritable_step_leaves_the_configuration(config: Path) -> None:
     history.folder(config).write_text("in the way")
     with pytest.raises(FileUnwritable):
         history.apply(config, KEYS, about())

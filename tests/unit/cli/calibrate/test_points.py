@@ -44,7 +44,7 @@ def test_joints_become_the_counts_that_the_configuration_reads_them_from(tmp_pat
     assert seen.counts == pytest.approx(np.array([[371.06 * 180.0 / np.pi, 1.5e6, 1.4e6]]))
 
 
-def test_columns_stand_in_any_order_and_rows_have_the_names_of_their_lines(tmp_path: Path) -> None:
+def test_columns_may_have_any_order_and_rows_have_line_numbers(tmp_path: Path) -> None:
     text = f"# a note\n\nsigma,x,y,z,c,b,a\n0.001,1.1,0.7,0.8,1400000,1500000,21261\n\n# {ROW}\n.002,1,1,1,1e6,2e6,0\n"
     seen = read(file(tmp_path, text), CONFIG).observations
     assert seen.rows == (4, 7)
@@ -65,7 +65,7 @@ def test_counts_move_with_the_switches(tmp_path: Path) -> None:
     assert measured.observations.counts.tolist() == [[21251.0, 1501000.0, 1399999.5]]
 
 
-def test_the_datum_is_where_the_short_ends_are() -> None:
+def test_datum_is_at_the_short_ends() -> None:
     assert datum_of(CONFIG) == pytest.approx((0.0, 575_000.0, 565_000.0))
 
 

@@ -74,7 +74,7 @@ def test_bash_offers(line: str, offered: set[str], tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(BASH is None, reason="there is no bash")
-def test_bash_offers_files_where_a_file_is_meant(tmp_path: Path) -> None:
+def test_bash_offers_files_for_file_arguments(tmp_path: Path) -> None:
     (tmp_path / "my job.yaml").touch()
     test_bash_offers("run my", {"my", "job.yaml"}, tmp_path)
 
@@ -98,7 +98,7 @@ def test_zsh_reads_the_script(tmp_path: Path) -> None:
     assert "_maya" in done.stdout
 
 
-def test_values_are_asked_of_the_running_robot(capsys: pytest.CaptureFixture[str]) -> None:
+def test_values_are_from_the_running_robot(capsys: pytest.CaptureFixture[str]) -> None:
     def says(_: str, path: str, __: object) -> tuple[int, object]:
         return 200, [{"id": 8}, {"id": 7}] if path.startswith("/v1/jobs") else [{"name": "shelf"}]
 

@@ -44,7 +44,7 @@ def test_one_that_is_well_is_well_in_everything_but_its_motors() -> None:
     )
 
 
-def test_only_questions_are_asked() -> None:
+def test_only_queries_are_sent() -> None:
     with served() as twin:
         findings(twin.address)
         commands = {command for command, _ in twin.said}

@@ -92,7 +92,7 @@ class _Usage(NamedTuple):
     [(5e9, FindingOutcome.OK), (1e9, FindingOutcome.WARN), (1e8, FindingOutcome.FAIL), (0.0, FindingOutcome.FAIL)],
 )
 @pytest.mark.usefixtures("folder")
-def test_room_on_the_disk(free: float, outcome: FindingOutcome, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_free_space_on_the_disk(free: float, outcome: FindingOutcome, monkeypatch: pytest.MonkeyPatch) -> None:
     def usage(_: Path) -> _Usage:
         return _Usage(0, 0, int(free))
 
@@ -128,7 +128,7 @@ def test_listening_program_is_named_by_the_system() -> None:
     assert not [one for one in listeners() if one.port == port]
 
 
-def test_a_system_that_does_not_tell_has_no_listeners(tmp_path: Path) -> None:
+def test_system_without_that_information_has_no_listeners(tmp_path: Path) -> None:
     assert listeners(tmp_path) == []
 
 

@@ -51,7 +51,7 @@ def state(**changes: object) -> dict[str, Any]:
     return {"/v1/status": {"version": __version__, "address": "sim", "state": STATE | changes}}
 
 
-def test_where_none_runs_that_is_no_trouble() -> None:
+def test_missing_service_is_no_problem() -> None:
     running, (finding,) = service.found("en")
     assert (running, finding.key, finding.outcome) == (None, "service_none", FindingOutcome.SKIPPED)
 

@@ -32,7 +32,7 @@ def test_new_lines_are_read_once(tmp_path: Path) -> None:
     assert texts(log) == []
 
 
-def test_older_files_come_first(tmp_path: Path) -> None:
+def test_older_files_are_first(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     path.write_text(line("newest"))
     for number in (1, 2, 10):

@@ -94,7 +94,7 @@ def test_a_letter_goes_forth_and_its_capital_back() -> None:
         (WORKSPACE.require(Point(0.8, 0.8, 2.05)), "tension", "× load"),
     ],
 )
-def test_the_nearest_limit_comes_first(joints: Joints, name: str, text: str) -> None:
+def test_nearest_limit_is_first(joints: Joints, name: str, text: str) -> None:
     first = distances(WORKSPACE, joints)[0]
     assert first.name.startswith(name)
     assert text in str(first)
@@ -180,7 +180,7 @@ def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch)
     assert session.trouble in picture(session)
 
 
-def test_the_picture_tells_mode_step_place_and_limits() -> None:
+def test_picture_shows_mode_step_place_and_limits() -> None:
     session = PendantSession(ServiceClient("http://127.0.0.1:1"), WORKSPACE, "en")
     assert "unknown until homed" not in picture(session), "nobody has been asked yet"
     session.status = {"state": state(None, "not_homed")}

@@ -57,7 +57,7 @@ def test_job_is_submitted_with_its_options(serve: Serve, capsys: pytest.CaptureF
     assert body["steps"] == [{"home": True}]
 
 
-def test_a_submission_that_does_not_begin_by_itself_says_why(
+def test_submission_that_does_not_begin_by_itself_gives_the_reason(
     serve: Serve, capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
     proposal = {**LINE, "state": "held", "proposal": True}
@@ -281,7 +281,7 @@ def test_history_is_requested_with_its_filters(serve: Serve, capsys: pytest.Capt
 
 
 @pytest.mark.parametrize("option", ["--state", "--owner", "--text"])
-def test_history_option_with_bytes_that_are_no_utf8_is_asked_as_they_are(
+def test_history_option_with_invalid_utf8_is_sent_unchanged(
     option: str, serve: Serve, capsys: pytest.CaptureFixture[str]
 ) -> None:
     service = serve(**{"/v1/jobs": [Several([])]})
@@ -305,6 +305,6 @@ def test_as_csv_every_field_is_a_column(serve: Serve, capsys: pytest.CaptureFixt
     assert (row["id"], row["depends_on"], row["notes"]) == ("3", "1 2", 'a, "b"')
 
 
-def test_csv_and_json_are_two_ways_of_one_answer(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_csv_and_json_have_the_same_content(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
     assert json.loads(printed(["history", "--csv", "--json"], capsys, 2))["error"]["code"] == 4008

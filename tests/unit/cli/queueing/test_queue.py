@@ -28,7 +28,7 @@ def words(text: str) -> list[list[str]]:
     return [line.split() for line in text.splitlines() if line]
 
 
-def test_an_empty_queue_says_so(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_empty_queue_is_reported(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
     assert printed(["queue"], capsys) == "The queue is running.\n\nNo job is waiting.\n"
 
@@ -46,7 +46,7 @@ def test_running_job_comes_first_with_its_end_by_the_clock(serve: Serve, capsys:
     assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "are", "waiting."]]
 
 
-def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_paused_queue_shows_the_reason_and_the_way_to_resume(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     view = {**VIEW, "mode": "paused", "reason": "stop", "by": "berta", "since": "2026-03-01T10:00:00+00:00"}
     serve(**{"/v1/queue": view})
     said = printed(["queue"], capsys)
@@ -118,7 +118,7 @@ def test_queue_is_printed(
     assert service.said == [asked]
 
 
-def test_clearing_tells_how_many_jobs_that_were(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_clearing_shows_the_number_of_jobs(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve(
         **{
             "/v1/queue": {**VIEW, "counts": {"queued": 3, "running": 1}},
@@ -146,7 +146,7 @@ def test_a_job_is_put_somewhere_else(
 
 
 @pytest.mark.parametrize("line", ["7 first 9", "7 before", "7 sideways", "x first", "0 first"])
-def test_a_place_that_is_none_is_refused_before_anybody_is_asked(
+def test_invalid_place_is_refused_before_any_question(
     serve: Serve, capsys: pytest.CaptureFixture[str], line: str
 ) -> None:
     service = serve()
@@ -164,7 +164,7 @@ def at_terminal(monkeypatch: pytest.MonkeyPatch, said: str) -> None:
 OFFERED = {"/v1/queue": {**VIEW, "recovery": OFFER}, "/v1/queue/recovery": VIEW}
 
 
-def test_recover_tells_of_the_next_interrupted_job(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recover_mentions_the_next_interrupted_job(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     left = {**VIEW, "mode": "paused", "reason": "restart", "recovery": {**OFFER, "job": 8, "name": "the other"}}
     serve(**{**OFFERED, "/v1/queue/recovery": left})
     said = printed(["queue", "recover", "abort"], capsys)
@@ -215,13 +215,13 @@ def test_without_a_terminal_the_choice_must_be_an_option(serve: Serve, capsys: p
     assert service.said == []
 
 
-def test_where_nothing_was_interrupted_nothing_is_asked(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_an_interrupted_job_nothing_is_asked(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve()
     assert printed(["queue", "recover"], capsys) == "Nothing was interrupted.\n"
     assert service.said == []
 
 
-def test_without_a_service_it_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_service_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert printed(["queue"], capsys, 1).startswith("maya: error 1020")
 
 

@@ -87,7 +87,7 @@ def test_a_controller_without_differences_is_0(
 
 
 @pytest.mark.parametrize(("options", "asked"), [([], 2), (["--moves"], 3), (["--bench"], 4)])
-def test_nothing_more_is_asked_than_is_allowed(
+def test_no_more_than_allowed_is_sent(
     run: Run, table: list[Vector], options: list[str], asked: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with small_controller() as port:

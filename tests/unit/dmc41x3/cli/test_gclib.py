@@ -85,7 +85,7 @@ def test_unwritable_place_is_reported(tmp_path: Path) -> None:
         gclib.install(SETTINGS, force=False, site=tmp_path / "none")
 
 
-def test_one_of_ours_that_is_damaged_is_no_surprise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_damaged_copy_is_reported_as_outdated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     gclib.install(OutputSettings(), force=False, site=tmp_path)
     module = tmp_path / "gclib.py"
     module.write_bytes(module.read_bytes() + b"\xff\xfe")

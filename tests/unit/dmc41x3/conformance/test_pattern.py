@@ -38,11 +38,11 @@ def test_two_ranges_belong_to_their_own_numbers() -> None:
 
 
 @pytest.mark.parametrize(("data", "end"), [(b": 4\r\n:", 1), (b":", 1), (b"?", -1), (b"", -1)])
-def test_where_a_reply_ends_at_the_beginning_of_more(data: bytes, end: int) -> None:
+def test_reply_ends_at_the_start_of_the_next(data: bytes, end: int) -> None:
     assert compiled(":", 3).begins(data) == end
 
 
-def test_a_name_that_stands_for_nothing_is_a_mistake_in_the_table() -> None:
+def test_undefined_name_is_an_error_in_the_table() -> None:
     with pytest.raises(ValueError, match="stands for nothing"):
         compiled("<nonsense>", 3)
 

@@ -72,7 +72,7 @@ def test_upload_text(text: str, values: list[float]) -> None:
     assert transfer.parse_array("QU a[]", text) == values
 
 
-def test_an_upload_that_is_no_numbers_is_not_understood() -> None:
+def test_invalid_upload_is_refused() -> None:
     with pytest.raises(UnexpectedReply):
         transfer.parse_array("QU a[]", " 1.0000\rwhat\r\n")
 

@@ -101,11 +101,11 @@ def test_default_channels() -> None:
     assert columns(2) == ("_TPA", "_TEA", "_TVA", "_TTA", "_TPB", "_TEB", "_TVB", "_TTB")
 
 
-def test_the_clock_counts_on_where_its_sixteen_bits_begin_again() -> None:
+def test_clock_continues_over_the_wrap_of_its_sixteen_bits() -> None:
     clock = SampleClock()
     assert [clock.at(sample) for sample in (65024, 0, 1024, 1024)] == [0.0, 0.5, 1.5, 1.5]
 
 
-def test_a_second_has_fewer_samples_where_each_takes_longer() -> None:
+def test_second_has_fewer_samples_if_each_takes_longer() -> None:
     clock = SampleClock(period=2000.0)
     assert [clock.at(0), clock.at(1024)] == [0.0, 2.0]

@@ -45,7 +45,7 @@ def test_a_full_memory_of_full_lines_is_loadable() -> None:
     transfer.require_loadable(["x" * 80] * 4000)
 
 
-def test_the_probe_is_a_program_where_downloads_are_accepted() -> None:
+def test_probe_is_a_program_if_downloads_are_accepted() -> None:
     splitter = LineSplitter()
     taken: list[str] = []
     for command in splitter.split(transfer.PROBE):
@@ -54,7 +54,7 @@ def test_the_probe_is_a_program_where_downloads_are_accepted() -> None:
     assert taken == ["DL", "'", "\\", "", "TC1"]
 
 
-def test_the_probe_is_a_comment_where_downloads_are_refused() -> None:
+def test_probe_is_a_comment_if_downloads_are_refused() -> None:
     assert LineSplitter().feed(transfer.PROBE) == ["DL", "'\\", "TC1"]
 
 

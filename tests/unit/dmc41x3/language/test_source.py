@@ -53,7 +53,7 @@ def test_remark_for_the_host_stays_there(line: str) -> None:
     assert found.changes == ("left out 1 line of REM or host remarks",)
 
 
-def test_double_hashes_and_slashes_are_for_the_host_where_the_program_says_so() -> None:
+def test_double_hashes_and_slashes_are_for_the_host_on_request() -> None:
     """gclib's preprocessor: two lines of `##` in front switch it on."""
     text = '## Author: A\n## Date: B\nMG 1 // said\nMG "a//b";\'c // d\n##option "--min 4"\nEN\n'
     assert prepared(text).lines == ("MG 1", 'MG "a//b";\'c // d', "EN")

@@ -45,7 +45,7 @@ def test_sizes_and_indices_are_expressions(bench: Bench) -> None:
     assert bench.value("c[9]") == 8
 
 
-def test_an_element_is_asked_for_like_a_variable(bench: Bench) -> None:
+def test_element_is_read_like_a_variable(bench: Bench) -> None:
     assert bench.say("a[1]=") == bench.say("a[1]=?") == "-1.5000\r\n:"
     assert bench.say("a[-1]=?") == " 3.0000\r\n:"
 
@@ -115,7 +115,7 @@ def test_variables_and_arrays_are_deallocated_separately(bench: Bench) -> None:
     assert bench.say("LV;LA") == "::"
 
 
-def test_where_a_variable_is_not_there_nothing_is_forgotten(bench: Bench) -> None:
+def test_missing_variable_deallocates_nothing(bench: Bench) -> None:
     bench.do("x=1")
     assert bench.code("DA x,nope") == ErrorCode.VARIABLE_ERROR
     assert bench.value("x") == 1
@@ -167,7 +167,7 @@ def test_samples_are_as_long_as_tm_says() -> None:
     assert [bench.value(f"p[{n + 1}]-p[{n}]") for n in range(3)] == [4, 4, 4]
 
 
-def test_a_circular_recording_goes_on_until_it_is_stopped() -> None:
+def test_circular_recording_continues_until_it_is_stopped() -> None:
     bench = Bench()
     bench.do("DM t[8]", "RA t[]", "RD TIME", "RC 1,-8")
     bench.at(100.5 / 1024)
@@ -206,7 +206,7 @@ def test_a_reset_ends_recording() -> None:
     assert bench.code("RC 1") == ErrorCode.NO_RECORDING_SOURCE
 
 
-def test_eight_arrays_at_once_and_no_more() -> None:
+def test_at_most_eight_arrays_are_recorded() -> None:
     bench = Bench()
     bench.do(f"DM {','.join(f'a{n}[2]' for n in range(9))}")
     assert bench.code(f"RA {','.join(f'a{n}[]' for n in range(9))}") == ErrorCode.OPERAND_ERROR

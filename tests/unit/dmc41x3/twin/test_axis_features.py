@@ -27,7 +27,7 @@ def stages(bench: Bench) -> int:
     return bench.record().axes[0].status & STAGES
 
 
-def test_fi_passes_the_index_brakes_and_comes_back() -> None:
+def test_fi_passes_the_index_brakes_and_returns() -> None:
     bench = Bench()
     bench.do(ROUND, "DPA=77", "JGA=2048", "FIA;BGA")
     assert stages(bench) == AxisStatus.HOMING_SECOND_DONE
@@ -39,7 +39,7 @@ def test_fi_passes_the_index_brakes_and_comes_back() -> None:
     assert (bench.positions()[0], bench.plant.position(0)) == (0, 4000.0)
 
 
-def test_hm_tells_its_stages() -> None:
+def test_hm_reports_its_stages() -> None:
     bench = Bench()
     bench.do(ROUND, "HMA;BGA")
     assert stages(bench) == AxisStatus.HOMING
@@ -136,7 +136,7 @@ def test_tv_is_the_mean_of_a_quarter_of_a_second() -> None:
     assert bench.at(1.5).value("_TVA") == 0.0
 
 
-def test_tv_sees_a_held_shaft_stand() -> None:
+def test_tv_shows_a_held_shaft_at_rest() -> None:
     bench = Bench()
     bench.do(ROUND, "JGA=10240;BGA")
     bench.at(2.0).plant.hold(0)
@@ -222,7 +222,7 @@ def test_axes_from_e_on_latch_by_inputs_from_9_on() -> None:
 
 
 @pytest.mark.parametrize(("speed", "place"), [(2000, 4700), (-2000, -3300)])
-def test_the_index_latches_exactly_where_it_is(speed: int, place: int) -> None:
+def test_index_latches_exactly_at_its_position(speed: int, place: int) -> None:
     bench = Bench()
     bench.do("DPA=700", "ALTA", f"JGA={speed};BGA")
     assert bench.at(1.0).value("_ALA") == 1.0

@@ -205,7 +205,7 @@ def test_the_catalogue_has_the_entries_of_the_language() -> None:
         assert CATALOGUE[name].where.value == fact["valid_in"], name
 
 
-def test_every_entry_has_words_of_its_own() -> None:
+def test_every_entry_has_its_own_words() -> None:
     purposes = [entry.purpose for entry in CATALOGUE.values()]
     assert all(purposes)
     assert len(set(purposes)) == len(purposes)
@@ -266,7 +266,7 @@ def test_a_routine_ends_with_its_own_command(routine: str, command: str, cause: 
     assert bench.at(2.0).state() == 0
 
 
-def test_a_program_at_a_breakpoint_goes_on_line_by_line() -> None:
+def test_program_at_a_breakpoint_continues_line_by_line() -> None:
     bench = ProgramBench("#A\nNO\nNO\nEN")
     bench.do("BK 1", "XQ #A")
     bench.at(1.0).do("SL")

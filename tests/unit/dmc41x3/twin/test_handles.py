@@ -95,7 +95,7 @@ def test_commands_behind_hanging_up_are_not_executed() -> None:
     assert bench.axis(0).registers["SP"] == 25_000.0
 
 
-def test_motion_goes_on_without_its_host() -> None:
+def test_motion_continues_without_its_host() -> None:
     bench = Bench()
     bench.do("PRA=5000;BGA")
     bench.machine.disconnect(bench.handle)

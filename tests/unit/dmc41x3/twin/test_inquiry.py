@@ -115,7 +115,7 @@ def test_misuse_has_its_code(command: str, code: ErrorCode) -> None:
 
 
 @pytest.mark.parametrize("form", ["TC1", "TC 1", "TC1 "])
-def test_tc1_tells_the_code_with_its_words_and_clears_it(form: str) -> None:
+def test_tc1_prints_the_code_with_its_words_and_clears_it(form: str) -> None:
     bench = Bench()
     bench.say("MOA;BGA")
     assert bench.value("_TC") == 20.0
@@ -124,7 +124,7 @@ def test_tc1_tells_the_code_with_its_words_and_clears_it(form: str) -> None:
 
 
 @pytest.mark.parametrize("form", ["TC", "TC0", "TC 0", "TC ?"])
-def test_tc_tells_the_code_alone_and_clears_it(form: str) -> None:
+def test_tc_prints_the_code_alone_and_clears_it(form: str) -> None:
     bench = Bench()
     bench.say("GF32")
     assert bench.say(form) == " 1\r\n:"

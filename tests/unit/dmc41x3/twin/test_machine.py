@@ -105,7 +105,7 @@ def test_variables_live_until_a_reset() -> None:
     assert bench.code("MG mayahome") == ErrorCode.VARIABLE_ERROR
 
 
-def test_burned_variables_and_registers_come_back() -> None:
+def test_burned_variables_and_registers_are_restored() -> None:
     bench = Bench()
     bench.do("keep=3", "BV", "lose=4", "SPA=1000", "CN 1", "BN", "SPA=3000", "RS")
     assert bench.value("keep") == 3.0

@@ -234,7 +234,7 @@ def test_count_and_distance_along_the_way() -> None:
     assert (bench.value("_CSS"), bench.value("_AVS")) == (3.0, 30_720.0)
 
 
-def test_segments_that_go_on_in_the_same_direction_turn_nothing_round() -> None:
+def test_segments_in_one_direction_cause_no_reversal() -> None:
     bench = sequence("10240", "10240", closed=False).at(1.2)
     for _ in range(5):
         bench.do("LI 5000")

@@ -65,7 +65,7 @@ def _changed(path: Path, change: Any) -> Memory:
         ("variables", {"variables": {"x": 1}, "arrays": {}}, ChecksumError.VARIABLES),
     ],
 )
-def test_a_damaged_part_comes_up_empty_and_the_others_as_they_were(
+def test_damaged_part_is_empty_and_the_others_are_restored(
     tmp_path: Path, part: str, change: Any, error: ChecksumError
 ) -> None:
     path = tmp_path / "memory.json"

@@ -82,7 +82,7 @@ def test_a_move_of_nothing_is_over_within_a_sample() -> None:
     assert bench.value("_SCA") == 1.0
 
 
-def test_pa_tells_where_the_last_motion_stopped_and_not_its_target() -> None:
+def test_pa_returns_the_end_of_the_last_motion_and_not_its_target() -> None:
     bench = Bench()
     bench.do("SP 10240;AC 10240;DC 10240", "PAA=102400;BGA")
     bench.at(2.0).do("STA")

@@ -26,7 +26,7 @@ def test_an_upload_is_the_download(lines: list[str], end: str) -> None:
 
 
 @given(LINES, st.integers(1, 40))
-def test_where_a_download_is_cut_makes_no_difference(lines: list[str], size: int) -> None:
+def test_download_may_be_cut_anywhere(lines: list[str], size: int) -> None:
     bench = ProgramBench()
     data = "DL\r" + "".join(f"{line}\r\n" for line in lines) + "\\"
     replies = [bench.raw(data[place : place + size]) for place in range(0, len(data), size)]
@@ -50,7 +50,7 @@ def test_download_ends(end: str) -> None:
     assert bench.program() == ["EN"]
 
 
-def test_the_line_end_behind_the_backslash_is_a_command_of_its_own() -> None:
+def test_line_end_after_the_backslash_is_a_separate_command() -> None:
     assert ProgramBench().raw("DL\rEN\r\\\r") == b":::"
 
 

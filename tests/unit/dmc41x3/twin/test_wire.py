@@ -207,7 +207,7 @@ def test_qr_ends_in_a_colon_and_no_line_end() -> None:
     run(main())
 
 
-def test_segments_are_no_longer_than_a_packet_and_lose_nothing() -> None:
+def test_segments_fit_into_a_packet_and_lose_nothing() -> None:
     data = bytes(range(256)) * 5
     pieces = segments(data)
     assert [len(piece) for piece in pieces] == [SEGMENT, SEGMENT, 1280 - 2 * SEGMENT]
@@ -323,7 +323,7 @@ def test_ports_below_1000_are_refused_by_ik_1() -> None:
     assert machine.connect(("127.0.0.1", 5), port=23) is not None
 
 
-def test_messages_go_where_cf_says_marked_by_cw() -> None:
+def test_messages_go_to_the_port_of_cf_marked_by_cw() -> None:
     async def main() -> None:
         async with served_clients() as made:
             asker, listener = await made.tcp(), await made.tcp()
@@ -438,7 +438,7 @@ def test_unanswered_handle_is_closed_with_error_123() -> None:
     run(main())
 
 
-def test_a_program_hears_of_a_lost_handle_by_tcperr() -> None:
+def test_program_learns_of_a_lost_handle_by_tcperr() -> None:
     async def main() -> None:
         with socket.create_server(("127.0.0.1", 0)) as taken:
             port = taken.getsockname()[1]
@@ -469,7 +469,7 @@ def test_sending_to_a_connection_that_was_reset_is_error_123() -> None:
     run(main())
 
 
-def test_an_ordinary_goodbye_is_no_error() -> None:
+def test_ordinary_close_is_no_error() -> None:
     async def main() -> None:
         async with served_clients() as made:
             first, second = await made.tcp(), await made.tcp()

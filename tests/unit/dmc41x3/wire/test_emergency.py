@@ -93,7 +93,7 @@ def test_unintelligible_answer_is_named(answers: Mapping[str, bytes]) -> None:
         emergency.stop("127.0.0.1", port, 5.0)
 
 
-def test_controller_that_hangs_up_before_any_answer_is_none() -> None:
+def test_controller_that_hangs_up_before_any_answer_is_missing() -> None:
     with controller({}) as (port, _), pytest.raises(ConnectFailed):
         emergency.stop("127.0.0.1", port, 5.0)
 

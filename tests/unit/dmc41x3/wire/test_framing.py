@@ -127,7 +127,7 @@ def test_golden_lines_are_split_alike_by_both_sides() -> None:
             assert LineSplitter().feed(send.encode("ascii")) == [one for line in lines for one in split_line(line)]
 
 
-def test_a_colon_inside_a_text_is_no_prompt() -> None:
+def test_colon_inside_a_text_is_no_prompt() -> None:
     assert replies(ReplyKind.TEXT, data=b"at 12:30: ok\r\n:") == [Reply(True, "at 12:30: ok")]
 
 

@@ -88,7 +88,7 @@ def test_a_record_is_one_answer() -> None:
     assert exchanges(*said) == [("QR", RecordReply(data)), ("TP", Reply(True, " 1"))]
 
 
-def test_the_text_of_a_program_is_no_command() -> None:
+def test_text_of_a_program_is_no_command() -> None:
     said: list[tuple[Side, bytes]] = [("client", b"DL\r#A\rTP;SHA\rEN\r\\MG 1\r"), ("controller", b":: 1.0000\r\n:")]
     assert exchanges(*said) == [("DL", Reply(True)), ("\\", Reply(True)), ("MG 1", Reply(True, " 1.0000"))]
 
@@ -125,7 +125,7 @@ def test_messages_are_separate_and_strays_end_the_pairing() -> None:
         ("QZ", " 3, 52, 26, 36", " 4, 52, 26, 36", False),
     ],
 )
-def test_numbers_may_differ_where_two_runs_do(command: str, before: str, after: str, same: bool) -> None:
+def test_numbers_may_differ_between_runs(command: str, before: str, after: str, same: bool) -> None:
     how = difference(command, Reply(True, before), Reply(True, after), 50.0)
     assert how == ("" if same else f"{before!r} became {after!r}")
 

@@ -14,7 +14,7 @@ from dmc41x3.wire.transport import TcpTransport, UdpTransport, datagram_pair, lo
 from tests.virtual_time import elapse
 
 
-async def test_loopback_carries_both_ways() -> None:
+async def test_loopback_carries_both_directions() -> None:
     host, controller = loopback_pair("twin")
     host.write(b"TP\r")
     controller.write(b":")
@@ -47,7 +47,7 @@ async def test_cut_loopback_loses_bytes_on_their_way() -> None:
     assert (await controller.read(), await reading) == (b"", b"")
 
 
-async def test_loopback_refuses_to_write_after_its_own_end() -> None:
+async def test_loopback_refuses_to_write_after_its_end() -> None:
     host, controller = loopback_pair()
     controller.cut()
     host.write(b"nobody sees the end but by reading")
@@ -165,7 +165,7 @@ async def test_datagrams_end_on_one_side_only() -> None:
     assert (await host.read(), await host.read()) == (b"last", b"")
 
 
-async def test_datagrams_are_handed_over_as_they_come() -> None:
+async def test_datagrams_are_delivered_on_arrival() -> None:
     host, controller = datagram_pair()
     came: list[bytes] = []
     host.deliver(came.append)
@@ -183,7 +183,7 @@ async def test_unread_datagrams_keep_the_newest() -> None:
     assert await host.read() == b"44"
 
 
-def test_udp_carries_both_ways() -> None:
+def test_udp_carries_both_directions() -> None:
     async def main() -> None:
         with socket.socket(type=socket.SOCK_DGRAM) as box:
             box.bind(("127.0.0.1", 0))

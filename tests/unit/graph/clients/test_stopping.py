@@ -45,7 +45,7 @@ async def test_a_stop_ends_it_at_rest() -> None:
     assert ends == ["at rest"]
 
 
-async def test_a_cancel_is_a_cancel_also_where_a_stop_follows() -> None:
+async def test_cancel_before_a_stop_is_a_cancel() -> None:
     events, ends = log(), list[str]()
     wish = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
     await elapse(1.0)

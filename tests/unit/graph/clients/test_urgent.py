@@ -78,7 +78,7 @@ class Frozen:
 
 @pytest.mark.parametrize("speed", [1.0, 50.0])
 @pytest.mark.parametrize("stop", ["stop", "abort"])
-async def test_a_node_that_hangs_is_named_in_time_and_stops_when_it_goes_on(stop: str, speed: float) -> None:
+async def test_hanging_node_is_named_in_time_and_stops_when_it_continues(stop: str, speed: float) -> None:
     bus, loop = Bus(), asyncio.get_running_loop()
     async with GraphController.on(bus.node("process_controller"), Config(), speed=speed) as controller:
         frozen = Frozen(bus)

@@ -56,7 +56,7 @@ def test_each_waypoint_is_reported_once_in_order_near_its_place(
     assert all(abs(gone - time) < 0.5 for (_, gone), time in zip(passed, times, strict=True))
 
 
-def test_a_way_there_and_back_is_not_mistaken_for_its_own_return() -> None:
+def test_path_there_and_back_is_not_mistaken_for_its_return() -> None:
     low, high = Point(0.5, 1.0, 0.5), Point(0.5, 1.0, 0.9)
     planned = plan(low, high, low, high, low)
     assert planned.move is not None

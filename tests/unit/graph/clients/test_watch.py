@@ -161,7 +161,7 @@ async def test_joints_of_something_else_are_not_those_of_the_robot() -> None:
         assert teller.watch.state.joints == place()
 
 
-async def test_places_that_are_none_change_nothing() -> None:
+async def test_invalid_positions_change_nothing() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         await teller.measures(place())
@@ -182,7 +182,7 @@ async def test_strokes_with_which_nothing_is_reachable_change_nothing() -> None:
         assert teller.watch.workspace is before
 
 
-async def test_a_node_that_hangs_counts_as_disconnected_until_it_goes_on() -> None:
+async def test_hanging_node_counts_as_disconnected_until_it_continues() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         await elapse(3 * SILENT)
@@ -219,7 +219,7 @@ async def test_a_detail_may_be_called_as_it_likes() -> None:
         assert dict(last.detail) == {"kind": "x", "code": "y", "to": "there"}
 
 
-async def test_a_node_that_goes_is_missed_and_one_that_comes_is_welcome() -> None:
+async def test_node_that_leaves_is_missed_and_a_new_one_is_accepted() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         await teller.measures(place())
@@ -272,7 +272,7 @@ async def test_end_of_a_command_is_awaited_until_it_shows() -> None:
         await settling
 
 
-async def test_one_that_tells_nothing_is_not_waited_for_for_ever() -> None:
+async def test_silent_node_is_not_awaited_for_ever() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         began = asyncio.get_running_loop().time()

@@ -96,7 +96,7 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
             yield seen
 
 
-async def test_home_and_move_succeed_and_every_event_says_how_everything_stands() -> None:
+async def test_home_and_move_succeed_and_every_event_has_the_status() -> None:
     async with behind() as floor:
         assert floor.words == ["not_homed"]
         assert await floor.home() == (GoalStatus.SUCCEEDED, "")
@@ -111,7 +111,7 @@ async def test_home_and_move_succeed_and_every_event_says_how_everything_stands(
         assert floor.controller.state.joints == pytest.approx(NEAR, abs=1e-3)
 
 
-async def test_feedback_tells_the_phases_of_a_homing_and_how_far_a_motion_is() -> None:
+async def test_feedback_has_the_phases_of_a_homing_and_the_progress_of_a_motion() -> None:
     async with behind() as floor:
         phases, places = list[Message](), list[Message]()
         await floor.client.do("/home", "maya_controller/Home", {}, phases.append)
@@ -252,7 +252,7 @@ async def test_path_on_the_topic_is_followed_and_its_refusal_is_an_event() -> No
         assert (floor.words[-1], floor.told[-1].code) == ("refused", 2107)
 
 
-async def test_of_speeds_that_come_faster_than_they_can_be_set_the_newest_is(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_newest_of_many_fast_speeds_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
     async with behind() as floor:
         asked, override = list[float](), floor.controller.override
 

@@ -152,7 +152,7 @@ async def test_queue_status_is_published_on_change_and_to_late_subscribers() -> 
         assert late == process.status[-1:]
 
 
-async def test_resume_queue_goes_on_unless_an_interrupted_job_waits() -> None:
+async def test_resume_queue_resumes_unless_an_interrupted_job_waits() -> None:
     async with behind() as process:
         process.queue.interrupted = True
         refused = await process.client.call("/resume_queue", {})

@@ -62,7 +62,7 @@ async def behind(*, homed: bool = True) -> AsyncIterator[Behind]:
         yield Behind(controller, robot, bus, bus.node("somebody"))
 
 
-async def test_a_pick_by_action_tells_its_phases() -> None:
+async def test_pick_by_action_reports_its_phases() -> None:
     async with behind() as robot:
         heard = list[Message]()
         ended = await robot.client.do("/task", TASK, {"task": primitive_to_message(Pick(CUBE))}, heard.append)

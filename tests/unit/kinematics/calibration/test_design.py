@@ -42,7 +42,7 @@ def test_information_is_the_slope_of_the_points_in_plausible_errors() -> None:
 
 
 @pytest.mark.parametrize("number", [8, 20])
-def test_chosen_poses_tell_more_than_any_of_a_thousand_random_sets(campaign: Campaign, number: int) -> None:
+def test_chosen_poses_are_better_than_any_of_a_thousand_random_sets(campaign: Campaign, number: int) -> None:
     chosen = design.chosen(ROWS, number, ROWS[:0])
     rng = generator(campaign.rng())
     best = max(
@@ -117,5 +117,5 @@ def test_thirty_poses_are_travelled_in_a_quarter_of_the_time() -> None:
     assert way_time(poses, design.ordered(CONFIG, poses, START)) < 0.25 * way_time(poses, list(range(30)))
 
 
-def test_nothing_to_visit_is_no_way() -> None:
+def test_nothing_to_visit_has_an_empty_order() -> None:
     assert design.ordered(Config(), GRID[:0], START) == []

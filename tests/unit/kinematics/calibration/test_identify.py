@@ -64,7 +64,7 @@ def test_on_one_circle_nothing_of_the_lines_can_be_identified() -> None:
     assert "distances from the axis farther apart and heights farther apart" in said["remedy"]
 
 
-def test_one_place_tells_nothing() -> None:
+def test_one_place_identifies_nothing() -> None:
     said = refusal(at(cylinder(np.full(40, 1.0), 1.2, 0.6)))
     assert said["remedy"].count("farther apart") == 3
 
@@ -79,7 +79,7 @@ def test_eight_constants_need_four_points(number: int, enough: bool) -> None:
         assert "at least 4" in refusal(seen)["remedy"]
 
 
-def test_points_that_are_all_noise_tell_nothing() -> None:
+def test_pure_noise_identifies_nothing() -> None:
     rng = np.random.default_rng(11)
     counts = random_counts(rng, 12)
     assert refusal(Observations(counts, rng.uniform(-1.0, 1.0, (12, 3))))["what"]

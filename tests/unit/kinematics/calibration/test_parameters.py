@@ -83,7 +83,7 @@ def test_an_unknown_constant_lists_those_that_are() -> None:
         named("line_difference")
 
 
-def test_constants_in_words_stand_in_their_order() -> None:
+def test_constants_are_listed_in_order() -> None:
     assert listed(["zero_b", "length", "zero_a"]) == "length (D), zero of a and zero of b"
     assert listed(["delta"]) == "delta (Δ)"
 

@@ -49,7 +49,7 @@ def names(folder: Path) -> set[str]:
     return {file.name for file in folder.iterdir()}
 
 
-async def test_a_backup_made_while_jobs_come_in_is_whole(path: Path, tmp_path: Path) -> None:
+async def test_backup_during_submissions_is_complete(path: Path, tmp_path: Path) -> None:
     journal = await SqliteJournal.open(path)
     await journal.add(*(job_row(number) for number in range(1, 101)))
 
@@ -118,7 +118,7 @@ async def test_restored_backup_is_identical(path: Path, tmp_path: Path) -> None:
     assert await numbers(restored.aside) == [1, 2, 3]
 
 
-async def test_a_backup_is_put_where_there_was_nothing(path: Path, tmp_path: Path) -> None:
+async def test_backup_is_restored_to_an_empty_place(path: Path, tmp_path: Path) -> None:
     await filled(tmp_path / "a.db", 1)
     backup.make(tmp_path / "a.db", tmp_path / "b.db")
     assert backup.restore(tmp_path / "b.db", path).aside is None
@@ -139,7 +139,7 @@ async def test_a_damaged_file_is_replaced_and_kept_aside_with_its_log(path: Path
     assert await numbers(path) == [1]
 
 
-async def test_every_file_put_aside_gets_a_name_of_its_own(path: Path, tmp_path: Path) -> None:
+async def test_every_replaced_file_gets_its_own_name(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
     backup.make(path, tmp_path / "b.db")
     asides = [backup.restore(tmp_path / "b.db", path).aside for _ in range(3)]
@@ -198,7 +198,7 @@ async def test_a_bad_backup_leaves_the_file_as_it_is(path: Path, tmp_path: Path,
 
 
 @pytest.mark.parametrize("cut", ["link", "unlink", "replace", "sync"])
-async def test_a_restore_that_is_cut_short_loses_neither_and_is_done_again(
+async def test_interrupted_restore_loses_neither_file_and_is_repeated(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cut: str
 ) -> None:
     class Cut(BaseException):

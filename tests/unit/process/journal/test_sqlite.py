@@ -94,7 +94,7 @@ async def test_it_is_a_journal(path: Path) -> None:
         assert await kept.unfinished() == Unfinished(QueueRow(), ())
 
 
-async def test_unfinished_jobs_come_in_the_order_of_the_queue_and_ended_ones_do_not(path: Path) -> None:
+async def test_unfinished_jobs_are_in_queue_order_without_ended_ones(path: Path) -> None:
     first = job_row(1, position=7.0)
     urgent = job_row(2, options=JobOptions(priority=10), position=9.0)
     moved = job_row(3, position=2.0)
@@ -139,7 +139,7 @@ async def test_a_key_is_used_once_by_an_owner(path: Path) -> None:
         assert await journal.keyed("ann", "") is None
 
 
-async def test_writes_that_are_asked_for_together_share_a_commit(path: Path) -> None:
+async def test_simultaneous_writes_share_a_commit(path: Path) -> None:
     async with opened(path) as journal:
         commits: list[str] = []
         journal._writer.set_trace_callback(lambda said: commits.append(said) if said == "COMMIT" else None)
@@ -244,7 +244,7 @@ async def test_an_unknown_thing_in_an_event_is_kept_in_words(path: Path) -> None
         assert (await journal.events(1, 0, 1))[0].detail == {"where": "shelf"}
 
 
-async def test_a_body_is_written_again_only_where_it_is_another(path: Path) -> None:
+async def test_body_is_rewritten_only_when_it_changed(path: Path) -> None:
     async with opened(path) as journal:
         row = job_row(1)
         await journal.add(row)
@@ -385,7 +385,7 @@ async def test_one_program_at_a_time(path: Path) -> None:
         assert journal.run == 2
 
 
-async def test_the_commit_is_on_the_disk_before_anybody_goes_on(path: Path) -> None:
+async def test_commit_is_on_the_disk_before_a_caller_continues(path: Path) -> None:
     async with opened(path) as journal:
         settings = [journal._writer.execute(f"PRAGMA {what}").fetchone()[0] for what in ("journal_mode", "synchronous")]
         assert settings == ["wal", 2]
@@ -412,7 +412,7 @@ async def test_a_damaged_file_is_refused_and_left_as_it_is(path: Path) -> None:
 
 
 @pytest.mark.parametrize("rubbish", [b"S", b"not a database at all " * 100, b"SQLite format 3\0" + b"\xff" * 4080])
-async def test_a_file_that_is_no_database_is_refused_and_left_as_it_is(path: Path, rubbish: bytes) -> None:
+async def test_file_that_is_no_database_is_refused_and_unchanged(path: Path, rubbish: bytes) -> None:
     path.parent.mkdir()
     overwrite(path, rubbish)
     with pytest.raises(StorageDamaged):

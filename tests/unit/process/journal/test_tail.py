@@ -16,7 +16,7 @@ def row(run: int, seq: int, date: str = "2026-11-21T10:00:00+00:00") -> EventRow
     return EventRow(run, seq, date, 0.0, "phase", 0, {"name": f"{run}.{seq}"})
 
 
-async def test_events_of_all_runs_come_in_order_also_while_they_are_written(tmp_path: Path) -> None:
+async def test_events_of_all_runs_are_in_order_also_during_writes(tmp_path: Path) -> None:
     path = tmp_path / "maya.db"
     first = await SqliteJournal.open(path)
     first.note(row(1, 1), row(1, 2))

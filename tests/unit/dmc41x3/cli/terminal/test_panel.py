@@ -29,7 +29,7 @@ def test_every_fact_of_an_axis_is_shown() -> None:
     assert "F·H   8 following error, motor switched off" in c
 
 
-def test_columns_stand_below_their_names() -> None:
+def test_columns_are_below_their_names() -> None:
     head, a, *_ = session.plain(session.axes(RECORD, 100)).splitlines()
     for name, value in [("position", "-2147483648"), ("velocity", "-25000"), ("torque", "-10.00V")]:
         assert head.index(name) + len(name) == a.index(value) + len(value)

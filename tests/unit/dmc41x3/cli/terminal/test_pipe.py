@@ -55,7 +55,7 @@ def test_recording_goes_on_during_lines_and_is_awaited(
     assert file.read_text(encoding="utf-8").splitlines()[0:2] == ["time [s],x", "0.000000,2"]
 
 
-def test_its_own_words_work_too(
+def test_own_commands_work_too(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "a.dmc"

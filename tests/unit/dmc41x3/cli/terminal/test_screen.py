@@ -12,7 +12,7 @@ from tests.unit.dmc41x3.cli.bench import say, talking
 from tests.virtual_time import elapse
 
 
-async def test_below_the_line_stand_axes_link_and_keys() -> None:
+async def test_axes_link_and_keys_are_below_the_line() -> None:
     async with talking() as (session, _, _bench):
         lines = plain(below(session, "", 80)).splitlines()
         assert [line[:1] for line in lines[2:5]] == ["A", "B", "C"]

@@ -24,7 +24,7 @@ async def test_greeting_names_the_controller() -> None:
         assert heard.said == [("note", "DMC4133 Rev 1.3k at bench")]
 
 
-async def test_answers_come_as_printed_and_in_order() -> None:
+async def test_answers_are_printed_unchanged_and_in_order() -> None:
     async with talking() as (session, heard, _):
         await say(session, "x=5;MG x*2;TP", "", "MG -1", "^R^V")
         assert heard.all("answer") == [":", " 10.0000", " 0, 0, 0", "-1.0000", "DMC4133 Rev 1.3k"]
@@ -43,7 +43,7 @@ async def test_a_refusal_has_code_and_words_and_does_not_end_the_line() -> None:
 
 
 @pytest.mark.parametrize(("command", "hinted"), [("bga", True), ("BGQ", False), ("zz", False)])
-async def test_small_letters_are_explained_where_capitals_would_do(command: str, hinted: bool) -> None:
+async def test_lowercase_commands_are_explained(command: str, hinted: bool) -> None:
     async with talking() as (session, heard, _):
         await say(session, command)
         assert ("capitals: BG" in heard.all("refused")[0]) is hinted
@@ -65,7 +65,7 @@ async def test_a_record_is_a_table() -> None:
         assert [line.split()[:2] for line in lines[1:]] == [["A", "7"], ["B", "-8"], ["C", "9"]]
 
 
-async def test_names_are_learned_as_they_come() -> None:
+async def test_names_are_learned_from_answers() -> None:
     async with talking() as (session, _, _bench):
         await say(session, "speed=5")
         assert session.names.variables == ("speed",)
@@ -76,7 +76,7 @@ async def test_names_are_learned_as_they_come() -> None:
         assert session.names.axes == "ABC"
 
 
-async def test_messages_of_programs_come_here() -> None:
+async def test_messages_of_programs_are_shown() -> None:
     async with talking() as (session, heard, _):
         await session.link.driver.download(MESSAGE)
         await say(session, "XQ #A")
@@ -97,7 +97,7 @@ async def test_the_panel_follows_and_watches() -> None:
         assert session.watched == {}
 
 
-async def test_a_refused_expression_is_asked_for_again_now_and_then() -> None:
+async def test_refused_expression_is_retried_at_intervals() -> None:
     async with talking() as (session, _, _bench):
         await say(session, ":watch later")
         await elapse(0.5)
@@ -131,7 +131,7 @@ async def test_stop_brakes_moving_axes_and_leaves_programs() -> None:
         assert await session.link.driver.value("_XQ0") >= 0.0
 
 
-async def test_stop_of_nothing_says_so() -> None:
+async def test_stop_without_motion_is_reported() -> None:
     async with talking() as (session, heard, _):
         await say(session, ":stop")
         assert heard.last == ("note", "Nothing moves.")
@@ -163,7 +163,7 @@ async def test_lost_link_is_reported_once_and_reconnected() -> None:
         assert session.trouble == ""
 
 
-async def test_a_controller_that_stays_away_is_no_end() -> None:
+async def test_absent_controller_does_not_end_the_session() -> None:
     async with talking() as (session, heard, bench):
         bench.controller.cut()
         bench.away = True
@@ -205,7 +205,7 @@ async def test_a_stop_without_a_link_goes_past_it() -> None:
         await session.close()
 
 
-async def test_messages_that_others_get_stay_theirs_until_asked_for() -> None:
+async def test_messages_of_other_ports_are_left_until_requested() -> None:
     async with benched() as bench:
         other = await Driver.open(await bench.dial(), timeout=5.0)
         await other.subscribe()

@@ -69,7 +69,7 @@ def test_a_whole_turn_more_changes_nothing(degrees: int) -> None:
 
 @pytest.mark.parametrize("name", ["TAN", "ASIN"])
 @pytest.mark.parametrize("degrees", [90, -90, 270])
-def test_where_a_function_has_no_value(name: str, degrees: int) -> None:
+def test_undefined_values_of_functions(name: str, degrees: int) -> None:
     with pytest.raises(Rejection):
         FUNCTIONS[name](degrees * ONE)
 
@@ -94,7 +94,7 @@ def test_value_of_a_single_is_unchanged(raw: int) -> None:
 
 
 @pytest.mark.parametrize("bits", [0x7F800000, 0xFF800000, 0x7FC00000, 0x4F000000, 0xCF000001])
-def test_singles_that_are_no_number_of_the_controller(bits: int) -> None:
+def test_singles_outside_the_controllers_range(bits: int) -> None:
     with pytest.raises(Rejection):
         FUNCTIONS["REAL"](wrap(bits * ONE))
 

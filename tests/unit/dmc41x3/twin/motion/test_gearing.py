@@ -48,7 +48,7 @@ def test_a_slave_is_its_ratio_times_its_master_at_all_times(ratio: float, jogs: 
     assert abs(slave - kept * master) <= 0.5 * abs(kept) + 1.0
 
 
-def test_a_slave_steps_where_its_master_does() -> None:
+def test_slave_steps_with_its_master() -> None:
     bench = geared(2.0)
     bench.do("JGA=0;BGA", "IPA=300")
     assert bench.positions()[:2] == [300, 600]

@@ -88,7 +88,7 @@ def test_a_busy_thread_is_not_started_again() -> None:
     bench.do("XQ #A,5", "HX 4", "XQ #A,4")
 
 
-def test_where_a_thread_is() -> None:
+def test_position_of_a_thread() -> None:
     bench = ProgramBench("'one\nMG 1\nWT 100,1\nEN")
     assert (bench.place(), bench.state()) == (-1, 0)
     bench.do("XQ 1,6")
@@ -170,7 +170,7 @@ def test_no_loop_holds_up_the_machine(statement: str) -> None:
     assert 1.0 <= bench.value("n") <= 1024.0 * 2 * 2
 
 
-def test_messages_of_a_program_go_where_cf_says_marked_as_cw_says() -> None:
+def test_messages_of_a_program_go_to_the_port_of_cf_marked_by_cw() -> None:
     bench = ProgramBench("MG 1;MG {EB}2;EN")
     other = bench.connect()
     bench.do("CW 1", "XQ")
@@ -207,7 +207,7 @@ def test_a_breakpoint_holds_a_thread_and_steps_let_it_go_line_by_line() -> None:
     assert bench.value("_BK") == -2147483648.0
 
 
-def test_breakpoint_set_at_a_breakpoint_lets_the_thread_go_on_to_it() -> None:
+def test_thread_runs_to_a_breakpoint_set_at_a_breakpoint() -> None:
     """`BK 5` after `BK 3` goes on to line 5 (Galil's command reference, BK)."""
     bench = ProgramBench("n=1\nn=2\nn=3\nn=4\nEN")
     bench.do("BK 1", "XQ")

@@ -210,7 +210,7 @@ def test_a_wait_ends_in_its_sample_whenever_it_began(span: int, start: float) ->
 
 
 @given(st.integers(-20000, 20000).filter(bool), st.integers(1, 20000), st.integers(100, 20000))
-def test_a_distance_is_met_where_the_reference_is(distance: int, mark: int, speed: int) -> None:
+def test_distance_is_measured_on_the_reference(distance: int, mark: int, speed: int) -> None:
     bench = ProgramBench(f"SPA={speed};PRA={distance};BGA;ADA={mark};p=_RPA;w=_BGA;EN")
     bench.run(400.0)
     went = abs(bench.value("p"))

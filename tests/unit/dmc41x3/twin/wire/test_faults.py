@@ -146,7 +146,7 @@ async def test_a_refused_command_is_not_carried_out() -> None:
     await virtual.close()
 
 
-async def test_garbage_comes_before_a_reply_and_the_seed_repeats_it() -> None:
+async def test_garbage_precedes_a_reply_and_the_seed_repeats_it() -> None:
     heards: list[bytes] = []
     for seed in (1, 1, 2):
         virtual = made(seed)
@@ -172,7 +172,7 @@ def test_probabilities_follow_the_settings() -> None:
     assert (1.0 <= min(delays) < 1.01, 1.49 < max(delays) <= 1.5) == (True, True)
 
 
-async def test_a_half_open_connection_is_silent_and_comes_back() -> None:
+async def test_half_open_connection_is_silent_and_returns() -> None:
     virtual = made()
     silent, lively = virtual.loopback(), virtual.loopback()
     virtual.faults.inject("half_open", {"handles": "A"})
@@ -311,7 +311,7 @@ async def test_a_limit_that_sticks_stops_the_axis_there_and_then() -> None:
     await virtual.close()
 
 
-async def test_an_encoder_that_counts_no_more() -> None:
+async def test_encoder_that_stops_counting() -> None:
     virtual = made()
     driver = await Driver.open(virtual.loopback(), timeout=1.0)
     await driver.batch(["SH", "ERA=1000", "OEA=1", "JGA=10000", "BGA"])
