@@ -34,8 +34,8 @@ BEHIND = 150
 READER = """
 import sys
 sys.path.insert(0, sys.argv[2])
-from tests.streaming import Sluggard
-reader = Sluggard(sys.argv[1])
+from tests.streaming import SlowReader
+reader = SlowReader(sys.argv[1])
 reader.say(type="subscribe", state={"rate": 100}, events={})
 print(reader.read()[0]["type"], flush=True)
 while True:
