@@ -1,7 +1,7 @@
 """A node made of the graph of this project alone: it obeys requests and reports events.
 
-The `a` of a move goal decides its end (`wishes.GoalOutcome`). On /peer/do it gets goals to send and services to call, as JSON.
-It reports events on /peer/said, as JSON too.
+The `a` of a move goal decides its end (`wishes.GoalOutcome`). On /peer/do it gets goals to send and services to
+call, as JSON. It reports events on /peer/said, as JSON too.
 """
 
 from __future__ import annotations
