@@ -27,7 +27,7 @@ from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.thread import bound_socket, served
 from maya_un.interpreter import prompt_loop
-from tests.hostile import KINDS, Hostile, prepared, said
+from tests.hostile import KINDS, CostlyRequest, prepared, send_request
 
 T = TypeVar("T")
 
@@ -135,7 +135,7 @@ def stops(running: Running, kind: str) -> Sample:
     def sample() -> float:
         with crowd(running.port, kind):
             heard, asked = running.do(tapped), time.monotonic()
-            said(running.port, Hostile("POST", "/v1/stop"))
+            send_request(running.port, CostlyRequest("POST", "/v1/stop"))
             return min((at for at in heard if at >= asked), default=inf) - asked
 
     return sample
@@ -146,7 +146,7 @@ def main() -> None:
     prompt_loop()  # as `maya up` does
     with Running() as running:
         for kind in KINDS:
-            said(running.port, prepared(running.port, kind))
+            send_request(running.port, prepared(running.port, kind))
         cases: list[Case] = []
         for kind in (QUIET, *KINDS):
             late = None if kind == QUIET else Goal(10.0, to=f"beat, {QUIET}", kind="over")

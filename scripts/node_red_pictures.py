@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT))
 from tests.system.brokers import broker  # noqa: E402 - the path comes first
 from tests.system.processes import Process, running  # noqa: E402
 from tests.system.rtdb.server import realtime_database  # noqa: E402
-from tests.system.test_coms import asked, coms, url_in  # noqa: E402
+from tests.system.test_coms import call, coms, url_in  # noqa: E402
 from tests.system.test_coms_rtdb import coms as coms_of_database  # noqa: E402
 from tests.system.test_node_red import UP, NodeRed, flow, flow_of_database, node_red  # noqa: E402
 
@@ -84,7 +84,7 @@ def _draw(name: str, folder: Path, link: Process, flow_with: Callable[[str], str
 def _connect(red: NodeRed, url: str) -> None:
     """Press the button that connects the robot, and wait until it is connected."""
     red.press("maya.connect")
-    while asked("GET", url, "/status")["state"] != "connected":
+    while call("GET", url, "/status")["state"] != "connected":
         pass
 
 

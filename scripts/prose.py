@@ -20,7 +20,7 @@ from babel.messages.pofile import read_po
 ROOT = Path(__file__).resolve().parent.parent
 
 CLEAN = (
-    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src",
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src", "tests",
 )  # fmt: skip
 """The files and folders that are checked. A folder stands for every page and every Python file below it."""
 
@@ -104,7 +104,9 @@ def check(path: Path, text: str) -> Iterator[Finding]:
 def _parts(path: Path, text: str) -> Iterator[Text]:
     if path.suffix == ".po":
         return _translations(text)
-    return _python(text) if path.suffix == ".py" else _page(path, text)
+    if path.suffix == ".py":
+        return _python(text, strings=not path.is_relative_to("tests"))
+    return _page(path, text)
 
 
 def _translations(text: str) -> Iterator[Text]:
@@ -154,17 +156,29 @@ def _page(path: Path, text: str) -> Iterator[Text]:
             lines.append(line[item.end() :] if item else line.strip())
 
 
-def _python(text: str) -> Iterator[Text]:
-    """Yield the docstrings, the comments, and the strings of several words of a Python file."""
+def _python(text: str, *, strings: bool = True) -> Iterator[Text]:
+    """Yield the docstrings and comments of a Python file, and its other `strings` of several words.
+
+    Strings of tests are data: texts to parse, names of poses, words to find.
+    """
+    tree = ast.parse(text)
     inside = set[ast.AST]()
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree) if strings else _docstrings(tree):
+        if node in inside:
+            continue
         if isinstance(node, ast.JoinedStr):
             inside.update(node.values)
             parts = [str(one.value) if isinstance(one, ast.Constant) else "X" for one in node.values]
             yield from _paragraphs(node.lineno, "".join(parts))
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in inside:
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield from _paragraphs(node.lineno, node.value)
     yield from _comments(text)
+
+
+def _docstrings(tree: ast.Module) -> list[ast.Constant]:
+    """Return the strings that are statements: docstrings, and the descriptions of constants."""
+    statements = [node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)]
+    return [value for value in statements if isinstance(value, ast.Constant)]
 
 
 def _paragraphs(line: int, string: str) -> Iterator[Text]:

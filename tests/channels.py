@@ -18,7 +18,7 @@ from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 
 EXCHANGE = 0.002
-"""What one exchange takes on the virtual controller's clock [s]."""
+"""Duration of one exchange on the virtual controller's clock [s]."""
 
 Cut = Callable[[bytes], list[bytes]]
 """In which pieces bytes arrive."""
@@ -69,7 +69,7 @@ class Direct:
             bench.channels[self._handle] = self
 
     def send(self, data: bytes) -> None:
-        """Hand bytes over; that takes a little of the machine's time."""
+        """Hand bytes over; this takes a little of the machine's time."""
         machine = self._bench.machine
         now = machine.now + EXCHANGE
         if self._handle is not None and self._handle.open:
@@ -98,18 +98,18 @@ class Direct:
 
 
 class HeldLoop(asyncio.SelectorEventLoop):
-    """A loop whose clock moves only when told."""
+    """A loop whose clock moves only when the test sets it."""
 
     def __init__(self) -> None:
         super().__init__()
         self.held = 0.0
 
     def time(self) -> float:
-        """Return the time it was told [s]."""
+        """Return the time that the test has set [s]."""
         return self.held
 
     def turn(self) -> None:
-        """Do what is ready, sockets included, twice: what comes of the first turn is seen to in the second."""
+        """Run ready callbacks twice, sockets included: the second round runs callbacks of the first."""
         for _ in range(2):
             self.call_soon(self.stop)
             self.run_forever()
@@ -164,7 +164,7 @@ class Tcp:
     """A TCP connection."""
 
     PATIENCE = 0.02
-    """How long the kernel may take to bring what was sent [s]; only a missing answer takes it."""
+    """Longest time the kernel may take to deliver sent bytes [s]; only a missing answer takes it."""
 
     def __init__(self, wire: Wire, sock: socket.socket) -> None:
         self._wire = wire
@@ -175,7 +175,7 @@ class Tcp:
         wire.loop.turn()
 
     def send(self, data: bytes) -> None:
-        """Send bytes, in the wire's pieces; that takes a little of the controller's time."""
+        """Send bytes, in the wire's pieces; this takes a little of the controller's time."""
         self._wire.loop.held += EXCHANGE
         for piece in self._wire.cut(data):
             try:
@@ -198,7 +198,7 @@ class Tcp:
         self._wire.wait(seconds)
 
     def ended(self) -> bool:
-        """Tell whether the other side has hung up; what has come is dropped."""
+        """Return whether the other side has closed the connection; received bytes are dropped."""
         self._wire.loop.turn()
         while not self._ended and select.select([self._socket], [], [], self._closing())[0]:
             self._read()
@@ -225,7 +225,7 @@ class Udp(Tcp):
     """A port that talks by datagrams, each of which arrives whole."""
 
     def send(self, data: bytes) -> None:
-        """Send a datagram; that takes a little of the controller's time."""
+        """Send a datagram; this takes a little of the controller's time."""
         self._wire.loop.held += EXCHANGE
         self._socket.send(data)
         self._wire.loop.turn()

@@ -1,4 +1,4 @@
-"""What every test shares: virtual time for coroutines, campaigns with a size and a seed, hypothesis profiles."""
+"""Shared by every test: virtual time for coroutines, campaigns with a size and a seed, hypothesis profiles."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Hand what a worker has counted to whoever sums up."""
+    """Send the counts of a worker to the process that sums up."""
     output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["campaigns"] = session.config.stash[LEDGER].sizes

@@ -1,7 +1,7 @@
-"""A crowd at the door of a robot, as a process of its own: each person a thread with a connection and a token.
+"""Many clients of a robot's HTTP interface, as a separate process: one thread, connection and token for each.
 
-`python -m tests.crowd` reads what it is to do as JSON from its input and prints what came of it. Instants are of the
-system's monotonic clock, which all processes share.
+`python -m tests.crowd` reads its orders as JSON from its input and prints the results. Instants are of the system's
+monotonic clock, which all processes share.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PATHS = {
 
 @dataclass(slots=True)
 class Outcome:
-    """How often which status was answered, the instants of stops with their statuses, and whoever could not be told."""
+    """Number of answers by status, instants and statuses of stops, and requests that failed."""
 
     statuses: dict[str, int] = field(default_factory=dict[str, int])
     stops: list[tuple[float, int]] = field(default_factory=list[tuple[float, int]])
@@ -101,7 +101,7 @@ class Person(threading.Thread):
 
 
 def main() -> None:
-    """Do what the input says: {"door": [host, port], "tokens": [...], "count": n, "seed": text}."""
+    """Run the orders of the input: {"door": [host, port], "tokens": [...], "count": n, "seed": text}."""
     asked = json.loads(sys.stdin.read())
     outcome = Outcome()
     host, port = asked["door"]

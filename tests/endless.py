@@ -1,8 +1,8 @@
 """A pytest plugin that ends what outlives even the time limit of a test.
 
-pytest-timeout raises in the test once. What is raised may land in a task that keeps it; after any failure its timer is
-off while fixtures end. Then the whole process ends, its stacks on standard error: a worker (`rooms`) is replaced,
-and the test it was at is named among the failures.
+pytest-timeout raises once in the test. A task may catch that exception; after any failure its timer is off while
+fixtures end. This plugin then ends the whole process, with its stacks on standard error. A new worker (`rooms`)
+replaces it, and the interrupted test is listed among the failures.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def pytest_timeout_set_timer(item: pytest.Item, settings: Any) -> Iterator[None]
 
 @pytest.hookimpl(wrapper=True)
 def pytest_exception_interact(node: pytest.Item | pytest.Collector) -> Iterator[None]:
-    """Begin it anew after a failure, at which everybody else's timer is switched off."""
+    """Restart the limit after a failure, which switches off all other timers."""
     try:
         return (yield)
     finally:

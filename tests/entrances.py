@@ -1,4 +1,4 @@
-"""An entrance for tests: cheap hashes, a calendar that is told what day it is, an audit log to look at."""
+"""Authentication for tests: cheap hashes, a calendar that the test sets, a readable audit log."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FIRST_DAY = datetime(2026, 11, 21, 9, 0, 0, tzinfo=UTC)
 
 
 class Days:
-    """A calendar that goes on when it is told to."""
+    """A calendar that advances on request."""
 
     def __init__(self) -> None:
         self.today = FIRST_DAY
@@ -34,7 +34,7 @@ class Days:
 
 
 @dataclass(slots=True)
-class House:
+class CallerRegistry:
     """Everything about who asks, with nobody yet; `halts` counts how often held jogs were stopped."""
 
     entrance: AccessControl
@@ -60,15 +60,15 @@ class House:
         return await self.entrance.callers.resolve(header, lease, source, loopback=False)
 
 
-def house(store: Store | None = None, speed: float = 1.0) -> House:
-    """Return a house; `await house.entrance.register.open()` reads a store."""
+def caller_registry(store: Store | None = None, speed: float = 1.0) -> CallerRegistry:
+    """Return an authentication service; `await house.entrance.register.open()` reads a store."""
     events, days, rows, halts = EventLog(asyncio.get_running_loop().time), Days(), list[AuditRow](), list[str]()
     cheap = Hasher(memory=8, passes=1)
     entrance = AccessControl.new(
         ControlLease(events, speed), store=store, calendar=days, note=rows.append, speed=speed, hasher=cheap
     )
     leasing = LeaseService(entrance, lambda: halts.append("halt"))
-    return House(entrance, UserService(entrance, leasing.rights_ended), leasing, events, days, rows, halts)
+    return CallerRegistry(entrance, UserService(entrance, leasing.rights_ended), leasing, events, days, rows, halts)
 
 
 def somebody(role: Role, name: str = "", lease: str = "") -> Caller:
@@ -76,4 +76,4 @@ def somebody(role: Role, name: str = "", lease: str = "") -> Caller:
     return Caller(name or role.word, role, "10.0.0.1", lease)
 
 
-__all__ = ["FIRST_DAY", "LOCAL", "Days", "House", "house", "somebody"]
+__all__ = ["FIRST_DAY", "LOCAL", "CallerRegistry", "Days", "caller_registry", "somebody"]

@@ -1,4 +1,4 @@
-"""A controller that records what it is told and takes the time a motion takes; no machine, no wire."""
+"""A controller that records its calls and takes the time of each motion, without a machine or a wire."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from maya_un.values import Joints, Mode, Notice, Progress, State, StopReport
 from tests.virtual_time import elapse
 
 HOMING_TIME = 60.0
-"""How long the fake takes to home [s]."""
+"""Duration of a homing of the fake [s]."""
 
 
 def state_of(joints: Joints | None, *, closed: bool = False, mode: Mode | None = None) -> State:
@@ -70,7 +70,7 @@ class FakeController:
 
     @property
     def zones(self) -> tuple[Zone, ...]:
-        """What it keeps out of."""
+        """The zones to avoid."""
         return self.workspace.zones
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
@@ -86,12 +86,12 @@ class FakeController:
         return None
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check and time a path as the real floor does."""
+        """Check and time a path as the real controller does."""
         self.previews += 1
         return self._planner.preview(self.workspace, path, speed)
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
-        """Work the details out as the real floor does."""
+        """Compute the details as the real controller does."""
         return self._planner.inspect(self.workspace, path, speed, samples)
 
     async def home(self) -> None:
@@ -141,7 +141,7 @@ class FakeController:
         moving = self._stop is not None
         if self._stop is not None and not self._stop.done():
             self._stop.set_exception(Stopped())
-            self._stop.exception()  # whoever is cancelled at the same instant does not look at it
+            self._stop.exception()  # a caller cancelled at the same instant does not look at it
         return StopReport(moving, 0.5 if moving else 0.0, (0.0, 0.0, 0.0))
 
     async def override(self, ratio: float) -> None:
@@ -150,7 +150,7 @@ class FakeController:
         self.state = replace(self.state, override=ratio)
 
     async def pause(self, *, ahead: bool = False) -> StopReport:
-        """Note it; what is under way goes on all the same."""
+        """Note it; the current motion continues."""
         self.calls.append(("pause", ahead))
         return StopReport(self._stop is not None, 0.0, (0.0, 0.0, 0.0))
 

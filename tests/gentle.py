@@ -1,4 +1,4 @@
-"""The way over time that keeps limits of jerk, as the planner seeks it, before it is cut into stairs."""
+"""The trajectory within the limits of jerk, as the planner finds it before segmentation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a controller may be sent: commands that are right, nearly right, and not at all; programs; bytes.
+"""Random input for a controller: valid, nearly valid and invalid commands; programs; bytes.
 
 Everything is drawn from one generator, so that a seed repeats it.
 """

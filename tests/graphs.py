@@ -1,4 +1,4 @@
-"""Floors apart on a bus, in virtual time: twin and controller, robot, process, each a node of its own."""
+"""Layers on one bus, in virtual time: twin and controller, robot, process, each as a separate node."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from tests.unit.controller.bench import HERE, _take_over
 from tests.virtual_time import turn
 
 CALM = parse({"controller": {"stream_rate": 10.0}, "safety": {"guard_time": 0.0}})
-"""The machine, looked at ten times a second, without a guard: what is told costs more than what moves."""
+"""Settings of the machine: polled ten times a second, without a watchdog, because publishing costs more than motion."""
 
 
 @dataclass
-class Below:
-    """The controller floor behind its doors, as the node hw_simulator."""
+class ControllerNode:
+    """The controller layer behind its servers, as the node hw_simulator."""
 
     rig: Rig
     bus: Bus
@@ -37,7 +37,7 @@ class Below:
 
     @property
     def mechanics(self) -> MayaMechanics:
-        """What judges: the mechanics with their own record."""
+        """The mechanics, whose record decides the result."""
         return self.rig.mechanics
 
     async def dies(self) -> None:
@@ -47,24 +47,24 @@ class Below:
 
 
 @asynccontextmanager
-async def below(
+async def controller_node(
     bus: Bus, *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = False
-) -> AsyncIterator[Below]:
-    """Open the controller floor of a twin on a bus; one that is `homed` stands at `HERE`, with an open gripper."""
+) -> AsyncIterator[ControllerNode]:
+    """Open the controller layer of a twin on a bus; a `homed` one stands at `HERE`, with an open gripper."""
     node = bus.node("hw_simulator")
     async with (
         bench_of(config, parts, homed=homed) as bench,
         ControllerServer(bench.controller).open(node),
         SensorServer(bench.controller, bench.controller.config).open(node),
     ):
-        yield Below(bench, bus, node)
+        yield ControllerNode(bench, bus, node)
 
 
 @asynccontextmanager
 async def bench_of(
     config: Config, parts: Mapping[str, Point] | None = None, *, homed: bool = False
 ) -> AsyncIterator[Rig]:
-    """Open the controller floor of a twin alone; one that is `homed` stands at `HERE`, with an open gripper."""
+    """Open the controller layer of a twin alone; a `homed` one stands at `HERE`, with an open gripper."""
     start = StartPose(*HERE) if homed else None
     async with rig(config, parts=parts, start=start, live=True) as bench:
         if homed:
@@ -75,7 +75,7 @@ async def bench_of(
 
 @asynccontextmanager
 async def seen_from(bus: Bus, name: str, config: Config = CALM) -> AsyncIterator[tuple[BusNode, GraphController]]:
-    """Give a node and the controller floor as it sees it, connected."""
+    """Yield a connected node and its client of the controller layer."""
     node = bus.node(name)
     async with GraphController.on(node, config) as controller:
         await controller.connected()
@@ -84,10 +84,10 @@ async def seen_from(bus: Bus, name: str, config: Config = CALM) -> AsyncIterator
 
 
 @dataclass
-class Apart:
-    """All floors, each a node: `controller`, `robot` and `process` are those of the process floor's node."""
+class LayerNodes:
+    """All layers, each as a node: `controller`, `robot` and `process` are those of the process layer's node."""
 
-    below: Below
+    controller_node: ControllerNode
     bus: Bus
     controller: GraphController
     robot: GraphRobot
@@ -96,8 +96,8 @@ class Apart:
 
     @property
     def mechanics(self) -> MayaMechanics:
-        """What judges."""
-        return self.below.mechanics
+        """The mechanics, whose record decides the result."""
+        return self.controller_node.mechanics
 
     async def dies(self, name: str) -> None:
         """End a node as a kill does."""
@@ -105,13 +105,13 @@ class Apart:
         await turn()
 
     async def at_rest(self) -> None:
-        """Wait until nothing moves, by the controller floor itself."""
-        async for state in self.below.rig.controller.watch():
-            if not state.moving and self.below.rig.controller.progress() is None:
+        """Wait until nothing moves, according to the controller layer itself."""
+        async for state in self.controller_node.rig.controller.watch():
+            if not state.moving and self.controller_node.rig.controller.progress() is None:
                 return
 
     async def until(self, kind: type[Event], **detail: object) -> None:
-        """Wait for an event of the process floor's node, from now on."""
+        """Wait for the next event of the process layer's node."""
         events = self.controller.events
         async for event in events.follow(len(events)):
             if isinstance(event, kind) and all(event.detail.get(key) == value for key, value in detail.items()):
@@ -119,14 +119,14 @@ class Apart:
 
 
 @asynccontextmanager
-async def apart(
+async def layer_nodes(
     *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = True
-) -> AsyncIterator[Apart]:
-    """Open all floors on a bus, each a node of its own; see `below` for a robot that is `homed`."""
+) -> AsyncIterator[LayerNodes]:
+    """Open all layers on a bus, each as a separate node; see `controller_node` for a robot that is `homed`."""
     bus = Bus()
     names = ("robot_controller", "primitive_server", "process_controller")
     async with AsyncExitStack() as stack:
-        low = await stack.enter_async_context(below(bus, config=config, parts=parts, homed=homed))
+        low = await stack.enter_async_context(controller_node(bus, config=config, parts=parts, homed=homed))
         nodes = {name: bus.node(name) for name in names}
         deciding = await stack.enter_async_context(robot_floor(nodes["robot_controller"], config))
         await stack.enter_async_context(tasks_handed_on(nodes["primitive_server"]))
@@ -138,4 +138,4 @@ async def apart(
         process = Process(robot, controller, config)
         await process.open()
         stack.push_async_callback(process.close)
-        yield Apart(low, bus, controller, robot, process, {**nodes, "hw_simulator": low.node})
+        yield LayerNodes(low, bus, controller, robot, process, {**nodes, "hw_simulator": low.node})

@@ -1,7 +1,7 @@
 """Readers of the stream who want all of the past, again and again: a process of its own.
 
-`python -m tests.greedy PORT COUNT` prints "here" when the first of the past has come to every one of them, and goes on
-until it is ended. Who is cut off, as one that reads too slowly is, comes again.
+`python -m tests.greedy PORT COUNT` prints "here" when each reader has its first past event, and runs until it is
+killed. A reader that is cut off as too slow connects again.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Requests that cost far more to answer than to send, and a crowd that sends them to a running Maya.
+"""Requests that cost far more to answer than to send, and clients that send them to a running Maya.
 
-`python -m tests.hostile PORT KIND` sends those of a kind until it is killed; it says `here` when it begins.
+`python -m tests.hostile PORT KIND` sends requests of a kind until it is killed; it prints `here` when it begins.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ CROWD = 4
 """So many send at once."""
 
 PATIENCE = 2.0
-"""One of a crowd goes away after so long [s], and sends the next."""
+"""A client leaves after this time [s], and sends the next request."""
 
 _RNG = Random(13)
 _PLACES = [[round(_RNG.uniform(0.45, 0.85), 3), round(_RNG.uniform(0.55, 0.95), 3), 0.5] for _ in range(1000)]
 _LINES: dict[str, Any] = {"steps": [{"approach": _PLACES[0]}, *({"line": place} for place in _PLACES[:990])]}
 
 
-class Hostile(NamedTuple):
+class CostlyRequest(NamedTuple):
     """A request: method, path and body."""
 
     method: str
@@ -40,32 +40,34 @@ def _json(value: object) -> bytes:
 
 
 KINDS = {
-    "preview of lines": Hostile("POST", "/v1/preview", _json(_LINES)),
-    "inspection of lines": Hostile("POST", "/v1/inspect?samples=200", _json(_LINES)),
-    "inspection with most samples": Hostile("POST", "/v1/inspect?samples=10000", _json(_LINES)),
-    "preview of many parts": Hostile(
+    "preview of lines": CostlyRequest("POST", "/v1/preview", _json(_LINES)),
+    "inspection of lines": CostlyRequest("POST", "/v1/inspect?samples=200", _json(_LINES)),
+    "inspection with most samples": CostlyRequest("POST", "/v1/inspect?samples=10000", _json(_LINES)),
+    "preview of many parts": CostlyRequest(
         "POST", "/v1/preview", _json({"parts": {f"p{n}": _PLACES[n % 1000] for n in range(24_000)}, "steps": ["home"]})
     ),
-    "held job of lines": Hostile("POST", "/v1/jobs?held=true", _json(_LINES)),
-    "change of a job of lines": Hostile("PATCH", "/v1/jobs/{job}", _json({"job": _LINES})),
-    "report of a job of lines": Hostile("GET", "/v1/jobs/{job}"),
-    "page of jobs": Hostile("GET", "/v1/jobs?limit=1000"),
-    "view of the queue": Hostile("GET", "/v1/queue"),
-    "many keys": Hostile("POST", "/v1/preview", b'{"a":{' + b",".join(b'"%d":1' % n for n in range(80_000)) + b"}}"),
-    "many numbers": Hostile("POST", "/v1/preview", b'{"a":[' + b",".join([b"1"] * 480_000) + b"]}"),
-    "deep nesting": Hostile("POST", "/v1/jobs", b'{"a":' + b"[" * 400_000 + b"]" * 400_000 + b"}"),
-    "a place far out of reach": Hostile("GET", "/v1/reach?x=-2.2&y=3.3&z=2.0"),
+    "held job of lines": CostlyRequest("POST", "/v1/jobs?held=true", _json(_LINES)),
+    "change of a job of lines": CostlyRequest("PATCH", "/v1/jobs/{job}", _json({"job": _LINES})),
+    "report of a job of lines": CostlyRequest("GET", "/v1/jobs/{job}"),
+    "page of jobs": CostlyRequest("GET", "/v1/jobs?limit=1000"),
+    "view of the queue": CostlyRequest("GET", "/v1/queue"),
+    "many keys": CostlyRequest(
+        "POST", "/v1/preview", b'{"a":{' + b",".join(b'"%d":1' % n for n in range(80_000)) + b"}}"
+    ),
+    "many numbers": CostlyRequest("POST", "/v1/preview", b'{"a":[' + b",".join([b"1"] * 480_000) + b"]}"),
+    "deep nesting": CostlyRequest("POST", "/v1/jobs", b'{"a":' + b"[" * 400_000 + b"]" * 400_000 + b"}"),
+    "a place far out of reach": CostlyRequest("GET", "/v1/reach?x=-2.2&y=3.3&z=2.0"),
 }
 """Every kind by its name; `{job}` stands for the number of a held job (see `prepared`)."""
 
 ANSWERS = {200, 202, 400, 409, 413, 422, 429}
 """Every status that may answer a hostile request."""
 
-HARMLESS = Hostile("POST", "/v1/preview", b" " * 900_000)
-"""As long as the longest, and refused at once: what carrying it costs, and nothing else."""
+HARMLESS = CostlyRequest("POST", "/v1/preview", b" " * 900_000)
+"""As long as the longest, and refused at once: this shows the cost of transport alone."""
 
 
-def said(port: int, request: Hostile, patience: float = 60.0) -> tuple[int, Any]:
+def send_request(port: int, request: CostlyRequest, patience: float = 60.0) -> tuple[int, Any]:
     """Send a request; return the status and the answer."""
     connection = HTTPConnection("127.0.0.1", port, timeout=patience)
     try:
@@ -76,18 +78,18 @@ def said(port: int, request: Hostile, patience: float = 60.0) -> tuple[int, Any]
         connection.close()
 
 
-def prepared(port: int, kind: str) -> Hostile:
+def prepared(port: int, kind: str) -> CostlyRequest:
     """Return a request of a kind, after what it needs: a held job of lines."""
     request = KINDS[kind]
     if "{job}" not in request.path:
         return request
-    status, answer = said(port, KINDS["held job of lines"])
+    status, answer = send_request(port, KINDS["held job of lines"])
     assert status == 202, answer
     return request._replace(path=request.path.format(job=json.loads(answer)["id"]))
 
 
 @dataclass
-class Crowd:
+class CostlyClients:
     """Those who send: `left` requests of a kind are still to be sent.
 
     `statuses` counts the answers, `given_up` the requests for whose answer nobody waited any more, and `dropped` has
@@ -101,9 +103,9 @@ class Crowd:
 
 
 @contextmanager
-def crowded(port: int, request: Hostile, count: int) -> Iterator[Crowd]:
-    """Have a crowd send `count` requests in all; the block begins when the first are on their way."""
-    crowd, lock, began = Crowd(count), threading.Lock(), threading.Barrier(CROWD + 1)
+def costly_clients(port: int, request: CostlyRequest, count: int) -> Iterator[CostlyClients]:
+    """Have clients send `count` requests in all; the block begins when the first are on their way."""
+    crowd, lock, began = CostlyClients(count), threading.Lock(), threading.Barrier(CROWD + 1)
 
     def send() -> None:
         began.wait()
@@ -113,7 +115,7 @@ def crowded(port: int, request: Hostile, count: int) -> Iterator[Crowd]:
                     return
                 crowd.left -= 1
             try:
-                crowd.statuses[said(port, request, PATIENCE)[0]] += 1
+                crowd.statuses[send_request(port, request, PATIENCE)[0]] += 1
             except TimeoutError:
                 crowd.given_up += 1
             except (OSError, HTTPException) as error:
@@ -132,7 +134,7 @@ def crowded(port: int, request: Hostile, count: int) -> Iterator[Crowd]:
 
 def main() -> None:
     """Send without end."""
-    with crowded(int(sys.argv[1]), prepared(int(sys.argv[1]), sys.argv[2]), sys.maxsize):
+    with costly_clients(int(sys.argv[1]), prepared(int(sys.argv[1]), sys.argv[2]), sys.maxsize):
         print("here", flush=True)
 
 

@@ -27,7 +27,7 @@ Curve = Callable[[Floats], Floats]
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """What every axis can do, each (3,): speed, speeding up and slowing down [rad/s, m/s; rad/s², m/s²]."""
+    """Limits of every axis, each (3,): speed, acceleration and deceleration [rad/s, m/s; rad/s², m/s²]."""
 
     speed: tuple[float, float, float]
     acceleration: tuple[float, float, float]

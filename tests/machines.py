@@ -46,7 +46,7 @@ class Machine:
 
     @classmethod
     def of(cls, config: Config) -> Machine:
-        """Return the machine that a configuration describes; the long ends of its lines are further away than it says.
+        """Return the machine of a configuration; the long ends of its lines are further away than configured.
 
         So the strokes of the lines are those configured; the boom's ends short of its switch.
         """

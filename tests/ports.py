@@ -1,4 +1,4 @@
-"""Ports for programs that must be told one, or that keep one when they start again."""
+"""Ports for programs that need a given port, or keep one over a restart."""
 
 from __future__ import annotations
 

@@ -32,15 +32,15 @@ def job(*steps: Any, name: str = "job", repeat: int = 1) -> Job:
     return Job.parse({"name": name, "parts": CUBE, "places": TRAY, "steps": list(steps), "repeat": repeat})
 
 
-def asked(owner: str = "ana", *, key: str = "", proposal: bool = False, **options: Any) -> SubmitRequest:
+def submit_request(owner: str = "ana", *, key: str = "", proposal: bool = False, **options: Any) -> SubmitRequest:
     """Return who asks and how."""
     return SubmitRequest(RequestOwner(owner, "test"), JobOptions(**options), key, proposal=proposal)
 
 
 class FrailJournal(MemoryJournal):
-    """A journal in memory whose writes fail while `broken` says why, and never return once it is `cut` off.
+    """A journal in memory whose writes fail while `broken` gives a reason, and never return once it is `cut` off.
 
-    What was written before lives on in it, as in the file of a program that was killed.
+    Earlier writes survive in it, as in the file of a killed program.
     """
 
     def __init__(self) -> None:
@@ -79,7 +79,7 @@ class FrailJournal(MemoryJournal):
 
 
 @dataclass
-class Floor:
+class QueueBench:
     """A process on a fake controller, and what it needs. `events` are those of its run."""
 
     controller: FakeController
@@ -124,14 +124,14 @@ class Floor:
 
 @dataclass
 class Machine:
-    """What outlives the program: the journal, and the fake controller's gripper and place."""
+    """The parts that survive the program: the journal, and the fake controller's gripper and place."""
 
     journal: FrailJournal = field(default_factory=FrailJournal)
     homed: bool = True
     closed: bool = False
 
     @asynccontextmanager
-    async def running(self) -> AsyncIterator[Floor]:
+    async def running(self) -> AsyncIterator[QueueBench]:
         """Start the program for the length of the block, and end it gracefully."""
         floor = await self.started()
         try:
@@ -140,17 +140,17 @@ class Machine:
             await floor.process.close()
             floor.lease.close()
 
-    async def started(self) -> Floor:
+    async def started(self) -> QueueBench:
         """Start the program."""
         controller = FakeController(homed=self.homed, closed=self.closed)
         robot = MayaRobot(controller, controller.config)
         lease = ControlLease(controller.events)
         process = Process(robot, controller, controller.config, journal=self.journal, lease=lease)
-        floor = Floor(controller, robot, self.journal, lease, process)
+        floor = QueueBench(controller, robot, self.journal, lease, process)
         await process.open()
         return floor
 
-    async def kill(self, floor: Floor) -> None:
+    async def kill(self, floor: QueueBench) -> None:
         """End the program at this instant: nothing that it had not written is known any more."""
         self.journal.cut = True
         self.closed, self.homed = floor.controller.state.gripper_closed, floor.controller.state.homed
@@ -160,7 +160,7 @@ class Machine:
             await asyncio.wait(tasks, timeout=1.0)
         floor.lease.close()
         self.journal.cut, self.journal.broken = False, "the program was killed"
-        await floor.process.close()  # what it still holds in memory may be written no more
+        await floor.process.close()  # pending writes in memory are lost
         self.journal.broken = ""
 
 

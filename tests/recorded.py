@@ -1,4 +1,4 @@
-"""A controller floor on a twin, with the flight recorder beside it."""
+"""A controller on a twin, with the flight recorder."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from maya_un.recorder.store import RecordingStore
 from maya_un.values import Joints
 
 HERE = Joints(0.3, 1.5, 1.3)
-"""Where the robot stands, homed, when a test begins."""
+"""Position of the homed robot when a test begins."""
 
 UTC = 1_795_289_120_339_000_000
-"""What the clock of the tests says: 2026-11-21T19:25:20.339Z, in ns."""
+"""Time of the tests' clock: 2026-11-21T19:25:20.339Z, in ns."""
 
 
-def shelf(folder: Path) -> RecordingStore:
+def recording_store(folder: Path) -> RecordingStore:
     """Return the recordings in a folder."""
     return RecordingStore(folder, 50, 500_000_000, lambda: UTC)
 
@@ -59,7 +59,7 @@ async def recorded(
     virtual = VirtualController(VirtualDmc(MayaMechanics(truth, start)))
     source = TwinSource(0, asdict(truth), (start.a, start.b, start.c), {}, born) if known else None
     origin = RecordingOrigin.of(chosen, "sim" if known else "10.0.0.5:23", twin=source)
-    recorder = Recorder(settings or RecorderConfig(), origin, None if folder is None else shelf(folder))
+    recorder = Recorder(settings or RecorderConfig(), origin, None if folder is None else recording_store(folder))
 
     async def dial() -> Transport:
         return recorder.recorded(virtual.loopback())

@@ -24,7 +24,7 @@ DATE = 1_700_000_000.0
 """The date of every message [s since the epoch]."""
 
 
-class Mouth:
+class ClientOutput:
     """Takes what goes out to a client; `full` is for tests to set."""
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Mouth:
         self.ended: list[tuple[int, str]] = []
 
     def write(self, frames: bytes) -> None:
-        """Take whole frames; what was said as text is read at once."""
+        """Take whole frames; read texts at once."""
         for kind, content in unframed(frames):
             self.frames.append((kind, content))
             if kind == 1 and content[:1] == b"{":
@@ -45,14 +45,14 @@ class Mouth:
         """Take the end."""
         self.ended.append((code, reason))
 
-    def room(self) -> None:
+    def take_more(self) -> None:
         """Take more again."""
         self.full = False
         assert self.on_room is not None
         self.on_room()
 
     def taken(self) -> list[Said]:
-        """Return what was said as text, and forget it."""
+        """Return the texts so far, and forget them."""
         said, self.said = self.said, []
         self.frames.clear()
         return said
@@ -71,11 +71,11 @@ def unframed(data: bytes) -> list[tuple[int, bytes]]:
     return found
 
 
-class Talker:
-    """A client in the loop of its bus: what it says is carried out at once, as far as nothing has to be awaited."""
+class BusClient:
+    """A client in the loop of its bus: its operations run at once, as far as nothing has to be awaited."""
 
     def __init__(self, bus: Bus, press: MessageEncoder, node: BusNode, turns: MessageScheduler | None = None) -> None:
-        self.mouth = Mouth()
+        self.mouth = ClientOutput()
         self.node = node
         self.client = RosbridgeClient(node, Sender(self.mouth), press)
         self.session = RosbridgeSession(self.client, Rosapi(node, press.now), turns or MessageScheduler())
@@ -86,12 +86,12 @@ class Talker:
         self.session.take(json.dumps({"op": op, **message}))
 
     async def told(self) -> list[Said]:
-        """Return what the client was told, once nothing is left to be done now."""
+        """Return the client's messages, once nothing is left to do now."""
         await settled()
         return self.mouth.taken()
 
     async def ask(self, op: str, **message: Any) -> list[Said]:
-        """Say something, and return what the client was told."""
+        """Send an operation, and return the messages to the client."""
         self.say(op, **message)
         return await self.told()
 
@@ -102,7 +102,7 @@ async def settled() -> None:
         await turn()
 
 
-class Room:
+class ClientBus:
     """A bus, and as many clients as a test wants."""
 
     def __init__(self) -> None:
@@ -110,14 +110,14 @@ class Room:
         self.robot = self.bus.node("robot")
         self.press = MessageEncoder(lambda: DATE)
         self.turns = MessageScheduler()
-        self._talkers: list[Talker] = []
+        self._talkers: list[BusClient] = []
 
-    def talker(self) -> Talker:
+    def talker(self) -> BusClient:
         """Return one more client."""
-        self._talkers.append(Talker(self.bus, self.press, self.bus.node("rosbridge"), self.turns))
+        self._talkers.append(BusClient(self.bus, self.press, self.bus.node("rosbridge"), self.turns))
         return self._talkers[-1]
 
-    async def leave(self, talker: Talker) -> None:
+    async def leave(self, talker: BusClient) -> None:
         """Have a client go, as the endpoint does."""
         self._talkers.remove(talker)
         await talker.session.close()
@@ -132,9 +132,9 @@ class Room:
 
 
 @asynccontextmanager
-async def room() -> AsyncIterator[Room]:
-    """Yield a room; whoever is left in it goes at its end."""
-    one = Room()
+async def client_bus() -> AsyncIterator[ClientBus]:
+    """Yield a bus with clients; the remaining clients leave at its end."""
+    one = ClientBus()
     try:
         yield one
     finally:
@@ -181,10 +181,10 @@ HANDSHAKE = (
     b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
     b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
 )
-"""What a client says that is no library."""
+"""Messages of a client without a library."""
 
 
-class Flood:
+class FloodingClients:
     """Clients that ask without end, by bare sockets: asking and reading costs them less than answering."""
 
     def __init__(self) -> None:
@@ -222,9 +222,9 @@ def framed(text: bytes) -> bytes:
 
 
 @asynccontextmanager
-async def flooded(port: int, clients: int, question: Said) -> AsyncIterator[Flood]:
+async def flooded(port: int, clients: int, question: Said) -> AsyncIterator[FloodingClients]:
     """Have so many clients ask a question without end while the block runs."""
-    flood, text = Flood(), json.dumps(question, separators=(",", ":")).encode()
+    flood, text = FloodingClients(), json.dumps(question, separators=(",", ":")).encode()
     tasks = [asyncio.ensure_future(flood.ask(port, text)) for _ in range(clients)]
     try:
         yield flood

@@ -27,7 +27,7 @@ ARRAY = [Fraction(3), Fraction(-5, 4), Fraction(100000), STEP]
 OUTPUTS = {2, 5}
 VOLTS = {1: Fraction(5, 2), 3: Fraction(-10)}
 AXIS_VARIABLE = 2
-"""What `~a` stands for."""
+"""The values of `~a`."""
 
 
 class No(Exception):
@@ -351,7 +351,7 @@ SERIES: dict[str, Callable[[Fraction], Fraction]] = {
 
 
 def second(text: str) -> tuple[Fraction | None, Reader]:
-    """Return what the second interpreter says, and the interpreter."""
+    """Return the value of the second interpreter, and the interpreter."""
     reader = Reader(text)
     try:
         return reader.all(), reader

@@ -20,7 +20,7 @@ _KINDS = {"QR": ReplyKind.RECORD, "UL": ReplyKind.LISTING, "QU": ReplyKind.LISTI
 
 
 class Conversation:
-    """What was asked and answered on one handle, as far as the first download (DL, QD), which this does not follow."""
+    """Commands and answers on one handle, up to the first download (DL, QD), which this does not follow."""
 
     def __init__(self) -> None:
         self._lines = LineSplitter()
@@ -43,7 +43,7 @@ class Conversation:
 
 
 class ServedTwin:
-    """The controller in the other thread: its address, what was said to it, and what it is like inside."""
+    """The controller in the other thread: its address, its conversations, and its state."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, controller: VirtualController, host: str, port: int) -> None:
         self._loop = loop

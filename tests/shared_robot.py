@@ -1,4 +1,4 @@
-"""A robot on the twin that many share: its HTTP door on a real socket, users of every role, its clock fast."""
+"""A robot on the twin for many tests: its HTTP interface on a real socket, users of every role, a fast clock."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from tests.system.processes import CALM_FILE
 T = TypeVar("T")
 
 SPEED = 1000.0
-"""How fast the twin's clock runs."""
+"""Speed of the twin's clock."""
 
 PASSWORD = "correct horse battery"
 """Everybody's."""
@@ -42,7 +42,7 @@ _UNBOUNDED = Rate(1e6, 1e6)
 
 @dataclass(slots=True)
 class SharedRobot:
-    """The robot: where it is served, also by rosbridge, what it runs, a token of each role; "" for nobody's."""
+    """The robot: its URLs, also of rosbridge, its stack, a token of each role; "" for no user."""
 
     url: str
     app: FastAPI

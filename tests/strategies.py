@@ -1,4 +1,4 @@
-"""What hypothesis draws from, for every test of mechanics and motion."""
+"""Hypothesis strategies for all tests of mechanics and motion."""
 
 from __future__ import annotations
 

@@ -195,8 +195,8 @@ async def connected(url: str, **headers: str) -> AsyncIterator[Client]:
         yield client
 
 
-class Sluggard:
-    """A client that reads only when told to, on a socket of its own with a small buffer."""
+class SlowReader:
+    """A client that reads only on request, on a socket with a small buffer."""
 
     def __init__(self, url: str) -> None:
         place = urlsplit(url)

@@ -1,7 +1,7 @@
 """Whom the contract is held against: the virtual controller, and a real one whose address is given.
 
 `MAYA_CONTRACT_ADDRESS=HOST[:PORT]` adds a real box. Its motors stay where they are unless `MAYA_CONTRACT_MOVES=1`
-says that axes A and B may turn by a few thousand counts.
+allows axes A and B to turn by a few thousand counts.
 """
 
 from __future__ import annotations

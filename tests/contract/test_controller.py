@@ -1,4 +1,4 @@
-"""The protocol of a controller floor, held against the floor itself and against one on the other side of a graph."""
+"""The protocol of a controller, checked on the controller itself and on one on the other side of a graph."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from maya_un.motion.path import Path
 from maya_un.testing import faults
 from maya_un.testing.rig import Rig
 from maya_un.values import Joints, Mode, Point
-from tests.graphs import CALM, below, bench_of, seen_from
+from tests.graphs import CALM, bench_of, controller_node, seen_from
 from tests.unit.controller.bench import FAR, HERE
 from tests.virtual_time import elapse
 
@@ -49,14 +49,14 @@ WHERE = ("here", "over a graph")
 
 
 class Held(NamedTuple):
-    """A controller floor, and the machine that it is on in the end."""
+    """A controller, and the machine behind it."""
 
     controller: Controller
     rig: Rig
 
     @property
     def exact(self) -> Joints | None:
-        """Where the axes are by their encoders."""
+        """Positions of the axes by their encoders."""
         return self.rig.controller.state.joints
 
 
@@ -67,7 +67,7 @@ async def held(where: str, *, homed: bool = True) -> AsyncIterator[Held]:
             yield Held(bench.controller, bench)
     else:
         bus = Bus()
-        async with below(bus, homed=homed) as low, seen_from(bus, "robot_controller") as (_, controller):
+        async with controller_node(bus, homed=homed) as low, seen_from(bus, "robot_controller") as (_, controller):
             yield Held(controller, low.rig)
 
 
@@ -102,7 +102,7 @@ def _line(controller: Controller, target: Point) -> Path:
 
 
 @pytest.mark.parametrize("what", REFUSALS)
-async def test_a_refusal_has_the_same_code_and_words_wherever_it_is_heard(what: str) -> None:
+async def test_refusal_has_the_same_code_and_words_everywhere(what: str) -> None:
     wish, error = REFUSALS[what]
     said: list[tuple[int, str]] = []
     for where in WHERE:
@@ -142,7 +142,7 @@ async def test_homing_finds_the_lengths_and_measures_the_strokes(where: str) -> 
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_a_motion_ends_where_the_preview_says_in_its_time(where: str) -> None:
+async def test_motion_ends_at_the_previewed_place_in_its_time(where: str) -> None:
     async with held(where) as robot:
         preview = robot.controller.preview([HERE, FAR])
         began = asyncio.get_running_loop().time()
@@ -163,7 +163,7 @@ async def test_half_the_speed_takes_the_time_of_half_the_speed(where: str) -> No
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_a_jog_goes_as_far_as_the_workspace_allows_and_says_what_ended_it(where: str) -> None:
+async def test_jog_goes_to_the_edge_of_the_workspace_and_names_the_limit(where: str) -> None:
     async with held(where) as robot:
         gone = await robot.controller.jog("z", 3.0, clip=True)
         assert gone.limit
@@ -174,7 +174,7 @@ async def test_a_jog_goes_as_far_as_the_workspace_allows_and_says_what_ended_it(
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_waypoints_are_told_as_they_are_passed_also_when_the_speed_is_changed(where: str) -> None:
+async def test_waypoints_are_reported_as_passed_also_when_the_speed_changes(where: str) -> None:
     """Compared with where the robot is at that instant: a graph is late by as long as its feedback is apart."""
     async with held(where) as robot:
         here = robot.controller.mechanism.fk(HERE)
@@ -217,7 +217,7 @@ async def test_stop_ends_a_motion_on_its_path_with_an_answer(where: str) -> None
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_who_cancels_gets_the_robot_back_at_rest(where: str) -> None:
+async def test_cancel_returns_with_the_robot_at_rest(where: str) -> None:
     async with held(where) as robot:
         motion = asyncio.ensure_future(robot.controller.move(FAR))
         await elapse(10.0)
@@ -230,7 +230,7 @@ async def test_who_cancels_gets_the_robot_back_at_rest(where: str) -> None:
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_a_second_wish_is_refused_and_the_first_unharmed(where: str) -> None:
+async def test_second_command_is_refused_and_the_first_unharmed(where: str) -> None:
     async with held(where) as robot:
         first = asyncio.ensure_future(robot.controller.move(FAR))
         await elapse(5.0)
@@ -242,7 +242,7 @@ async def test_a_second_wish_is_refused_and_the_first_unharmed(where: str) -> No
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_a_pause_holds_the_motion_until_it_may_go_on(where: str) -> None:
+async def test_pause_holds_the_motion_until_resume(where: str) -> None:
     async with held(where) as robot:
         motion = asyncio.ensure_future(robot.controller.move(FAR))
         await elapse(10.0)
@@ -260,7 +260,7 @@ async def test_a_pause_holds_the_motion_until_it_may_go_on(where: str) -> None:
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_a_pause_ahead_holds_what_comes_next(where: str) -> None:
+async def test_pause_in_advance_holds_the_next_motion(where: str) -> None:
     async with held(where) as robot:
         pausing = asyncio.ensure_future(robot.controller.pause(ahead=True))
         await elapse(0.3)
@@ -307,7 +307,7 @@ async def test_a_fault_is_raised_kept_and_recovered_from(where: str) -> None:
 
 
 @pytest.mark.parametrize("where", WHERE)
-async def test_whoever_watches_sees_it_move(where: str) -> None:
+async def test_watcher_sees_the_motion(where: str) -> None:
     async with held(where) as robot:
         seen: list[Mode] = []
 

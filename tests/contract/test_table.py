@@ -46,7 +46,7 @@ USED = (
     "VR 2,2;VV 10;TN 5,5;ES 2,1;DP*=77;DE*=8;II 1,2,,0;TR 1;CW 1;AL A;MO;MT*=2",
     "MT*=1;SH;JG*=2000;BG;BN;BV",
 )
-"""What the table does not expect: settings, variables, an armed latch, motion, burned parameters."""
+"""States that the table does not expect: settings, variables, an armed latch, motion, burned parameters."""
 
 
 @pytest.mark.parametrize("axes", [3, 8])
@@ -134,7 +134,7 @@ def test_vectors_over_tcp_cut_in_two_at_every_place(campaign: Campaign) -> None:
     assert not [f"cut at {place}: {difference}" for place, difference in found if difference]
 
 
-def test_the_table_is_large_and_says_where_it_knows_from() -> None:
+def test_table_is_large_and_names_its_sources() -> None:
     assert len(TABLE) >= 250
     assert len({vector.name for vector in TABLE}) == len(TABLE)
     known = set(sources())
@@ -153,7 +153,7 @@ def test_a_box_in_service_can_be_spared() -> None:
         assert all(refused), (vector.name, sent)
 
 
-def test_what_moves_says_so() -> None:
+def test_moving_axis_reports_motion() -> None:
     for vector in TABLE:
         begins = any(part.startswith("BG") for step in vector.steps for part in step.send.replace("\r", ";").split(";"))
         assert not begins or Demand.MOVES in vector.demands, vector.name

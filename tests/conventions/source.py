@@ -75,6 +75,6 @@ def test_modules() -> tuple[Module, ...]:
 test_modules.__test__ = False  # type: ignore[attr-defined]
 
 
-def floor(module: Module) -> str:
-    """Return the floor (or leaf) a module belongs to; empty for a package itself."""
+def layer(module: Module) -> str:
+    """Return the layer (or leaf) a module belongs to; empty for a package itself."""
     return [*module.name.split("."), ""][1]

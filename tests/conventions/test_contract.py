@@ -12,7 +12,7 @@ from tests.conventions.source import ROOT
 
 
 def test_imports_keep_the_contract() -> None:
-    # In a process of its own: import-linter configures logging anew, which disables every logger there is.
+    # In a separate process: import-linter configures logging again, which disables every logger there is.
     command = [Path(sys.executable).with_name("lint-imports"), "--no-cache", "--no-logo"]
     ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -32,7 +32,7 @@ def test_third(): pass
 
 
 @pytest.mark.parametrize("workers", ["-n0", "-n1"])
-def test_what_never_ends_is_ended_and_named(workers: str, tmp_path: Path) -> None:
+def test_that_never_ends_is_ended_and_named(workers: str, tmp_path: Path) -> None:
     (tmp_path / "test_stubborn.py").write_text(STUBBORN)
     command = [
         sys.executable,

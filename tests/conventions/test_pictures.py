@@ -52,14 +52,12 @@ def test_every_picture_is_drawn_by_the_script_and_shown_on_a_page(script: dict[s
         ((" L 3 4", " L 3 4 L 5 6"), False),
     ],
 )
-def test_rounding_is_no_difference_and_anything_else_is(
-    script: dict[str, Any], change: tuple[str, str], equal: bool
-) -> None:
+def test_only_rounding_is_no_difference(script: dict[str, Any], change: tuple[str, str], equal: bool) -> None:
     assert script["same"](SVG, SVG)
     assert script["same"](SVG, SVG.replace(*change)) is equal
 
 
-def test_a_stale_picture_is_named_and_drawn_anew(
+def test_stale_picture_is_named_and_drawn_again(
     script: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     name = "mechanism-forces.svg"

@@ -29,7 +29,7 @@ def found(name: str, text: str) -> list[tuple[int, str]]:
         "The sentence goes over\ntwo lines. Where it\nends is here.",
     ],
 )
-def test_a_turned_sentence_or_a_private_word_on_a_page_is_found(text: str) -> None:
+def test_turned_sentence_or_private_word_on_a_page_is_found(text: str) -> None:
     assert len(found("page.md", text)) == 1
 
 
@@ -51,6 +51,12 @@ def test_a_question_a_title_and_code_are_left_alone(text: str) -> None:
 def test_docstrings_comments_and_strings_of_python_are_checked_with_their_lines() -> None:
     source = '"""Good.\n\nWho asks is told.\n"""\n\n# what is left\nX = f"What {1} is refused."\nwish = 1\n'
     assert found("module.py", source) == [(3, "Who asks is told."), (7, "What X is refused."), (6, "What is left")]
+
+
+def test_strings_of_tests_are_data_and_their_docstrings_are_checked() -> None:
+    source = '"""Who asks is told."""\n\nX = "pick from the shelf"  # a wish is refused\n'
+    path = str(ROOT / "tests" / "test_module.py")
+    assert found(path, source) == [(1, "Who asks is told."), (3, "A wish is refused")]
 
 
 def test_source_code_in_a_generator_is_left_alone() -> None:

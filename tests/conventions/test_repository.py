@@ -37,7 +37,7 @@ def test_a_command_is_executable_plain_shell(name: str) -> None:
     subprocess.run(["/bin/sh", "-n", ROOT / name], check=True)
 
 
-def test_what_is_listed_as_slow_is_there() -> None:
+def test_tests_listed_as_slow_exist() -> None:
     """One that was renamed would run with the fast ones again."""
     for line in text("tests/slow.txt").splitlines():
         path, _, name = line.removeprefix("--ignore=").removeprefix("--deselect=").partition("::")
@@ -62,7 +62,7 @@ def test_the_development_lock_contains_the_other() -> None:
     assert pins("requirements.lock").items() <= pins("requirements-dev.lock").items()
 
 
-def test_the_locks_hold_what_the_project_asks_for() -> None:
+def test_locks_hold_the_requirements_of_the_project() -> None:
     project = tomllib.loads(text("pyproject.toml"))["project"]
     extras = project["optional-dependencies"]
     asked = {
@@ -117,7 +117,7 @@ def test_every_page_is_found_from_the_index_of_the_documentation() -> None:
     assert [page.name for page in pages if f"({page.parent.name}/{page.name})" not in index] == []
 
 
-def test_the_readme_tells_how_much_of_the_language_the_twin_does() -> None:
+def test_readme_states_the_coverage_of_the_language() -> None:
     done = sum(coverage.kind is CoverageClass.IMPLEMENTED for coverage in COVERAGE.values())
     assert f"[{done} of {len(COVERAGE)} entries of the language]" in text("README.md")
 

@@ -96,7 +96,7 @@ def test_every_name_of_the_manual_is_among_the_constants() -> None:
     assert assigned("constants.py").keys() == constants(parse({})).keys()
 
 
-def test_a_constant_is_filled_with_the_value_of_its_own_name() -> None:
+def test_constant_has_the_value_of_its_own_name() -> None:
     filled = {name: ast.unparse(value) for name, value in assigned("constants.py").items()}
     assert filled == {name: f"_values['{name}']" for name in filled}
 
@@ -170,9 +170,7 @@ def test_the_constants_of_an_unconfigured_machine_are_those_of_the_project() -> 
 
 
 @pytest.mark.parametrize("python", [None, "/no/such/python", BARE])
-def test_constants_without_maya_beside_the_packages_are_the_defaults_with_a_warning(
-    python: str | None, tmp_path: Path
-) -> None:
+def test_constants_without_maya_are_the_defaults_with_a_warning(python: str | None, tmp_path: Path) -> None:
     """As on a computer that has the messages alone: no workspace, no such Python, or one without maya_un."""
     package = tmp_path / "maya_controller"
     shutil.copytree(CONFIG.parent, package)

@@ -1,4 +1,4 @@
-"""Whether there can be a ROS on a system, and why not: what ./test and scripts/ros go by."""
+"""Availability of a ROS on a system, and the reasons against it, for ./test and scripts/ros."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def program(place: Path, name: str, script: str) -> None:
     file.chmod(0o755)
 
 
-def asked(system: Path) -> str:
+def answer_for(system: Path) -> str:
     done = subprocess.run(
         ["/bin/sh", "-euc", ASK, ROOT], env={"PATH": str(system)}, capture_output=True, text=True, check=True
     )
@@ -54,27 +54,27 @@ def asked(system: Path) -> str:
     return done.stdout.strip()
 
 
-def test_what_is_installed_is_not_looked_for(system: Path) -> None:
+def test_installed_packages_are_not_searched(system: Path) -> None:
     program(system, "dpkg-query", 'shift 3; for name in "$@"; do echo "installed $name"; done')
     program(system, "apt-get", "exit 9")
-    assert asked(system) == "yes"
+    assert answer_for(system) == "yes"
 
 
-def test_without_apt_there_is_none(system: Path) -> None:
-    assert asked(system) == "there is no apt-get here, which packages of ROS 1 would come from"
+def test_without_apt_ros_is_unavailable(system: Path) -> None:
+    assert answer_for(system) == "there is no apt-get here, which packages of ROS 1 would come from"
 
 
-def test_who_may_not_install_is_told(system: Path) -> None:
+def test_user_who_may_not_install_gets_a_message(system: Path) -> None:
     program(system, "apt-get", KNOWS)
     program(system, "id", "echo 1000")
-    assert asked(system) == "packages of ROS 1 are missing, and neither root nor sudo is at hand"
+    assert answer_for(system) == "packages of ROS 1 are missing, and neither root nor sudo is at hand"
 
 
 @needs_new_python
-def test_a_system_that_packages_none_is_asked_again_after_an_update(system: Path, tmp_path: Path) -> None:
+def test_system_without_packages_is_checked_again_after_an_update(system: Path, tmp_path: Path) -> None:
     program(system, "apt-get", f"echo updated >>{tmp_path}/updates")
     program(system, "apt-cache", KNOWS_NOT)
-    assert asked(system) == "no ROS 1 is packaged for this system: apt-get knows no python3-rospy"
+    assert answer_for(system) == "no ROS 1 is packaged for this system: apt-get knows no python3-rospy"
     assert (tmp_path / "updates").read_text() == "updated\n"
 
 
@@ -82,4 +82,4 @@ def test_a_system_that_packages_none_is_asked_again_after_an_update(system: Path
 def test_a_bare_system_learns_of_it_by_the_update(system: Path, tmp_path: Path) -> None:
     program(system, "apt-get", f": >{tmp_path}/updated")
     program(system, "apt-cache", f"[ -f {tmp_path}/updated ]")
-    assert asked(system) == "yes"
+    assert answer_for(system) == "yes"

@@ -1,4 +1,4 @@
-"""What holds for every file of the source, looked up in its syntax."""
+"""Rules for every file of the source, checked in its syntax."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_a_module_stays_readable_in_one_sitting() -> None:
 def test_exported_names_exist() -> None:
     missing: list[str] = []
     for module in source.modules():
-        if source.floor(module) == "ros1":
+        if source.layer(module) == "ros1":
             continue  # nodes are loaded by a Python that has ROS, and export nothing
         loaded = importlib.import_module(module.name)
         exported: list[str] = getattr(loaded, "__all__", [])
@@ -50,7 +50,7 @@ def test_exported_names_exist() -> None:
 
 
 def test_nothing_below_the_edges_looks_at_a_clock() -> None:
-    below = [module for module in source.modules() if source.floor(module) not in MAY_LOOK_AT_THE_CLOCK]
+    below = [module for module in source.modules() if source.layer(module) not in MAY_LOOK_AT_THE_CLOCK]
     assert below
     looking = [module for module in below if module.imports() & CLOCKS]
     assert {module.name for module in looking} == COMPARES_DATES
@@ -63,7 +63,7 @@ def test_bytes_are_carried_only_by_the_modules_named_for_it() -> None:
         module
         for module in source.modules()
         if module.name.startswith("dmc41x3.")
-        and source.floor(module) not in {"cli", "loops"}
+        and source.layer(module) not in {"cli", "loops"}
         and module.name not in IO_MODULES
     ]
     assert silent
@@ -71,7 +71,7 @@ def test_bytes_are_carried_only_by_the_modules_named_for_it() -> None:
 
 
 def test_the_command_line_names_no_path_of_the_service() -> None:
-    modules = [module for module in source.modules() if source.floor(module) == "cli"]
+    modules = [module for module in source.modules() if source.layer(module) == "cli"]
     assert modules
     paths = [
         f"{module.name}:{node.lineno}: {node.value}"

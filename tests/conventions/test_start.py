@@ -1,4 +1,4 @@
-"""The command line starts fast: what is typed most often imports next to nothing."""
+"""The command line starts fast: frequent commands import next to nothing."""
 
 from __future__ import annotations
 

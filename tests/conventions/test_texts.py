@@ -57,7 +57,7 @@ def test_a_catalogue_that_differs_from_the_code_is_reported(
     assert problem in [*script.differences(template, script.stored(file, "es")), *script.stale(file, "es")]
 
 
-def test_a_text_that_is_translated_and_compiled_is_no_problem(script: Any, tmp_path: Path) -> None:
+def test_translated_and_compiled_text_is_no_problem(script: Any, tmp_path: Path) -> None:
     file = tmp_path / "late.po"
     file.write_text('msgid ""\nmsgstr ""\n\nmsgid "late"\nmsgstr "tarde"\n', encoding="utf-8")
     template = script.Catalog()

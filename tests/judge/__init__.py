@@ -1,5 +1,5 @@
 """An opinion of its own about motion: formulas from the manual and its errata, brute force instead of proofs.
 
-Nothing here knows the robot's own mathematics. What the planner accepts, and what the twin's mechanics recorded, is
-measured against what is written down about the machine, by looking at many points. All lengths are in metres.
+Nothing here knows the robot's own mathematics. Accepted paths, and the record of the twin's mechanics, are measured
+against the facts about the machine, at many points. All lengths are in metres.
 """

@@ -1,4 +1,4 @@
-"""Who drove when, told from the event log alone: it knows the words of the events, and no code of the lease."""
+"""Drivers and their times, from the event log alone: it knows the words of the events, and no code of the lease."""
 
 from __future__ import annotations
 

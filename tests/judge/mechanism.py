@@ -1,4 +1,4 @@
-"""Maya's frame by the manual's formulas: where the gripper hangs, and how far every limit of the workspace is away.
+"""Maya's frame by the manual's formulas: position of the gripper, and distance of every limit of the workspace.
 
     u = (W² + b² − c²) / 2W        h = √(b² − u²)         d = Δ + u        z = H − Φ − h
     T_b = (W − u)/W · b/h          T_c = u/W · c/h        in multiples of the load

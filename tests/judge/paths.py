@@ -23,11 +23,11 @@ _VERTICES = 4
 _FARTHEST = 100
 
 SAMPLES = 20_000
-"""How many points of a path are looked at."""
+"""Number of samples of a path."""
 
 
 class Opinion(StrEnum):
-    """What many points say about a path; undecided where a limit is nearer than the width of doubt."""
+    """The result of many samples of a path; undecided where a limit is nearer than the width of doubt."""
 
     INSIDE = "inside"
     OUTSIDE = "outside"
@@ -57,7 +57,7 @@ class Piece(NamedTuple):
 
 
 class Cut(NamedTuple):
-    """How a corner is cut: left `before` ahead of the waypoint, met `after` behind it [m].
+    """The cut of a corner: left `before` ahead of the waypoint, met `after` behind it [m].
 
     Meanwhile the leg before slows down evenly during the last share `fall` of the time, and the leg behind speeds up
     evenly during the first share `rise` of it.
@@ -74,8 +74,8 @@ class Way:
     """A path as it is asked for: straight legs in one space, corners cut.
 
     Waypoints are in the coordinates of `space`: a, b, c; or x, y, z; or a, d, z [rad, m]. Lengths are in them too, with
-    an angle at 1 m in joints, and at the leg's mean radius in cylindrical coordinates. Cuts that together take
-    more than the leg between them are made smaller in the same proportion. Where the way goes back, nothing is cut.
+    an angle at 1 m in joints, and at the leg's mean radius in cylindrical coordinates. Cuts that together take more
+    than the leg between them are made smaller in the same proportion. A reversing path has no cut.
     """
 
     space: Space

@@ -1,4 +1,4 @@
-"""What the mechanics recorded of a motion, measured: speeds, accelerations, and how far from every limit it was."""
+"""The mechanics' record of a motion, measured: speeds, accelerations, and distances from every limit."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Trajectory:
     def mean_accelerations(self, window: float) -> Floats:
         """Return every axis' greatest change of speed within `window` [s], divided by it (3,) [rad/s², m/s²].
 
-        A speed is the mean of an eighth of the window: what whole counts make of a short piece is no acceleration.
+        A speed is the mean of an eighth of the window: the effect of whole counts on a short piece is no acceleration.
         """
         begun, ended = self.moving()
         if ended <= begun:

@@ -22,7 +22,7 @@ _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """A zone: what it is, how far everything has to stay away, and whether the lines have to as well."""
+    """A zone: its shape, the required distance, and whether the lines have to keep it as well."""
 
     name: str
     margin: float

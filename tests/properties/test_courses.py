@@ -1,4 +1,4 @@
-"""Random talk about sequences, contours and PVT, at random times: what must hold of the axes, whatever is said."""
+"""Random commands of sequences, contours and PVT, at random times: the axes keep their rules after all of them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tests.unit.dmc41x3.twin.bench import Bench
 
 AXES = "ABCD"
 FASTEST = 400_000.0
-"""No axis gets faster than this by what is said here [counts/s]."""
+"""No axis gets faster than this by these commands [counts/s]."""
 
 
 def _pair(rng: Random) -> str:
     return "".join(rng.sample(AXES, 2))
 
 
-def _said(rng: Random) -> str:
+def _command(rng: Random) -> str:
     """Return one command, sensible or not; more segments and records than anything else."""
     return rng.choice(_SEGMENTS if rng.random() < 0.5 else _OTHERS)(rng)
 
@@ -97,12 +97,12 @@ def _advance(bench: Bench, rng: Random) -> None:
 
 
 @pytest.mark.parametrize("batch", range(4))
-def test_axes_and_courses_agree_whatever_is_said(campaign: Campaign, batch: int) -> None:
+def test_axes_and_sequences_agree_after_any_commands(campaign: Campaign, batch: int) -> None:
     for case in range(campaign.size(ci=15, long=600)):
         rng = campaign.rng(1000 * batch + case)
         bench = Bench(axes=4)
         for _ in range(120):
-            bench.say(_said(rng))
+            bench.say(_command(rng))
             _check(bench)
             if rng.random() < 0.05:
                 bench.switch(rng.randrange(4), forward=rng.random() < 0.5, reverse=rng.random() < 0.8)

@@ -133,7 +133,7 @@ def test_no_fault_leaves_the_emergency_bounds(workspace: Workspace, campaign: Ca
     assert 0 < slowed < paths
 
 
-def test_a_speed_is_no_smaller_than_needed_where_lines_go_alone(campaign: Campaign) -> None:
+def test_speed_is_no_smaller_than_needed_when_lines_move_alone(campaign: Campaign) -> None:
     rng, rates = campaign.rng(), np.array(EMERGENCY.rates)
     W = WORKSPACE.mechanism.width
     for _ in range(campaign.size(ci=100, long=2000)):

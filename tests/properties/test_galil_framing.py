@@ -1,4 +1,4 @@
-"""Where the bytes are cut makes no difference."""
+"""The cuts between pieces of bytes make no difference."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_replies_are_the_same_byte_by_byte(expected: list[Received]) -> None:
 
 
 @given(accepted, printable, st.integers(0, 60))
-def test_a_message_may_stand_anywhere_in_a_text(reply: Reply, note: str, place: int) -> None:
+def test_message_may_be_anywhere_in_a_text(reply: Reply, note: str, place: int) -> None:
     data = wire(reply)
     place = min(place, len(data))
     splitter = splitter_for([reply])

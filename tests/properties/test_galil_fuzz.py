@@ -1,4 +1,4 @@
-"""Whatever comes, in whatever order: the twin answers, keeps its books, and never raises, hangs or loses its mind.
+"""After any input in any order the twin answers, stays consistent, and never raises or hangs.
 
 A session is one controller and a few hundred deeds; a failing one is cut down to the deeds it needs and printed.
 """
@@ -37,10 +37,10 @@ BOUND = 10.0
 """The most CPU time that one batch may take [s]; the slowest right one takes about a second."""
 
 TRIALS = 300
-"""How often a failing session is tried again with some deeds left out."""
+"""Number of retries of a failing session with some actions left out."""
 
 TALKATIVE = {"TC", "MG", "QR", "QU", "UL", "LS", "LL", "LV", "LA", "TZ", "ID", "TH", "DL", "QD", "RS", "IH"}
-"""Commands that print what they like, or end the conversation; prompts are counted where none of them is said."""
+"""Commands with arbitrary output, or that end the conversation; prompts are counted in sessions without them."""
 
 
 class Deed(NamedTuple):

@@ -78,7 +78,7 @@ def test_a_line_of_commands_reads_back_as_written(line: list[Command]) -> None:
 
 
 @given(st.text("AB;' x=", max_size=40))
-def test_both_ways_of_splitting_a_line_agree(line: str) -> None:
+def test_both_splits_of_a_line_agree(line: str) -> None:
     assert LineSplitter().feed(line.encode() + b"\r") == split_line(line)
 
 

@@ -128,7 +128,7 @@ def test_way_speed_and_acceleration_belong_together(path: Path, given: Limits) -
 
 @settings(max_examples=60)
 @given(paths, limits)
-def test_what_the_controller_gets_goes_the_same_way_and_no_faster_than_it_may(path: Path, given: Limits) -> None:
+def test_segments_follow_the_same_path_within_the_limits(path: Path, given: Limits) -> None:
     knots = laid(path, given)
     move = plan(knots, given, UNITS)
     assert move.start == tuple(knots.counts[0].tolist())
@@ -151,7 +151,7 @@ def drawn(rng: Random) -> Path:
 
 
 def test_nowhere_is_it_faster_than_a_fault_may_find_it(campaign: Campaign) -> None:
-    """The mean of speeds is greater than the least of them: what a fault bounds is looked at in what is driven."""
+    """The mean of speeds is greater than the least of them: bounds of a fault are checked in the driven motion."""
     emergency, per_unit = Emergency.of(Config()), np.array(UNITS.per_unit)
     axes = {name: getattr(Config().axes, name).model_copy(update={"jerk_counts": 5120}) for name in "abc"}
     planner = Planner(configuration(axes=axes), WORKSPACE.mechanism)

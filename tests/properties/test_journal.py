@@ -81,7 +81,7 @@ modes = st.builds(QueueRow, paused=st.booleans(), reason=TEXTS, by=TEXTS, since=
 
 
 class Kept(RuleBasedStateMachine):
-    """A file and a dictionary, told the same."""
+    """A file and a dictionary with the same writes."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -231,7 +231,7 @@ async def main():
 
 asyncio.run(main())
 """
-"""Writes for ever, four at a time, and says what was acknowledged after it was."""
+"""Writes for ever, four rows at a time, and prints each acknowledgement afterwards."""
 
 
 def killed(path: Path, rng: Random) -> dict[int, int]:
@@ -255,7 +255,7 @@ def killed(path: Path, rng: Random) -> dict[int, int]:
     return sure
 
 
-def test_whatever_was_acknowledged_outlives_a_kill_at_any_instant(campaign: Campaign, tmp_path: Path) -> None:
+def test_acknowledged_rows_survive_a_kill_at_any_instant(campaign: Campaign, tmp_path: Path) -> None:
     path, sure = tmp_path / "maya.db", dict[int, int]()
     for case in range(campaign.size(ci=12, long=300)):
         sure |= killed(path, campaign.rng(case))

@@ -57,7 +57,7 @@ def test_neither_line_carries_more_than_the_limit(place: tuple[float, float]) ->
 
 
 @given(any_points())
-def test_exactly_what_is_refused_has_a_reason(point: Point) -> None:
+def test_refused_places_and_only_those_have_a_reason(point: Point) -> None:
     reason = WORKSPACE.why_not(point)
     if reason is None:
         assert WORKSPACE.contains(WORKSPACE.require(point))
@@ -93,6 +93,6 @@ def test_other_machines_have_a_nearest_place_too(
 
 
 @given(reachable_joints())
-def test_whole_counts_beside_a_reachable_place_hold_within_a_grain(joints: Joints) -> None:
+def test_whole_counts_next_to_a_reachable_place_hold_within_a_grain(joints: Joints) -> None:
     rounded = (round(value / grain) * grain for value, grain in zip(joints, WORKSPACE.grain, strict=True))
     assert WORKSPACE.holds_grain(Joints(*rounded))

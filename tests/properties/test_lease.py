@@ -1,7 +1,7 @@
-"""Whatever people do, in whatever order: at most one drives, and the event log alone says who.
+"""After any requests in any order: at most one caller drives, and the event log alone shows who.
 
-A model of the rules is asked beside the lease; it is written from the rules and knows no code of it. What is driven
-issues a command every half second, and each is held against the log: the one whose it is drove at that instant.
+A model of the rules runs next to the lease; it is written from the rules and shares no code with it. A running drive
+issues a command every half second. Each command is checked against the log: its caller drove at that instant.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ steps = st.lists(
 
 @dataclass
 class Drive:
-    """What goes on: a wish under a lease, a direct one, or a job; until when."""
+    """A running drive: a command under a lease, a direct one, or a job; and its end."""
 
     name: str
     kind: str
@@ -57,7 +57,7 @@ class Drive:
 
 @dataclass
 class Model:
-    """The rules once more: who holds a lease until when, and what goes on."""
+    """The rules again: the holder of a lease until a time, and the running drives."""
 
     holder: str = ""
     until: float = 0.0
@@ -65,13 +65,13 @@ class Model:
     drives: list[Drive] = field(default_factory=list[Drive])
 
     def pass_to(self, now: float) -> None:
-        """Let time pass: what is over, and a lease that was not renewed."""
+        """Let time pass: drives end, and a lease that was not renewed expires."""
         if self.holder and now > self.until:
             self.end()
         self.drives = [drive for drive in self.drives if drive.until > now]
 
     def end(self) -> None:
-        """End the lease; what was driven under it ends with it."""
+        """End the lease; drives under it end with it."""
         self.holder = ""
         self.drives = [drive for drive in self.drives if drive.kind != "lease"]
 
@@ -86,7 +86,7 @@ class Model:
         return not self.going("direct", "job") or implicit == name
 
     def take(self, name: str, now: float, patience: float) -> None:
-        """Give it to `name`; what others drive ends, jobs apart, and what is driven under any lease."""
+        """Give it to `name`; drives of others end, jobs excepted, and all drives under a lease."""
         self.holder, self.patience, self.until = name, patience, now + patience
         self.drives = [one for one in self.drives if one.kind == "job" or (one.kind == "direct" and one.name == name)]
 
@@ -127,7 +127,7 @@ class Scene:
             await elapse(min(TICK, end - self.now))
 
     def take(self, name: str, patience: float, force: bool) -> None:
-        """Take it; the model says whether that may be."""
+        """Take it; the model decides whether this is allowed."""
         model, offered = self.model, self.lease.offered_to == name
         others = model.going("direct") - {name}
         may = force or (not others and (offered or not model.holder))
@@ -218,7 +218,7 @@ class Scene:
 
     @property
     def seen(self) -> str:
-        """Who is shown to drive."""
+        """The driver in the event log."""
         return "" if self.lease.holder is None else self.lease.holder.name
 
     async def end(self) -> None:
@@ -231,7 +231,7 @@ class Scene:
 
 @settings(max_examples=max(300, settings().max_examples))
 @given(steps)
-async def test_at_most_one_drives_and_the_log_says_who(script: list[tuple[object, ...]]) -> None:
+async def test_at_most_one_caller_drives_and_the_log_names_him(script: list[tuple[object, ...]]) -> None:
     scene = Scene()
     for step in script:
         await scene.do(step)

@@ -1,4 +1,4 @@
-"""Paths and moves against brute force: what is accepted is inside, what is planned keeps the limits."""
+"""Paths and moves against brute force: accepted paths are inside, plans keep the limits."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_every_point_of_an_accepted_path_is_in_the_workspace(path: list[Joints])
 
 
 @given(paths(edge_joints(NARROW), most=3))
-def test_accepting_and_sampling_agree_where_paths_often_leave(path: list[Joints]) -> None:
+def test_accepting_and_sampling_agree_on_paths_near_the_border(path: list[Joints]) -> None:
     sampled = all(NARROW.contains(between(*leg, t)) for leg in pairwise(path) for t in shares(200))
     try:
         prove_ways(NARROW, *path)
@@ -164,10 +164,10 @@ def test_no_axis_is_more_than_a_step_off_its_accelerations(steps: list[Counts]) 
 
 @given(st.lists(ways, min_size=1, max_size=1), st.sampled_from((0.3, 0.1, 0.03, 0.01)))
 def test_half_the_speed_takes_less_than_three_times_as_long(steps: list[Counts], scale: float) -> None:
-    """However slow a move is wanted, rounding makes none of it crawl: where stairs are lost the rest is not."""
+    """Rounding lets no slow move crawl: where steps are lost the rest is not."""
     slow, slower = moved(steps, scale), moved(steps, 0.5 * scale)
     slowest = min(2.0, slow.profile.length)  # a speed is at least 2 counts/s
-    assert slow.duration <= 1.01 * slower.duration + 0.02  # the few stairs of a short move are cut anew
+    assert slow.duration <= 1.01 * slower.duration + 0.02  # the few steps of a short move are cut again
     assert slower.duration <= 3.0 * slow.duration + 2.0 * slowest
 
 

@@ -1,4 +1,4 @@
-"""What holds for every path, in whatever space and however its corners are cut."""
+"""Properties of every path, in any space and with any cut corners."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_the_chords_keep_to_the_curve(path: Path) -> None:
 
 
 @given(drawn())
-def test_no_axis_jumps_where_two_chords_meet(path: Path) -> None:
+def test_no_axis_jumps_between_two_chords(path: Path) -> None:
     if not possible(path):
         return
     knots = lay(path, MECHANISM, UNITS, LIMITS)

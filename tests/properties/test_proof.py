@@ -1,4 +1,4 @@
-"""What is proved about paths of many chords, against dense sampling: nothing missed, nothing refused without cause."""
+"""Proofs about paths of many chords, against dense sampling: nothing missed, nothing refused without cause."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def test_no_sample_of_a_proved_path_is_outside(path: Floats, workspace: Workspac
 
 
 @given(st.one_of(polylines(WORKSPACE), polylines(NARROW)), st.sampled_from((WORKSPACE, NARROW)))
-def test_a_path_whose_samples_lie_inside_is_proved(path: Floats, workspace: Workspace) -> None:
+def test_path_whose_samples_lie_inside_is_proved(path: Floats, workspace: Workspace) -> None:
     assume(least_margin(workspace, sampled(path, 2000)) >= TOUCH)
     assert accepted(workspace, path)
 

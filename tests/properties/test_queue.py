@@ -16,7 +16,7 @@ from maya_un.errors import EndNotReached, MayaError, PathRefused, Stopped
 from maya_un.events import Event, JobAdvanced, StepAdvanced
 from maya_un.robot.primitives import Home
 from maya_un.schema.jobs import TRANSITIONS, OnFailure, QueueMode, TaskState
-from tests.queues import Floor, Machine, asked, job
+from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 OWNERS = ("ana", "ben")
@@ -71,7 +71,7 @@ class World:
     """A queue over many runs of the program, and what was heard of it."""
 
     machine: Machine = field(default_factory=Machine)
-    floor: Floor = field(init=False)
+    floor: QueueBench = field(init=False)
     states: dict[int, TaskState] = field(default_factory=dict)
     begun: Counter[tuple[int, int]] = field(default_factory=Counter)
     granted: Counter[tuple[int, int]] = field(default_factory=Counter)
@@ -146,7 +146,7 @@ class World:
             self.permits -= 1
 
     async def do(self, action: Action) -> None:
-        """Do something; that it is refused is fine."""
+        """Do an action; it may be refused."""
         word, *arguments = action
         with suppress(MayaError):
             await self._doers()[word](*arguments)
@@ -174,7 +174,7 @@ class World:
             "step": self._step,
             "stop": self._stop,
             "clear": process.clear,
-            "wish": self._wish,
+            "wish": self._command,
             "kill": self._kill,
             "end": self._end,
             "break": lambda: self._storage("the disk is full"),
@@ -186,18 +186,18 @@ class World:
 
     async def _submit(self, owner: str, steps: list[Any], options: dict[str, Any], before: int | None) -> None:
         depends_on = () if before is None or not self.accepted else (self._some(before),)
-        number = await self.floor.process.submit(job(*steps), asked(owner, depends_on=depends_on, **options))
+        number = await self.floor.process.submit(job(*steps), submit_request(owner, depends_on=depends_on, **options))
         self.accepted.append(number)
 
     async def _again(self, index: int) -> None:
-        self.accepted.append(await self.floor.process.again(self._some(index), asked()))
+        self.accepted.append(await self.floor.process.again(self._some(index), submit_request()))
 
     async def _cancel(self, index: int) -> None:
-        with suppress(TimeoutError):  # whoever cancels a job hears of its end when the disk takes it
+        with suppress(TimeoutError):  # a caller who cancels a job learns of its end when the disk takes it
             async with asyncio.timeout(PATIENCE):
                 await self.floor.process.cancel(self._some(index))
 
-    async def _wish(self) -> None:
+    async def _command(self) -> None:
         process = self.floor.process
         if process.shown.mode is QueueMode.PAUSED and process.running is None:
             self.direct.add(max(self.accepted, default=0) + 1)
@@ -289,7 +289,7 @@ class World:
 
 @settings(max_examples=150)
 @given(st.lists(actions, min_size=3, max_size=25))
-async def test_the_queue_keeps_its_word(what_happens: list[Action]) -> None:
+async def test_queue_keeps_its_guarantees(what_happens: list[Action]) -> None:
     world = World()
     await world.start()
     for action in what_happens:

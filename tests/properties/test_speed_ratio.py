@@ -1,4 +1,4 @@
-"""What is predicted of a sequence whose speed ratio changes on the way, against what the twin makes of it."""
+"""Predictions of a sequence whose speed ratio changes during motion, compared with the twin."""
 
 from __future__ import annotations
 

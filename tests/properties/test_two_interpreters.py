@@ -90,7 +90,7 @@ def twin(text: str, names: OperandScope) -> Fraction | None:
         return None
 
 
-def test_both_interpreters_come_to_the_same_number(campaign: Campaign, names: OperandScope) -> None:
+def test_both_interpreters_compute_the_same_number(campaign: Campaign, names: OperandScope) -> None:
     writer = Writer(campaign.rng())
     refused = 0
     size = campaign.size(ci=5_000, long=100_000)

@@ -1,4 +1,4 @@
-"""A ROS for tests that need one; where there is none they are left out, and say why."""
+"""A ROS for tests that need one; without one they are skipped with the reason."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from tests.ros import workspace as workspaces
 from tests.ros.driven import Driver
-from tests.ros.floors import Floors, floors
+from tests.ros.floors import LaunchedLayers, launched_layers
 from tests.ros.harness import Ros
 from tests.ros.workspace import Workspace, clean_environment
 
@@ -18,7 +18,7 @@ OTHER_PYTHON = "#!/bin/sh\necho 'this is no Python for ROS' >&2\nexit 1\n"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leave out what needs a ROS where there is none; what lies here needs one."""
+    """Skip tests that need a ROS if there is none; all tests in this folder need one."""
     reason = workspaces.missing()
     for item in items:
         if reason is not None and HERE in item.path.parents:
@@ -50,19 +50,19 @@ def ros(tmp_path: Path, workspace: Workspace) -> Iterator[Ros]:
 
 @pytest.fixture
 def driver(ros: Ros) -> Driver:
-    """Return a node that does what the test says."""
+    """Return a node that obeys the test."""
     return ros.driver()
 
 
 @pytest.fixture(scope="module")
-def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Floors]:
-    """Return all floors of a robot that the tests of a module share."""
-    with floors(tmp_path_factory.mktemp("launched"), workspace) as up:
+def launched(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[LaunchedLayers]:
+    """Return all layers of a robot that the tests of a module share."""
+    with launched_layers(tmp_path_factory.mktemp("launched"), workspace) as up:
         yield up
 
 
 @pytest.fixture
-def robot(launched: Floors) -> Floors:
+def robot(launched: LaunchedLayers) -> LaunchedLayers:
     """Return that robot, homed, at rest and at full speed."""
     launched.ready()
     return launched

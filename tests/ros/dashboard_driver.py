@@ -1,7 +1,7 @@
 """Drives the dashboard of ros/maya_ui in a bare application, by lines of JSON on its standard input.
 
-Run by a Python that has Qt, and rospy unless `--stand-in` is given: then the robot is a record of what was asked for,
-and facts are told by hand. Every line is answered by one line.
+Run by a Python that has Qt, and rospy unless `--stand-in` is given: then the robot only records its requests, and the
+test sends its facts. Every line is answered by one line.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from time import monotonic
 from typing import Any
 
 PATIENCE = 25.0
-"""What is waited for must come within this [s]."""
+"""Longest wait for a condition [s]."""
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "ros" / "maya_ui" / "src"))
@@ -261,7 +261,7 @@ def _text(part: Any) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Open the dashboard and do as told until the input ends."""
+    """Open the dashboard and obey the input until it ends."""
     app = QApplication(["dashboard"])
     app.setStyle("Fusion")
     if "--stand-in" in arguments:

@@ -44,7 +44,7 @@ class Display:
 
     @property
     def environment(self) -> Mapping[str, str]:
-        """What programs need to draw on it without a graphics card, Qt's among them."""
+        """Settings for programs that draw on it without a graphics card, Qt's among them."""
         return {
             "DISPLAY": self.name,
             "LIBGL_ALWAYS_SOFTWARE": "1",

@@ -1,4 +1,4 @@
-"""The test's side of `driver.py`: a node in another process that does what the test says."""
+"""The test's side of `driver.py`: a node in another process that obeys the test."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Message = dict[str, Any]
 
 
 class Feed:
-    """What comes in on a topic, or as the feedback of a goal, in order."""
+    """Messages on a topic, or feedback of a goal, in order."""
 
     def __init__(self) -> None:
         self.messages: list[Message] = []

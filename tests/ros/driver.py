@@ -1,4 +1,4 @@
-"""A ROS node that does what it is told: JSON lines in, JSON lines out. `driven.Driver` is the other side.
+"""A ROS node that takes orders: JSON lines in, JSON lines out. `driven.Driver` is the other side.
 
 It runs under the Python of nodes and uses nothing of this project, so that what it sees is what ROS sees.
 """
@@ -33,7 +33,7 @@ _frames: list[Any] = []
 
 
 def main() -> None:
-    """Do what standard input says until it closes."""
+    """Obey the standard input until it closes."""
     rospy.init_node("driver", anonymous=True, disable_signals=True)
     _tell({"ready": rospy.get_name()})
     for line in sys.stdin:
@@ -50,7 +50,7 @@ def _serve(wish: dict[str, Any]) -> None:
 
 
 def _tell(what: dict[str, Any]) -> None:
-    with _telling:  # in one write: what ROS logs meanwhile must not come between a line and its end
+    with _telling:  # in one write: ROS' log lines must not come between a line and its end
         sys.stdout.write(f"{json.dumps(what)}\n")
         sys.stdout.flush()
 
@@ -118,8 +118,8 @@ def _connected_client(action: str, type: str) -> ActionClient:
     """Return a client that is connected to the action's server; raises `LookupError` if there is none.
 
     rospy matches dead connections by file descriptor (`_TopicImpl.check`), without a lock. If a killed server is
-    started again, rospy may close the new connection for the old one, and does not connect again. So register anew
-    after half of the time, as a person does who starts the program again.
+    started again, rospy may close the new connection for the old one, and does not connect again. So register again
+    after half of the time, as a person does who restarts the program.
     """
     for _ in range(2):
         if action not in _clients:

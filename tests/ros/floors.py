@@ -1,4 +1,4 @@
-"""All floors launched on a ROS of their own, fast, with parts on the twin's table; and what a test asks of them."""
+"""All layers launched on a separate ROS, fast, with parts on the twin's table; and helpers to use them."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from tests.ros.workspace import Workspace
 from tests.waiting import eventually
 
 FAST = 50
-"""How much faster than real time the twin runs here."""
+"""Speed of the twin's clock here."""
 
 NODES = ("/hw_simulator", "/robot_controller", "/primitive_server", "/process_controller", "/firebase_bridge")
 
 PARTS: dict[str, tuple[float, float, float]] = {"part": (0.5, 1.2, 0.4)}
-"""What stands on the table at the start."""
+"""Parts on the table at the start."""
 
 SLOW = 0.1
 """Share of the speed at which a motion lasts for seconds."""
@@ -40,8 +40,8 @@ def primitive(command: str, target: tuple[float, float, float] = (0.0, 0.0, 0.0)
     return {"command": command, "target": dict(zip("xyz", target, strict=True)), "open": open_}
 
 
-class Floors:
-    """The floors of one robot, a node that drives them, and what they have told."""
+class LaunchedLayers:
+    """The layers of one robot, a node that drives them, and their events."""
 
     def __init__(self, ros: Ros, launched: Program) -> None:
         self.ros = ros
@@ -56,7 +56,7 @@ class Floors:
         return read_event(self.events.messages[-1])
 
     def mark(self) -> int:
-        """Return how many events have been told."""
+        """Return the number of events so far."""
         return len(self.events.messages)
 
     def until_told(self, word: str, after: int = 0) -> Message:
@@ -110,7 +110,7 @@ class Floors:
         self.until_homed()
 
     def until_homed(self) -> None:
-        """Wait until the upper floors know of a homing too."""
+        """Wait until the upper layers know of a homing too."""
         self.eventually(self.can_teleop, "the robot floor knows that it is homed")
 
     def can_teleop(self) -> bool:
@@ -208,13 +208,13 @@ def near(one: Any, other: Any, within: float = 0.002) -> bool:
 
 
 @contextmanager
-def floors(
+def launched_layers(
     folder: Path, workspace: Workspace, environment: Mapping[str, str] | None = None, **arguments: Any
-) -> Iterator[Floors]:
-    """Launch all floors for as long as the block runs; `environment` is laid over that of the launch."""
+) -> Iterator[LaunchedLayers]:
+    """Launch all layers for as long as the block runs; `environment` is laid over that of the launch."""
     with Ros(folder, workspace) as ros:
         ros.set_param("/maya/parts", {name: list(place) for name, place in PARTS.items()})
         launched = ros.launch("maya_process", "process.launch", environment=environment, **{"speed": FAST, **arguments})
         ros.until_nodes(*NODES)
         launched.until("The queue is worked")
-        yield Floors(ros, launched)
+        yield LaunchedLayers(ros, launched)

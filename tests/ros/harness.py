@@ -25,7 +25,7 @@ from tests.waiting import eventually
 
 HERE = Path(__file__).resolve().parent
 SPEED = 20
-"""How much faster than real time the twin runs in tests that do not say otherwise."""
+"""Speed of the twin's clock in tests that set no other."""
 
 
 class Ros:
@@ -63,7 +63,7 @@ class Ros:
     def launch(
         self, package: str, file: str, environment: Mapping[str, str] | None = None, **arguments: Any
     ) -> Program:
-        """Start a launch file, at `SPEED` and without a dashboard unless told otherwise; True is written true."""
+        """Start a launch file, at `SPEED` and without a dashboard by default; True is written true."""
         told: dict[str, Any] = {"speed": SPEED, "core_debug": True, **arguments}
         if file == "process.launch":
             told = {"custom_gui": False, "skip_firebase": True, **told}
@@ -71,7 +71,7 @@ class Ros:
         return self.start("roslaunch", package, file, *words, environment=environment)
 
     def tool(self, *command: str, within: float = 40.0) -> str:
-        """Run a program to its end and return what it says; fails where it fails, or takes longer [s]."""
+        """Run a program to its end and return its output; fails if the program fails, or takes longer [s]."""
         done = subprocess.run(
             command, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, timeout=within, check=False,
@@ -80,7 +80,7 @@ class Ros:
         return done.stdout
 
     def driver(self) -> Driver:
-        """Return a node that does what the test says."""
+        """Return a node that obeys the test."""
         return Driver(self.start(str(python()), str(HERE / "driver.py")))
 
     def ask_master(self, method: str, *arguments: Any) -> Any:

@@ -1,7 +1,7 @@
-"""A node made of the graph of this project and nothing else of it: it does what is asked and says what happened.
+"""A node made of the graph of this project alone: it obeys requests and reports events.
 
-Move goals say by `a` what becomes of them (`wishes.Wish`). On /peer/do it hears goals to send and services to call, as
-JSON. What happens to it is told on /peer/said, as JSON too.
+The `a` of a move goal decides its end (`wishes.GoalOutcome`). On /peer/do it gets goals to send and services to
+call, as JSON. It reports events on /peer/said, as JSON too.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_ros.ros1.node import RosNode, run
 from maya_un.errors import Busy, LimitReached, MayaError
-from tests.ros.wishes import MOVE, Wish
+from tests.ros.wishes import MOVE, GoalOutcome
 
 
 class Peer:
-    """What it offers, and what it is asked to do."""
+    """Its servers, and its requests."""
 
     def __init__(self, node: RosNode) -> None:
         self._node = node
@@ -47,21 +47,21 @@ class Peer:
             raise
 
     async def _act(self, goal: Message, feedback: Feedback) -> Message:
-        wish = Wish(round(goal["a"]))
-        if wish is Wish.IS_REFUSED:
+        wish = GoalOutcome(round(goal["a"]))
+        if wish is GoalOutcome.IS_REFUSED:
             raise GoalRefused(failure(Busy(doing="something else")))
-        if wish is Wish.FAILS:
+        if wish is GoalOutcome.FAILS:
             raise LimitReached(axis="b", side="forward")
-        if wish is Wish.BREAKS:
+        if wish is GoalOutcome.BREAKS:
             raise ZeroDivisionError("by design")
         feedback({"a": 1.0, "progress": 0.5})
-        if wish is Wish.LASTS:
+        if wish is GoalOutcome.LASTS:
             going_on = asyncio.ensure_future(self._go_on(feedback))
             try:
                 await self._until_cancelled("goal")
             finally:
                 going_on.cancel()
-        if wish is Wish.TAKES_A_WHILE:
+        if wish is GoalOutcome.TAKES_A_WHILE:
             await work(0.2 * self._node.speed)
         return success()
 

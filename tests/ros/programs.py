@@ -13,7 +13,7 @@ from threading import Condition, Thread
 from time import monotonic
 
 ENDS = 10.0
-"""How soon the output of a program ends whose processes are killed [s]; whatever holds it, no test waits for ever."""
+"""Longest time until the output of a killed program ends [s]; no test waits for ever."""
 
 MARK = "TEST_PROGRAM"
 """The variable that everything which a program starts inherits: roslaunch gives every node a session of its own."""
@@ -22,7 +22,7 @@ _NUMBERS = itertools.count(1)
 
 
 class Program:
-    """A program that runs in a session of its own; what it says is kept line by line."""
+    """A program in its own session; its output is stored line by line."""
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
         self.command = " ".join(command)
@@ -45,7 +45,7 @@ class Program:
 
     @property
     def said(self) -> str:
-        """Everything it has said so far."""
+        """All output so far."""
         return "\n".join(self.lines)
 
     @property
@@ -67,7 +67,7 @@ class Program:
                     raise AssertionError(f"{self.command} never said {text!r}, but:\n{self.said}")
 
     def follow(self) -> Iterator[str]:
-        """Yield every line, those already said included, until the program ends."""
+        """Yield every line, earlier ones included, until the program ends."""
         for number in itertools.count():
             with self._news:
                 while number >= len(self.lines) and not self._closed:

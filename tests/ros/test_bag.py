@@ -19,7 +19,7 @@ def listened_to_by(ros: Ros, name: str) -> set[str]:
 
 
 @pytest.mark.timeout(240)
-def test_a_bag_holds_what_wfrom_sentence(ros: Ros, tmp_path: Path) -> None:
+def test_bag_holds_the_published_messages(ros: Ros, tmp_path: Path) -> None:
     ros.launch("maya_robot", "robot.launch")
     ros.until_nodes("/robot_controller", "/hw_simulator")
     bag = tmp_path / "graph.bag"

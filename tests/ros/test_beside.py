@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from maya_ros.graph.table import STEP_RESULT
-from tests.ros.floors import HERE, THERE, Floors, near, primitive
+from tests.ros.floors import HERE, THERE, LaunchedLayers, near, primitive
 
 pytestmark = pytest.mark.system
 
@@ -19,32 +19,32 @@ SLOW = 0.02
 """Share of the speed at which a motion outlasts the start of a few commands."""
 
 
-def said(robot: Floors, *words: str) -> str:
-    """Return what a command says."""
+def output_of(robot: LaunchedLayers, *words: str) -> str:
+    """Return the output of a command."""
     return robot.ros.tool(MAYA, *words)
 
 
-def test_the_commands_find_the_robot_and_its_queue(robot: Floors) -> None:
-    assert json.loads(said(robot, "status", "--json"))["state"]["homed"] is True
+def test_the_commands_find_the_robot_and_its_queue(robot: LaunchedLayers) -> None:
+    assert json.loads(output_of(robot, "status", "--json"))["state"]["homed"] is True
     x, y, z = robot.away()
-    said(robot, "approach", str(x), str(y), str(z))
+    output_of(robot, "approach", str(x), str(y), str(z))
     assert near(robot.twin()["point"][:2], (x, y))
-    assert "running" in said(robot, "queue")
+    assert "running" in output_of(robot, "queue")
 
 
-def test_what_happens_to_the_robot_is_said_once_on_the_screen_and_jobs_are(robot: Floors) -> None:
+def test_robot_events_are_printed_once_on_the_screen_and_jobs_are(robot: LaunchedLayers) -> None:
     before = len(robot.launched.said)
 
     def lines(word: str) -> int:
         return sum(word in line for line in robot.launched.said[before:].splitlines())
 
-    said(robot, "gripper", "close")
-    said(robot, "gripper", "open")
+    output_of(robot, "gripper", "close")
+    output_of(robot, "gripper", "open")
     robot.eventually(lambda: lines("name=gripper state=done") == 2, "both jobs are said to be done")
     assert (lines("gripper_closed"), lines("gripper_open")) == (1, 1)
 
 
-def test_a_second_service_is_refused_while_the_node_runs(robot: Floors) -> None:
+def test_a_second_service_is_refused_while_the_node_runs(robot: LaunchedLayers) -> None:
     second = subprocess.run(
         [MAYA, "up"], env=robot.ros.environment, capture_output=True, text=True, timeout=30, check=False
     )
@@ -52,7 +52,7 @@ def test_a_second_service_is_refused_while_the_node_runs(robot: Floors) -> None:
     assert "5004" in second.stderr
 
 
-def test_a_stop_ends_the_job_and_pauses_the_queue_until_somebody_resumes_it(robot: Floors) -> None:
+def test_stop_ends_the_job_and_pauses_the_queue_until_resume(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     first = robot.away()
     second = next(place for place in (HERE, THERE) if place != first)
@@ -60,19 +60,21 @@ def test_a_stop_ends_the_job_and_pauses_the_queue_until_somebody_resumes_it(robo
     robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("approach", first))
     robot.until_told("moving", before)
     robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("approach", second))
-    robot.eventually(lambda: len(json.loads(said(robot, "queue", "--json"))["waiting"]) == 1, "the second one waits")
-    said(robot, "stop")
+    robot.eventually(
+        lambda: len(json.loads(output_of(robot, "queue", "--json"))["waiting"]) == 1, "the second one waits"
+    )
+    output_of(robot, "stop")
     robot.until_told("stopped", before)
     robot.at_rest()
     stood = robot.twin()["joints"]
     robot.at_speed(1.0)
-    assert "paused" in said(robot, "queue")
+    assert "paused" in output_of(robot, "queue")
     assert near(robot.twin()["joints"], stood, within=1e-9)
-    said(robot, "queue", "resume")
+    output_of(robot, "queue", "resume")
     robot.eventually(lambda: near(robot.twin()["point"][:2], second[:2]), "the second one is done")
 
 
-def test_the_bridge_works_without_the_queue_and_the_queue_without_the_bridge(robot: Floors) -> None:
+def test_the_bridge_works_without_the_queue_and_the_queue_without_the_bridge(robot: LaunchedLayers) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     robot.kill("/process_controller")
     place = robot.away()
@@ -83,5 +85,5 @@ def test_the_bridge_works_without_the_queue_and_the_queue_without_the_bridge(rob
     robot.ros.start("rosrun", "maya_process", "process_controller.py").until("The queue is worked")
     robot.kill("/firebase_bridge")
     x, y, z = robot.away()
-    said(robot, "approach", str(x), str(y), str(z))
+    output_of(robot, "approach", str(x), str(y), str(z))
     assert near(robot.twin()["point"][:2], (x, y))

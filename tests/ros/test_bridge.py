@@ -11,13 +11,13 @@ from typing import Any
 
 from tests.ros.harness import Ros
 from tests.rosbridging import Web, web
-from tests.system.test_rosbridge_clients import ROSLIBPY, SCRIPTS, agrees, node, told_by
+from tests.system.test_rosbridge_clients import ROSLIBPY, SCRIPTS, agrees, node, output_of
 
 PARTS = {"cube": [0.41, 1.13, 0.4]}
 
 
 def launched(ros: Ros) -> str:
-    """Start all floors and return the URL of the endpoint, once they know how they stand."""
+    """Start all layers and return the URL of the endpoint, once they know their state."""
     ros.set_param("/maya/parts", PARTS)
     ros.launch("maya_process", "process.launch")
     ros.until_nodes("/hw_simulator", "/robot_controller", "/primitive_server", "/process_controller", "/rosbridge")
@@ -27,7 +27,7 @@ def launched(ros: Ros) -> str:
 
 
 async def is_ready(url: str) -> bool:
-    """Tell whether the robot floor says why it can take no wish: because it is not homed."""
+    """Return whether the robot layer gives its reason for refusing commands: it is not homed."""
     try:
         async with web(url) as client, asyncio.timeout(5.0):
             answer = await client.answer("/maya_command", task={"command": "can_teleop"})
@@ -47,7 +47,7 @@ async def listens(url: str) -> bool:
 
 def test_roslib_and_roslibpy_drive_the_real_graph(ros: Ros) -> None:
     url = launched(ros)
-    said = told_by(node(), SCRIPTS / "client.mjs", url)
+    said = output_of(node(), SCRIPTS / "client.mjs", url)
     agrees(said)
     assert said["own service"] == {"success": True, "message": "by roslib"}
     assert [said[name] for name in ("none", "png", "cbor", "cbor-raw")] == [
@@ -57,12 +57,12 @@ def test_roslib_and_roslibpy_drive_the_real_graph(ros: Ros) -> None:
 
 def test_roslibpy_drives_the_real_graph(ros: Ros) -> None:
     url = launched(ros)
-    said = told_by(*ROSLIBPY, url.rpartition(":")[2])
+    said = output_of(*ROSLIBPY, url.rpartition(":")[2])
     agrees(said)
     assert said["chatter"] == [{"data": f"{number}"} for number in range(3)]
 
 
-def test_tools_of_ros_hear_clients_and_clients_hear_them(ros: Ros) -> None:
+def test_ros_tools_and_clients_exchange_messages(ros: Ros) -> None:
     ros.start("rosrun", "maya_process", "rosbridge.py")
     ros.until_nodes("/rosbridge")
     url = f"ws://127.0.0.1:{ros.rosbridge_port}"
@@ -72,7 +72,7 @@ def test_tools_of_ros_hear_clients_and_clients_hear_them(ros: Ros) -> None:
         async with web(url) as client:
             await client.say("subscribe", topic="/from_ros", type="std_msgs/String")
             pub = ros.start("rostopic", "pub", "-l", "/from_ros", "std_msgs/String", "data: hello")
-            assert (await told(client, "/from_ros"))["data"] == "hello"
+            assert (await next_message(client, "/from_ros"))["data"] == "hello"
             pub.close()
             await client.say("advertise", topic="/from_web", type="geometry_msgs/Point", latch=True)
             await client.say("publish", topic="/from_web", msg={"x": 1.5})
@@ -135,7 +135,7 @@ async def seconds(client: Web, service: str, **args: Any) -> float:
     return monotonic() - before
 
 
-def test_two_clients_that_advertise_one_service_at_once_are_told_which_of_them_has_it(ros: Ros) -> None:
+def test_of_two_clients_that_advertise_one_service_the_owner_is_reported(ros: Ros) -> None:
     async def story() -> None:
         async with beside_many_services(ros) as one, web(f"ws://127.0.0.1:{ros.rosbridge_port}") as two:
             for client in (one, two):
@@ -146,8 +146,8 @@ def test_two_clients_that_advertise_one_service_at_once_are_told_which_of_them_h
             ):
                 for client in (one, two):
                     await client.say(op, type=kind, **{what: f"/{what}"})
-                told = [await client.hear() for client in (one, two)]
-                assert sorted(status.get("code", 0) for status in told) == [0, 4005]
+                next_message = [await client.hear() for client in (one, two)]
+                assert sorted(status.get("code", 0) for status in next_message) == [0, 4005]
 
     asyncio.run(story())
 
@@ -193,6 +193,6 @@ def test_advertise_service_of_a_type_that_only_ros_knows_is_answered(ros: Ros) -
     asyncio.run(story())
 
 
-async def told(client: Web, topic: str) -> Any:
+async def next_message(client: Web, topic: str) -> Any:
     found = await client.until(lambda message: message.get("topic") == topic)
     return found["msg"]

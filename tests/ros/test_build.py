@@ -42,7 +42,7 @@ def test_nodes_are_in_the_devel_space_under_the_python_that_has_maya(workspace: 
             assert os.access(path, os.X_OK)
 
 
-def test_what_is_installed_needs_no_source(workspace: Workspace, other_python: str) -> None:
+def test_installed_files_need_no_source(workspace: Workspace, other_python: str) -> None:
     space = workspace.place / "install"
     assert all(NODES[name] <= made for name, made in programs(space).items())
     environment = {**sourced(space / "setup.bash"), "PATH": other_python}
@@ -118,22 +118,20 @@ def test_a_checkout_within_a_workspace_holds_each_package_once(workspace: Worksp
 
 
 @pytest.mark.timeout(BUILD_TIME)
-def test_one_command_makes_a_workspace_by_catkin_build_whatever_python_comes_first(
-    tmp_path: Path, other_python: str
-) -> None:
+def test_one_command_makes_a_workspace_by_catkin_build_with_any_python_first(tmp_path: Path, other_python: str) -> None:
     if workspaces.python() != ROOT / ".venv-ros" / "bin" / "python":
         pytest.skip("scripts/ros builds for .venv-ros, and $MAYA_PYTHON names another")
     place = tmp_path / "catkin_ws"
     said = run([str(ROOT / "scripts" / "ros"), str(place)], tmp_path, {"PATH": other_python})
     assert "packages succeeded!" in said
-    assert " complete] " not in said  # what is no terminal is spared the line that is written again and again
+    assert " complete] " not in said  # without a terminal, progress lines are left out
     assert f"Ready: source {place}/devel/setup.bash" in said
     made = programs(place / "devel")
     assert all(NODES[name] <= made[name] for name in NODES)
 
 
 @pytest.mark.timeout(BUILD_TIME)
-def test_without_a_python_for_nodes_the_build_says_what_to_do(tmp_path: Path) -> None:
+def test_without_a_python_for_nodes_the_build_gives_advice(tmp_path: Path) -> None:
     configure = ["cmake", str(PACKAGES / "maya_controller")]
     with pytest.raises(AssertionError, match=r"(?s)/nowhere/python\s+cannot run Maya's nodes.*scripts/ros"):
         run(configure, tmp_path, {"MAYA_PYTHON": "/nowhere/python"})

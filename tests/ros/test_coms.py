@@ -9,7 +9,7 @@ import pytest
 from tests.ros.harness import Ros
 from tests.ros.workspace import Workspace
 from tests.system.brokers import broker
-from tests.system.test_coms import asked, supervisor
+from tests.system.test_coms import call, supervisor
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
@@ -21,7 +21,7 @@ def test_a_supervisor_moves_a_robot_behind_a_master(tmp_path: Path, workspace: W
         line = launched.until("POST /connect", 60.0)
         url = next(word for word in line.split() if word.startswith("http://")).rstrip(":")
         launched.until("The queue is worked", 60.0)
-        assert asked("POST", url, "/connect")["status"] == 200
+        assert call("POST", url, "/connect")["status"] == 200
         lab.until_online()
         for id_, command, args in (("1", "home", {}), ("2", "approach", {"x": 0.5, "y": 0.9, "z": 0.5})):
             lab.send(id_, command, **args)

@@ -1,4 +1,4 @@
-"""What ROS' own classes make of plain messages, byte for byte, beside what this house makes of them without ROS."""
+"""ROS' own classes and our converter make the same bytes of plain messages."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_messages_go_through_ros_unchanged(campaign: Campaign) -> None:
         assert types.conform(name, answer["back"]) == types.conform(name, message), name
 
 
-def test_what_a_message_leaves_out_has_its_default() -> None:
+def test_missing_field_of_a_message_has_its_default() -> None:
     asked = [(form, kind, {}) for form, kind in in_the_table()]
     for (form, kind, _), answer in zip(asked, converted(asked), strict=True):
         assert answer["back"] == types.default(known_as(form, kind))
@@ -126,7 +126,7 @@ MISFITS: tuple[tuple[str, object], ...] = (
 )
 
 
-def test_what_does_not_fit_is_refused_with_the_code_of_messages() -> None:
+def test_invalid_message_is_refused_with_the_code_of_messages() -> None:
     asked = [("message", kind, message) for kind, message in MISFITS]
     for (kind, _), answer in zip(MISFITS, converted(asked), strict=True):
         assert answer["error"] == 4018

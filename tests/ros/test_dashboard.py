@@ -60,7 +60,7 @@ def stand(screen: Screen, mode: str, **how: Any) -> None:
     screen.tell("Happened", word=how.pop("word", mode), code=how.pop("code", ""), standing={**plain, **how})
 
 
-def test_everything_is_said_in_the_chosen_language(screen: Screen) -> None:
+def test_every_text_is_in_the_chosen_language(screen: Screen) -> None:
     screen.ask("choose", name="language_choice", data="Español")
     assert screen.text("stop") == "PARAR"
     assert screen.text("mode") == "Listo"
@@ -95,7 +95,7 @@ def test_a_position_is_shown_in_millimetres_and_in_metres(screen: Screen) -> Non
     assert not screen.read("here")["enabled"]
 
 
-def test_what_is_typed_is_understood_and_shown_before_it_is_sent(screen: Screen) -> None:
+def test_typed_value_is_understood_and_shown_before_it_is_sent(screen: Screen) -> None:
     screen.type(x="410", y="1,13 m", z="40 cm")
     assert [screen.text(f"echo_{axis}") for axis in "xyz"] == ["0.4100 m", "1.1300 m", "0.4000 m"]
     screen.click("now")
@@ -103,7 +103,7 @@ def test_what_is_typed_is_understood_and_shown_before_it_is_sent(screen: Screen)
 
 
 @pytest.mark.parametrize(("text", "why"), [("abc", "write a number"), ("", "is missing"), ("410 m", "enter mm")])
-def test_what_is_no_length_is_marked_and_asks_for_nothing(screen: Screen, text: str, why: str) -> None:
+def test_invalid_length_is_marked_and_sends_nothing(screen: Screen, text: str, why: str) -> None:
     screen.type(x="410", y=text, z="400")
     for button in ("now", "send", "add"):
         screen.click(button)
@@ -174,7 +174,7 @@ def test_an_interrupted_job_is_shown_and_decided_on(screen: Screen) -> None:
     assert not screen.read("recover_queue")["visible"]
 
 
-def test_a_file_that_is_no_job_leaves_the_list_as_it_is(screen: Screen, tmp_path: Path) -> None:
+def test_invalid_job_file_leaves_the_list_unchanged(screen: Screen, tmp_path: Path) -> None:
     screen.ask("add", command="home", target=[0, 0, 0])
     for name, text in {"bad.yaml": "steps: [{line: [1, 1, 1]}]", "worse.yaml": "{", "binary.yaml": "\0"}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -204,7 +204,7 @@ def test_stop_is_there_in_every_state_by_button_and_key(screen: Screen, mode: st
     assert screen.asked() == [["stop"], ["stop"]]
 
 
-def test_a_lost_robot_is_shown_and_lets_go_of_what_is_held(screen: Screen) -> None:
+def test_lost_robot_is_shown_and_releases_held_keys(screen: Screen) -> None:
     screen.ask("press", name="jog_z_plus")
     screen.tell("Presence", master=True)
     assert screen.text("mode") == "Disconnected"
@@ -216,7 +216,7 @@ def test_a_lost_robot_is_shown_and_lets_go_of_what_is_held(screen: Screen) -> No
     screen.ask("release", name="jog_z_plus")
 
 
-def test_a_silent_floor_is_no_robot(screen: Screen) -> None:
+def test_silent_layer_counts_as_no_robot(screen: Screen) -> None:
     screen.tell("Presence", **HERE, silent=True)
     assert screen.text("mode") == "Disconnected"
     assert "sends nothing" in screen.text("banner_text")
@@ -250,7 +250,7 @@ def test_keys_do_nothing_to_the_robot_while_they_are_off(screen: Screen) -> None
     assert screen.asked() == []
 
 
-def test_space_stops_where_keys_move_the_robot(screen: Screen) -> None:
+def test_space_stops_while_keys_move_the_robot(screen: Screen) -> None:
     screen.click("keys")
     assert screen.ask("focus", name="keys") == "keys"
     assert screen.read("keys")["checked"]
@@ -268,7 +268,7 @@ def test_a_button_held_with_the_pointer_lets_go_when_it_is_hidden(screen: Screen
     screen.ask("release", name="jog_x_plus")
 
 
-def test_what_is_under_way_is_shown_until_it_has_ended(screen: Screen) -> None:
+def test_running_command_is_shown_until_its_end(screen: Screen) -> None:
     screen.tell("Under", wish="task", phase="lower", share=0.4)
     assert screen.text("progress") == "Task: lower  %p%"
     assert "is running" in screen.read("now")["tip"]
@@ -278,7 +278,7 @@ def test_what_is_under_way_is_shown_until_it_has_ended(screen: Screen) -> None:
     assert screen.text("progress") == ""
 
 
-def test_speed_and_pause_are_asked_for_and_shown(screen: Screen) -> None:
+def test_speed_and_pause_are_sent_and_shown(screen: Screen) -> None:
     screen.ask("choose", name="speed_choice", data=0.5)
     stand(screen, "moving", override=0.25)
     assert screen.text("speed_choice") == "25 %"
@@ -310,7 +310,7 @@ def test_it_fits_a_small_screen_at_125_percent(tmp_path: Path) -> None:
         assert small.ask("grab", path=str(tmp_path / "small.png")) == [True, 1365, 768]
 
 
-def test_columns_stand_below_each_other_where_the_window_is_narrow(screen: Screen) -> None:
+def test_narrow_window_stacks_the_columns(screen: Screen) -> None:
     columns = ("where", "primitives", "queue")
     screen.ask("size", width=1240, height=860)
     assert len({screen.ask("place", name=column)[1] for column in columns}) == 1
@@ -324,7 +324,7 @@ def test_columns_stand_below_each_other_where_the_window_is_narrow(screen: Scree
 
 
 @pytest.mark.parametrize("language", ["en", "es"])
-def test_dashboard_beside_the_tools_of_the_perspective_fits_1366_pixels(screen: Screen, language: str) -> None:
+def test_dashboard_next_to_the_tools_of_the_perspective_fits_1366_pixels(screen: Screen, language: str) -> None:
     """The console and the node graph need 599 pixels of 1366, and the bar between them and the dashboard 6."""
     screen.ask("speak", language=language)
     screen.tell("Queue", mode="paused", reason="restart", job="3 (parts)", step="pick", choices=[["abort", ""]])
@@ -385,7 +385,7 @@ def test_the_tree_of_the_package_is_that_of_the_manual() -> None:
     assert [name for name in named if not (UI / name).is_file()] == []
 
 
-def test_rqt_finds_the_plugin_by_what_the_package_exports() -> None:
+def test_rqt_finds_the_plugin_by_the_exports_of_the_package() -> None:
     exported = ElementTree.parse(UI / "package.xml").find("export/rqt_gui")
     assert exported is not None
     description = ElementTree.parse(exported.attrib["plugin"].replace("${prefix}", str(UI)))

@@ -1,4 +1,4 @@
-"""Every node is killed in turn while the robot moves: it stops, somebody says why, nothing moves by itself again."""
+"""Every node is killed in turn while the robot moves: it stops, the cause is reported, nothing restarts by itself."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from maya_ros.graph.protocol import GoalStatus
 from maya_ros.graph.table import STEP_RESULT
-from tests.ros.floors import DONE, HERE, SLOW, THERE, Floors, near, primitive
+from tests.ros.floors import DONE, HERE, SLOW, THERE, LaunchedLayers, near, primitive
 
 pytestmark = pytest.mark.system
 
@@ -19,19 +19,19 @@ NODE_GONE = "1011"
 
 
 @pytest.fixture
-def robot(robot: Floors) -> Floors:
+def robot(robot: LaunchedLayers) -> LaunchedLayers:
     robot.at_speed(SLOW)  # rospy takes half a second to notice who is gone
     return robot
 
 
-def comes_to_rest(robot: Floors, before: int) -> None:
+def comes_to_rest(robot: LaunchedLayers, before: int) -> None:
     """Wait until the motion that was under way has been stopped on its path."""
     robot.until_told("stopped", before)
     robot.at_rest()
     robot.unharmed()
 
 
-def returns_without_motion(robot: Floors, node: str, package: str, ready: str) -> None:
+def returns_without_motion(robot: LaunchedLayers, node: str, package: str, ready: str) -> None:
     """Start a node again; nothing moves because of that."""
     before = robot.mark()
     stood = robot.twin()["joints"]
@@ -45,7 +45,7 @@ def returns_without_motion(robot: Floors, node: str, package: str, ready: str) -
     assert near(robot.twin()["joints"], stood, within=1e-9)
 
 
-def examined(robot: Floors) -> str:
+def examined(robot: LaunchedLayers) -> str:
     """Return what `maya doctor` finds."""
     doctor = [str(Path(sys.executable).with_name("maya")), "doctor"]
     return subprocess.run(
@@ -53,15 +53,15 @@ def examined(robot: Floors) -> str:
     ).stdout
 
 
-def works(robot: Floors) -> None:
-    """Fail where the robot does not do what it is told."""
+def works(robot: LaunchedLayers) -> None:
+    """Fail if the robot does not obey a command."""
     robot.at_speed(1.0)
     place = robot.away()
     assert robot.task("approach", place).ended() == (GoalStatus.SUCCEEDED, DONE)
     assert near(robot.twin()["point"][:2], place[:2])
 
 
-def test_without_its_client_a_task_is_stopped(robot: Floors) -> None:
+def test_without_its_client_a_task_is_stopped(robot: LaunchedLayers) -> None:
     before = robot.mark()
     client = robot.ros.driver()
     client.do("/task", "maya_robot/Task", {"task": primitive("approach", robot.away())})
@@ -71,7 +71,7 @@ def test_without_its_client_a_task_is_stopped(robot: Floors) -> None:
     works(robot)
 
 
-def test_without_firebase_bridge_its_step_is_stopped_and_not_begun_again(robot: Floors) -> None:
+def test_death_of_firebase_bridge_stops_its_step_which_is_not_restarted(robot: LaunchedLayers) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     before = robot.mark()
     id_ = robot.step("dead", robot.away())
@@ -84,7 +84,7 @@ def test_without_firebase_bridge_its_step_is_stopped_and_not_begun_again(robot: 
     works(robot)
 
 
-def test_without_process_controller_the_job_is_stopped_and_waits_for_a_person(robot: Floors) -> None:
+def test_without_process_controller_the_job_is_stopped_and_waits_for_a_person(robot: LaunchedLayers) -> None:
     before = robot.mark()
     tasks = [primitive("approach", place) for place in (robot.away(), HERE, THERE)]
     robot.driver.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": tasks})
@@ -95,7 +95,7 @@ def test_without_process_controller_the_job_is_stopped_and_waits_for_a_person(ro
     works(robot)
 
 
-def test_without_primitive_server_the_robot_floor_stops_what_it_asked_for(robot: Floors) -> None:
+def test_death_of_primitive_server_stops_its_motion(robot: LaunchedLayers) -> None:
     before = robot.mark()
     goal = robot.begun("approach", robot.away())
     robot.kill("/primitive_server")
@@ -105,7 +105,7 @@ def test_without_primitive_server_the_robot_floor_stops_what_it_asked_for(robot:
     works(robot)
 
 
-def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(robot: Floors) -> None:
+def test_death_of_robot_controller_stops_its_motion(robot: LaunchedLayers) -> None:
     before = robot.mark()
     goal = robot.begun("approach", robot.away())
     robot.kill("/robot_controller")
@@ -119,7 +119,7 @@ def test_without_robot_controller_the_controller_floor_stops_what_it_asked_for(r
     assert "robot_controller" not in examined(robot)
 
 
-def test_without_hw_simulator_wishes_end_with_the_code_and_a_new_one_is_not_homed(robot: Floors) -> None:
+def test_death_of_hw_simulator_ends_commands_with_the_code_and_needs_homing(robot: LaunchedLayers) -> None:
     goal = robot.begun("approach", robot.away())
     robot.kill("/hw_simulator")
     outcome, result = goal.ended()

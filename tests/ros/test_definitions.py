@@ -1,4 +1,4 @@
-"""What catkin makes of the definitions is what this project says over the wire."""
+"""catkin's results for the definitions are those of this project over the wire."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def classes(workspace: Workspace) -> dict[str, dict[str, tuple[str, str]]]:
 
 
 def test_every_message_has_a_class_with_our_sum(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
-    made = {kind: told and told[0] for kind, told in classes["messages"].items()}
+    made = {kind: definition_of and definition_of[0] for kind, definition_of in classes["messages"].items()}
     assert {"maya_controller/RawSensorData", "maya_robot/TaskActionFeedback", "maya_process/ProcessQueue"} <= set(made)
     assert made == {kind: types.md5sum(kind) for kind in made}
 
 
 def test_every_service_has_a_class_with_our_sum(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
-    made = {service: told and told[0] for service, told in classes["services"].items()}
+    made = {service: definition_of and definition_of[0] for service, definition_of in classes["services"].items()}
     assert made == {service: types.service_md5sum(service) for service in made}
     assert set(made) <= set(services())
 
@@ -68,9 +68,11 @@ def bare(text: str) -> dict[str, list[str]]:
     return {own: sorted(lines, key=lambda line: line if "=" in line else "~") for own, lines in fields.items()}
 
 
-def test_a_bag_holds_the_text_that_we_tell(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
-    """Whoever reads a bag without our packages goes by the text in it."""
-    ours = {kind: bare(told[1]) for kind, told in classes["messages"].items() if kind.startswith(OURS)}
+def test_bag_holds_our_definitions(classes: dict[str, dict[str, tuple[str, str]]]) -> None:
+    """A reader of a bag without our packages uses the text in it."""
+    ours = {
+        kind: bare(definition_of[1]) for kind, definition_of in classes["messages"].items() if kind.startswith(OURS)
+    }
     assert ours == {kind: bare(types.text(kind)) for kind in ours}
 
 

@@ -1,4 +1,4 @@
-"""The controller's node is told to end at any instant, from its first import to the middle of a homing."""
+"""The controller's node is ended at any instant, from its first import to the middle of a homing."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driven import Driver, Feed, Goal, RefusedError
 from tests.ros.harness import HERE, Ros
 from tests.ros.programs import Program
-from tests.ros.wishes import MOVE, Wish
+from tests.ros.wishes import MOVE, GoalOutcome
 from tests.ros.workspace import ROOT, Workspace, python
 
 pytestmark = pytest.mark.system
@@ -36,7 +36,7 @@ class Peer:
         self.driver.publish("/peer/do", "std_msgs/String", {"data": json.dumps({"op": op, **details})})
 
     def says(self, what: str, after: int = 0) -> dict[str, Any]:
-        """Return what it says of something, waiting for it."""
+        """Return its next message about a topic."""
         return _read(self.said.until(lambda message: _read(message)["what"] == what, after=after))
 
 
@@ -62,18 +62,16 @@ def peer(ros: Ros, driver: Driver) -> Peer:
     return Peer(ros, driver)
 
 
-def move(driver: Driver, wish: Wish) -> Goal:
+def move(driver: Driver, wish: GoalOutcome) -> Goal:
     return driver.do("/peer/move", MOVE, {"a": float(wish)})
 
 
 def mark(feed: Feed) -> int:
-    """Return how much has been said so far."""
+    """Return the number of messages so far."""
     return len(feed.messages)
 
 
-def test_what_is_latched_is_heard_by_who_comes_later_and_what_is_heard_keeps_its_order(
-    peer: Peer, driver: Driver
-) -> None:
+def test_latched_messages_reach_late_subscribers_and_order_is_kept(peer: Peer, driver: Driver) -> None:
     heard = driver.subscribe("/peer/out", "std_msgs/String")
     assert heard.until()["data"] == "latched"
     for number in range(200):
@@ -109,7 +107,7 @@ def test_a_call_that_fails_has_the_code_of_services_and_the_words_of_the_server(
     assert peer.says("failed", before)["code"] == 4019
 
 
-def test_who_hangs_up_has_his_answer_cancelled(ros: Ros, peer: Peer) -> None:
+def test_disconnected_caller_has_its_answer_cancelled(ros: Ros, peer: Peer) -> None:
     before = mark(peer.said)
     caller = ros.start("rosservice", "call", "/peer/lasting")
     peer.says("asked", before)
@@ -149,16 +147,18 @@ def test_call_cancelled_while_it_connects_is_never_sent(ros: Ros, peer: Peer) ->
 
 
 ENDS = [
-    (Wish.SUCCEEDS, GoalStatus.SUCCEEDED, ""),
-    (Wish.TAKES_A_WHILE, GoalStatus.SUCCEEDED, ""),
-    (Wish.IS_REFUSED, GoalStatus.REJECTED, "2104"),
-    (Wish.FAILS, GoalStatus.ABORTED, "2301"),
-    (Wish.BREAKS, GoalStatus.ABORTED, "5999"),
+    (GoalOutcome.SUCCEEDS, GoalStatus.SUCCEEDED, ""),
+    (GoalOutcome.TAKES_A_WHILE, GoalStatus.SUCCEEDED, ""),
+    (GoalOutcome.IS_REFUSED, GoalStatus.REJECTED, "2104"),
+    (GoalOutcome.FAILS, GoalStatus.ABORTED, "2301"),
+    (GoalOutcome.BREAKS, GoalStatus.ABORTED, "5999"),
 ]
 
 
 @pytest.mark.parametrize(("wish", "outcome", "code"), ENDS)
-def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: GoalStatus, code: str, peer: Peer, driver: Driver) -> None:
+def test_a_goal_ends_as_its_act_does(
+    wish: GoalOutcome, outcome: GoalStatus, code: str, peer: Peer, driver: Driver
+) -> None:
     ended, result = move(driver, wish).ended()
     assert (ended, result["code"], result["success"]) == (outcome, code, not code)
     before = mark(peer.said)
@@ -169,7 +169,7 @@ def test_a_goal_ends_as_its_act_does(wish: Wish, outcome: GoalStatus, code: str,
 
 def test_a_cancel_ends_a_goal_when_its_act_is_at_rest(peer: Peer, driver: Driver) -> None:
     before = mark(peer.said)
-    goal = move(driver, Wish.LASTS)
+    goal = move(driver, GoalOutcome.LASTS)
     goal.status.until(lambda status: status["state"] == GoalStatus.ACTIVE)
     goal.cancel()
     ended, result = goal.ended()
@@ -179,7 +179,7 @@ def test_a_cancel_ends_a_goal_when_its_act_is_at_rest(peer: Peer, driver: Driver
 
 @pytest.mark.usefixtures("peer")
 def test_a_cancel_of_everything_ends_all_goals(driver: Driver) -> None:
-    goals = [move(driver, Wish.LASTS) for _ in range(3)]
+    goals = [move(driver, GoalOutcome.LASTS) for _ in range(3)]
     for goal in goals:
         goal.status.until(lambda status: status["state"] == GoalStatus.ACTIVE)
     driver.publish("/peer/move/cancel", "actionlib_msgs/GoalID", {"id": ""}, readers=0)
@@ -192,7 +192,7 @@ def test_goals_that_are_cancelled_at_once_all_end(driver: Driver) -> None:
     results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
     before = mark(results)
     for _ in range(30):
-        move(driver, Wish.LASTS).cancel()
+        move(driver, GoalOutcome.LASTS).cancel()
     results.until(lambda _: len(results.messages) >= before + 30, after=before)
     ends = {message["status"]["status"] for message in results.messages[before:]}
     assert ends <= {GoalStatus.PREEMPTED, GoalStatus.RECALLED}
@@ -202,24 +202,24 @@ def test_goals_that_are_cancelled_at_once_all_end(driver: Driver) -> None:
 def test_the_goals_of_a_client_that_is_gone_are_cancelled(ros: Ros, peer: Peer) -> None:
     other = ros.driver()
     before = mark(peer.said)
-    move(other, Wish.LASTS).feedback.until()
+    move(other, GoalOutcome.LASTS).feedback.until()
     other.program.kill()
     assert peer.says("cancelled", before)["of"] == "goal"
 
 
-def test_who_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Driver) -> None:
+def test_client_that_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Driver) -> None:
     before = mark(peer.said)
     results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
-    goal = f"{{goal_id: {{id: by_hand}}, goal: {{a: {Wish.TAKES_A_WHILE:d}}}}}"
+    goal = f"{{goal_id: {{id: by_hand}}, goal: {{a: {GoalOutcome.TAKES_A_WHILE:d}}}}}"
     ros.tool("rostopic", "pub", "-1", "/peer/move/goal", "maya_controller/MoveActionGoal", goal)
     ended = results.until(lambda message: message["status"]["goal_id"]["id"] == "by_hand")
     assert ended["status"]["status"] == GoalStatus.SUCCEEDED
     assert all(_read(message)["what"] != "cancelled" for message in peer.said.messages[before:])
 
 
-def test_our_client_cancels_and_hears_feedback(peer: Peer) -> None:
+def test_our_client_cancels_and_gets_feedback(peer: Peer) -> None:
     before = mark(peer.said)
-    peer.do("do", action="/peer/move", goal={"a": float(Wish.LASTS)})
+    peer.do("do", action="/peer/move", goal={"a": float(GoalOutcome.LASTS)})
     assert peer.says("feedback", before)["message"]["progress"] == 0.5
     peer.do("cancel")
     peer.says("did cancel", before)
@@ -227,13 +227,13 @@ def test_our_client_cancels_and_hears_feedback(peer: Peer) -> None:
     assert words.index("cancelled") < words.index("did cancel")
 
 
-def test_our_client_hears_that_nobody_serves_an_action(peer: Peer) -> None:
+def test_our_client_learns_that_an_action_has_no_server(peer: Peer) -> None:
     before = mark(peer.said)
     peer.do("do", action="/nobody/there", goal={})
     assert peer.says("failed", before)["code"] == 1011
 
 
-def test_our_client_hears_that_the_server_was_killed(ros: Ros, driver: Driver, peer: Peer) -> None:
+def test_our_client_learns_that_the_server_was_killed(ros: Ros, driver: Driver, peer: Peer) -> None:
     path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
     server = ros.start(
         str(python()), "-m", "tests.ros.peer", "__name:=mortal", "/peer/move:=/mortal/move", "/peer/do:=/mortal/do",
@@ -241,7 +241,7 @@ def test_our_client_hears_that_the_server_was_killed(ros: Ros, driver: Driver, p
     )  # fmt: skip
     server.until("ready")
     before = mark(peer.said)
-    peer.do("do", action="/mortal/move", goal={"a": float(Wish.LASTS)})
+    peer.do("do", action="/mortal/move", goal={"a": float(GoalOutcome.LASTS)})
     peer.says("feedback", before)
     server.kill()
     assert peer.says("ended", before)["outcome"] == GoalStatus.LOST
@@ -254,12 +254,10 @@ def _ends_in_time(program: Program) -> None:
 
 
 @pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_node_that_is_told_to_end_comes_to_rest_before_it_leaves(
-    kind: signal.Signals, ros: Ros, driver: Driver
-) -> None:
+def test_node_comes_to_rest_before_it_ends(kind: signal.Signals, ros: Ros, driver: Driver) -> None:
     name = f"ended_by_{kind.name.lower()}"
     peer = Peer(ros, driver, name, f"/peer/move:=/{name}/move")  # others serve /peer/move as well
-    goal = driver.do(f"/{name}/move", MOVE, {"a": float(Wish.LASTS)})
+    goal = driver.do(f"/{name}/move", MOVE, {"a": float(GoalOutcome.LASTS)})
     goal.feedback.until()
     peer.program.send(kind)
     _ends_in_time(peer.program)
@@ -297,7 +295,7 @@ def test_a_second_of_our_nodes_is_refused_until_the_first_is_dead(ros: Ros, driv
     third.program.close()
 
 
-def test_without_a_master_a_node_says_so_and_ends(ros: Ros) -> None:
+def test_without_a_master_a_node_reports_it_and_ends(ros: Ros) -> None:
     path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
     alone = {"PYTHONPATH": path, "ROS_MASTER_URI": "http://127.0.0.1:1"}
     program = ros.start(str(python()), "-m", "tests.ros.peer", environment=alone)

@@ -1,4 +1,4 @@
-"""Every node says what it is where it is asked for help, and needs no master for that."""
+"""Every node describes itself in its help, and needs no master for that."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.system
         ("maya_process", "rosbridge", "-h", "origins"),
     ],
 )
-def test_it_says_what_it_is(workspace: Workspace, package: str, node: str, word: str, told: str) -> None:
+def test_help_describes_the_node(workspace: Workspace, package: str, node: str, word: str, told: str) -> None:
     nobody = {"ROS_MASTER_URI": f"http://127.0.0.1:{free_port()}"}
     said = run(["rosrun", package, f"{node}.py", word], ROOT, {**workspace.environment(), **nobody})
     assert said.startswith(f"Node {node}: ")

@@ -10,8 +10,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from tests.hostile import ANSWERS, Hostile, crowded, prepared, said
-from tests.ros.floors import Floors
+from tests.hostile import ANSWERS, CostlyRequest, costly_clients, prepared, send_request
+from tests.ros.floors import LaunchedLayers
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
@@ -22,37 +22,37 @@ WITHIN = 1.0
 """A stop is answered within this time, also on a machine that runs other tests [s]."""
 
 
-def port_of(robot: Floors) -> int:
+def port_of(robot: LaunchedLayers) -> int:
     """Return the port at which process_controller answers."""
     place = Path(robot.ros.environment["MAYA_RUNTIME_DIR"]) / "service.json"
     return urlsplit(json.loads(place.read_text())["url"]).port or 0
 
 
 @pytest.mark.parametrize("kind", ["preview of lines", "inspection with most samples", "held job of lines"])
-def test_hostile_requests_to_the_queue_delay_no_stop(robot: Floors, kind: str) -> None:
+def test_hostile_requests_to_the_queue_delay_no_stop(robot: LaunchedLayers, kind: str) -> None:
     port = port_of(robot)
     request = prepared(port, kind)
     robot.ready()
     robot.at_speed(SLOW)
     before = robot.mark()
     robot.begun("approach", robot.away())
-    with crowded(port, request, 8) as crowd:
+    with costly_clients(port, request, 8) as crowd:
         while crowd.left > 2:
-            assert said(port, Hostile("GET", "/v1/status"))[0] == 200
+            assert send_request(port, CostlyRequest("GET", "/v1/status"))[0] == 200
         asked = time.monotonic()
-        assert said(port, Hostile("POST", "/v1/stop"))[0] == 200
+        assert send_request(port, CostlyRequest("POST", "/v1/stop"))[0] == 200
         late = time.monotonic() - asked
     robot.until_told("stopped", before)
     robot.at_rest()
     robot.at_speed(1.0)
-    assert said(port, Hostile("POST", "/v1/queue/clear"))[0] == 200
+    assert send_request(port, CostlyRequest("POST", "/v1/queue/clear"))[0] == 200
     assert late <= WITHIN
     assert not crowd.dropped and set(crowd.statuses) <= ANSWERS
     assert robot.told[1]["fault"] is None
 
 
 @pytest.mark.parametrize("node", ["/hw_simulator", "/robot_controller", "/process_controller"])
-def test_node_that_plans_has_a_worker_process(robot: Floors, node: str) -> None:
+def test_node_that_plans_has_a_worker_process(robot: LaunchedLayers, node: str) -> None:
     assert workers_of(robot.process(node))
 
 

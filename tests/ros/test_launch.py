@@ -34,7 +34,7 @@ FLOORS = {
     },
 }  # fmt: skip
 START = 55.0
-"""How long everything may take to start [s] on a machine that others use as well."""
+"""Longest time for the whole start [s] on a busy machine."""
 
 Choice = dict[str, bool]
 
@@ -60,7 +60,7 @@ def pairwise(names: tuple[str, ...]) -> list[Choice]:
 
 
 def expected(file: str, choice: Mapping[str, bool]) -> set[str]:
-    """Return the nodes that a choice starts, as the manual says."""
+    """Return the nodes that a choice starts, according to the manual."""
     nodes = {"robot_state_publisher"} | FLOORS[file]
     nodes |= {"hw_simulator"} if choice.get("sim_mode", True) else {"hardware_interface", "sensor_converter"}
     nodes |= {"joint_gui", "joint_sliders"} if choice.get("gui", False) else set()
@@ -90,7 +90,7 @@ for file, arguments in json.loads(sys.argv[1]):
                  "params": {name: param.value for name, param in plan.params.items() if name.startswith("/maya/")}})
 print(json.dumps(told))
 """
-"""What launch files would start, as roslaunch itself reads them; what a command would print is left out."""
+"""Nodes that launch files would start, as roslaunch itself reads them; output of commands is left out."""
 
 
 def planned(workspace: Workspace, wishes: list[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:
@@ -132,7 +132,7 @@ def test_arguments_are_passed_down(workspace: Workspace) -> None:
         }  # fmt: skip
 
 
-def test_rviz_shows_what_it_is_told_to(workspace: Workspace) -> None:
+def test_rviz_shows_the_selected_displays(workspace: Workspace) -> None:
     own, usual = planned(workspace, [(CONTROLLER, {"rvizconfig": "/tmp/own.rviz"}), (CONTROLLER, {})])
     assert own["nodes"]["rviz"].endswith("rviz -d /tmp/own.rviz")
     assert usual["nodes"]["rviz"].endswith("maya_controller/rviz/urdf.rviz")
@@ -154,7 +154,7 @@ def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
 
 
 def launched(ros: Ros, file: str, choice: Choice, display: Mapping[str, str]) -> Program:
-    """Launch a file; where it is for a machine, that is a twin that is served on the wire."""
+    """Launch a file; for a machine, use a twin that is served on the wire."""
     told: dict[str, Any] = dict(choice)
     if not choice.get("sim_mode", True):
         twin = ros.start(str(python().with_name("maya")), "dmc", "serve", "--port", "0")
@@ -163,7 +163,7 @@ def launched(ros: Ros, file: str, choice: Choice, display: Mapping[str, str]) ->
 
 
 def served_at(twin: Program) -> str:
-    """Return where a twin says that it listens."""
+    """Return the address of a twin from its output."""
     found = re.search(r"127\.0\.0\.1:\d+", twin.until("127.0.0.1:"))
     assert found is not None
     return found[0]
@@ -187,7 +187,7 @@ def check(ros: Ros, file: str, choice: Choice, display: Mapping[str, str]) -> No
 
 
 def check_state(ros: Ros, file: str, choice: Choice) -> None:
-    """Find a robot that is not homed, and says so; whoever takes over a homing that is none as well."""
+    """Find a robot that reports that it is not homed; after a taken-over homing too."""
     driver = ros.driver()
     state = driver.subscribe("/maya_event", "std_msgs/String").until()["data"].partition(" ")[2]
     assert json.loads(state)["homed"] is False
@@ -202,7 +202,7 @@ def check_state(ros: Ros, file: str, choice: Choice) -> None:
 
 @pytest.mark.timeout(240)
 @pytest.mark.parametrize("case", range(TRIED))
-def test_everything_of_process_launch_comes_up_and_ends(ros: Ros, display: Display, case: int) -> None:
+def test_process_launch_starts_every_node_and_ends(ros: Ros, display: Display, case: int) -> None:
     choice = pairwise(LIVE)[case]
     shown = display.environment if choice.pop("display") else {}
     check(ros, PROCESS, {**choice, "skip_firebase": bool(case % 2)}, shown)
@@ -210,17 +210,17 @@ def test_everything_of_process_launch_comes_up_and_ends(ros: Ros, display: Displ
 
 @pytest.mark.timeout(240)
 @pytest.mark.parametrize("seen", [True, False])
-def test_the_controller_floor_runs_alone_with_its_sliders(ros: Ros, display: Display, *, seen: bool) -> None:
+def test_controller_layer_runs_alone_with_its_sliders(ros: Ros, display: Display, *, seen: bool) -> None:
     check(ros, CONTROLLER, {"gui": True, "core_debug": True}, display.environment if seen else {})
 
 
 @pytest.mark.timeout(240)
-def test_the_robot_floor_runs_without_the_process_floor(ros: Ros) -> None:
+def test_robot_layer_runs_without_the_process_layer(ros: Ros) -> None:
     check(ros, ROBOT, {"core_debug": True}, {})
 
 
 @pytest.mark.timeout(240)
-def test_without_any_argument_the_whole_graph_is_there_whatever_python_comes_first(ros: Ros, other_python: str) -> None:
+def test_launch_without_arguments_starts_the_whole_graph_with_any_python_first(ros: Ros, other_python: str) -> None:
     program = ros.start("roslaunch", "maya_process", "process.launch", environment={"PATH": other_python})
     ros.until_nodes(*(f"/{name}" for name in {"hw_simulator"} | FLOORS[PROCESS]), within=START)
     program.until("maya_dashboard is left out", START)
@@ -243,7 +243,7 @@ def test_a_node_that_fails_is_named_and_not_started_again(ros: Ros) -> None:
 @pytest.mark.long
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("file", PACKAGES)
-def test_every_choice_comes_up_and_ends(
+def test_every_choice_of_arguments_starts_and_ends(
     file: str, workspace: Workspace, display: Display, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     for choice, seen in itertools.product(every(SWITCHES[file]), (False, True)):

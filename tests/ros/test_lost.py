@@ -1,4 +1,4 @@
-"""Parts of the graph that hang, are doubled, or lose their master: somebody says so, and a stop is not lost."""
+"""Parts of the graph that hang, are doubled, or lose their master: this is reported, and no stop is lost."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.ros.floors import Floors, near
+from tests.ros.floors import LaunchedLayers, near
 from tests.ros.harness import Ros
 
 pytestmark = pytest.mark.system
@@ -31,8 +31,8 @@ def maya(ros: Ros, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([MAYA, *words], env=ros.environment, capture_output=True, text=True, timeout=40, check=False)
 
 
-def moving(robot: Floors) -> int:
-    """Have the robot move; return how much had been told before."""
+def moving(robot: LaunchedLayers) -> int:
+    """Have the robot move; return the number of earlier messages."""
     robot.at_speed(SLOW)
     before = robot.mark()
     robot.begun("approach", robot.away())
@@ -40,7 +40,7 @@ def moving(robot: Floors) -> int:
 
 
 @pytest.mark.parametrize("node", SCRIPTS)
-def test_a_second_node_of_a_name_is_refused_and_the_first_goes_on(robot: Floors, node: str) -> None:
+def test_second_node_of_a_name_is_refused_and_the_first_continues(robot: LaunchedLayers, node: str) -> None:
     before = moving(robot)
     second = robot.ros.start("rosrun", SCRIPTS[node], f"{node}.py")
     assert second.wait() == 2, second.said
@@ -51,7 +51,7 @@ def test_a_second_node_of_a_name_is_refused_and_the_first_goes_on(robot: Floors,
     robot.until_told("idle", before)
 
 
-def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: Floors) -> None:
+def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: LaunchedLayers) -> None:
     before = moving(robot)
     with robot.frozen("/hw_simulator"):
         said = maya(robot.ros, "--json", "stop")
@@ -64,7 +64,7 @@ def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: Floors
     assert near(robot.twin()["joints"], stood, within=1e-9)
 
 
-def test_who_hung_up_while_a_node_hangs_has_a_stop_carried_out_and_nothing_else(robot: Floors) -> None:
+def test_hanging_node_carries_out_only_the_stop_of_a_disconnected_caller(robot: LaunchedLayers) -> None:
     before = moving(robot)
     with (
         robot.ros.asking("/gripper") as gripper,
@@ -95,7 +95,7 @@ def require_answers(ros: Ros) -> None:
         assert said.returncode == 0, (command, said.stderr)
 
 
-def test_with_a_master_that_hangs_stop_status_and_queue_are_answered(robot: Floors) -> None:
+def test_with_a_master_that_hangs_stop_status_and_queue_are_answered(robot: LaunchedLayers) -> None:
     """The queue asks for /task for the first time while the master hangs."""
     before = moving(robot)
     with robot.ros.frozen_master():
@@ -106,7 +106,7 @@ def test_with_a_master_that_hangs_stop_status_and_queue_are_answered(robot: Floo
     robot.at_rest()
 
 
-def test_without_a_master_a_first_motion_is_refused_and_stop_is_answered(robot: Floors) -> None:
+def test_without_a_master_a_first_motion_is_refused_and_stop_is_answered(robot: LaunchedLayers) -> None:
     """The queue's node first asks for /controller/follow after the master's end, and for services never called."""
     before = moving(robot)
     robot.ros.lose_master()

@@ -1,4 +1,4 @@
-"""The model in a real graph: robot_state_publisher and tf say what kinematics says, and sliders wait for the robot."""
+"""The model in a real graph: robot_state_publisher and tf agree with kinematics, and sliders wait for the robot."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def place(driver: Driver, stamp: Message) -> list[float]:
 
 
 def listening(driver: Driver) -> None:
-    """Wait until tf is heard: what does not move is told to whoever comes."""
+    """Wait for tf: static transforms reach each new subscriber."""
     assert driver.ask("transform", target=BASE, source="mast", secs=0, nsecs=0)[:3] == [0.0, 0.0, 0.0]
 
 
@@ -46,7 +46,7 @@ def homed(driver: Driver) -> None:
     assert outcome == SUCCEEDED, result
 
 
-def test_tf_has_the_gripper_where_kinematics_has_it(ros: Ros, driver: Driver, campaign: Campaign) -> None:
+def test_tf_agrees_with_kinematics_on_the_gripper(ros: Ros, driver: Driver, campaign: Campaign) -> None:
     ros.set_param("/robot_description", describe(MACROS, Config()))
     ros.start("rosrun", "robot_state_publisher", "robot_state_publisher")
     rng, workspace = campaign.rng(), Workspace.of(Config())
@@ -97,7 +97,7 @@ def test_tf_follows_the_twin_and_turns_as_the_manual_says(ros: Ros, driver: Driv
 
 
 def _assert_same(driver: Driver, states: list[Message], told: list[Message]) -> None:
-    """Assert at so many different poses that tf at the time of a state is what /maya_position told then.
+    """Assert at several different poses that tf at the time of a state equals /maya_position at that time.
 
     Of positions only the latest counts: one that a busy machine did not send in time is not sent any more.
     """
@@ -118,9 +118,7 @@ def display(ros: Ros) -> Iterator[Display]:
         yield own
 
 
-def test_sliders_draw_the_joints_until_the_robot_says_where_they_are(
-    ros: Ros, driver: Driver, display: Display
-) -> None:
+def test_sliders_draw_the_joints_until_the_robot_publishes_them(ros: Ros, driver: Driver, display: Display) -> None:
     ros.launch("maya_controller", "controller.launch", display.environment, gui=True, speed=QUICK)
     robot = driver.subscribe(ROBOT, "sensor_msgs/JointState")
     drawn = driver.subscribe(DRAWN, "sensor_msgs/JointState")

@@ -21,13 +21,13 @@ from tests.ros.harness import Ros
 from tests.ros.programs import Program
 from tests.ros.workspace import Workspace, python
 from tests.system.brokers import Broker, broker
-from tests.system.test_coms import asked, supervisor
+from tests.system.test_coms import call, supervisor
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
 SPEED = 20
 PART = {"": (0.5, 1.2, 0.4), "/maya2": (0.6, 1.1, 0.4)}
-"""Where each one's part stands."""
+"""Position of each robot's part."""
 THERE = (0.9, 0.9, 0.4)
 
 
@@ -125,7 +125,7 @@ def _published(ros: Ros, node: str) -> list[str]:
     return [name for name, publishers in ros.ask_master("getSystemState")[0] if node in publishers]
 
 
-def test_both_do_a_job_at_once_and_each_moves_its_own_part(pair: Pair) -> None:
+def test_both_run_a_job_at_once_and_each_moves_its_own_part(pair: Pair) -> None:
     for maya, there in zip(pair.both(), ((0.8, 0.8, 0.4), (0.4, 1.3, 0.4)), strict=True):
         tasks = [primitive("pick", PART[maya.space]), primitive("place", there)]
         maya.publish(START_QUEUE.name, START_QUEUE.type, {"tasks": tasks})
@@ -147,7 +147,7 @@ def test_both_carry_out_steps_at_once(pair: Pair) -> None:
 
 
 @pytest.mark.parametrize("stopped", [0, 1])
-def test_a_stop_of_one_lets_the_other_go_on(pair: Pair, stopped: int) -> None:
+def test_stop_of_one_leaves_the_other_running(pair: Pair, stopped: int) -> None:
     one, other = pair.both()[stopped], pair.both()[1 - stopped]
     for maya in pair.both():
         assert maya.task("approach", PART[""]).ended()[0] == GoalStatus.SUCCEEDED
@@ -186,7 +186,7 @@ def test_supervisors_command_each_by_its_name_on_one_broker(pair: Pair) -> None:
     for maya, name in zip(pair.both(), ("MAYA", "MAYA2"), strict=True):
         line = maya.launched.until("POST /connect", 10.0)
         url = next(word for word in line.split() if word.startswith("http://")).rstrip(":")
-        assert asked("POST", url, "/connect")["status"] == 200
+        assert call("POST", url, "/connect")["status"] == 200
         before = [each.twin()["joints"] for each in pair.both() if each is not maya]
         with supervisor(pair.broker, name) as lab:
             lab.until_online()
@@ -196,7 +196,7 @@ def test_supervisors_command_each_by_its_name_on_one_broker(pair: Pair) -> None:
         assert [each.twin()["joints"] for each in pair.both() if each is not maya] == before
 
 
-def test_each_has_files_of_its_own(pair: Pair) -> None:
+def test_each_has_its_own_files(pair: Pair) -> None:
     state = Path(pair.ros.environment["MAYA_STATE_DIR"])
     run = Path(pair.ros.environment["MAYA_RUNTIME_DIR"])
     for name in ("maya.db", "steps.db"):

@@ -13,7 +13,7 @@ import pytest
 
 from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driven import RefusedError
-from tests.ros.floors import DONE, Floors, floors, primitive
+from tests.ros.floors import DONE, LaunchedLayers, launched_layers, primitive
 from tests.ros.harness import Ros, places
 from tests.ros.workspace import Workspace, clean_environment
 from tests.rosbridging import web
@@ -39,7 +39,7 @@ def owned(folder: Path) -> tuple[dict[str, str], str]:
     return environment, str(maya(environment, "user", "reset", "root")["token"])
 
 
-def code_of(robot: Floors, service: str) -> str:
+def code_of(robot: LaunchedLayers, service: str) -> str:
     """Return the code that a service fails with, "" where it is done."""
     try:
         answer = robot.driver.call(service)
@@ -48,7 +48,9 @@ def code_of(robot: Floors, service: str) -> str:
     return "" if answer["success"] else str(answer["message"]).partition(":")[0]
 
 
-def ended(robot: Floors, action: str, kind: str, goal: dict[str, object] | None = None) -> tuple[GoalStatus, str]:
+def ended(
+    robot: LaunchedLayers, action: str, kind: str, goal: dict[str, object] | None = None
+) -> tuple[GoalStatus, str]:
     """Return how a goal ends."""
     outcome, result = robot.driver.do(action, kind, goal).ended()
     return GoalStatus(outcome), str(result["code"])
@@ -56,7 +58,7 @@ def ended(robot: Floors, action: str, kind: str, goal: dict[str, object] | None 
 
 def test_graph_without_a_token_looks_and_stops_and_nothing_else(tmp_path: Path, workspace: Workspace) -> None:
     _, token = owned(tmp_path)
-    with floors(tmp_path, workspace) as robot:
+    with launched_layers(tmp_path, workspace) as robot:
         refused = (GoalStatus.REJECTED, NOT_SIGNED_IN)
         assert ended(robot, "/home", "maya_controller/Home") == refused
         assert ended(robot, "/task", "maya_robot/Task", {"task": primitive("home")}) == refused
@@ -75,7 +77,7 @@ def test_graph_without_a_token_looks_and_stops_and_nothing_else(tmp_path: Path, 
         asyncio.run(rosbridge_needs_a_token(robot, token))
 
 
-async def rosbridge_needs_a_token(robot: Floors, token: str) -> None:
+async def rosbridge_needs_a_token(robot: LaunchedLayers, token: str) -> None:
     """Check that a client of rosbridge in this graph shows a token for all but a stop."""
     url = f"ws://127.0.0.1:{robot.ros.rosbridge_port}"
     async with asyncio.timeout(40.0), web(url) as client:
@@ -92,7 +94,7 @@ def test_graph_with_a_token_acts_for_its_user_until_that_is_revoked(tmp_path: Pa
     file = tmp_path / "graph-token"
     file.touch(mode=0o600)
     file.write_text(first)
-    with floors(tmp_path, workspace, {"MAYA_GRAPH_TOKEN_FILE": str(file)}) as robot:
+    with launched_layers(tmp_path, workspace, {"MAYA_GRAPH_TOKEN_FILE": str(file)}) as robot:
         assert ended(robot, "/home", "maya_controller/Home") == (GoalStatus.SUCCEEDED, DONE["code"])
         robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("gripper", open_=True))
         robot.eventually(lambda: maya(owner, "history")["jobs"], "a job")
@@ -107,7 +109,7 @@ def test_graph_with_a_token_acts_for_its_user_until_that_is_revoked(tmp_path: Pa
         assert code_of(robot, "/controller/stop") == ""
 
 
-def test_node_whose_token_file_others_can_read_does_not_begin(tmp_path: Path, workspace: Workspace) -> None:
+def test_node_whose_token_file_is_readable_by_others_does_not_start(tmp_path: Path, workspace: Workspace) -> None:
     file = tmp_path / "graph-token"
     file.write_text("maya_01234567_" + "0" * 48)
     file.chmod(0o644)

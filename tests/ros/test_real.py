@@ -1,4 +1,4 @@
-"""With sim_mode:=false the floors run on a box; here one that is served on this machine, and in a hurry."""
+"""With sim_mode:=false the layers run on a box; here on one that this machine serves, with a fast clock."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_GUARD = {"safety": {"guard_time": 0.0}}
 
 
 class Box:
-    """A box, and the controller floor on it."""
+    """A box, and the controller layer on it."""
 
     def __init__(self, ros: Ros, hurry: int = HURRY) -> None:
         self.ros = ros
@@ -39,7 +39,7 @@ class Box:
         self.events = self.driver.subscribe("/maya_event", "std_msgs/String")
 
     def launch(self, *, skip_home: bool = False) -> Program:
-        """Launch the controller floor on it."""
+        """Launch the controller layer on it."""
         seen = len(self.events.messages)
         launched = self.ros.launch(
             "maya_controller", "controller.launch", sim_mode=False, address=self.address, speed=1, skip_home=skip_home
@@ -75,8 +75,8 @@ def test_without_a_mark_of_homing_the_graph_is_up_and_motion_is_refused(box: Box
     assert box.ros.param("/maya/config") == NO_GUARD
 
 
-def test_maya_up_beside_the_nodes_is_refused_and_names_their_process(box: Box) -> None:
-    """Whether an owner lives is told by the box's clock, which must not hurry here."""
+def test_maya_up_next_to_the_nodes_is_refused_and_names_their_process(box: Box) -> None:
+    """The box's clock decides whether an owner lives, so it must run in real time here."""
     slow = Box(box.ros, hurry=1)
     launched = slow.launch()
     try:
@@ -90,7 +90,7 @@ def test_maya_up_beside_the_nodes_is_refused_and_names_their_process(box: Box) -
         slow.program.end()
 
 
-def test_its_homing_is_taken_over_and_what_it_measures_is_converted(box: Box) -> None:
+def test_homing_is_taken_over_and_measurements_are_converted(box: Box) -> None:
     seen = len(box.events.messages)
     launched = box.launch(skip_home=True)
     box.until_told("homed", seen)
@@ -111,7 +111,7 @@ def test_its_homing_is_taken_over_and_what_it_measures_is_converted(box: Box) ->
 
 
 @pytest.mark.parametrize("node", ["hardware_interface", "sensor_converter"])
-def test_without_a_box_a_node_says_so_and_ends(node: str, box: Box) -> None:
+def test_without_a_box_a_node_reports_it_and_ends(node: str, box: Box) -> None:
     program = box.ros.start("rosrun", "maya_controller", f"{node}.py", "_address:=127.0.0.1:1", f"__name:=alone_{node}")
     if node == "hardware_interface":
         assert program.wait() == 1
@@ -121,7 +121,7 @@ def test_without_a_box_a_node_says_so_and_ends(node: str, box: Box) -> None:
         assert program.end() == 0
 
 
-def test_the_twin_is_no_address_of_a_machine(box: Box) -> None:
+def test_sim_is_not_an_address_of_a_machine(box: Box) -> None:
     program = box.ros.start("rosrun", "maya_controller", "hardware_interface.py", "_address:=sim", "__name:=wrong")
     assert program.wait() == 2
     assert "error 4001: " in program.said

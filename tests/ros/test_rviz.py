@@ -10,7 +10,7 @@ import pytest
 from maya_ros.graph.protocol import GoalStatus
 from maya_un.values import Joints
 from tests.ros.display import Display, Picture
-from tests.ros.floors import DONE, HERE, THERE, Floors, floors
+from tests.ros.floors import DONE, HERE, THERE, LaunchedLayers, launched_layers
 from tests.ros.test_model import QUICK, reached
 from tests.ros.workspace import Workspace
 
@@ -21,7 +21,7 @@ SCENE = np.s_[70:760, 370:1260]
 """The pixels of the scene, right of the list of displays."""
 
 DRAWN = 120.0
-"""rviz without a graphics card has drawn by then what it was told, on a machine that others use as well [s]."""
+"""Longest time until rviz without a graphics card has drawn, on a busy machine [s]."""
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -33,10 +33,10 @@ def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
 
 
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace, display: Display) -> Iterator[Floors]:
-    """All floors with rviz, whose window is there."""
+def shown(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace, display: Display) -> Iterator[LaunchedLayers]:
+    """All layers with rviz, whose window is open."""
     folder = tmp_path_factory.mktemp("shown")
-    with floors(folder, workspace, environment=display.environment, core_debug=False, speed=QUICK) as up:
+    with launched_layers(folder, workspace, environment=display.environment, core_debug=False, speed=QUICK) as up:
         up.ros.until(lambda: "urdf.rviz - RViz" in display.windows(), "the window of rviz", DRAWN)
         up.ros.until_nodes("/rviz", "/robot_state_publisher")
         yield up
@@ -50,7 +50,7 @@ def boom(picture: Picture) -> np.ndarray:
     return (light > 90) & (np.abs(share - BOOM / BOOM.max()).max(axis=2) < 0.08)
 
 
-def test_rviz_shows_the_model_and_it_moves_with_the_twin(shown: Floors, display: Display) -> None:
+def test_rviz_shows_the_model_and_it_moves_with_the_twin(shown: LaunchedLayers, display: Display) -> None:
     markers = shown.driver.subscribe("/maya_markers", "visualization_msgs/MarkerArray")
     markers.until(lambda array: any(one["ns"] == "workspace" for one in array["markers"]))
     assert not boom(display.picture()).any(), "what nobody knows is not drawn as if it were known"
@@ -63,7 +63,7 @@ def test_rviz_shows_the_model_and_it_moves_with_the_twin(shown: Floors, display:
     assert "Exception" not in shown.launched.said
 
 
-def test_rviz_lives_when_a_known_part_is_picked_and_placed(shown: Floors, display: Display) -> None:
+def test_rviz_lives_when_a_known_part_is_picked_and_placed(shown: LaunchedLayers, display: Display) -> None:
     shown.ready()
     for place, back in ((HERE, THERE), (THERE, HERE)):
         assert shown.task("pick", place).ended() == (GoalStatus.SUCCEEDED, DONE)
@@ -75,7 +75,7 @@ def test_rviz_lives_when_a_known_part_is_picked_and_placed(shown: Floors, displa
     assert "/rviz" in shown.ros.nodes()
 
 
-def died(shown: Floors) -> bool:
+def died(shown: LaunchedLayers) -> bool:
     """Tell whether a program of the launch has died."""
     return "process has died" in shown.launched.said
 

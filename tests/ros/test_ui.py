@@ -1,4 +1,4 @@
-"""The dashboard on a real graph: what a person does with it, and what the twin then does."""
+"""The dashboard on a real graph: actions of a person, and motion of the twin."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def shown(ros: Ros) -> Iterator[Screen]:
 
 @pytest.fixture
 def ready(shown: Screen) -> Screen:
-    """The dashboard of a robot that is homed and waits, with all floors there and its list empty."""
+    """The dashboard of a robot that is homed and waits, with all layers running and its list empty."""
     eventually(lambda: _at_home(shown), "a homed robot")
     shown.wait("open_gripper", enabled=True)
     if shown.text("chip_gripper") == "gripper closed":
@@ -116,7 +116,7 @@ def test_home_is_clicked_and_the_robot_is_homed(shown: Screen) -> None:
     assert float(shown.text("value_x")) > 0.0
 
 
-def test_what_cannot_be_reached_is_refused_with_its_sentence(ready: Screen) -> None:
+def test_unreachable_target_is_refused_with_its_sentence(ready: Screen) -> None:
     choose(ready, "task_approach", [2.9, 2.9, 0.4])
     ready.click("now")
     ready.wait("note", "(2101)", kind="bad")
@@ -178,9 +178,7 @@ def over(status: dict[str, Any]) -> bool:
     return not status["waiting"] and status["running"] is None
 
 
-def test_a_queue_that_is_paused_is_shown_and_goes_on_from_the_dashboard(
-    ready: Screen, ros: Ros, driver: Driver
-) -> None:
+def test_paused_queue_is_shown_and_resumed_from_the_dashboard(ready: Screen, ros: Ros, driver: Driver) -> None:
     status = driver.subscribe("/queue_status", "std_msgs/String")
     maya(ros, "queue", "pause")
     ready.wait("mode", "Ready, queue paused")
@@ -233,7 +231,7 @@ def test_the_robot_moves_while_a_button_is_held_and_stops_when_it_is_let_go(read
     slow_down(ready, driver, 1.0, "100 %")
 
 
-def test_keys_move_the_robot_only_where_they_are_meant_for_it(ready: Screen) -> None:
+def test_keys_move_the_robot_only_with_the_focus(ready: Screen) -> None:
     ready.ask("focus", name="field_x")
     ready.ask("key", key="PageUp")
     ready.ask("key", key="PageUp", down=False)
@@ -251,7 +249,7 @@ def test_keys_move_the_robot_only_where_they_are_meant_for_it(ready: Screen) -> 
 
 
 @pytest.mark.parametrize("key", ["Escape", "F12"])
-def test_a_key_stops_whatever_moves(ready: Screen, key: str) -> None:
+def test_key_stops_any_motion(ready: Screen, key: str) -> None:
     ready.ask("focus", name="field_x")
     ready.wait("home", enabled=True)
     ready.click("home")
@@ -327,14 +325,14 @@ def test_it_waits_for_a_master_and_then_takes_part(tmp_path: Path, workspace: Wo
         alone.wait("note", "emergency stop", kind="bad")
 
 
-def test_the_script_opens_a_window_that_is_a_node_and_ends_when_it_is_told_to(ros: Ros) -> None:
+def test_script_opens_a_window_as_a_node_and_ends_on_request(ros: Ros) -> None:
     window = ros.start(*SCRIPT, "__name:=window", environment={"QT_QPA_PLATFORM": "offscreen"})
     ros.until_nodes("/window")
     window.send(signal.SIGINT)
     assert window.wait() == 0
 
 
-def test_where_there_is_rqt_the_script_opens_it_with_the_perspective(ros: Ros, tmp_path: Path) -> None:
+def test_with_rqt_the_script_opens_the_perspective(ros: Ros, tmp_path: Path) -> None:
     rqt = tmp_path / "rqt"
     rqt.write_text('#!/bin/sh\necho "rqt $@"\n', encoding="utf-8")
     rqt.chmod(0o755)
@@ -346,14 +344,14 @@ def test_where_there_is_rqt_the_script_opens_it_with_the_perspective(ros: Ros, t
     assert words[3] == "__name:=another_dashboard"
 
 
-def test_without_a_display_one_line_says_so(ros: Ros) -> None:
+def test_without_a_display_one_line_reports_it(ros: Ros) -> None:
     said = ros.tool(*SCRIPT)
     assert [line for line in said.splitlines() if line] == [
         "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."
     ]
 
 
-def test_without_a_display_its_help_is_said_all_the_same(ros: Ros) -> None:
+def test_help_is_printed_without_a_display(ros: Ros) -> None:
     assert "--window" in ros.tool(*SCRIPT, "--help")
 
 
@@ -361,7 +359,7 @@ def of_the_dashboard(rows: list[tuple[str, list[str]]]) -> set[str]:
     return {name for name, nodes in rows if "/maya_dashboard" in nodes}
 
 
-def test_it_publishes_and_hears_what_the_manual_says(ros: Ros, ready: Screen) -> None:
+def test_topics_agree_with_the_manual(ros: Ros, ready: Screen) -> None:
     published, subscribed, _ = ros.ask_master("getSystemState")
     assert {"/send_task", "/start_queue", "/stop_queue"} <= of_the_dashboard(published)
     assert {"/maya_event", "/maya_position"} <= of_the_dashboard(subscribed)

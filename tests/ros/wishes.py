@@ -1,4 +1,4 @@
-"""What `peer.py` makes of a goal, by the `a` of it; its own module, since the peer itself needs a ROS."""
+"""Outcomes of a goal of `peer.py`, by its `a`; a separate module, since the peer itself needs a ROS."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from enum import IntEnum
 MOVE = "maya_controller/Move"
 
 
-class Wish(IntEnum):
-    """What becomes of a goal."""
+class GoalOutcome(IntEnum):
+    """The outcome of a goal."""
 
     SUCCEEDS = 0
     IS_REFUSED = 1

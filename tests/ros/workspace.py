@@ -15,9 +15,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ROOT / "ros"
 PLACE = ROOT / "build" / "ros"
 BYTECODE = ROOT / "build" / "pycache"
-"""Where programs of tests keep what they compile: not in the checkout, and not anew at every start."""
+"""Folder for compiled bytecode of test programs: outside the checkout, and kept between starts."""
 KEPT = 8
-"""How many workspaces are kept; the oldest goes."""
+"""Number of workspaces to keep; the oldest goes."""
 USED_AS_IT_IS = {"launch", "urdf", "rviz", "resource", "rqt_config", "maya_ui"}
 """Folders that the devel space reads from the checkout, so that their changes need no new build."""
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
@@ -91,7 +91,7 @@ def make(workspace: Path) -> None:
 
 
 def run(command: Sequence[str], place: Path, more: Mapping[str, str] | None = None) -> str:
-    """Run a command in a clean environment, `more` laid over it, and return what it says; fails where it fails."""
+    """Run a command in a clean environment, `more` laid over it, and return its output; fails if the command fails."""
     done = subprocess.run(
         command, cwd=place, env={**clean_environment(), **(more or {})}, stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
@@ -101,7 +101,7 @@ def run(command: Sequence[str], place: Path, more: Mapping[str, str] | None = No
 
 
 def link_packages(workspace: Path) -> None:
-    """Put the packages into a workspace as the README says."""
+    """Put the packages into a workspace, following the README."""
     source = workspace / "src"
     source.mkdir(parents=True)
     (source / "maya").symlink_to(PACKAGES)

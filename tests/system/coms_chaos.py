@@ -34,7 +34,7 @@ STEP = 0.004
 """Each command turns the boom so much further [rad]."""
 
 ENDINGS = {"success", "INTERRUPTED", "4042", "1011", "2202", "2310", "2105"}
-"""How a step may end whose robot was killed, or so slow that the guard stopped it (2310).
+"""Ends of a step whose robot was killed, or so slow that the watchdog stopped it (2310).
 
 After that it refuses steps (2105) until it is killed and starts again.
 """
@@ -48,7 +48,7 @@ _PATIENCE = 300.0
 """For the last results, when nothing fails any more [s]."""
 
 Failure = tuple[int, Callable[[], Any]]
-"""How often it happens beside the others, and what."""
+"""Relative frequency and function of each incident."""
 
 
 class Supervisor(ABC):
@@ -226,7 +226,7 @@ class World:
         self.coms = self._start_coms()
 
     def end_server(self, how: Callable[[], object] | None = None) -> None:
-        """End the server, by killing it if nothing else is said; `go_on` starts it again."""
+        """End the server, by killing it unless requested otherwise; `go_on` starts it again."""
         (how or self._server.kill)()
         self._away = True
 

@@ -24,7 +24,7 @@ from maya_un.errors import (
     UnknownName,
     Unreachable,
 )
-from tests.system.test_coms import asked
+from tests.system.test_coms import call
 from tests.system.test_coms_rtdb import wait
 
 PLACE = {"x": 0.5, "y": 0.9, "z": 0.5}
@@ -65,7 +65,7 @@ REFUSED: Refused = {
 """Hostile commands that every database can hold."""
 
 
-class House(ABC):
+class DatabaseSetup(ABC):
     """A database with a robot that is at home, and the URLs of its `maya coms` and of its `maya up`."""
 
     def __init__(self, link: str, door: str) -> None:
@@ -102,7 +102,7 @@ class House(ABC):
 
     def stop(self) -> None:
         """Stop the robot."""
-        assert asked("POST", self.door, "/v1/stop")["status"] == 200
+        assert call("POST", self.door, "/v1/stop")["status"] == 200
 
     def wait_after_stop(self) -> None:
         """Wait for as long as no command may come after a stop, and as long again."""
@@ -114,11 +114,11 @@ class House(ABC):
         self.send_all({key: NEAR})
         result = self.result(key)
         assert result["success"], result
-        wait(lambda: asked("GET", self.link, "/status")["steps"] == {})
-        assert asked("GET", self.link, "/status")["state"] == "connected"
+        wait(lambda: call("GET", self.link, "/status")["steps"] == {})
+        assert call("GET", self.link, "/status")["state"] == "connected"
 
 
-def require_each_is_refused(house: House, refused: Refused) -> None:
+def require_each_is_refused(house: DatabaseSetup, refused: Refused) -> None:
     """Send hostile commands one after the other."""
     for key, (command, code) in refused.items():
         house.send_all({key: command})
@@ -128,7 +128,7 @@ def require_each_is_refused(house: House, refused: Refused) -> None:
     house.require_well("after each")
 
 
-def require_all_are_refused(house: House, refused: Refused, empty: Mapping[str, Any]) -> None:
+def require_all_are_refused(house: DatabaseSetup, refused: Refused, empty: Mapping[str, Any]) -> None:
     """Send hostile commands at once, among `empty` ones that a database does not keep."""
     house.clear()
     house.send_all({key: command for key, (command, _) in refused.items()} | dict(empty) | {"~": NEAR, "0": NEAR})
@@ -141,7 +141,7 @@ def require_all_are_refused(house: House, refused: Refused, empty: Mapping[str, 
     house.require_well("after all")
 
 
-def require_no_stop_is_delayed(house: House) -> None:
+def require_no_stop_is_delayed(house: DatabaseSetup) -> None:
     """Send more commands at once than may wait, and stop the robot."""
     house.clear()
     bad = {f"b{number:04}": {"command": "dance"} for number in range(200)}

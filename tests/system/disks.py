@@ -24,7 +24,7 @@ UNPRIVILEGED = (
 
 
 class Disk(Protocol):
-    """Where a process keeps its state; it can be filled, and have room made on it."""
+    """The state folder of a process; the test can fill it, and free space on it."""
 
     folder: Path
 
@@ -57,7 +57,7 @@ class TinyDisk:
         os.close(file)
 
     def remount(self, how: str) -> None:
-        """Mount it anew for reading only ("ro"), or for writing ("rw"); no file may be open for writing."""
+        """Remount it for reading only ("ro"), or for writing ("rw"); no file may be open for writing."""
         anew = f"remount,{how}"
         subprocess.run(["mount", "-o", anew, str(self.folder)], capture_output=True, check=True)
 

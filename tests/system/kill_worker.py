@@ -2,14 +2,14 @@
 
     python -m tests.system.kill_worker FOLDER SEED
 
-It queues the jobs that SEED draws, as a client does who repeats a request until it is answered, and runs them. The
-mechanics' own record, what was announced and what a person said go to FOLDER/ledger.jsonl as they happen. Only that
-file tells the next one where the machine stands: its host was killed, the machine was not; now and then its power is
-gone too, and it has to be homed. Every statement of the journal and every line of the ledger is a byte on stdout, so
-that whoever kills it can choose the instant.
+It queues the jobs of SEED, like a client that repeats a request until it is answered, and runs them. The mechanics' own
+record, the announcements and the decisions of a person go to FOLDER/ledger.jsonl as they happen. The next worker knows
+the machine's state from that file alone: its host was killed, the machine was not; now and then its power is gone too,
+and it has to be homed. Every statement of the journal and every line of the ledger is a byte on stdout, so that the
+parent process can choose the instant of the kill.
 
-Where something is unfinished when it comes up, it sees that nothing moves by itself, judges what the queue offers by
-the ledger, answers as a person who looks at the table would, and goes on. It ends with 0 when every job has ended.
+If work is unfinished at its start, it checks that nothing moves by itself, compares the queue's choices with the
+ledger, answers like a person who looks at the table, and continues. It ends with 0 when every job has ended.
 """
 
 from __future__ import annotations
@@ -50,11 +50,11 @@ GRASP = MACHINE.config.cell.grasp_height
 APART = 0.1
 """No two places of a plan are nearer to each other [m]."""
 HERE = Joints(0.5, 1.5, 1.5)
-"""Where the machine stands at first."""
+"""Initial position of the machine."""
 LOOK = 2.5
 """The machine's place on its way is written down this often [s]."""
 POWER_CUT = 0.1
-"""How often the machine's power is gone too."""
+"""Share of the kills that also cut the machine's power."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class Carry:
 
 
 Plan = dict[str, list[Carry]]
-"""What is to be carried by each job, by its name."""
+"""The part of each job, by its name."""
 
 
 def plan(seed: int) -> Plan:
@@ -121,7 +121,7 @@ class Ledger:
         self.tick()
 
     def tick(self, *_: object) -> None:
-        """Tell whoever watches that something happened."""
+        """Notify the parent process that something happened."""
         if self._progress is not None:
             os.write(self._progress, b".")
 
@@ -131,12 +131,12 @@ class Ledger:
 
     @property
     def joints(self) -> Joints:
-        """Where the machine stood last."""
+        """Last position of the machine."""
         return Joints(*self.lines[-1]["at"]) if self.lines else HERE
 
     @property
     def jaws_open(self) -> bool:
-        """Whether the jaws were opened last; they are closed at power-up."""
+        """Whether the gripper was opened last; it is closed at power-up."""
         moved = self.of("open", "close", "power")
         return bool(moved) and moved[-1]["what"] == "open"
 
@@ -148,7 +148,7 @@ class Ledger:
 
     @property
     def carried(self) -> str | None:
-        """The part in the jaws."""
+        """The part in the gripper."""
         moved = self.of("open", "close", "taken out")
         return moved[-1]["part"] if moved and moved[-1]["what"] == "close" else None
 
@@ -169,7 +169,7 @@ class Ledger:
 
 
 def noting(table: PartTable, ledger: Ledger) -> None:
-    """Have the jaws write down what they take and let go."""
+    """Have the gripper record the parts that it takes and releases."""
     close, open_ = table.close, table.open
 
     def closing(gripper: Place) -> str | None:
@@ -190,7 +190,7 @@ def noting(table: PartTable, ledger: Ledger) -> None:
 
 
 def standing(jobs: Plan, ledger: Ledger, *, powered: bool) -> Twin:
-    """Return the machine as the ledger left it; one that kept its power has its jaws as they were, and its mark."""
+    """Return the machine in the state of the ledger; a powered one has its gripper unchanged, and its mark."""
     parts = {legs[0].part: ledger.place(legs[0].part, legs[0].here) for legs in jobs.values()}
     stand = MACHINE.whole(ledger.joints)
     mechanics = MayaMechanics(MACHINE.truth, StartPose(*stand), parts=parts)
@@ -210,7 +210,7 @@ def standing(jobs: Plan, ledger: Ledger, *, powered: bool) -> Twin:
 
 
 class Person:
-    """Looks at the table and at what the queue offers, and says what becomes of it."""
+    """Inspects the table and the queue's choices, and decides on the interrupted job."""
 
     def __init__(self, robot: Stack, twin: Twin, jobs: Plan, ledger: Ledger, rng: Random) -> None:
         self._robot = robot
@@ -243,7 +243,7 @@ class Person:
 
     @property
     def _said_anything(self) -> bool:
-        """Whether a person has said something since this one came up."""
+        """Whether a person has decided since this start."""
         since = [line["what"] for line in self._ledger.lines]
         return "said" in since[len(since) - 1 - since[::-1].index("up") :]
 
@@ -306,9 +306,9 @@ class Person:
         raise AssertionError(f"{name} was not refused")
 
     def _choice(self, offer: Recovery) -> str:
-        """Return what somebody says who sees how it is: not to do again what has happened, not to skip what has not.
+        """Return the decision of a person who sees the state: repeat no finished step, skip no unfinished one.
 
-        Who gave a job up, and was not answered, says so again.
+        A person who cancelled a job without an answer repeats it.
         """
         given_up = {line.get("job") for line in self._ledger.of("said") if line["choice"] == "abort"}
         if offer.name in given_up or self._rng.random() < 0.05:
@@ -321,7 +321,7 @@ class Person:
         return self._rng.choice(("resume", "resume", "skip" if happened else "redo"))
 
     def _take_out(self, part: str) -> None:
-        """Take a part out of the jaws by hand and stand it at the edge of the table."""
+        """Take a part out of the gripper by hand and put it at the edge of the table."""
         table = self._twin.mechanics._table
         table._carried = None
         aside = (0.0, 0.1 + 0.05 * len(self._ledger.of("taken out")), GRASP)

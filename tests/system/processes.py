@@ -84,7 +84,7 @@ class Process:
         self._popen.send_signal(kind)
 
     def end(self, within: float = 120.0) -> tuple[int, str]:
-        """Return exit code and the rest of what it says; it may take so long [s]."""
+        """Return exit code and the rest of the output, within a time [s]."""
         until = monotonic() + within
         while self._more(until):
             pass
@@ -112,7 +112,7 @@ class Process:
         return line + end
 
     def _more(self, until: float = inf) -> bool:
-        """Read what it says next; return whether there was anything. Raises `TimeoutError` if it says nothing."""
+        """Read the next output; return whether there was any. Raises `TimeoutError` without output."""
         waiting = select.poll()
         waiting.register(self._stdout, select.POLLIN)
         if not waiting.poll(None if until == inf else max(0.0, 1000.0 * (until - monotonic()))):
@@ -145,7 +145,7 @@ def running(line: str, env: Mapping[str, str] | None = None, *, cold: bool = Fal
 def done(
     line: str, within: float = 120.0, env: Mapping[str, str] | None = None, *, cold: bool = False
 ) -> tuple[int, str]:
-    """Run a command to its end, `within` so long [s]; return exit code and what it said."""
+    """Run a command to its end, `within` a time [s]; return exit code and output."""
     with running(line, env, cold=cold) as process:
         return process.end(within)
 

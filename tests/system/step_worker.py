@@ -1,7 +1,7 @@
 """A program that carries out steps on a bus, to be killed: `python step_worker.py FILE`.
 
-Lines on its input: a command of /step_command, or `end` to let the task under way succeed. On its output: `ready`,
-`begun COMMAND` when a task begins, `result JSON` for what is told on /step_result, `problem TEXT` for what is logged.
+Lines on its input: a command of /step_command, or `end` to let the current task succeed. On its output: `ready`, `begun
+COMMAND` when a task begins, `result JSON` for messages on /step_result, `problem TEXT` for log messages.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class Shell:
         self._token = token
 
     def __call__(self, line: str, code: int = 0) -> str:
-        """Type a command and return what it says."""
+        """Type a command and return its output."""
         if self._token is None:
             self._monkeypatch.delenv("MAYA_TOKEN", raising=False)
         else:

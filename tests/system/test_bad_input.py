@@ -30,7 +30,7 @@ pytestmark = pytest.mark.system
 
 
 class Robot(NamedTuple):
-    """A homed robot on the twin with its HTTP door, and everything its controller received."""
+    """A homed robot on the twin with its HTTP interface, and all commands to its controller."""
 
     url: str
     wire: list[bytes]
@@ -43,7 +43,7 @@ class _Ready(NamedTuple):
 
 
 async def _live(ready: SimpleQueue[_Ready]) -> None:
-    """Home in virtual time, then serve with the clock at rest: what is refused needs none."""
+    """Home in virtual time, then serve with the clock at rest: refusals need no time."""
     loop, end, wire = asyncio.get_running_loop(), asyncio.Event(), list[bytes]()
     assert isinstance(loop, JumpingLoop)
     async with stack(Config(), live=False) as running:
@@ -136,7 +136,7 @@ WISHES = [
 
 
 @pytest.mark.parametrize(("line", "code"), WISHES, ids=[line for line, _ in WISHES])
-def test_wishes(line: str, code: int, found: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands(line: str, code: int, found: Robot, capsys: pytest.CaptureFixture[str]) -> None:
     before = len(found.wire)
     refused(line.split(), code, capsys)
     assert found.wire[before:] == []

@@ -32,7 +32,7 @@ pytestmark = pytest.mark.system
 
 SPEED = 150.0
 NOISE = 2e-4
-"""What a good measurement of a coordinate is off by [m]."""
+"""Error of a good measurement of a coordinate [m]."""
 
 TRUTH = replace(
     TrueConstants(),
@@ -70,7 +70,7 @@ class Robot:
 
 @contextmanager
 def robot(config: Config, truth: TrueConstants) -> Iterator[Robot]:
-    """Run a twin of `truth` under `config` and its HTTP door, in a thread, many times as fast as real."""
+    """Run a twin of `truth` under `config` and its HTTP interface, in a thread, many times as fast as real time."""
     started: Future[Robot] = Future()
     over = asyncio.Event()
 
@@ -121,8 +121,8 @@ class Person(io.StringIO):
         return " ".join(f"{value * 1e3:.3f}mm" for value in place) + "\n"
 
 
-def said(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """Run a command that must succeed and return what it says."""
+def output_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Run a command that must succeed and return its output."""
     code = main(list(arguments))
     out, err = capsys.readouterr()
     assert code == 0, out + err
@@ -136,19 +136,19 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 
-def test_a_machine_is_measured_calibrated_and_goes_where_it_is_told(
+def test_machine_is_measured_calibrated_and_reaches_its_targets(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     points, file = str(tmp_path / "points.csv"), tmp_path / "maya.toml"
     file.write_text("# ours\n[geometry]\nheight = 2.35  # from the drawing\n")
     with robot(load(file), TRUTH) as real:
-        said(capsys, "home")
+        output_of(capsys, "home")
         for number in ("9", "24"):
             person = Person(real, seed=int(number), wrong=6)
             monkeypatch.setattr("sys.stdin", person)
-            said(capsys, "calibrate", "collect", points, "--points", number, "--config", str(file))
+            output_of(capsys, "calibrate", "collect", points, "--points", number, "--config", str(file))
         assert person.asked == 15
-    found = json.loads(said(capsys, "calibrate", points, "--apply", "--config", str(file), "--json"))
+    found = json.loads(output_of(capsys, "calibrate", points, "--apply", "--config", str(file), "--json"))
     assert (found["measured"], found["used"], len(found["outliers"])) == (24, 22, 2)
     assert found["rms_after"] < 1e-3
     assert found["rms_before"] > 5e-3
@@ -166,8 +166,8 @@ def test_a_machine_is_measured_calibrated_and_goes_where_it_is_told(
     config = load(file)
     assert config.axes.b.minimum == pytest.approx(0.579, abs=2e-3)
     with robot(config, TRUTH) as real:
-        said(capsys, "home")
+        output_of(capsys, "home")
         for target in ((0.5, 1.2, 0.5), (1.4, 0.3, 0.9), (0.4, 0.6, 1.5)):
-            said(capsys, "approach", *(str(value) for value in target), "--config", str(file))
+            output_of(capsys, "approach", *(str(value) for value in target), "--config", str(file))
             wanted = (*target[:2], target[2] + config.cell.clearance)
             assert real.gripper() == pytest.approx(wanted, abs=1e-3)

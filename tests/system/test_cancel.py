@@ -21,7 +21,7 @@ CAPTURE = 0.015
 """A gripper closes on a part that is at most this far away [m]."""
 
 LAG = 3e-4
-"""What the axes may still follow behind their reference when it has come to rest [m]."""
+"""Remaining lag of the axes when the reference has come to rest [m]."""
 
 
 def drawn_place(rng: Random) -> Point:

@@ -33,7 +33,7 @@ def report(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> dict
     return json.loads(capsys.readouterr().out)
 
 
-def test_a_dry_run_tells_everything(capsys: pytest.CaptureFixture[str]) -> None:
+def test_dry_run_shows_everything(capsys: pytest.CaptureFixture[str]) -> None:
     found = report("run job.yaml --dry-run", capsys)
     assert (found["job"], found["state"], found["code"]) == ("one cube", "done", 0)
     assert [step["step"] for step in found["steps"]] == ["home", "gripper open", "pick cube", "place tray"]
@@ -45,7 +45,7 @@ def test_a_dry_run_tells_everything(capsys: pytest.CaptureFixture[str]) -> None:
     assert [step["duration"] for step in found["steps"][1:]] == pytest.approx(predicted, rel=0.01)
 
 
-def test_a_scaled_run_ends_where_the_dry_run_did(capsys: pytest.CaptureFixture[str]) -> None:
+def test_scaled_run_ends_at_the_place_of_the_dry_run(capsys: pytest.CaptureFixture[str]) -> None:
     dry = report("run job.yaml --dry-run --seed 3", capsys)
     scaled = report("run job.yaml --speed 100 --seed 3", capsys)
     for one, other in zip(dry["steps"], scaled["steps"], strict=True):
@@ -99,7 +99,7 @@ def test_a_second_signal_does_not_cut_the_stop_short() -> None:
     assert [line.split()[-1] for line in text.splitlines() if line.startswith("cube ")] == ["–"]
 
 
-def test_a_homing_is_taken_over_only_where_its_mark_stands(tmp_path: Path) -> None:
+def test_homing_is_taken_over_only_with_a_valid_mark(tmp_path: Path) -> None:
     (tmp_path / "job.yaml").write_text("steps: [{gripper: open}]")
     with running("dmc serve --port 0") as twin:
         address = twin.until(":")
@@ -117,7 +117,7 @@ def test_a_homing_is_taken_over_only_where_its_mark_stands(tmp_path: Path) -> No
         assert done(f"run job.yaml --skip-home --address {address}")[0] == 0
 
 
-def test_an_interrupted_wish_stops_the_robot_that_runs() -> None:
+def test_interrupted_command_stops_the_running_robot() -> None:
     with running(f"up --port 0 --speed 20 {CALM}") as up:
         up.until("maya home")
         with running("run job.yaml") as process:

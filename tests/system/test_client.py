@@ -69,7 +69,7 @@ def moving(client: Client) -> None:
             return
 
 
-def test_a_part_is_fetched_and_put_down_where_it_was_told(maya: Client) -> None:
+def test_part_is_picked_and_placed_at_the_target(maya: Client) -> None:
     assert maya.pick(*CUBE).steps[0].state is TaskState.DONE
     assert maya.status().holding
     maya.place(*TRAY)
@@ -101,7 +101,7 @@ def test_a_job_is_previewed_as_it_is_done(maya: Client) -> None:
     assert picture._repr_svg_().startswith("<?xml")
 
 
-def test_what_is_refused_is_raised_as_the_error_it_is(maya: Client) -> None:
+def test_refusal_is_raised_as_its_error(maya: Client) -> None:
     with pytest.raises(GripperEmpty, match="nothing to place"):
         maya.place(*TRAY)
     with pytest.raises(Unreachable, match="Nearest reachable"):
@@ -118,7 +118,7 @@ def test_a_job_can_be_followed_to_its_end(maya: Client) -> None:
     assert all(one != other for one, other in pairwise(seen))
 
 
-def test_the_queue_is_paused_put_in_order_and_goes_on(maya: Client) -> None:
+def test_queue_is_paused_reordered_and_resumed(maya: Client) -> None:
     assert maya.queue.pause().mode is QueueMode.PAUSED
     first, second, third = (maya.submit({"name": name, "steps": [{"approach": CUBE}]}) for name in "abc")
     assert [line.id for line in maya.queue.view().waiting] == [first.id, second.id, third.id]
@@ -136,7 +136,7 @@ def test_the_queue_is_paused_put_in_order_and_goes_on(maya: Client) -> None:
     assert names == ["b", "c", "b", "a"]
 
 
-def test_who_waits_behind_a_paused_queue_is_told(maya: Client) -> None:
+def test_waiting_behind_a_paused_queue_is_reported(maya: Client) -> None:
     maya.queue.pause()
     job = maya.submit({"steps": [{"approach": CUBE}]})
     with pytest.warns(StillWaiting, match=r"the queue is paused \(asked\)"), pytest.raises(TimeoutError):
@@ -144,7 +144,7 @@ def test_who_waits_behind_a_paused_queue_is_told(maya: Client) -> None:
     assert job.cancel().state is TaskState.CANCELLED
 
 
-def test_no_event_is_missed_and_none_comes_twice(maya: Client) -> None:
+def test_every_event_is_received_exactly_once(maya: Client) -> None:
     found: list[Event] = []
     last = maya.status().last_event
     job = maya.submit(FAR)
@@ -157,7 +157,7 @@ def test_no_event_is_missed_and_none_comes_twice(maya: Client) -> None:
     assert {event.run for event in found} == {maya.status().run}
 
 
-def test_states_come_while_it_moves(maya: Client) -> None:
+def test_states_are_received_in_motion(maya: Client) -> None:
     maya.speed(0.2)
     job = maya.submit(FAR)
     times: list[float] = []
@@ -169,7 +169,7 @@ def test_states_come_while_it_moves(maya: Client) -> None:
     assert job.cancel().state is TaskState.CANCELLED
 
 
-def test_a_stop_ends_the_wish_of_somebody_else(maya: Client) -> None:
+def test_stop_ends_the_command_of_another_client(maya: Client) -> None:
     maya.speed(0.05)
     other = Client(maya.address)
     stopping = threading.Thread(target=lambda: (moving(other), other.stop()))
@@ -196,7 +196,7 @@ def test_ctrl_c_stops_the_robot_on_its_path(maya: Client) -> None:
     assert not maya.state().moving
 
 
-def test_a_pause_holds_the_motion_and_resume_goes_on(maya: Client) -> None:
+def test_pause_holds_the_motion_and_resume_continues_it(maya: Client) -> None:
     maya.speed(0.1)
     job = maya.submit(FAR)
     moving(maya)
@@ -226,7 +226,7 @@ def test_places_pallets_and_zones_are_taught_and_forgotten(maya: Client) -> None
     assert maya.zones.all() == []
 
 
-def test_one_drives_and_another_is_told_who(maya: Client) -> None:
+def test_second_client_learns_the_driver(maya: Client) -> None:
     with Client(maya.address) as other, maya.lease(note="mine"):
         view = other.lease.view()
         assert (view.note, view.yours) == ("mine", False)
@@ -287,9 +287,7 @@ def test_it_works_inside_a_running_loop_as_in_a_notebook(maya: Client) -> None:
     assert run(cell())
 
 
-def test_a_twin_is_what_the_users_robot_is_and_changes_nothing_of_his(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_twin_copies_the_users_robot_and_changes_nothing_of_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = tmp_path / "maya"
     own.mkdir()
     (own / "config.toml").write_text("[cell]\nclearance = 0.12\n", encoding="utf-8")
@@ -306,7 +304,7 @@ def test_a_twin_is_what_the_users_robot_is_and_changes_nothing_of_his(
     assert sorted(place.name for place in own.iterdir()) == ["config.toml", "poses.toml"]
 
 
-def test_a_twin_tells_why_it_cannot_start() -> None:
+def test_twin_that_cannot_start_gives_the_reason() -> None:
     with pytest.raises(MayaError) as caught:
         Client.twin(parts={"cube": (0.5,)})
     assert caught.value.code in {4002, TwinNotFound.code}

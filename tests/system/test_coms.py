@@ -85,7 +85,7 @@ def supervisor(broker: Broker, robot: str = "MAYA") -> Iterator[Supervisor]:
         one.close()
 
 
-def asked(method: str, url: str, path: str) -> dict[str, Any]:
+def call(method: str, url: str, path: str) -> dict[str, Any]:
     """Return what the server of `maya coms` answers."""
     with closing(HTTPConnection(url.removeprefix("http://"), timeout=10.0)) as connection:
         connection.request(method, path)
@@ -95,7 +95,7 @@ def asked(method: str, url: str, path: str) -> dict[str, Any]:
 
 def supervisors_of(url: str) -> dict[str, Any]:
     """Return what the server of `maya coms` tells of its supervisors."""
-    found: dict[str, Any] = asked("GET", url, "/status")["supervisors"]
+    found: dict[str, Any] = call("GET", url, "/status")["supervisors"]
     return found
 
 
@@ -118,7 +118,7 @@ def test_two_robots_with_one_name_do_not_fight_for_its_session(tmp_path: Path) -
     with broker(tmp_path) as one, robot() as rosbridge:
         first = coms(one, rosbridge, "--connect")
         url = url_in(first.until("http://"))
-        eventually(lambda: asked("GET", url, "/status")["state"] == "connected", "connected", 60.0)
+        eventually(lambda: call("GET", url, "/status")["state"] == "connected", "connected", 60.0)
         second = coms(one, rosbridge, "--connect")
         other = url_in(second.until("http://"))
         try:
@@ -127,7 +127,7 @@ def test_two_robots_with_one_name_do_not_fight_for_its_session(tmp_path: Path) -
                 lab.until_online()
                 lab.send("1", "home")
                 assert lab.hear("results")["success"] is True
-            assert asked("GET", other, "/status")["state"] == "connected"
+            assert call("GET", other, "/status")["state"] == "connected"
             assert supervisors_of(url)["code"] == SessionTakenOver.code
             log = (tmp_path / "mosquitto.log").read_text()
             assert log.count("as maya-coms-MAYA (") == 2, log
@@ -153,7 +153,7 @@ def test_a_password_without_encryption_is_warned_of(monkeypatch: pytest.MonkeyPa
     try:
         assert "without encryption" in link.until("The password goes to mqtt://192.0.2.1")
         url = url_in(link.until("Listening"))
-        assert asked("GET", url, "/status")["password_in_clear"] is True
+        assert call("GET", url, "/status")["password_in_clear"] is True
         found = [finding.key for finding in host.coms(parse({"coms": {"server_address": url}}))]
         assert found == ["coms_clear", "coms_waits"]
     finally:
@@ -181,7 +181,7 @@ def test_a_supervisor_is_warned_in_the_same_words(
     ("options", "environment", "name"),
     [("", {}, "CRANE"), ("", {"NAME": "ROBOT7"}, "ROBOT7"), ("--name ARM", {"NAME": "ROBOT7"}, "ARM")],
 )
-def test_the_name_comes_from_the_line_the_environment_or_the_configuration(
+def test_name_is_from_the_line_the_environment_or_the_configuration(
     options: str, environment: dict[str, str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("NAME", raising=False)
@@ -190,7 +190,7 @@ def test_the_name_comes_from_the_line_the_environment_or_the_configuration(
     link = Process(f"coms --port 0 --config {config} {options}", env=environment)
     try:
         url = url_in(link.until("Listening"))
-        assert asked("GET", url, "/status") == {"status": 200, "state": "idle", "name": name}
+        assert call("GET", url, "/status") == {"status": 200, "state": "idle", "name": name}
         (finding,) = host.coms(parse({"coms": {"server_address": url, "name": name}}))
         assert (finding.outcome, finding.key) == (FindingOutcome.OK, "coms_idle")
         (finding,) = host.coms(parse({"coms": {"server_address": url, "name": "MAYA2"}}))
@@ -208,7 +208,7 @@ def test_no_command_reaches_the_robot_of_another_name(tmp_path: Path) -> None:
             lab.send("1", "home")
 
             def is_refused() -> bool:
-                status = asked("GET", url, "/status")
+                status = call("GET", url, "/status")
                 robot = status["robot"]  # between two attempts it waits for the robot's name
                 seen = robot["code"] == WrongRobot.code and "'MAYA'" in robot["waits_for"]
                 return seen and status["steps"] == {"1": "sending"}
@@ -231,8 +231,8 @@ def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:
         link = coms(one, rosbridge)
         try:
             url = url_in(link.until("http://"))
-            assert asked("GET", url, "/status")["state"] == "idle"
-            assert asked("POST", url, "/connect")["status"] == 200
+            assert call("GET", url, "/status")["state"] == "idle"
+            assert call("POST", url, "/connect")["status"] == 200
             with supervisor(one) as lab:
                 lab.until_online()
                 lab.send("1", "home")
@@ -246,8 +246,8 @@ def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:
                 lab.send("3", "approach", x=5, y=0.9, z=0.5)
                 refused = lab.hear("results")
                 assert (refused["id"], refused["success"], refused["code"]) == ("3", False, "2101")
-                assert asked("GET", url, "/status")["state"] == "connected"
-                assert asked("POST", url, "/disconnect")["state"] == "idle"
+                assert call("GET", url, "/status")["state"] == "connected"
+                assert call("POST", url, "/disconnect")["state"] == "idle"
                 assert lab.hear("connection") == {"connection": "OFFLINE"}
         finally:
             link.kill()

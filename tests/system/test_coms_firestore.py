@@ -14,9 +14,9 @@ import pytest
 from maya_un.errors import Unreachable
 from tests.system.processes import Process
 from tests.system.rtdb.server import realtime_database
-from tests.system.test_coms import asked, url_in
+from tests.system.test_coms import call, url_in
 from tests.system.test_rosbridge_clients import SCRIPTS, node, served, stands_on_the_tray
-from tests.system.test_rtdb_sdks import said_by
+from tests.system.test_rtdb_sdks import output_of
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
@@ -36,12 +36,12 @@ def test_firestores_library_has_the_robot_carry_a_part() -> None:
         link = Process(f"coms --port 0 --url firestore://demo --rosbridge {robot.url} --connect", env=where)
         try:
             url = url_in(link.until("http://"))
-            said = said_by(
+            said = output_of(
                 database, node(), SCRIPTS / "firestore_supervisor.mjs", database.port, "MAYA", *map(json.dumps, STEPS)
             )
-            supervisors = asked("GET", url, "/status")["supervisors"]
+            supervisors = call("GET", url, "/status")["supervisors"]
             assert (supervisors["url"], supervisors["connected"]) == ("firestore://demo", True)
-            assert asked("POST", url, "/disconnect")["state"] == "idle"
+            assert call("POST", url, "/disconnect")["state"] == "idle"
         finally:
             link.kill()
         assert stands_on_the_tray(robot.cube)

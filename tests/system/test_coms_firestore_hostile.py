@@ -20,7 +20,7 @@ from tests.system.coms_hostile import NEAR, PLACE, below
 from tests.system.firestore_emulator import HTTP, RULES, emulator, needs_emulator
 from tests.system.processes import Process, running
 from tests.system.rtdb.server import realtime_database
-from tests.system.test_coms import UP, asked, url_in
+from tests.system.test_coms import UP, call, url_in
 from tests.system.test_coms_rtdb import admit
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -63,7 +63,7 @@ TOO_MUCH: coms_hostile.Refused = {
 """Firestore itself refuses these; the server of the tests does not."""
 
 
-class House(coms_hostile.House):
+class FirestoreSetup(coms_hostile.DatabaseSetup):
     """Firestore with a robot; `token` is that of a supervisor."""
 
     def __init__(self, port: int, token: str, link: str, door: str) -> None:
@@ -139,7 +139,7 @@ def _data(document: dict[str, Any]) -> dict[str, Any]:
 @pytest.fixture(
     scope="module", params=["server of the tests", pytest.param("emulator", marks=[needs_emulator, pytest.mark.long])]
 )
-def house(request: pytest.FixtureRequest) -> Iterator[House]:
+def firestore_setup(request: pytest.FixtureRequest) -> Iterator[FirestoreSetup]:
     with ExitStack() as held:
         database = held.enter_context(realtime_database())
         emulated = request.param == "emulator"
@@ -149,7 +149,7 @@ def house(request: pytest.FixtureRequest) -> Iterator[House]:
         environment = {"FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}", **admit(database)}
         link = Process(f"coms --port 0 --url firestore://demo --rosbridge {rosbridge} --connect", env=environment)
         held.callback(link.kill)
-        one = House(port, database.store.sign_in("lab"), url_in(link.until("http://")), door)
+        one = FirestoreSetup(port, database.store.sign_in("lab"), url_in(link.until("http://")), door)
         accounts = {"accounts/maya": {"robot": "MAYA"}, "accounts/lab": {"commands": ["MAYA"]}}
         assert one.write({**accounts, "robots/MAYA": {}}, OWNER).is_success
         one.send_all({"home": {"command": "home"}})
@@ -157,54 +157,54 @@ def house(request: pytest.FixtureRequest) -> Iterator[House]:
         yield one
 
 
-def test_each_hostile_command_gets_its_refusal(house: House) -> None:
-    coms_hostile.require_each_is_refused(house, REFUSED)
+def test_each_hostile_command_gets_its_refusal(firestore_setup: FirestoreSetup) -> None:
+    coms_hostile.require_each_is_refused(firestore_setup, REFUSED)
 
 
-def test_all_hostile_commands_at_once_get_their_refusals(house: House) -> None:
-    coms_hostile.require_all_are_refused(house, REFUSED, {})
+def test_all_hostile_commands_at_once_get_their_refusals(firestore_setup: FirestoreSetup) -> None:
+    coms_hostile.require_all_are_refused(firestore_setup, REFUSED, {})
 
 
-def test_what_firestore_may_refuse_itself_disturbs_nothing(house: House) -> None:
+def test_write_that_firestore_may_refuse_disturbs_nothing(firestore_setup: FirestoreSetup) -> None:
     for key, (command, code) in TOO_MUCH.items():
-        if house.write({f"robots/MAYA/commands/{key}": command}).is_success:
-            assert house.result(key)["code"] == str(code), key
-    house.require_well("after too much")
+        if firestore_setup.write({f"robots/MAYA/commands/{key}": command}).is_success:
+            assert firestore_setup.result(key)["code"] == str(code), key
+    firestore_setup.require_well("after too much")
 
 
-def test_commands_with_the_longest_keys_do_not_hide_others(house: House) -> None:
-    house.clear()
+def test_commands_with_the_longest_keys_do_not_hide_others(firestore_setup: FirestoreSetup) -> None:
+    firestore_setup.clear()
     keys = [f"{number:03}{'k' * 1497}" for number in range(640)]  # together over 1 MiB
-    assert asked("POST", house.link, "/disconnect")["state"] == "idle"
-    house.send_all({key: {"command": "home"} for key in keys})
-    assert asked("POST", house.link, "/connect")["status"] == 200
-    assert house.result(keys[0])["code"] == str(InvalidRequest.code)
+    assert call("POST", firestore_setup.link, "/disconnect")["state"] == "idle"
+    firestore_setup.send_all({key: {"command": "home"} for key in keys})
+    assert call("POST", firestore_setup.link, "/connect")["status"] == 200
+    assert firestore_setup.result(keys[0])["code"] == str(InvalidRequest.code)
     for part in (keys[:320], keys[320:]):
-        assert house.write({f"robots/MAYA/commands/{key}": None for key in part}, OWNER).is_success
-    house.require_well("behind long keys")
+        assert firestore_setup.write({f"robots/MAYA/commands/{key}": None for key in part}, OWNER).is_success
+    firestore_setup.require_well("behind long keys")
 
 
 @pytest.mark.parametrize("nonsense", [7, "home", ["home", {"a": False}], {"x": True}, Typed(bytesValue="AAAA")])
-def test_nonsense_in_other_documents_disturbs_nothing(nonsense: Any, house: House) -> None:
+def test_nonsense_in_other_documents_disturbs_nothing(nonsense: Any, firestore_setup: FirestoreSetup) -> None:
     key = f"after {type(nonsense).__name__}"
     fields = {"state": nonsense, "at": nonsense, "id": nonsense, "default_command": nonsense}
     places = ("", "/state/presence", f"/progress/{key}", f"/progress/{key}/deeper/one", f"/commands/{key}/deeper/one")
-    assert house.write({f"robots/MAYA{place}": fields for place in places}, OWNER).is_success
-    house.require_well(key)
+    assert firestore_setup.write({f"robots/MAYA{place}": fields for place in places}, OWNER).is_success
+    firestore_setup.require_well(key)
 
 
-def test_a_command_that_was_there_before_a_stop_does_not_begin_after_it(house: House) -> None:
-    house.clear()
-    house.send_all({"first": {**NEAR, "args": {**PLACE, "z": 1.0}}})
-    house.result("first")
-    house.send_all({"second": NEAR})
-    house.stop()
-    assert house.result("second")["code"] == str(StepNotBegun.code)
-    house.wait_after_stop()
-    house.require_well("after the stop")
+def test_a_command_that_was_there_before_a_stop_does_not_begin_after_it(firestore_setup: FirestoreSetup) -> None:
+    firestore_setup.clear()
+    firestore_setup.send_all({"first": {**NEAR, "args": {**PLACE, "z": 1.0}}})
+    firestore_setup.result("first")
+    firestore_setup.send_all({"second": NEAR})
+    firestore_setup.stop()
+    assert firestore_setup.result("second")["code"] == str(StepNotBegun.code)
+    firestore_setup.wait_after_stop()
+    firestore_setup.require_well("after the stop")
 
 
 @pytest.mark.long  # the Realtime Database has the same test in every run
-@pytest.mark.parametrize("house", ["server of the tests"], indirect=True)
-def test_more_commands_at_once_than_may_wait_delay_no_stop(house: House) -> None:
-    coms_hostile.require_no_stop_is_delayed(house)
+@pytest.mark.parametrize("firestore_setup", ["server of the tests"], indirect=True)
+def test_more_commands_at_once_than_may_wait_delay_no_stop(firestore_setup: FirestoreSetup) -> None:
+    coms_hostile.require_no_stop_is_delayed(firestore_setup)

@@ -1,4 +1,4 @@
-"""Two robots with one name at one database: no command is carried out by both, and the first one gives way and says so.
+"""Two robots with one name at one database: no command runs on both, and the first one gives way with a message.
 
 Each robot, its twin and its link are processes of their own. The journals of both robots say what each has accepted;
 they are read as plain SQLite. The database keeps every write; as a Realtime Database it obeys our rules.
@@ -20,7 +20,7 @@ from maya_un.config.files import parse
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
 from tests.system.processes import CALM, Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
-from tests.system.test_coms import asked, supervisors_of, url_in
+from tests.system.test_coms import call, supervisors_of, url_in
 from tests.system.test_coms_rtdb import RULES, admit, wait
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
@@ -29,7 +29,7 @@ ROBOT = "robots/MAYA"
 
 
 class Cloud:
-    """A database as both of its services: what a supervisor does there."""
+    """A database for both of its services, with the actions of a supervisor."""
 
     def __init__(self, database: RealtimeDatabase, kind: str) -> None:
         self._database = database
@@ -83,11 +83,11 @@ class Robot:
     @property
     def state(self) -> str:
         """The state of its link."""
-        return str(asked("GET", self.url, "/status")["state"])
+        return str(call("GET", self.url, "/status")["state"])
 
     @property
     def has_given_way(self) -> bool:
-        """Whether its link says that another robot has its name."""
+        """Whether its link reports that another robot has its name."""
         return supervisors_of(self.url)["code"] == SessionTakenOver.code
 
     def accepted(self) -> set[str]:
@@ -145,7 +145,7 @@ def test_no_command_moves_both_robots_and_the_first_gives_way(there: tuple[Cloud
     assert (found.outcome, found.key) == (FindingOutcome.FAIL, "coms_taken")
 
 
-def test_a_step_under_way_is_not_begun_by_the_second_robot(there: tuple[Cloud, Robot, Robot]) -> None:
+def test_running_step_is_not_begun_by_the_second_robot(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, second = there
     first.connect()
     cloud.send("long", "home")
@@ -159,7 +159,7 @@ def test_a_step_under_way_is_not_begun_by_the_second_robot(there: tuple[Cloud, R
 
 
 @pytest.mark.long
-def test_the_link_of_a_robot_takes_over_after_a_crash_by_itself(there: tuple[Cloud, Robot, Robot]) -> None:
+def test_link_of_a_robot_reconnects_after_a_crash(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, _ = there
     first.connect()
     cloud.send("before", "home")
@@ -181,8 +181,8 @@ def test_a_robot_that_gave_way_takes_the_name_back_at_connect(there: tuple[Cloud
     second.connect()
     wait(lambda: first.has_given_way)
     second.kill_link()
-    asked("POST", first.url, "/disconnect")
-    asked("POST", first.url, "/connect")
+    call("POST", first.url, "/disconnect")
+    call("POST", first.url, "/connect")
     cloud.send("k", "can_teleop")
     wait(lambda: cloud.of("results", "k") is not None)
     assert first.accepted() == {"k"}

@@ -33,7 +33,7 @@ AWAY = 600.0
 """So long no server is there [s, loop time]."""
 
 HURRY = 200.0
-"""How fast the loop's clock runs meanwhile."""
+"""Speed of the loop's clock meanwhile."""
 
 Place = tuple[str, dict[str, str], coms_chaos.Server, coms_chaos.Supervisor]
 """The URL of a server, the environment that signs the link in, the server, and a supervisor at it."""

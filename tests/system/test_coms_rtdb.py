@@ -16,9 +16,9 @@ from maya_un.errors import InvalidMessage, Unreachable
 from tests.secrecy import secret
 from tests.system.processes import Process
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
-from tests.system.test_coms import asked, url_in
+from tests.system.test_coms import call, url_in
 from tests.system.test_rosbridge_clients import SCRIPTS, node, served, stands_on_the_tray
-from tests.system.test_rtdb_sdks import said_by
+from tests.system.test_rtdb_sdks import output_of
 from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -66,12 +66,12 @@ def test_firebases_library_has_the_robot_carry_a_part() -> None:
         link = coms(database, robot.url)
         try:
             url = url_in(link.until("http://"))
-            assert asked("GET", url, "/status")["state"] == "idle"
-            assert asked("POST", url, "/connect")["status"] == 200
+            assert call("GET", url, "/status")["state"] == "idle"
+            assert call("POST", url, "/connect")["status"] == 200
             steps = [json.dumps(step) for step in STEPS]
-            said = said_by(database, node(), SCRIPTS / "rtdb_supervisor.mjs", database.port, "MAYA", *steps)
-            assert asked("GET", url, "/status")["state"] == "connected"
-            assert asked("POST", url, "/disconnect")["state"] == "idle"
+            said = output_of(database, node(), SCRIPTS / "rtdb_supervisor.mjs", database.port, "MAYA", *steps)
+            assert call("GET", url, "/status")["state"] == "connected"
+            assert call("POST", url, "/disconnect")["state"] == "idle"
         finally:
             link.kill()
         assert stands_on_the_tray(robot.cube)
@@ -103,7 +103,7 @@ def test_commands_survive_the_death_of_coms_and_each_has_one_result() -> None:
             link = coms(database, robot.url, "--connect", **environment)
             url = url_in(link.until("http://"))
             wait(lambda: database.get(f"{ROBOT}/commands") is None)
-            shown = json.dumps(asked("GET", url, "/status"))
+            shown = json.dumps(call("GET", url, "/status"))
             shown += link.command_line
             database.revoke_all()
             database.set(f"{ROBOT}/commands/k3", {"id": "3", "command": "can_teleop"})

@@ -1,6 +1,6 @@
 """The campaign of tests/system/coms_chaos.py over a Realtime Database.
 
-The database's own log of writes says how often a result was written.
+The database's own log of writes counts the writes of a result.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ EMPTY: dict[str, Any] = {"null": None, "nothing": {}, "nothing deep": {"args": {
 """These are no commands: the database does not keep them."""
 
 
-class House(coms_hostile.House):
+class RtdbSetup(coms_hostile.DatabaseSetup):
     """A Realtime Database with a robot."""
 
     def __init__(self, database: RealtimeDatabase, link: str, door: str) -> None:
@@ -75,11 +75,11 @@ class House(coms_hostile.House):
 
 
 @pytest.fixture(scope="module")
-def house() -> Iterator[House]:
+def rtdb_setup() -> Iterator[RtdbSetup]:
     with realtime_database() as database, running(UP) as up:
         door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         with connected(database, rosbridge) as link:
-            one = House(database, url_in(link.until("http://")), door)
+            one = RtdbSetup(database, url_in(link.until("http://")), door)
             one.send_all({"home": {"command": "home"}})
             assert one.result("home")["success"]
             yield one
@@ -95,23 +95,23 @@ def connected(database: RealtimeDatabase, rosbridge: str) -> Iterator[Process]:
         link.kill()
 
 
-def test_each_hostile_command_gets_its_refusal(house: House) -> None:
-    coms_hostile.require_each_is_refused(house, REFUSED)
+def test_each_hostile_command_gets_its_refusal(rtdb_setup: RtdbSetup) -> None:
+    coms_hostile.require_each_is_refused(rtdb_setup, REFUSED)
 
 
-def test_all_hostile_commands_at_once_get_their_refusals(house: House) -> None:
-    before = house.database.get(f"{ROBOT}/presence/at")
-    coms_hostile.require_all_are_refused(house, REFUSED, EMPTY)
-    assert house.database.get(f"{ROBOT}/presence/at") >= before
+def test_all_hostile_commands_at_once_get_their_refusals(rtdb_setup: RtdbSetup) -> None:
+    before = rtdb_setup.database.get(f"{ROBOT}/presence/at")
+    coms_hostile.require_all_are_refused(rtdb_setup, REFUSED, EMPTY)
+    assert rtdb_setup.database.get(f"{ROBOT}/presence/at") >= before
 
 
 @pytest.mark.parametrize("nonsense", [7, "home", ["home", None, {"command": "dance"}], True])
-def test_nonsense_in_place_of_all_commands_disturbs_nothing(nonsense: Any, house: House) -> None:
-    house.database.set(f"{ROBOT}/commands", nonsense)
-    house.database.set(f"{ROBOT}/progress", nonsense)
-    house.database.set(f"{ROBOT}/document", nonsense)
-    house.require_well(f"after {type(nonsense).__name__}")
+def test_nonsense_in_place_of_all_commands_disturbs_nothing(nonsense: Any, rtdb_setup: RtdbSetup) -> None:
+    rtdb_setup.database.set(f"{ROBOT}/commands", nonsense)
+    rtdb_setup.database.set(f"{ROBOT}/progress", nonsense)
+    rtdb_setup.database.set(f"{ROBOT}/document", nonsense)
+    rtdb_setup.require_well(f"after {type(nonsense).__name__}")
 
 
-def test_more_commands_at_once_than_may_wait_delay_no_stop(house: House) -> None:
-    coms_hostile.require_no_stop_is_delayed(house)
+def test_more_commands_at_once_than_may_wait_delay_no_stop(rtdb_setup: RtdbSetup) -> None:
+    coms_hostile.require_no_stop_is_delayed(rtdb_setup)

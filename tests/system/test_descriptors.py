@@ -117,7 +117,7 @@ def test_served_twin_with_descriptors_used_up_answers_its_host_and_its_faults() 
         assert len(rest) < 1000
 
 
-def test_service_with_too_few_descriptors_says_what_to_raise() -> None:
+def test_service_with_too_few_descriptors_names_the_limit_to_raise() -> None:
     with limited(16, "up --port 0") as service:
         code, said = service.end()
     assert code == 2

@@ -1,4 +1,4 @@
-"""One axis fails at any instant of a fast move below the ceiling; the mechanics' own record says what came of it."""
+"""One axis fails at any instant of a fast move below the ceiling; the mechanics' own record decides the result."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_failed_axis_does_no_harm_whenever_it_fails(campaign: Campaign) -> Non
         assert slack <= SLACK, number
 
 
-def test_it_would_where_speed_did_not_heed_it() -> None:
+def test_without_the_speed_limit_the_bounds_are_left() -> None:
     outward = Path.swing((0.3, 0.95, CEILING), (0.3, 1.65, CEILING))
     careless = parse({"safety": {"emergency_tension": 5.0}})
     tension, _ = run_virtual(_failure(careless, outward, "B", 0.5))

@@ -24,7 +24,7 @@ JOBS = sorted(EXAMPLES.glob("*.yaml"))
 
 @pytest.mark.system
 @pytest.mark.parametrize("path", JOBS, ids=[path.stem for path in JOBS])
-async def test_a_job_leaves_its_parts_where_it_was_told(path: Path) -> None:
+async def test_job_leaves_its_parts_at_the_targets(path: Path) -> None:
     job, config = load_job(path), Config()
     parts = starting_parts(job, config.cell.grasp_height)
     async with stack(config, parts=parts, live=False) as maya:

@@ -1,6 +1,6 @@
 """Every fault on demand in every phase of a job: never silent, never unsafe, nothing moves until a person recovers.
 
-What each fault may make of a job stands in `EXPECTED`; the mechanics' own record says whether it was safe.
+Allowed results of each fault on a job are in `EXPECTED`; the mechanics' own record decides whether it was safe.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from tests.virtual_time import elapse
 HERE = Joints(0.3, 1.5, 1.3)
 PART, TRAY = Point(0.45, 1.20, 0.40), Point(1.15, 0.60, 0.40)
 LASTS = 4.0
-"""How long a fault that lasts is left standing [s], longer than anybody waits for a reply."""
+"""Duration of a lasting fault [s], longer than any wait for a reply."""
 COUNT = 5e-5
 
 LINK = frozenset({1001, 1003, 1006})
@@ -165,7 +165,7 @@ async def _trial(case: Case, phase: str, rng: Random) -> None:
 
 
 async def _paced(bench: Rig, phase: str, rng: Random) -> None:
-    """Pause or slow the motion down where the phase says so."""
+    """Pause or slow the motion down in the given phase."""
     if phase.startswith(("paused", "slowed")):
         await elapse(rng.uniform(0.0, 3.0))
         await (bench.controller.pause() if phase.startswith("paused") else bench.controller.override(0.4))
@@ -196,7 +196,7 @@ def _judge_job(case: Case, report: JobReport, bench: Rig, where: str) -> None:
 
 
 def _judge_events(case: Case, bench: Rig, told: int, where: str) -> None:
-    """A robot that is in a fault has said so, once, with its code."""
+    """A robot in a fault has reported it, once, with its code."""
     codes = [event.code for event in bench.controller.events.since(told) if event.code]
     assert set(codes) <= case.codes, f"{where}: {codes}"
     state = bench.controller.state

@@ -1,4 +1,4 @@
-"""What the machine does unasked: named, fatal to the motion, cleared only by a person, nothing moves by itself."""
+"""Spontaneous faults of the machine end the motion, have a name, and are cleared only by a person."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ async def test_abort_stops_at_once_and_waits_for_a_person() -> None:
 
 @asynccontextmanager
 async def second_controller(bench: Rig) -> AsyncIterator[GalilController]:
-    """Open another controller floor on the same machine, as after a restart of ours."""
+    """Open another controller on the same machine, as after a restart of ours."""
 
     async def dial() -> Transport:
         return bench.virtual.loopback()
@@ -162,7 +162,7 @@ async def second_controller(bench: Rig) -> AsyncIterator[GalilController]:
         await controller.close()
 
 
-async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
+async def test_restart_may_skip_homing_with_a_valid_mark() -> None:
     async with after_homing() as bench, second_controller(bench) as again:
         with pytest.raises(NotHomed):
             await again.move(FAR)
@@ -172,7 +172,7 @@ async def test_a_restart_may_skip_the_homing_whose_mark_stands() -> None:
 
 
 @pytest.mark.parametrize("burn", [False, True])
-async def test_a_reset_loses_the_mark_even_where_it_was_burned(burn: bool) -> None:
+async def test_reset_loses_even_a_burned_mark(burn: bool) -> None:
     async with after_homing() as bench:
         if burn:
             await foreign(bench, "BV", "BN")
@@ -202,7 +202,7 @@ async def test_places_at_a_short_end_are_reached_without_tripping_its_switch() -
             await bench.controller.jog("a", 0.01)
 
 
-async def test_a_cancel_said_twice_still_waits_for_rest() -> None:
+async def test_second_cancel_still_waits_for_rest() -> None:
     async with homed(live=False) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)

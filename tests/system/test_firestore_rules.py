@@ -97,16 +97,16 @@ def google(port: int) -> Emulator:
     "path",
     [ROBOT, *(f"{ROBOT}/{place}" for place in ("commands/old", "progress/old", "results/old", "state/presence"))],
 )
-def test_a_robot_and_its_supervisors_read_and_nobody_else(path: str, google: Emulator) -> None:
+def test_only_a_robot_and_its_supervisors_read(path: str, google: Emulator) -> None:
     assert [who for who in EVERYBODY if google.may_read(who, path)] == ["maya", "lab"]
 
 
 @pytest.mark.parametrize("collection", ["commands", "results"])
-def test_a_robot_and_its_supervisors_list_and_nobody_else(collection: str, google: Emulator) -> None:
+def test_only_a_robot_and_its_supervisors_list(collection: str, google: Emulator) -> None:
     assert [who for who in EVERYBODY if google.may_list(who, collection)] == ["maya", "lab"]
 
 
-def test_everybody_reads_only_the_account_of_their_own(google: Emulator) -> None:
+def test_every_user_reads_only_his_own_account(google: Emulator) -> None:
     for path in ("accounts/maya", "accounts/lab"):
         assert [who for who in EVERYBODY if google.may_read(who, path)] == [path.rpartition("/")[2]]
 
@@ -132,7 +132,9 @@ def test_everybody_reads_only_the_account_of_their_own(google: Emulator) -> None
         (put("elsewhere/one", x="1"), []),
     ],
 )
-def test_each_write_is_only_for_those_who_need_it(write: dict[str, Any], allowed: list[str], google: Emulator) -> None:
+def test_each_write_is_allowed_only_to_those_who_need_it(
+    write: dict[str, Any], allowed: list[str], google: Emulator
+) -> None:
     found = [who for who in ("maya", "other", "stranger", "nobody", "lab") if google.commit(who, write) == 200]
     assert found == allowed
 

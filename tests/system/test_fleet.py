@@ -120,7 +120,7 @@ def begun(observer: Observer, step: str, state: Path) -> None:
     observer.until(holds)
 
 
-def test_a_process_of_thirty_steps_survives_the_death_of_everybody(tmp_path: Path) -> None:
+def test_process_of_thirty_steps_survives_the_death_of_every_program(tmp_path: Path) -> None:
     file = tmp_path / "thirty.json"
     state = tmp_path / "thirty.json.state"
     process_of_thirty(file)
@@ -172,7 +172,7 @@ SHORT = {
 }
 
 
-def test_an_interrupted_run_goes_on_and_asks_about_a_failed_step(tmp_path: Path) -> None:
+def test_interrupted_run_continues_and_asks_about_a_failed_step(tmp_path: Path) -> None:
     file = tmp_path / "short.json"
     file.write_text(json.dumps(SHORT))
     with broker(tmp_path) as one, observing(one) as observer:
@@ -199,7 +199,7 @@ def test_an_interrupted_run_goes_on_and_asks_about_a_failed_step(tmp_path: Path)
 
 
 def answered(line: list[str], answers: str) -> str:
-    """Run a command with a terminal as its input, on which a person types; return what it says when it succeeds."""
+    """Run a command with a terminal as its input, on which a person types; return its output when it succeeds."""
     ours, its = pty.openpty()
     try:
         os.write(ours, answers.encode())

@@ -1,6 +1,6 @@
-"""All floors as nodes of a graph, in virtual time: jobs done, ended at any instant, and what the death of a node does.
+"""All layers as nodes of a graph, in virtual time: jobs done, ended at any instant, and deaths of nodes.
 
-The mechanics of the twin judge by their own record: where the part is, what was dropped, what moves.
+The record of the twin's mechanics decides: position of the part, drops, motion.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.testing import faults
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
-from tests.graphs import CALM, Apart, apart
+from tests.graphs import CALM, LayerNodes, layer_nodes
 from tests.virtual_time import elapse
 
 pytestmark = pytest.mark.system
@@ -43,27 +43,27 @@ def job(*steps: object) -> Job:
 PICK_AND_PLACE = job({"pick": "cube"}, {"place": "tray"})
 
 
-def moved(floors: Apart) -> bool:
+def moved(floors: LayerNodes) -> bool:
     """Whether the part stands on the tray, by the mechanics, and nothing ever fell."""
     x, y, _ = floors.mechanics.parts["cube"]
     assert not floors.mechanics.record.whole.drops
     return abs(x - TRAY.x) < 0.002 and abs(y - TRAY.y) < 0.002
 
 
-async def stands_still(floors: Apart, seconds: float = 30.0) -> None:
+async def stands_still(floors: LayerNodes, seconds: float = 30.0) -> None:
     """See that nothing moves for so long."""
     before = floors.mechanics.true_joints()
     await elapse(seconds)
     assert floors.mechanics.true_joints() == pytest.approx(before, abs=2e-5)
 
 
-async def ended(floors: Apart, number: int) -> tuple[TaskState, int]:
+async def ended(floors: LayerNodes, number: int) -> tuple[TaskState, int]:
     """Wait until a job has ended; return its state and code."""
     report = await floors.process.result(number)
     return report.state, report.code
 
 
-async def finishes(floors: Apart) -> None:
+async def finishes(floors: LayerNodes) -> None:
     """Have the robot do what is left of its task, as a person would after whatever happened."""
     steps = [{"place": "tray"}] if floors.robot.holding else [{"gripper": "open"}, {"pick": "cube"}, {"place": "tray"}]
     if not floors.controller.state.homed:
@@ -76,16 +76,16 @@ async def finishes(floors: Apart) -> None:
 
 
 async def test_a_job_from_power_up_to_the_part_on_the_tray() -> None:
-    async with apart(parts={"cube": CUBE}, homed=False) as floors:
+    async with layer_nodes(parts={"cube": CUBE}, homed=False) as floors:
         steps = ("home", {"pick": "cube"}, {"place": "tray"}, {"line": [1.1, 0.5, 0.6]}, {"move": [0.3, 1.5, 1.3]})
         assert await ended(floors, await floors.process.submit(job(*steps))) == (TaskState.DONE, 0)
         assert moved(floors)
         assert floors.robot.holding is False
-        assert floors.controller.state.joints == floors.below.rig.controller.state.joints
+        assert floors.controller.state.joints == floors.controller_node.rig.controller.state.joints
 
 
-async def test_the_phases_are_those_of_the_floor_and_in_its_order() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+async def test_phases_are_those_of_the_layer_in_its_order() -> None:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         phases: list[str] = []
         await floors.robot.run(Pick(CUBE), phases.append)
         assert phases == ["approach", "down", "close", "up"]
@@ -96,8 +96,8 @@ async def test_the_phases_are_those_of_the_floor_and_in_its_order() -> None:
         assert told == phases
 
 
-async def test_a_preview_is_what_the_floor_then_does() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+async def test_preview_equals_the_later_run_of_the_layer() -> None:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         preview = floors.robot.preview(Pick(CUBE), floors.robot.pose)
         began = asyncio.get_running_loop().time()
         await floors.robot.run(Pick(CUBE))
@@ -106,8 +106,8 @@ async def test_a_preview_is_what_the_floor_then_does() -> None:
         assert floors.robot.pose == preview.end
 
 
-async def test_what_the_floor_refuses_is_raised_as_it_said_it() -> None:
-    async with apart() as floors:
+async def test_refusal_of_a_layer_is_raised_unchanged() -> None:
+    async with layer_nodes() as floors:
         task = {"task": primitive_to_message(Pick(Point(0.3, 1.0, 2.3)))}
         there = await floors.nodes["process_controller"].do(TASK.name, TASK.type, task)
         with pytest.raises(Exception, match="cannot be reached") as raised:
@@ -120,8 +120,8 @@ async def test_what_the_floor_refuses_is_raised_as_it_said_it() -> None:
 
 
 async def test_an_empty_gripper_that_a_person_has_seen_is_opened_for_the_pick() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
-        await floors.below.rig.controller.gripper(open_=False)
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
+        await floors.controller_node.rig.controller.gripper(open_=False)
         await floors.controller.settled()
         floors.robot.seen(holding=False)
         await floors.robot.run(Pick(CUBE))
@@ -130,10 +130,10 @@ async def test_an_empty_gripper_that_a_person_has_seen_is_opened_for_the_pick() 
 
 
 @pytest.mark.parametrize("how", ["cancel", "stop"])
-async def test_a_job_ended_at_any_instant_leaves_a_robot_that_can_go_on(how: str, campaign: Campaign) -> None:
+async def test_job_ended_at_any_instant_leaves_a_usable_robot(how: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=100)):
         rng = campaign.rng(case)
-        async with apart(parts={"cube": CUBE}) as floors:
+        async with layer_nodes(parts={"cube": CUBE}) as floors:
             number = await floors.process.submit(PICK_AND_PLACE)
             await elapse(rng.uniform(0.0, LONGEST))
             over = (await floors.process.shown.report(number)).state.ended
@@ -151,10 +151,10 @@ async def test_a_job_ended_at_any_instant_leaves_a_robot_that_can_go_on(how: str
             await finishes(floors)
 
 
-async def test_a_homing_is_stopped_at_any_instant_and_begun_anew(campaign: Campaign) -> None:
+async def test_homing_is_stopped_at_any_instant_and_restarted(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
-        async with apart(homed=False) as floors:
+        async with layer_nodes(homed=False) as floors:
             number = await floors.process.submit(job("home"))
             await elapse(rng.uniform(0.0, 250.0))
             floors.process.turns.halt(Stopped())
@@ -167,10 +167,10 @@ async def test_a_homing_is_stopped_at_any_instant_and_begun_anew(campaign: Campa
                 assert await ended(floors, await floors.process.submit(job("home"))) == (TaskState.DONE, 0)
 
 
-async def test_a_job_that_people_pause_and_slow_down_ends_as_if_nobody_had(campaign: Campaign) -> None:
+async def test_paused_and_slowed_job_ends_like_an_undisturbed_one(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
-        async with apart(parts={"cube": CUBE}) as floors:
+        async with layer_nodes(parts={"cube": CUBE}) as floors:
             number = await floors.process.submit(PICK_AND_PLACE)
             for _ in range(3):
                 await elapse(rng.uniform(1.0, 30.0))
@@ -182,7 +182,7 @@ async def test_a_job_that_people_pause_and_slow_down_ends_as_if_nobody_had(campa
             assert moved(floors)
 
 
-async def _held(floors: Apart, rng: Random) -> None:
+async def _held(floors: LayerNodes, rng: Random) -> None:
     await floors.process.turns.pause("a person", now=True)
     await elapse(1.5)
     await stands_still(floors, rng.uniform(1.0, 60.0))
@@ -190,11 +190,11 @@ async def _held(floors: Apart, rng: Random) -> None:
 
 
 async def test_a_fault_ends_the_job_pauses_the_queue_and_is_recovered_from() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         first = await floors.process.submit(PICK_AND_PLACE)
         second = await floors.process.submit(job({"approach": "tray"}))
         await elapse(15.0)
-        with faults.abort_input(floors.below.rig.virtual):
+        with faults.abort_input(floors.controller_node.rig.virtual):
             assert await ended(floors, first) == (TaskState.FAILED, AbortInput.code)
             assert floors.controller.state.mode is Mode.FAULT
             assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
@@ -206,7 +206,7 @@ async def test_a_fault_ends_the_job_pauses_the_queue_and_is_recovered_from() -> 
 
 
 async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         number = await floors.process.submit(PICK_AND_PLACE)
         somebody = floors.bus.node("somebody")
         await elapse(10.0)
@@ -219,8 +219,8 @@ async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
         assert moved(floors)
 
 
-async def test_a_due_job_waits_for_somebody_elses_task() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+async def test_due_job_waits_for_another_clients_task() -> None:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         somebody = floors.bus.node("somebody")
         other = asyncio.ensure_future(somebody.do(TASK.name, TASK.type, {"task": primitive_to_message(Approach(TRAY))}))
         await elapse(2.0)
@@ -231,10 +231,10 @@ async def test_a_due_job_waits_for_somebody_elses_task() -> None:
 
 
 @pytest.mark.parametrize("name", ["robot_controller", "primitive_server"])
-async def test_a_node_between_the_floors_that_dies_stops_the_robot_and_the_queue(name: str, campaign: Campaign) -> None:
+async def test_death_of_a_middle_node_stops_the_robot_and_the_queue(name: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
-        async with apart(parts={"cube": CUBE}) as floors:
+        async with layer_nodes(parts={"cube": CUBE}) as floors:
             first = await floors.process.submit(PICK_AND_PLACE)
             second = await floors.process.submit(job({"approach": "tray"}))
             await elapse(rng.uniform(0.5, 50.0))
@@ -243,7 +243,7 @@ async def test_a_node_between_the_floors_that_dies_stops_the_robot_and_the_queue
             assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
             await elapse(2.0)
             await stands_still(floors)
-            assert floors.below.rig.controller.state.mode is Mode.IDLE
+            assert floors.controller_node.rig.controller.state.mode is Mode.IDLE
             node = floors.bus.node(name)
             again = robot_floor(node, CALM) if name == "robot_controller" else tasks_handed_on(node)
             async with again:
@@ -253,8 +253,8 @@ async def test_a_node_between_the_floors_that_dies_stops_the_robot_and_the_queue
                 await finishes(floors)
 
 
-async def test_the_controllers_node_dies_and_everybody_above_says_so() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+async def test_death_of_the_controller_node_is_reported_by_all_above() -> None:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         first = await floors.process.submit(PICK_AND_PLACE)
         second = await floors.process.submit(job({"approach": "tray"}))
         await elapse(15.0)
@@ -272,19 +272,19 @@ async def test_the_controllers_node_dies_and_everybody_above_says_so() -> None:
         assert not (await floors.process.shown.report(second)).state.ended
 
 
-async def test_the_process_floors_node_dies_and_the_robot_stops() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+async def test_death_of_the_process_node_stops_the_robot() -> None:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         number = await floors.process.submit(PICK_AND_PLACE)
         await elapse(15.0)
         await floors.dies("process_controller")
         await elapse(2.0)
-        assert floors.below.rig.controller.state.mode is Mode.IDLE
+        assert floors.controller_node.rig.controller.state.mode is Mode.IDLE
         await stands_still(floors)
         await floors.process.result(number)
 
 
-async def test_whoever_followed_a_path_and_died_has_it_stopped() -> None:
-    async with apart() as floors:
+async def test_death_of_a_client_stops_its_path() -> None:
+    async with layer_nodes() as floors:
         somebody = floors.bus.node("somebody")
         points = [{"positions": [0.3, 1.5, 1.3]}, {"positions": [1.2, 1.0, 1.8]}]
         goal = {"trajectory": {"joint_names": ["a", "b", "c"], "points": points}}
@@ -302,7 +302,7 @@ async def test_whoever_followed_a_path_and_died_has_it_stopped() -> None:
 @pytest.mark.parametrize("kind", [MotionEnded, GripperClosed])
 async def test_a_stop_between_two_motions_of_a_primitive_ends_it_too(word: str, kind: type[Event]) -> None:
     """Just there nothing moves that could be stopped: the next motion is still on its way over the graph."""
-    async with apart(parts={"cube": CUBE}) as floors:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         somebody, saying = floors.bus.node("somebody"), list[asyncio.Task[object]]()
 
         def hear(event: Event) -> None:
@@ -310,17 +310,17 @@ async def test_a_stop_between_two_motions_of_a_primitive_ends_it_too(word: str, 
                 call = somebody.call(f"/controller/{word}", {}, "std_srvs/Trigger")
                 saying.append(asyncio.get_running_loop().create_task(call))
 
-        floors.below.rig.controller.events.heard_by(hear)
+        floors.controller_node.rig.controller.events.heard_by(hear)
         with pytest.raises(Stopped):
             await floors.robot.run(Pick(CUBE))
         assert saying
         await elapse(1.0)
         await stands_still(floors)
-        assert floors.below.rig.controller.state.mode in {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
+        assert floors.controller_node.rig.controller.state.mode in {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
 
 
 async def test_a_stop_as_a_task_sets_out_ends_it() -> None:
-    async with apart(parts={"cube": CUBE}) as floors:
+    async with layer_nodes(parts={"cube": CUBE}) as floors:
         somebody = floors.bus.node("somebody")
         running = asyncio.ensure_future(floors.robot.run(Pick(CUBE)))
         await somebody.call("/controller/stop", {}, "std_srvs/Trigger")

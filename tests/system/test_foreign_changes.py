@@ -29,7 +29,7 @@ TOUCH = 0.02
 """[s]"""
 
 LOADS = 2.0
-"""No line carries more, whatever another program says."""
+"""No line carries more, whatever another program commands."""
 
 VALUES = {
     "LD": "3",
@@ -75,14 +75,14 @@ VALUES = {
     "OV": "0.1",
     "BW": "100",
 }
-"""What another program writes into each register."""
+"""Values that another program writes into each register."""
 
 NAMED = frozenset({2312})
 MOVED = frozenset({2311, 2313})
 
 
 class Case(NamedTuple):
-    """What another program says, the codes of which one names it, and whether the homing is void then."""
+    """A command of another program, the codes that may name it, and whether the homing is void then."""
 
     name: str
     commands: tuple[str, ...]

@@ -1,8 +1,8 @@
 """Software of others that talks to Galil controllers, unmodified, on the twin by its own sockets.
 
 QCoDeS's driver of the DMC-41x3 through our gclib, the Simons Observatory's Galil driver and agent over plain TCP, and a
-script for gclib. They run in `.venv-clients`, which `./test` sets up from requirements-clients.lock; what is asserted
-is what happened on the twin.
+script for gclib. They run in `.venv-clients`, which `./test` sets up from requirements-clients.lock; the tests check
+the state of the twin.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ PATIENCE = 50.0
 pytestmark = pytest.mark.system
 
 
-def told_by(script: str, twin: ServedTwin, home: Path, *arguments: str) -> dict[str, Any]:
-    """Return what a client said, once it has gone through everything it has."""
+def output_of(script: str, twin: ServedTwin, home: Path, *arguments: str) -> dict[str, Any]:
+    """Return a client's output, once it has gone through everything it has."""
     if not PYTHON.exists():
         pytest.fail("there is no .venv-clients: `./test` sets it up")
     done = subprocess.run(
@@ -58,7 +58,7 @@ def udp_handles(machine: VirtualDmc) -> int:
 
 def test_qcodes_drives_motors_planes_and_the_probe_arm(tmp_path: Path) -> None:
     with served() as twin:
-        said = told_by("qcodes_client.py", twin, tmp_path)
+        said = output_of("qcodes_client.py", twin, tmp_path)
         registers = twin.look(lambda machine: [dict(axis.registers) for axis in machine.unit.axes])
         on = twin.look(lambda machine: [axis.on for axis in machine.unit.axes])
         by_udp = twin.look(udp_handles)
@@ -108,7 +108,7 @@ def test_qcodes_drives_motors_planes_and_the_probe_arm(tmp_path: Path) -> None:
 def test_the_observatorys_driver_sets_up_gears_and_moves_axes(tmp_path: Path) -> None:
     with served(4) as twin:
         twin.do(lambda controller: controller.machine.unit.analog.__setitem__(0, 1.25))
-        said = told_by("socs_driver.py", twin, tmp_path)
+        said = output_of("socs_driver.py", twin, tmp_path)
         at = twin.look(positions)
         on = twin.look(lambda machine: [axis.on for axis in machine.unit.axes])
         outputs = twin.look(lambda machine: machine.unit.outputs[0])
@@ -145,7 +145,7 @@ def test_the_observatorys_driver_sets_up_gears_and_moves_axes(tmp_path: Path) ->
 
 def test_the_observatorys_agent_runs_its_tasks_and_publishes(tmp_path: Path) -> None:
     with served() as twin:
-        said = told_by("socs_agent.py", twin, tmp_path, str(tmp_path))
+        said = output_of("socs_agent.py", twin, tmp_path, str(tmp_path))
         at = twin.look(positions)
         refused = twin.refused
     assert said.pop("missing") == []

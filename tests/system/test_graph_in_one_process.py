@@ -40,8 +40,8 @@ PATIENT = 1000.0
 
 
 @dataclass
-class House:
-    """All floors behind their doors, and somebody on the other side."""
+class GraphStack:
+    """All layers behind their servers, and a client on the other side."""
 
     stack: Stack
     bus: Bus
@@ -85,7 +85,7 @@ class House:
 
 
 @asynccontextmanager
-async def house(*, homed: bool = True) -> AsyncIterator[House]:
+async def graph_stack(*, homed: bool = True) -> AsyncIterator[GraphStack]:
     async with AsyncExitStack() as held:
         floors = await held.enter_async_context(stack(Config(), live=False, parts={"cube": CUBE}))
         if homed:
@@ -101,23 +101,23 @@ async def house(*, homed: bool = True) -> AsyncIterator[House]:
         )
         for name, door in doors:
             await held.enter_async_context(door.open(bus.node(name)))
-        seen = House(floors, bus, bus.node("somebody"))
+        seen = GraphStack(floors, bus, bus.node("somebody"))
         seen.client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
         await elapse(0.1)
         yield seen
 
 
-async def by_task(robot: House) -> None:
+async def by_task(robot: GraphStack) -> None:
     await robot.do(PICK)
     await robot.do(PLACE)
 
 
-async def by_command(robot: House) -> None:
+async def by_command(robot: GraphStack) -> None:
     await robot.call(PICK)
     await robot.call(PLACE)
 
 
-async def by_move(robot: House) -> None:
+async def by_move(robot: GraphStack) -> None:
     robot.publish("/maya_move", "maya_robot/MayaPrimitive", PICK)
     await robot.until(lambda: robot.stack.robot.holding is True)
     await robot.until(lambda: robot.stack.service.direct.doing == "")
@@ -127,12 +127,12 @@ async def by_move(robot: House) -> None:
     robot.publish("/maya_move", "maya_robot/MayaPrimitive", PLACE)
 
 
-async def by_send_task(robot: House) -> None:
+async def by_send_task(robot: GraphStack) -> None:
     robot.publish("/send_task", "maya_robot/MayaPrimitive", PICK)
     robot.publish("/send_task", "maya_robot/MayaPrimitive", PLACE)
 
 
-async def by_start_queue(robot: House) -> None:
+async def by_start_queue(robot: GraphStack) -> None:
     robot.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": [PICK, PLACE]})
 
 
@@ -147,13 +147,13 @@ WAYS = {
 
 @pytest.mark.parametrize("way", WAYS)
 async def test_every_way_moves_the_part(way: str) -> None:
-    async with house() as robot:
+    async with graph_stack() as robot:
         await WAYS[way](robot)
         await robot.until(robot.moved)
         await robot.until(lambda: robot.stack.robot.holding is False)
 
 
-def homing(robot: House) -> Awaitable[None]:
+def homing(robot: GraphStack) -> Awaitable[None]:
     async def wished() -> None:
         robot.publish("/maya_move", "maya_robot/MayaPrimitive", HOME)
 
@@ -161,10 +161,10 @@ def homing(robot: House) -> Awaitable[None]:
 
 
 @pytest.mark.parametrize("way", [*WAYS, "homing"])
-async def test_the_end_of_everything_stops_it_at_any_instant_and_all_can_go_on(way: str, campaign: Campaign) -> None:
+async def test_stop_queue_at_any_instant_leaves_a_usable_stack(way: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=2, long=100)):
         rng = campaign.rng(case)
-        async with house(homed=way != "homing") as robot:
+        async with graph_stack(homed=way != "homing") as robot:
             begun = asyncio.ensure_future(WAYS.get(way, homing)(robot))
             await elapse(_instant(rng))
             robot.publish("/stop_queue", "std_msgs/Empty", {})
@@ -180,7 +180,7 @@ def _instant(rng: Random) -> float:
     return rng.uniform(0.0, LONGEST)
 
 
-async def _finishes(robot: House) -> None:
+async def _finishes(robot: GraphStack) -> None:
     """Have the robot do what is left, as a person would after whatever happened."""
     assert robot.stack.process.shown.mode is QueueMode.RUNNING
     if robot.moved() and not robot.stack.robot.holding:
@@ -194,8 +194,8 @@ async def _finishes(robot: House) -> None:
     assert robot.moved()
 
 
-async def test_whoever_drives_is_not_driven_past() -> None:
-    async with house() as robot:
+async def test_driver_with_the_lease_is_not_bypassed() -> None:
+    async with graph_stack() as robot:
         robot.stack.lease.take("ana", "http")
         ended = await robot.client.do("/task", "maya_robot/Task", {"task": PICK})
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "4103")
@@ -207,8 +207,8 @@ async def test_whoever_drives_is_not_driven_past() -> None:
         assert robot.stack.lease.holder.name != ROS.name
 
 
-async def test_a_wish_on_the_graph_is_refused_while_a_job_runs_which_goes_on_unharmed() -> None:
-    async with house() as robot:
+async def test_command_on_the_graph_is_refused_and_the_running_job_unharmed() -> None:
+    async with graph_stack() as robot:
         robot.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": [PICK, PLACE]})
         await elapse(2.0)
         for name, kind, goal in (

@@ -102,7 +102,7 @@ def test_axes_brake_on_their_path_when_the_host_is_gone(death: signal.Signals) -
 
 
 @pytest.mark.system
-def test_a_pause_outlives_no_host_and_nothing_moves_when_another_comes() -> None:
+def test_pause_of_a_dead_host_does_not_resume_under_another() -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
         with running(f"up --port 0 --skip-home --address {address}") as up:
@@ -158,7 +158,7 @@ def _braking(wire: Wire, twin: Twin) -> tuple[float, float]:
 
 
 class Stalling:
-    """A transport whose writer is held up at times; what it wrote meanwhile goes out afterwards."""
+    """A transport whose writer is blocked at times; delayed bytes go out afterwards."""
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport

@@ -42,7 +42,7 @@ def drawn_config(rng: Random) -> Config:
 
 
 def wired(truth: TrueConstants, config: Config) -> TrueConstants:
-    """Return the machine with switches wired as the configuration says."""
+    """Return the machine with switches wired as configured."""
     return truth.with_wiring(active_high=config.wiring.limit_active_level == 1)
 
 
@@ -56,7 +56,7 @@ def assert_within_bounds(rig: Rig, start: StartPose) -> None:
 
 
 def assert_homed(rig: Rig, config: Config) -> None:
-    """The robot says it is homed, and its counts agree with the true lengths to the datum's margin."""
+    """The robot reports that it is homed, and its counts agree with the true lengths to the datum's margin."""
     state = rig.controller.state
     assert state.homed
     assert state.mode is Mode.IDLE
@@ -81,7 +81,7 @@ def test_homes_from_random_legal_starts(campaign: Campaign) -> None:
         run_virtual(_home(TrueConstants(), legal_start(rng, TrueConstants()), Config()))
 
 
-def test_homes_machines_that_nobody_told_it_about(campaign: Campaign) -> None:
+def test_homes_machines_of_unknown_geometry(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=8, long=300)):
         rng = campaign.rng(case)
         config = drawn_config(rng)

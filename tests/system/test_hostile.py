@@ -16,7 +16,7 @@ import pytest
 
 from maya_un.assembly import Twin
 from tests.campaign import Campaign
-from tests.hostile import ANSWERS, HARMLESS, KINDS, Crowd, Hostile, crowded, prepared, said
+from tests.hostile import ANSWERS, HARMLESS, KINDS, CostlyClients, CostlyRequest, costly_clients, prepared, send_request
 from tests.system.processes import Process, Wire, running
 from tests.system.test_guard import mark, served
 from tests.waiting import eventually
@@ -24,17 +24,17 @@ from tests.waiting import eventually
 pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]
 
 JOB = {"steps": [{"approach": [0.5, 0.9, 0.5]}, {"approach": [0.9, 0.3, 0.5]}] * 5}
-STOP = Hostile("POST", "/v1/stop")
+STOP = CostlyRequest("POST", "/v1/stop")
 
 
 def port_of(up: Process) -> int:
-    """Return the port of a Maya that says where its door is."""
+    """Return the port of a Maya that prints its URL."""
     return int(up.until("Service:").rpartition(":")[2])
 
 
 def status(port: int) -> dict[str, Any]:
     """Return how the robot stands."""
-    return json.loads(said(port, Hostile("GET", "/v1/status"))[1])
+    return json.loads(send_request(port, CostlyRequest("GET", "/v1/status"))[1])
 
 
 def wait_until(port: int, holds: Callable[[dict[str, Any]], bool]) -> None:
@@ -48,13 +48,13 @@ def set_moving(port: int) -> None:
         port, lambda now: now["state"]["mode"] == "idle" and all(job["state"] != "running" for job in now["jobs"])
     )
     for path in ("/v1/queue/clear", "/v1/queue/resume"):
-        assert said(port, Hostile("POST", path))[0] == 200
-    assert said(port, Hostile("POST", "/v1/jobs", json.dumps(JOB).encode()))[0] == 202
+        assert send_request(port, CostlyRequest("POST", path))[0] == 200
+    assert send_request(port, CostlyRequest("POST", "/v1/jobs", json.dumps(JOB).encode()))[0] == 202
     wait_until(port, lambda now: now["state"]["moving"])
 
 
 @contextmanager
-def stops_heard(twin: Twin) -> Iterator[list[float]]:
+def stops_received(twin: Twin) -> Iterator[list[float]]:
     """Yield the instants of every ST that comes to the twin, as they come [s, monotonic]."""
     heard: list[float] = []
 
@@ -71,49 +71,49 @@ def stops_heard(twin: Twin) -> Iterator[list[float]]:
 
 def time_to_stop(port: int, twin: Twin) -> float:
     """Say stop; return when it was on the wire [s from then on]."""
-    with stops_heard(twin) as heard:
+    with stops_received(twin) as heard:
         asked = time.monotonic()
-        assert said(port, STOP)[0] == 200
+        assert send_request(port, STOP)[0] == 200
         return min((at for at in heard if at >= asked), default=inf) - asked
 
 
 def usually(port: int, twin: Twin) -> float:
-    """Return the time to stop on this machine now, beside a crowd whose requests are long but harmless [s]."""
+    """Return the time to stop on this machine now, during requests that are long but harmless [s]."""
     times: list[float] = []
     for _ in range(3):
         set_moving(port)
-        with crowded(port, HARMLESS, 12) as crowd:
+        with costly_clients(port, HARMLESS, 12) as crowd:
             while crowd.left > 6:
                 status(port)
             times.append(time_to_stop(port, twin))
     return max(times)
 
 
-def require_answered(port: int, name: str, request: Hostile, crowd: Crowd) -> None:
+def require_answered(port: int, name: str, request: CostlyRequest, crowd: CostlyClients) -> None:
     """Check that hostile requests were answered, each as it should be, or given up by their senders."""
     assert not crowd.dropped, name
     assert set(crowd.statuses) <= ANSWERS, (name, crowd.statuses)
-    assert said(port, request)[0] in ANSWERS, name
+    assert send_request(port, request)[0] in ANSWERS, name
 
 
-def test_hostile_requests_in_motion_delay_no_stop_and_trip_no_guard(campaign: Campaign) -> None:
+def test_costly_requests_in_motion_delay_no_stop_and_trip_no_watchdog(campaign: Campaign) -> None:
     """The long run needs a machine with nothing else to do: a stop is on the wire within 50 ms, without allowance.
 
     The short run shares the machine with other tests, which it allows for.
     """
     count = campaign.size(ci=6, long=100)
     found: dict[str, float] = {}
-    answers: dict[str, Crowd] = {}
+    answers: dict[str, CostlyClients] = {}
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
         with running(f"up --port 0 --journal memory --skip-home --address {address}") as up:
             port = port_of(up)
-            said(port, Hostile("POST", "/v1/speed", b'{"ratio": 0.05}'))
+            send_request(port, CostlyRequest("POST", "/v1/speed", b'{"ratio": 0.05}'))
             allowed = 0.05 if campaign.long else 0.25 + 4.0 * usually(port, twin)
             for name in KINDS:
                 set_moving(port)
                 request = prepared(port, name)
-                with crowded(port, request, count) as crowd:
+                with costly_clients(port, request, count) as crowd:
                     while crowd.left > count // 2:
                         assert status(port)["state"]["fault"] is None, name
                     assert status(port)["state"]["moving"], name
@@ -136,9 +136,9 @@ def test_heavy_jobs_that_wait_delay_no_stop_after_a_restart(tmp_path: Path) -> N
         mark(twin, wire)
         with running(f"{line} {address}") as up:
             port = port_of(up)
-            said(port, Hostile("POST", "/v1/queue/pause"))
+            send_request(port, CostlyRequest("POST", "/v1/queue/pause"))
             for _ in range(10):
-                assert said(port, Hostile("POST", "/v1/jobs", body))[0] == 202
+                assert send_request(port, CostlyRequest("POST", "/v1/jobs", body))[0] == 202
             up.send(signal.SIGKILL)
             up.end()
         with running(f"{line} {address}") as up:

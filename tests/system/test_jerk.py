@@ -1,4 +1,4 @@
-"""Limits of jerk on the twin: what is planned is what happens, a stop stays on the path, the axes rise gently."""
+"""Limits of jerk on the twin: motion follows the plan, a stop stays on the path, the axes rise gently."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ async def _predictions(rng: Random, moves: int) -> int:
     return done
 
 
-def test_the_prediction_is_what_happens(campaign: Campaign) -> None:
+def test_motion_agrees_with_the_prediction(campaign: Campaign) -> None:
     cases = campaign.size(ci=3, long=40)
     assert sum(run_virtual(_predictions(campaign.rng(case), 20)) for case in range(cases)) >= 2 * cases
 

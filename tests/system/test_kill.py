@@ -1,7 +1,7 @@
 """SIGKILL at random instants of running jobs: no job is lost, nothing is done twice, nothing is silently left out.
 
-The robot runs in a process of its own, in virtual time, with its queue in a real file (`kill_worker`, which judges what
-each restart offers). What really happened is told by the mechanics' ledger alone.
+The robot runs in a separate process, in virtual time, with its queue in a real file (`kill_worker`, which checks the
+choices of each restart). The mechanics' ledger alone records the facts.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def lives(folder: Path, seed: int, kill: Random | None) -> bool:
 
 
 def _until_the_instant(said: Any, rng: Random) -> None:
-    """Return after so many bytes and a moment, or when nothing more is said."""
+    """Return after a number of bytes and a moment, or at the end of the output."""
     if rng.random() < STARTING:
         select.select([], [], [], rng.uniform(0.0, LONGEST_START))
         return
@@ -72,7 +72,7 @@ def _until_the_instant(said: Any, rng: Random) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What the ledger says of the jobs of a plan."""
+    """The ledger's facts about the jobs of a plan."""
 
     jobs: Plan
     ledger: Ledger
@@ -83,11 +83,11 @@ class Outcome:
         return {line["job"] for line in self.ledger.of("said") if line["choice"] == "abort"}
 
     def carried(self, part: str) -> list[tuple[str, Any]]:
-        """Return what the jaws did with a part, in order."""
+        """Return the gripper's actions on a part, in order."""
         return [(line["what"], line["place"]) for line in self.ledger.of("open", "close") if line["part"] == part]
 
     def require(self) -> None:
-        """Every part was taken where the plan says and put down where it says, once, in order, and never fell."""
+        """Every part was picked and placed at the planned positions, once, in order, and never fell."""
         for name, carries in self.jobs.items():
             wanted = [(kind, place) for leg in carries for kind, place in (("close", leg.here), ("open", leg.there))]
             found = self.carried(carries[0].part)

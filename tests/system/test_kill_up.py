@@ -1,4 +1,4 @@
-"""SIGKILL of the real `maya up`; the controller lives on. It comes up paused, says what was under way, does nothing."""
+"""SIGKILL of the real `maya up`: it restarts paused, reports the interrupted job, and moves nothing."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def outputs(wire: Wire) -> list[float]:
 
 
 def choice_of(offer: dict[str, Any], name: str) -> dict[str, object]:
-    """Return a choice as it is said, with what a person sees where he is asked: no part is anywhere."""
+    """Return the arguments of a choice, for a machine without any part."""
     asked = next(choice for choice in offer["choices"] if choice["name"] == name)["needs_answer"]
     return {"choice": name, "holding": False} if asked else {"choice": name}
 
@@ -47,7 +47,7 @@ def require_offer(robot: Running, job: int) -> dict[str, Any] | None:
     return offer
 
 
-def test_a_maya_up_that_is_killed_again_and_again_carries_its_job_to_the_end(
+def test_maya_up_killed_repeatedly_finishes_its_job(
     campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "kept"))

@@ -1,7 +1,7 @@
 """Fifty people at one robot: they race for the lease, vanish, come back, jog and say stop.
 
-Who drove when is told by the event log alone. What they did is told by the wire of the twin: what a jog sent was sent
-while whoever asked for it drove, and the ST of a stop came within 50 ms, whoever said it.
+The event log alone decides who drove at a time. The wire of the twin shows the commands: a jog was sent while its
+caller drove, and the ST of a stop came within 50 ms, from any caller.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ PEOPLE = {"admin": 4, "operator": 20, "student": 21, "viewer": 5}
 ROOT = Path(__file__).resolve().parents[2]
 
 PATIENT = parse({"safety": {"guard_time": 5.0}})
-"""With fifty threads of a crowd on the same machine the guard would hold the host for dead; it has tests of its own."""
+"""With fifty client threads on the same machine the watchdog would take the host for dead; it has other tests."""
 
 SOON = 0.05
-"""How soon after a wish to stop its ST is sent [s]."""
+"""Allowed time from a stop request to its ST [s]."""
 
 DRIVING = {"jog": 8, "hold": 10, "speed": 3, "renew": 4, "offer": 2, "release": 3, "vanish": 2, "stop": 1}
-"""How often whoever believes that he drives does what."""
+"""Relative frequencies of the actions of a caller who believes that he drives."""
 
 WAITING = {
     "take": 20,
@@ -66,12 +66,12 @@ WAITING = {
     "release": 1,
     "vanish": 2,
 }
-"""How often the others do what."""
+"""Relative frequencies of the actions of other callers."""
 
 
 @dataclass(slots=True)
 class Wire:
-    """What the controller was told, and when [s, loop time]."""
+    """Commands to the controller, with their times [s, loop time]."""
 
     stops: list[float] = field(default_factory=list[float])
     begins: list[tuple[float, int]] = field(default_factory=list[tuple[float, int]])
@@ -227,7 +227,7 @@ class Person:
         await elapse(self._rng.choice([0.0, 3.0, 12.0]))
 
     async def _stop(self) -> None:
-        """Say stop, whoever one is, whatever one shows."""
+        """Send a stop, as any caller, with any credentials."""
         race, moving = self._race, self._race.moving
         now = asyncio.get_running_loop().time()
         who = await self._who()
@@ -237,7 +237,7 @@ class Person:
 
 
 @asynccontextmanager
-async def crowd() -> AsyncIterator[Race]:
+async def shared_race() -> AsyncIterator[Race]:
     """Home a robot, give everybody a token, and listen to the wire."""
     async with stack(Config(), calendar=Days(), live=False) as running:
         await running.service.wish({"command": "home"})
@@ -258,7 +258,7 @@ def within(instants: list[float], since: float, seconds: float) -> bool:
 
 
 def braked(wire: Wire, at: float) -> bool:
-    """Tell whether what moves at an instant was told to stop: before, since it began, or soon after."""
+    """Return whether motion at an instant had a stop: before, since it began, or soon after."""
     began = max(instant for instant, _ in wire.begins if instant <= at)
     return within(wire.stops, began, at + SOON - began)
 
@@ -270,7 +270,7 @@ def wrongly_let_in(race: Race, log: list[Span]) -> list[tuple[str, int, str]]:
 
 async def test_fifty_people_race_for_the_lease(campaign: Campaign) -> None:
     count = campaign.size(ci=2_000, long=10_000) // sum(PEOPLE.values())
-    async with crowd() as race:
+    async with shared_race() as race:
         people = [Person(name, race, campaign.rng(n)) for n, name in enumerate(race.tokens)]
         await asyncio.gather(*(person.live(count) for person in people))
         await elapse(60.0)
@@ -289,7 +289,7 @@ async def test_fifty_people_race_for_the_lease(campaign: Campaign) -> None:
 
 @dataclass(slots=True)
 class Served:
-    """What came of a crowd at the real door: its own account, when a stop came to the gate, every ST, who drove."""
+    """Results of the clients over HTTP: their own report, times of stops at the gate, every ST, the drivers."""
 
     outcome: dict[str, Any]
     asked: list[float]
@@ -298,21 +298,21 @@ class Served:
 
 
 class Watched(Gate):
-    """A gate that notes when somebody says stop at it [s, the system's monotonic clock]."""
+    """A gate that records the times of stops [s, the system's monotonic clock]."""
 
     asked: list[float]
 
     async def call(
         self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], detail: str = ""
     ) -> T:
-        """Let a wish through."""
+        """Pass a request on."""
         if operation is Operation.STOP:
             self.asked.append(time.monotonic())
         return await super().call(caller, operation, wish, detail)
 
 
-async def besieged(count: int, seed: str) -> Served:
-    """Serve a twin that homes to a crowd that comes over HTTP from another process, in real time."""
+async def served_race(count: int, seed: str) -> Served:
+    """Serve a twin that homes to clients over HTTP from another process, in real time."""
     async with stack(PATIENT, calendar=Days()) as running:
         tokens = [
             (await running.service.users.add(f"{role}{n}", role)).token
@@ -335,18 +335,18 @@ async def besieged(count: int, seed: str) -> Served:
         with bound_socket(0) as door:
             async with served(create_app(bridge), door):
                 asked = {"door": door.getsockname(), "tokens": tokens, "count": count, "seed": seed}
-                said = await loop.run_in_executor(None, _crowd, json.dumps(asked))
+                said = await loop.run_in_executor(None, _client_orders, json.dumps(asked))
         assert running.controller.state.mode is Mode.NOT_HOMED
         return Served(json.loads(said), gate.asked, stops, spans(running.controller.events.since(0)))
 
 
-def _crowd(asked: str) -> str:
-    crowd = [sys.executable, "-m", "tests.crowd"]
-    return subprocess.run(crowd, input=asked, capture_output=True, text=True, check=True, cwd=ROOT).stdout
+def _client_orders(asked: str) -> str:
+    command = [sys.executable, "-m", "tests.crowd"]
+    return subprocess.run(command, input=asked, capture_output=True, text=True, check=True, cwd=ROOT).stdout
 
 
 def late(asked: list[float], stops: list[float]) -> list[float]:
-    """Return how long after each wish to stop an ST came [s], the shortest first."""
+    """Return the times from each stop request to its ST [s], the shortest first."""
     return sorted(min((at for at in stops if at >= since), default=inf) - since for since in asked)
 
 
@@ -355,19 +355,19 @@ def share(late: list[float], part: float) -> float:
     return late[int(part * len(late))]
 
 
-def told(late: list[float]) -> str:
+def delays_text(late: list[float]) -> str:
     return f"median {share(late, 0.5):.4f} s, 99 of 100 within {share(late, 0.99):.4f} s, worst {late[-1]:.4f} s"
 
 
 def test_fifty_people_race_over_http(campaign: Campaign) -> None:
     """At the gate 50 ms are asked for, and of a machine with nothing else to do over HTTP too, one in a hundred aside.
 
-    The crowd counts from before its thread has said a word, and its fifty threads are on the robot's own machine: what
-    that takes to run them is in its figures. The short run shares the machine with other tests, so of what lies outside
-    the gate it asks only that it comes through, and of the gate the usual case.
+    The clients count from before their thread has sent a byte, and their fifty threads run on the robot's own machine:
+    their run time is in their figures. The short run shares the machine with other tests. Outside the gate it therefore
+    checks only that the stop arrives, and at the gate the usual case.
     """
     count = campaign.size(ci=600, long=10_000) // sum(PEOPLE.values())
-    found = run(besieged(count, str(campaign.seed)))
+    found = run(served_race(count, str(campaign.seed)))
     assert found.outcome["broken"] == []
     statuses = found.outcome["statuses"]
     assert [key for key in statuses if int(key.split()[1]) >= 500] == []
@@ -375,7 +375,7 @@ def test_fifty_people_race_over_http(campaign: Campaign) -> None:
     assert {status for _, status in stops} == {200}
     gate, http = late(found.asked, found.stops), late([asked for asked, _ in stops], found.stops)
     assert len(gate) >= len(http) >= 5
-    assert share(gate, 0.99 if campaign.long else 0.5) <= SOON, told(gate)
-    assert share(http, 0.99 if campaign.long else 0.5) <= (SOON if campaign.long else 0.5), told(http)
-    assert http[-1] <= (0.5 if campaign.long else 5.0), told(http)
+    assert share(gate, 0.99 if campaign.long else 0.5) <= SOON, delays_text(gate)
+    assert share(http, 0.99 if campaign.long else 0.5) <= (SOON if campaign.long else 0.5), delays_text(http)
+    assert http[-1] <= (0.5 if campaign.long else 5.0), delays_text(http)
     assert len({span.name for span in found.log}) > 3

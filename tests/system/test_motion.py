@@ -85,7 +85,7 @@ async def test_a_stop_keeps_to_the_line() -> None:
         assert isinstance(bench.controller.events.last, MotionStopped)
 
 
-async def test_the_prediction_is_what_happens() -> None:
+async def test_motion_agrees_with_the_prediction() -> None:
     async with rig() as bench:
         await bench.controller.home()
         here = bench.controller.state.joints
@@ -120,6 +120,6 @@ async def _predictions(rng: Random, moves: int) -> None:
             assert loop.time() - began == pytest.approx(preview.duration, rel=1e-6)
 
 
-def test_predictions_are_what_happens_at_any_speed(campaign: Campaign) -> None:
+def test_motion_agrees_with_the_prediction_at_any_speed(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=3, long=50)):
         run_virtual(_predictions(campaign.rng(case), 30))

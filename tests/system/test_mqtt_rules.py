@@ -18,7 +18,7 @@ from maya_un.supervisor import Supervisor
 from tests.secrecy import secret
 from tests.system.brokers import Broker, broker
 from tests.system.processes import Process, done
-from tests.system.test_coms import asked, robot, url_in
+from tests.system.test_coms import call, robot, url_in
 from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -78,7 +78,7 @@ def surroundings(broker: Broker, folder: Path, user: str, **more: str) -> dict[s
     }
 
 
-def told(story: Callable[[Supervisor], Awaitable[None]], surroundings: dict[str, str]) -> None:
+def run_story(story: Callable[[Supervisor], Awaitable[None]], surroundings: dict[str, str]) -> None:
     async def main() -> None:
         async with asyncio.timeout(60.0), Supervisor() as lab:
             await story(lab)
@@ -122,7 +122,7 @@ def test_a_robot_cannot_be_another(folder: Path) -> None:
         try:
             url = url_in(link.until("http://"))
             eventually(
-                lambda: "authori" in str(asked("GET", url, "/status")["supervisors"]["waits_for"]), "it is refused"
+                lambda: "authori" in str(call("GET", url, "/status")["supervisors"]["waits_for"]), "it is refused"
             )
         finally:
             link.kill()
@@ -130,28 +130,28 @@ def test_a_robot_cannot_be_another(folder: Path) -> None:
         async def story(lab: Supervisor) -> None:
             assert lab.robots == {}
 
-        told(story, surroundings(one, folder, "wall"))
+        run_story(story, surroundings(one, folder, "wall"))
 
 
 def test_a_stranger_is_refused_and_no_secret_is_shown(folder: Path) -> None:
     with ruled(folder) as one:
         mallory = surroundings(one, folder, "anna", MAYA_COMS_USER="mallory")
         with pytest.raises(SupervisorsNotReached, match=r"not authorised|Not authorized") as error:
-            told(nothing, mallory)
+            run_story(nothing, mallory)
         assert USERS["anna"] not in str(error.value)
         code, said = done("fleet list", env=surroundings(one, folder, "anna", MAYA_COMS_CA=""))
         assert (code, "certificate" in said, USERS["anna"] in said) == (1, True, False)
         with pytest.raises(InvalidValue, match="TLS"):
-            told(nothing, surroundings(one, folder, "anna", MAYA_COMS_CA=str(folder / "none.crt")))
+            run_story(nothing, surroundings(one, folder, "anna", MAYA_COMS_CA=str(folder / "none.crt")))
 
 
-def test_a_client_certificate_is_asked_for(folder: Path) -> None:
+def test_client_certificate_is_requested(folder: Path) -> None:
     with ruled(folder, "require_certificate true") as one:
         anna = surroundings(one, folder, "anna")
         code, said = done("fleet list", env=anna)
         assert (code, "1051" in said) == (1, True)
         certificate = {"MAYA_COMS_CERT": str(folder / "client.crt"), "MAYA_COMS_KEY": str(folder / "client.key")}
-        told(nothing, anna | certificate)
+        run_story(nothing, anna | certificate)
 
 
 def test_a_refused_step_raises_and_the_next_one_is_sent(folder: Path) -> None:
@@ -164,7 +164,7 @@ def test_a_refused_step_raises_and_the_next_one_is_sent(folder: Path) -> None:
         assert lab.trouble is None
 
     with ruled(folder) as one:
-        told(story, surroundings(one, folder, "anna"))
+        run_story(story, surroundings(one, folder, "anna"))
 
 
 def test_the_page_shows_the_files() -> None:

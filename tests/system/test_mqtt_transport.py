@@ -52,7 +52,7 @@ async def linked(one: Broker, robot: Robot) -> AsyncIterator[Agent]:
 Story = Callable[[Broker, Robot], Awaitable[None]]
 
 
-def told(story: Story, folder: Path) -> None:
+def run_story(story: Story, folder: Path) -> None:
     """Run a story with a broker and a robot."""
 
     async def main(one: Broker) -> None:
@@ -73,7 +73,7 @@ def connected(agent: Agent) -> bool:
     return bool(status["robot"]["connected"] and status["supervisors"]["connected"])
 
 
-def test_a_command_that_comes_again_and_again_does_not_shut_out_others(tmp_path: Path) -> None:
+def test_repeated_command_does_not_block_others(tmp_path: Path) -> None:
     async def story(one: Broker, robot: Robot) -> None:
         robot.go.clear()
         async with linked(one, robot) as agent, client(one) as lab:
@@ -85,7 +85,7 @@ def test_a_command_that_comes_again_and_again_does_not_shut_out_others(tmp_path:
             await lab.publish(COMMANDS, command("2", "can_teleop"), 1)
             await until(lambda: robot.begun == ["home", "can_teleop"])
 
-    told(story, tmp_path)
+    run_story(story, tmp_path)
 
 
 def test_the_link_ends_while_the_broker_does_not_answer(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_the_link_ends_while_the_broker_does_not_answer(tmp_path: Path) -> None:
             await until(lambda: connected(agent))
             one.signal(signal.SIGSTOP)
 
-    told(story, tmp_path)
+    run_story(story, tmp_path)
 
 
 def test_a_broker_that_forgot_the_last_seconds_does_not_keep_a_robot_away(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_a_broker_that_forgot_the_last_seconds_does_not_keep_a_robot_away(tmp_pa
             await until(lambda: connected(agent) or agent.status()["supervisors"]["code"] == SessionTakenOver.code)
             assert connected(agent)
 
-    told(story, tmp_path)
+    run_story(story, tmp_path)
 
 
 def test_a_retained_command_is_not_carried_out_because_the_robot_connects(tmp_path: Path) -> None:
@@ -126,7 +126,7 @@ def test_a_retained_command_is_not_carried_out_because_the_robot_connects(tmp_pa
                 await until(lambda: robot.begun != [])
         assert robot.begun == ["can_teleop"]
 
-    told(story, tmp_path)
+    run_story(story, tmp_path)
 
 
 def test_a_result_of_an_earlier_connection_does_not_answer_another_command(tmp_path: Path) -> None:
@@ -154,4 +154,4 @@ def test_a_result_of_an_earlier_connection_does_not_answer_another_command(tmp_p
                     assert json.loads(message.payload)["id"] == "new"
                     break
 
-    told(story, tmp_path)
+    run_story(story, tmp_path)

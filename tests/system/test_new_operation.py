@@ -30,7 +30,7 @@ END_OF_ROUTES = "\n\ndef add_recovery("
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a copy of the project with the operation `hold_queue`, as the page says."""
+    """Return a copy of the project with the operation `hold_queue`, following the page."""
     copy = tmp_path_factory.mktemp("tree")
     for folder in ("src", "scripts"):
         shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))

@@ -30,7 +30,7 @@ PAGE = ROOT / "docs" / "how-to" / "add-a-primitive.md"
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a copy of the project with the primitives `tap` and `rotate`, as the page says."""
+    """Return a copy of the project with the primitives `tap` and `rotate`, following the page."""
     copy = tmp_path_factory.mktemp("tree")
     for folder in ("src", "scripts"):
         shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))

@@ -20,7 +20,7 @@ from tests.system.brokers import broker
 from tests.system.observing import observing
 from tests.system.processes import running
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.system.test_coms import UP, asked, coms, url_in
+from tests.system.test_coms import UP, call, coms, url_in
 from tests.system.test_coms_rtdb import API_KEY, RULES, admit, wait
 from tests.system.test_coms_rtdb import coms as coms_of_database
 
@@ -147,7 +147,7 @@ def flow_of_database(database: RealtimeDatabase, link: str) -> str:
 
 def cube(door: str) -> list[float]:
     """Return where the twin's own record has the cube."""
-    found: list[float] = asked("GET", door, "/v1/twin")["parts"]["cube"]
+    found: list[float] = call("GET", door, "/v1/twin")["parts"]["cube"]
     return found
 
 

@@ -15,7 +15,7 @@ NOTEBOOKS = sorted((ROOT / "docs").rglob("*.ipynb"))
 
 @pytest.mark.system
 @pytest.mark.timeout(300)
-def test_the_notebooks_show_what_they_have_stored() -> None:
+def test_notebooks_show_their_stored_output() -> None:
     check = subprocess.run(
         [sys.executable, ROOT / "scripts" / "notebooks.py", "--check"], capture_output=True, text=True, check=False
     )

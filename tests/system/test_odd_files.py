@@ -32,7 +32,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("name", ["inf", "..", "junk", "/dev/null", "linked.db"])
-def test_up_that_does_not_start_leaves_nothing_beside_the_named_journal(name: str, folder: Path) -> None:
+def test_failed_up_leaves_nothing_next_to_the_named_journal(name: str, folder: Path) -> None:
     before = {path: path.lstat().st_mtime_ns for path in folder.iterdir() if path.is_file()}
     names = sorted(path.name for path in folder.parent.iterdir() if path.name not in {"state", "run"})
     code, said = done(f"up --journal {name} {NOBODY}")
@@ -43,7 +43,7 @@ def test_up_that_does_not_start_leaves_nothing_beside_the_named_journal(name: st
     assert (folder / "victim").read_text() == "kept"
 
 
-def test_backup_of_the_queue_refuses_what_is_no_regular_file(folder: Path) -> None:
+def test_backup_of_the_queue_refuses_irregular_files(folder: Path) -> None:
     code, said = done("user reset --all")  # makes the file of the queue
     assert code == 0, said
     for name in ("pipe", "folder", "/dev/null"):

@@ -44,7 +44,7 @@ def pendant(robot: None, places: Path, monkeypatch: pytest.MonkeyPatch) -> Itera
 
 
 def value(picture: str, name: str) -> float:
-    """Return a coordinate as the picture has it (mm or degrees); NaN while the screen is drawn anew."""
+    """Return a coordinate of the picture (mm or degrees); NaN while the screen is redrawn."""
     found = re.search(rf"\b{name} +(-?\d+\.\d+)", picture)
     return nan if found is None else float(found[1])
 
@@ -70,7 +70,7 @@ def test_keys_move_by_the_step_that_was_chosen(pendant: Pane) -> None:
     pendant.until_true(idle_at("a", a + 5.0, 0.02), "the boom 5 degrees on")
 
 
-def test_a_border_ends_a_step_and_is_told(pendant: Pane) -> None:
+def test_limit_ends_a_step_and_is_reported(pendant: Pane) -> None:
     assert done("approach 0.8 0.8 1.91", 60.0)[0] == 0
     pendant.until_true(idle_at("z", 2010.0, 1.0), "the robot below the ceiling")
     pendant.press("3", "PageUp")
@@ -95,7 +95,7 @@ def test_a_pose_is_taught_by_its_name(pendant: Pane) -> None:
     assert pendant.ended() == 0
 
 
-def test_space_stops_whatever_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_space_stops_any_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
     place = {"MAYA_RUNTIME_DIR": str(tmp_path / "run")}
     with running("up --port 0 --speed 5") as up:
@@ -113,7 +113,7 @@ def test_space_stops_whatever_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             assert shown.ended() == 130
 
 
-def test_without_a_robot_there_is_none(tmp_path: Path) -> None:
+def test_without_a_robot_there_is_no_pendant(tmp_path: Path) -> None:
     with pane([MAYA, "jog"], width=90, height=20, environment={"MAYA_RUNTIME_DIR": str(tmp_path)}) as shown:
         shown.until("error 1020")
         assert shown.ended() == 1

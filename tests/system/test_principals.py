@@ -1,4 +1,4 @@
-"""Who asks, at every edge: the same roles decide for HTTP, the stream and rosbridge, on real sockets."""
+"""The caller at every interface: the same roles decide for HTTP, the stream and rosbridge, on real sockets."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ def unkept(tmp_path: Path) -> Iterator[SharedRobot]:
 
 def http(robot: SharedRobot, who: str, method: str, path: str, body: object = None) -> int:
     """Return the code that a request is answered with, 0 for done."""
-    return of_rights(asked(robot, who, method, path, body)[0])
+    return of_rights(request(robot, who, method, path, body)[0])
 
 
-def asked(robot: SharedRobot, who: str, method: str, path: str, body: object = None, **more: str) -> tuple[int, Any]:
+def request(robot: SharedRobot, who: str, method: str, path: str, body: object = None, **more: str) -> tuple[int, Any]:
     """Return the code that a request is answered with, 0 for done, and the answer."""
     place = urlsplit(robot.url)
     connection = HTTPConnection(place.hostname or "", place.port, timeout=PATIENCE)
@@ -99,7 +99,7 @@ class Visitor:
 
 
 def of_rights(code: str | int) -> int:
-    """Return a code that tells of rights, 0 for any other: what the robot can do at this instant is another matter."""
+    """Return a code about rights, 0 for any other: the robot's state at this instant does not matter."""
     return int(code) if str(code) in {"4101", "4102", "4103", "4104", "4105"} else 0
 
 
@@ -172,7 +172,7 @@ ASKED: dict[str, tuple[tuple[int, int, int, int, int], Callable[[Visitor], Await
     "stop": ((0, 0, 0, 0, 0), lambda one: one.call("/controller/stop")),
     "abort": ((0, 0, 0, 0, 0), lambda one: one.call("/controller/abort")),
 }
-"""What is asked by rosbridge, and what nobody, a viewer, a student, an operator, an administrator is told."""
+"""A request by rosbridge, and its answers to nobody, a viewer, a student, an operator, an administrator."""
 
 
 @pytest.mark.parametrize("way", [HEADER, AUTH])
@@ -237,7 +237,7 @@ def test_job_sent_by_rosbridge_has_the_owner_of_the_token(robot: SharedRobot, ro
 
 def jobs(robot: SharedRobot) -> list[dict[str, Any]]:
     """Return the jobs that there are."""
-    return list(asked(robot, "admin", "GET", "/v1/jobs")[1])
+    return list(request(robot, "admin", "GET", "/v1/jobs")[1])
 
 
 async def ended(client: Web) -> int:
@@ -264,7 +264,7 @@ REVOKED: dict[str, Callable[[UserService, str], Awaitable[object]]] = {
     "removed": lambda users, _: users.remove("guest"),
     "demoted": lambda users, _: users.change("guest", role="viewer", by=LOCAL),
 }
-"""How the rights of `guest` may end, by what is done for it with his token."""
+"""Ways to end the rights of `guest`, while an operation runs with his token."""
 
 
 @pytest.mark.parametrize("how", REVOKED)
@@ -291,7 +291,7 @@ def test_rosbridge_connection_closes_at_once_when_its_rights_end(
             robot.do(lambda stack: stack.service.users.remove("guest"))
 
 
-def test_motion_of_a_revoked_client_comes_to_rest(robot: SharedRobot) -> None:
+def test_motion_of_a_revoked_client_is_stopped(robot: SharedRobot) -> None:
     token = newcomer(robot, "guest", "operator")
 
     async def main() -> None:
@@ -349,7 +349,7 @@ def test_wrong_token_is_refused_and_the_connection_still_stops_the_robot(robot: 
     run(visited(robot, NOBODY, AUTH, story))
 
 
-def test_wrong_token_after_a_right_one_leaves_nobody(robot: SharedRobot) -> None:
+def test_wrong_token_after_a_right_one_leaves_no_caller(robot: SharedRobot) -> None:
     async def story(one: Visitor) -> None:
         assert await one.call("/rosapi/topics") == 0
         assert await one.say("auth", **mac("maya_00000000_" + "1" * 48)) == 4101
@@ -366,11 +366,11 @@ def test_stop_waits_for_no_token_to_be_looked_at(
     stopped = threading.Event()
     stop = robot.stack.service.stop
 
-    async def heard() -> StopReport:
+    async def stop_report() -> StopReport:
         stopped.set()
         return await stop()
 
-    monkeypatch.setattr(robot.stack.service, "stop", heard)
+    monkeypatch.setattr(robot.stack.service, "stop", stop_report)
 
     async def topics(one: Visitor) -> None:
         assert await one.call("/rosapi/topics") == 0
@@ -401,7 +401,7 @@ def test_client_that_a_proxy_hands_on_needs_a_token_for_stop_too(robot: SharedRo
     assert run(code(unkept, "/rosapi/topics")) == 4101
 
 
-def test_without_users_rosbridge_commands_and_its_clients_go_when_users_come(unkept: SharedRobot) -> None:
+def test_without_users_rosbridge_commands_and_the_first_user_ends_its_clients(unkept: SharedRobot) -> None:
     async def main() -> None:
         async with asyncio.timeout(PATIENCE), web(unkept.rosbridge) as client:
             one = Visitor(client)
@@ -455,10 +455,10 @@ def test_http_request_that_waits_ends_at_once_when_its_rights_end(
     robot.tokens["waiter"] = made.token
     connections: Rights = robot.app.state.rights
     try:
-        lease = asked(robot, "driver", "POST", "/v1/lease", {})[1]["id"]
+        lease = request(robot, "driver", "POST", "/v1/lease", {})[1]["id"]
         answers: list[tuple[int, Any]] = []
         waiting = threading.Thread(
-            target=lambda: answers.append(asked(robot, "waiter", method, path, body, **{"Maya-Lease": lease}))
+            target=lambda: answers.append(request(robot, "waiter", method, path, body, **{"Maya-Lease": lease}))
         )
         before = len(connections)
         waiting.start()

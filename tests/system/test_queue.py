@@ -56,11 +56,11 @@ async def test_a_job_that_was_cut_short_is_carried_on_after_a_restart(tmp_path: 
         assert robot.controller.events.run == 2
         before = await service.history.events(1, 0, limit=1000)
         assert [event.seq for event in before] == list(range(1, len(before) + 1))
-        assert len(before) >= count - 1  # the last may be told while the file is closed
+        assert len(before) >= count - 1  # the last event may come while the file is closed
     await journal.close()
 
 
-async def test_a_stop_of_the_twin_pauses_what_waits_and_a_resume_carries_on() -> None:
+async def test_stop_of_the_twin_pauses_waiting_jobs_and_resume_continues() -> None:
     async with stack(Config(), parts={"cube": CUBE}, live=False) as robot:
         await robot.service.submit({"steps": ["home"]})
         await robot.service.submit({"steps": [{"pick": list(CUBE)}, {"place": list(TRAY)}]})

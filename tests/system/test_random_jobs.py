@@ -1,9 +1,9 @@
 """Random jobs on random machines, every motion judged by formulas and brute force that the planner does not know.
 
-What is accepted never leaves the workspace or a zone's margin on the twin, keeps to the path that was asked for and to
-the speeds of the axes, and takes as long as was said; whatever is stopped, slowed or paused on the way keeps to it as
-well. What is refused is refused by the judge too: a disagreement is a failure, and what lies within the width of
-doubt is counted.
+An accepted motion never leaves the workspace or a zone's margin on the twin. It keeps to the requested path and to the
+speeds of the axes, and takes the predicted time. A motion that is stopped, slowed or paused keeps to its path as well.
+The judge must refuse every refused motion too: a disagreement is a failure, and places within the width of doubt are
+counted.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ CHORDS = 5e-5
 SPACES: tuple[Space, ...] = ("joint", "joint", "cartesian", "cylindrical")
 
 OFF_THE_WAY = 5e-4
-"""How far the gripper may be off a curved way [m] ..."""
+"""Allowed distance of the gripper from a curved path [m] ..."""
 
 FLAT = 0.1
 """... and in proportion farther where the lines meet less deep than this share of the width: there they lift most."""
@@ -68,7 +68,7 @@ class Trial(NamedTuple):
 
     @property
     def here(self) -> Joints:
-        """Where the robot is at rest: its latest state may have been read while it still came to a stop."""
+        """Position of the robot at rest: its latest state may have been read while it was stopping."""
         self.bench.virtual.sync()
         return self.machine.whole(self.bench.mechanics.true_joints())
 
@@ -226,8 +226,8 @@ async def _pace(trial: Trial, motion: asyncio.Task[None], duration: float) -> No
 def _edge(trial: Trial, joints: Floats, off: float = 0.0) -> float:
     """Return by how much a place on the very edge may be outside once it is rounded to whole counts [m].
 
-    So it may be if every axis is `off` [rad, m] its way. Where the lines are nearly straight a little of a line lowers
-    or lifts the gripper by much.
+    Allowed error if every axis is `off` [rad, m] its path. A small change of nearly straight lines lowers or lifts
+    the gripper a lot.
     """
     scale, frame = trial.bench.controller.units.per_unit, trial.machine.frame
     _, h = section(frame, joints)
@@ -269,7 +269,7 @@ def _judge_closeness(trial: Trial, way: Way, trajectory: Trajectory) -> None:
 
 
 def _judge_pace(trial: Trial, way: Way, trajectory: Trajectory, duration: float) -> None:
-    """A motion that nobody disturbed ends where it should, as soon as was said, and no axis speeds up too fast."""
+    """An undisturbed motion ends at its target, at the predicted time, and no axis accelerates too fast."""
     rates = trial.machine.rates
     begun, over = trajectory.moving()
     if over > begun:

@@ -20,7 +20,7 @@ from maya_un.events import Trouble
 from maya_un.recorder import mcap_file
 from maya_un.values import Joints
 from tests.campaign import Campaign
-from tests.recorded import recorded, shelf
+from tests.recorded import recorded, recording_store
 from tests.system.processes import CALM, done, running
 from tests.system.recording_worker import large
 from tests.virtual_time import elapse
@@ -54,9 +54,7 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.fault)
-def test_after_a_fault_there_is_one_recording_of_it_and_of_what_was_before(
-    case: Case, campaign: Campaign, tmp_path: Path
-) -> None:
+def test_fault_leaves_one_recording_with_the_time_before_it(case: Case, campaign: Campaign, tmp_path: Path) -> None:
     for number in range(campaign.size(ci=1, long=10)):
         folder = tmp_path / str(number)
         run_virtual(_trial(case, campaign.rng(number), folder))
@@ -75,7 +73,7 @@ async def _trial(case: Case, rng: Random, folder: Path) -> None:
 
 
 def _judge(case: Case, folder: Path) -> None:
-    (kept,) = shelf(folder).list()
+    (kept,) = recording_store(folder).list()
     taken = mcap_file.read(folder / kept.name)
     told = [event for event in taken.events if isinstance(event, Trouble) and event.code]
     assert told, f"{case.fault}: the fault is not in its recording"
@@ -108,7 +106,7 @@ def test_a_process_that_is_killed_leaves_whole_recordings_only(campaign: Campaig
                 process.wait(campaign.rng(number).uniform(0.0, 0.6))
             process.kill()
             told += [name for name in process.stdout.read().split("\n") if name.endswith(".mcap")]
-        kept = shelf(folder)
+        kept = recording_store(folder)
         names = {one.name for one in kept.list()}
         assert set(told[-5:]) <= names, "what was told to be kept is gone"
         assert all(mcap_file.read(folder / name) == large() for name in names)

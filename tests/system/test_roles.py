@@ -1,7 +1,7 @@
-"""Who may do what: every path of the interface as every role, with the control lease and without.
+"""Rights of the roles: every path of the interface as every role, with the control lease and without.
 
-The table below says by hand what each path is for; what follows from that for a role stands in `RULES`. A path that is
-not in the table fails the test.
+The table below gives the kind of each path by hand; `RULES` derives the rights of a role from it. A path that is not in
+the table fails the test.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _WISH = {"command": "gripper", "open": True}
 
 
 class Asked(NamedTuple):
-    """What a path is for, and a body that it understands; none of them: it is open to everybody."""
+    """The kind of a path, and a valid body; without a kind it is open to every caller."""
 
     operations: tuple[Operation, ...]
     body: object = None
@@ -127,18 +127,17 @@ TABLE: dict[str, Asked] = {
     "POST /v1/lease/renew": for_(Operation.RENEW),
     "DELETE /v1/lease": for_(Operation.LEASE),
 }
-"""Every path, what it is for, most powerful first; where two are named, a role that has but the second does it to what
-is its own."""
+"""Every path and its kind, most powerful first; the second kind applies to the caller's own entries."""
 
 
 class Answer(NamedTuple):
-    """What came: the status, and our code, 0 where it is no refusal."""
+    """The result: the status, and our code, 0 if it is no refusal."""
 
     status: int
     code: int
 
 
-class Door:
+class RoleClient:
     """Asks a robot as somebody who shows a token, and the lease where he has it."""
 
     def __init__(self, robot: SharedRobot) -> None:
@@ -163,7 +162,7 @@ class Door:
         return Answer(response.status, value["code"] if "problem" in kind else 0), value
 
     def must(self, wish: str, body: object, headers: Mapping[str, str]) -> Any:
-        """Return the answer to a wish that is carried out."""
+        """Return the answer to a command that is carried out."""
         answer, value = self.ask(wish, body, headers)
         assert answer.status < 300, f"{wish}: {value}"
         return value
@@ -178,10 +177,10 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedRobot]:
 
 
 @pytest.fixture
-def door(robot: SharedRobot) -> Iterator[Door]:
-    door = Door(robot)
-    yield door
-    door.close()
+def role_client(robot: SharedRobot) -> Iterator[RoleClient]:
+    role_client = RoleClient(robot)
+    yield role_client
+    role_client.close()
 
 
 def test_every_path_is_in_the_table(robot: SharedRobot) -> None:
@@ -189,24 +188,24 @@ def test_every_path_is_in_the_table(robot: SharedRobot) -> None:
     assert {wish.partition("?")[0] for wish in TABLE} == declared
 
 
-def test_every_operation_is_asked_for_by_some_path() -> None:
+def test_every_operation_belongs_to_some_path() -> None:
     asked = {operation for line in TABLE.values() for operation in line.operations}
     # The lease is broken by POST /v1/lease with force, of another's; and only rosbridge and ROS have a graph.
     assert set(Operation) - asked == {Operation.BREAK, Operation.GRAPH}
 
 
-def set_lease(door: Door, who: str, state: str) -> dict[str, str]:
-    """Have the lease be as `state` says; return the header that `who` shows."""
-    robot = door.robot
+def set_lease(role_client: RoleClient, who: str, state: str) -> dict[str, str]:
+    """Bring the lease into `state`; return the headers of `who`."""
+    robot = role_client.robot
     robot.do(_freed)
     if state == FREE:
         return {}
     if state == TAKEN:
-        door.must("POST /v1/lease", {"patience": 1000}, robot.headers("somebody else"))
+        role_client.must("POST /v1/lease", {"patience": 1000}, robot.headers("somebody else"))
         return {}
     if who == Role.STUDENT.word:
-        door.must("POST /v1/lease/offer", {"to": "the-student"}, robot.headers("operator"))
-    taken = door.must("POST /v1/lease", {"patience": 1000}, robot.headers(who))
+        role_client.must("POST /v1/lease/offer", {"to": "the-student"}, robot.headers("operator"))
+    taken = role_client.must("POST /v1/lease", {"patience": 1000}, robot.headers(who))
     return {"Maya-Lease": taken["id"]}
 
 
@@ -223,17 +222,17 @@ async def _freed(stack: Stack) -> None:
     lease.on_change.pop()
 
 
-def own(door: Door, wish: str, who: str) -> str:
-    """Return a wish about what is somebody's own, where it can be."""
+def own(role_client: RoleClient, wish: str, who: str) -> str:
+    """Return a request about the caller's own entries, if there can be one."""
     name = f"the-{who}" if "/users/" in wish and not wish.startswith("DELETE") else "unheard-of"
     job = 1
     if "{job}" in wish and who not in PEOPLE[:2]:
-        job = door.must("POST /v1/jobs?held=true", _JOB, door.robot.headers(who))["id"]
+        job = role_client.must("POST /v1/jobs?held=true", _JOB, role_client.robot.headers(who))["id"]
     return wish.format(job=job, name=name, token="no-such-token")
 
 
 def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int]:
-    """Return the codes one of which a wish must be answered with; empty where it must not be refused for who asks."""
+    """Return the codes one of which must answer a request; empty if it must not be refused to its caller."""
     if who == NOBODY:
         return set() if set(operations) <= WITHOUT_TOKEN else {NotSignedIn.code}
     role = next(role for role in Role if role.word == who)
@@ -246,7 +245,7 @@ def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int
 
 
 def is_refused(wish: str, answer: Answer, value: Any) -> bool:
-    """Tell whether a wish was refused for who asks: the paths of the lease tell more than one thing by its codes."""
+    """Return whether a request was refused to its caller: codes of the lease have more than one meaning."""
     if answer.code not in ACCESS_CODES:
         return False
     if wish.partition(" ")[2].startswith("/v1/lease"):
@@ -259,16 +258,16 @@ CASES = [(who, lease) for who in PEOPLE for lease in (FREE, TAKEN, OWN) if lease
 
 
 @pytest.mark.parametrize(("who", "lease"), CASES, ids=[f"{who}, the lease {lease}" for who, lease in CASES])
-def test_a_role_does_what_it_may_and_nothing_else(who: str, lease: str, door: Door) -> None:
-    robot = door.robot
+def test_role_has_its_rights_and_no_others(who: str, lease: str, role_client: RoleClient) -> None:
+    robot = role_client.robot
     wrong: list[str] = []
     for wish, line in TABLE.items():
-        shown = set_lease(door, who, lease)
+        shown = set_lease(role_client, who, lease)
         headers = robot.headers(who) | shown
         if wish == "DELETE /v1/session" and who != NOBODY:
-            one_more = door.must(f"POST /v1/users/the-{who}/tokens", {}, headers)
+            one_more = role_client.must(f"POST /v1/users/the-{who}/tokens", {}, headers)
             headers["Authorization"] = f"Bearer {one_more['token']}"
-        answer, value = door.ask(own(door, wish, who), line.body, headers)
+        answer, value = role_client.ask(own(role_client, wish, who), line.body, headers)
         must = expected(line.operations, who, lease)
         as_it_must = answer.code in must if must else not is_refused(wish, answer, value) or not line.operations
         if not as_it_must or answer.status >= 500:
@@ -276,11 +275,11 @@ def test_a_role_does_what_it_may_and_nothing_else(who: str, lease: str, door: Do
     assert wrong == []
 
 
-def test_alone_at_the_machine_nobody_needs_anything(tmp_path: Path) -> None:
+def test_without_users_a_local_caller_needs_no_token(tmp_path: Path) -> None:
     with shared_robot(tmp_path, users=False) as alone:
-        door = Door(alone)
-        answers = {wish: door.ask(own(door, wish, NOBODY), line.body, {}) for wish, line in TABLE.items()}
-        door.close()
+        role_client = RoleClient(alone)
+        answers = {wish: role_client.ask(own(role_client, wish, NOBODY), line.body, {}) for wish, line in TABLE.items()}
+        role_client.close()
     refused = {wish for wish, (answer, _) in answers.items() if answer.code in ACCESS_CODES}
     # Nobody took the lease, so there is none to renew or give back; and nobody has a password.
     assert refused <= {"POST /v1/lease/renew", "DELETE /v1/lease", "POST /v1/session", "POST /v1/lease"}

@@ -1,7 +1,7 @@
 """Programs of others at our endpoint: roslibpy (Python) and roslib (JavaScript), and plain websockets, on `maya up`.
 
-roslibpy runs in `.venv-clients`, roslib in the Node.js that comes with the development environment; `./test` sets up
-both. What was moved is asked of the twin.
+roslibpy runs in `.venv-clients`, roslib in the Node.js of the development environment; `./test` sets up both. The twin
+shows the results of motion.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Served(NamedTuple):
 
     @property
     def cube(self) -> tuple[float, float]:
-        """Where the cube stands on the table, by the twin's own record [m]."""
+        """Position of the cube on the table, by the twin's own record [m]."""
         x, y, _ = self.robot.ask("GET", "/v1/twin")[1]["parts"]["cube"]
         return x, y
 
@@ -82,8 +82,8 @@ def node() -> Path:
     return Path(found.origin).parent / "bin" / "node"
 
 
-def told_by(*command: object) -> dict[str, Any]:
-    """Return what a client said, once it has gone through everything it has."""
+def output_of(*command: object) -> dict[str, Any]:
+    """Return a client's output, once it has gone through everything it has."""
     done = subprocess.run(
         [str(word) for word in command], capture_output=True, text=True, timeout=PATIENCE, check=False, cwd=SCRIPTS
     )
@@ -102,9 +102,9 @@ def test_client_libraries_sign_in_with_a_token(way: str) -> None:
         assert done("home")[0] == 0
         token = json.loads(done("user add root --role admin --json")[1])["token"]
         if library == "roslib":
-            said = told_by(node(), SCRIPTS / "sign_in.mjs", one.url, token)
+            said = output_of(node(), SCRIPTS / "sign_in.mjs", one.url, token)
         else:
-            said = told_by(ROSLIBPY[0], ROSLIBPY[1].with_name("roslibpy_signs_in.py"), one.port, token, how)
+            said = output_of(ROSLIBPY[0], ROSLIBPY[1].with_name("roslibpy_signs_in.py"), one.port, token, how)
     assert (said["stop"], said["speed"], said["gripper"]) == (True, SPEED, True)
     assert library == "roslibpy" or "4101: " in said["before"]
 
@@ -143,7 +143,7 @@ def test_roslibpy_asks_talks_serves_and_moves_a_part() -> None:
     if not ROSLIBPY[0].exists():
         pytest.fail("there is no .venv-clients: `./test` sets it up")
     with served() as one:
-        said = told_by(*ROSLIBPY, one.port)
+        said = output_of(*ROSLIBPY, one.port)
         cube = one.cube
     agrees(said)
     assert said["chatter"] == [{"data": f"{number}"} for number in range(3)]
@@ -157,7 +157,7 @@ def test_roslib_asks_talks_serves_acts_and_moves_a_part() -> None:
     if not (SCRIPTS / "node_modules").exists():
         pytest.fail(f"there is no {SCRIPTS / 'node_modules'}: `./test` sets it up")
     with served() as one:
-        said = told_by(node(), SCRIPTS / "client.mjs", one.url)
+        said = output_of(node(), SCRIPTS / "client.mjs", one.url)
         cube = one.cube
     agrees(said)
     assert [said[name] for name in ("none", "png", "cbor", "cbor-raw")] == [
@@ -227,7 +227,7 @@ async def homed(one: Served) -> None:
 
 
 def next_event(client: subprocess.Popen[str]) -> str:
-    """Return the next event that a client says it heard."""
+    """Return the next event in a client's output."""
     assert client.stdout is not None
     said: list[str] = []
     for line in client.stdout:
@@ -292,10 +292,10 @@ def test_the_page_shows_the_robot_and_its_buttons_work() -> None:
     assert found is not None
     with served() as one:
         program = f"{BROWSER}{found[1].replace('9090', str(one.port))}{PERSON}"
-        assert told_by(node(), "--input-type=module", "--eval", program) == {"done": True}
+        assert output_of(node(), "--input-type=module", "--eval", program) == {"done": True}
 
 
-def test_a_port_that_is_taken_is_said_before_anything_begins() -> None:
+def test_taken_port_is_reported_before_anything_begins() -> None:
     with bound_socket(0) as taken:
         taken.listen()
         port = taken.getsockname()[1]
@@ -304,7 +304,7 @@ def test_a_port_that_is_taken_is_said_before_anything_begins() -> None:
     assert f"127.0.0.1:{port} is in use already" in said
 
 
-def test_whoever_listens_is_told_that_maya_ends() -> None:
+def test_subscribers_are_notified_that_maya_ends() -> None:
     async def story(one: Served) -> int | None:
         async with web(one.url) as client:
             await client.say("subscribe", topic="/maya_event", type="std_msgs/String")
@@ -326,7 +326,7 @@ AHEAD = 600
 """So many answers to others may usually come before that to a stop; it was more than 1000 before clients took turns."""
 
 
-def test_a_stop_is_answered_before_what_others_ask_without_end() -> None:
+def test_stop_is_answered_before_endless_requests_of_others() -> None:
     question = {"op": "call_service", "service": "/maya_command", "args": {"task": {"command": "can_teleop"}}}
 
     async def story(one: Served) -> list[int]:

@@ -1,4 +1,4 @@
-"""The whole stack behind rosbridge, without sockets, in virtual time: wishes of the graph, and what comes of them."""
+"""The whole stack behind rosbridge, without sockets, in virtual time: commands of the graph, and their results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.service.access.operations import Caller, Operation, Role
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
-from tests.rosbridging import DATE, Said, Talker
+from tests.rosbridging import DATE, BusClient, Said
 from tests.virtual_time import elapse
 
 pytestmark = pytest.mark.system
@@ -49,16 +49,16 @@ class Robot:
         self.press = MessageEncoder(lambda: DATE)
         self.talker = self.come()
 
-    def come(self) -> Talker:
+    def come(self) -> BusClient:
         """Return one more client."""
-        return Talker(self.bus, self.press, self.bus.node(NODE))
+        return BusClient(self.bus, self.press, self.bus.node(NODE))
 
-    async def leave(self, talker: Talker) -> None:
+    async def leave(self, talker: BusClient) -> None:
         """Have a client go."""
         await talker.session.close()
         talker.node.close()
 
-    async def until(self, fact: Callable[[Said], bool], talker: Talker | None = None) -> Said:
+    async def until(self, fact: Callable[[Said], bool], talker: BusClient | None = None) -> Said:
         """Return the first message to a client that is so."""
         mouth = (talker or self.talker).mouth
         seen = 0
@@ -99,7 +99,7 @@ class Robot:
 
     @property
     def cube(self) -> Point:
-        """Where the cube stands, by the twin's own record."""
+        """Position of the cube, by the twin's own record."""
         assert self.stack.twin is not None
         return Point(*self.stack.twin.mechanics.record.parts["cube"])
 
@@ -194,7 +194,7 @@ async def by_operation(one: Robot) -> None:
 @pytest.mark.parametrize(
     "way", [by_command, by_task, by_goal_topic, by_move, by_send_task, by_start_queue, by_operation]
 )
-async def test_a_part_is_moved_by_every_door_of_the_manual(way: Callable[[Robot], object], tmp_path: Path) -> None:
+async def test_part_is_moved_by_every_interface(way: Callable[[Robot], object], tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         assert not stands_on_the_tray(one.cube)
         await way(one)  # type: ignore[misc]
@@ -202,7 +202,7 @@ async def test_a_part_is_moved_by_every_door_of_the_manual(way: Callable[[Robot]
         assert (await one.command("can_teleop"))["success"] is True
 
 
-async def test_events_and_positions_tell_how_it_stands(tmp_path: Path) -> None:
+async def test_events_and_positions_show_the_state(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         told = await one.talker.ask("subscribe", **EVENT)
         word, _, rest = told[0]["msg"]["data"].partition(" ")
@@ -221,7 +221,7 @@ async def test_events_and_positions_tell_how_it_stands(tmp_path: Path) -> None:
         assert raw["msg"]["position"] == list(one.stack.controller.state.counts)
 
 
-async def test_a_second_wish_is_refused_with_a_code_and_the_first_unharmed(tmp_path: Path) -> None:
+async def test_second_command_is_refused_with_a_code_and_the_first_unharmed(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         one.talker.say("send_action_goal", id="first", action="/task", args={"task": task("home")}, feedback=True)
         await one.until(lambda message: message["op"] == "action_feedback")
@@ -246,7 +246,7 @@ async def test_a_second_wish_is_refused_with_a_code_and_the_first_unharmed(tmp_p
         await one.leave(other)
 
 
-async def test_a_cancel_stops_on_the_path_and_is_told_at_rest(tmp_path: Path) -> None:
+async def test_cancel_stops_on_the_path_and_is_reported_at_rest(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         await one.command("home")
         one.talker.say(
@@ -260,7 +260,7 @@ async def test_a_cancel_stops_on_the_path_and_is_told_at_rest(tmp_path: Path) ->
         assert (await one.command("pick", START))["success"] is True
 
 
-async def test_a_client_that_vanishes_stops_what_it_wished(tmp_path: Path) -> None:
+async def test_client_that_vanishes_stops_its_command(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         await one.command("home")
         other = one.come()
@@ -296,7 +296,7 @@ async def test_stop_queue_ends_everything_at_any_instant_a_homing_included(tmp_p
             assert (await one.command("home"))["success"] is True
 
 
-async def test_stop_and_pause_are_services_past_whoever_is_at_it(tmp_path: Path) -> None:
+async def test_stop_and_pause_are_services_past_a_running_command(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         await one.command("home")
         one.talker.say("send_action_goal", id="far", action="/task", args={"task": task("approach", TRAY)})
@@ -311,7 +311,7 @@ async def test_stop_and_pause_are_services_past_whoever_is_at_it(tmp_path: Path)
         assert (ended["status"], ended["values"]["code"]) == (5, "2201")
 
 
-async def test_who_holds_the_lease_drives_and_the_graph_is_told_so(tmp_path: Path) -> None:
+async def test_holder_of_the_lease_drives_and_the_graph_is_notified(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         ada = Caller("ada", Role.OPERATOR, "test")
         await one.bridge.call(ada, Operation.LEND, lambda service: service.lease.take(ada))
@@ -363,7 +363,7 @@ async def test_steps_of_others_are_carried_out_once(tmp_path: Path) -> None:
         assert json.loads(result["msg"]["data"])["id"] == "1"
 
 
-async def test_parameters_say_what_runs(tmp_path: Path) -> None:
+async def test_parameters_show_the_running_configuration(tmp_path: Path) -> None:
     async with robot(tmp_path) as one:
         one.talker.say("call_service", id="p", service="rosapi/get_param", args={"name": "/maya/config/cell"})
         answer = await one.until(lambda message: message.get("id") == "p")

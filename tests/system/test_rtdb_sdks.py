@@ -36,15 +36,15 @@ SAME = {
     "timestamp": True,
     "increment": 7.5,
 }
-"""What every library reads back."""
+"""Data that every library reads back."""
 
 RULES = """{"rules": {"users": {"$uid": {
     ".read": "auth.uid === $uid", ".write": "auth.uid === $uid", "x": {".validate": "newData.isNumber()"}
 }}}}"""
 
 
-def said_by(database: RealtimeDatabase, *command: object) -> dict[str, Any]:
-    """Return what a program says, once it has gone through everything it has."""
+def output_of(database: RealtimeDatabase, *command: object) -> dict[str, Any]:
+    """Return a program's output, once it has gone through everything it has."""
     where = {"FIREBASE_DATABASE_EMULATOR_HOST": f"127.0.0.1:{database.port}"}
     words = [str(word) for word in command]
     done = subprocess.run(
@@ -60,7 +60,7 @@ def said_by(database: RealtimeDatabase, *command: object) -> dict[str, Any]:
 @pytest.mark.parametrize("library", ["client", "admin"])
 def test_the_javascript_libraries_find_a_database(library: str) -> None:
     with realtime_database() as database:
-        said = said_by(database, node(), SCRIPTS / "rtdb.mjs", library, database.port)
+        said = output_of(database, node(), SCRIPTS / "rtdb.mjs", library, database.port)
         assert database.longest_message > 500_000
     assert {name: said[name] for name in SAME} == SAME
     assert said["push"] == [[1, 2, 3], [2], True]
@@ -78,7 +78,7 @@ def test_the_python_library_finds_a_database() -> None:
     if not PYTHON[0].exists():
         pytest.fail("there is no .venv-clients: `./test` sets it up")
     with realtime_database(keep_alive=0.5) as database:  # the library waits for an event before it stops to listen
-        said = said_by(database, *PYTHON, database.port)
+        said = output_of(database, *PYTHON, database.port)
     assert {name: said[name] for name in SAME} == SAME
     assert said["push"] == [[1, 2, 3], True]
     assert said["shallow"] == dict.fromkeys("abcd", True)
@@ -122,7 +122,7 @@ def test_the_javascript_library_signs_in_and_obeys_rules() -> None:
 
 
 def _talked(program: subprocess.Popen[str], database: RealtimeDatabase) -> dict[str, Any]:
-    """Return what the program says; end its token and change the rules when it is ready for that."""
+    """Return the program's output; end its token and change the rules when it is ready for that."""
     assert program.stdin is not None
     assert program.stdout is not None
     said: dict[str, Any] = {}

@@ -181,13 +181,13 @@ class Visitor:
 
 
 def _unsaid(case: Case) -> bool:
-    """Tell whether something of a query is not said: lists with nothing or with objects in them have no form there."""
+    """Return whether a query cannot express a value: empty lists and lists of objects have no form there."""
     lists = [value for value in (case.query or {}).values() if isinstance(value, list)]
     return any(not one or any(isinstance(item, dict | list) for item in one) for one in lists)
 
 
 def _shorten(case: Case) -> None:
-    """Ask for no long wait: of a wish that is held it would have no end, and at its slowest a jog takes hours."""
+    """Request no long wait: a held command would never end, and at its slowest a jog takes hours."""
     wait = str((case.query or {}).get("wait")).lower()
     if wait == "true":
         case.query["wait"] = False
@@ -201,7 +201,7 @@ def _shorten(case: Case) -> None:
 
 @pytest.mark.parametrize("part", range(PARTS))
 @pytest.mark.parametrize("who", PEOPLE)
-def test_what_is_made_up_is_answered_as_the_document_says(
+def test_random_request_is_answered_as_documented(
     who: str, part: int, robot: SharedRobot, drawn: Drawn, campaign: Campaign
 ) -> None:
     visitor = Visitor(robot, who)

@@ -19,7 +19,7 @@ from maya_un.service.access.operations import LOCAL, Operation
 from maya_un.service.direct import DirectCommands
 from maya_un.service.service import Gate, Service
 from tests.campaign import Campaign
-from tests.graphs import Apart, apart
+from tests.graphs import LayerNodes, layer_nodes
 from tests.unit.controller.bench import FAR
 from tests.virtual_time import elapse
 
@@ -31,61 +31,61 @@ LAG = 3e-4
 GO = Row("/go", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "move", (), ())
 
 
-def by_controller(floors: Apart) -> Awaitable[object]:
-    return floors.below.rig.controller.move(FAR)
+def by_controller(floors: LayerNodes) -> Awaitable[object]:
+    return floors.controller_node.rig.controller.move(FAR)
 
 
-def by_direct(floors: Apart) -> Awaitable[object]:
-    return DirectCommands(floors.process, floors.robot, floors.below.rig.controller, lambda: None).move(FAR)
+def by_direct(floors: LayerNodes) -> Awaitable[object]:
+    return DirectCommands(floors.process, floors.robot, floors.controller_node.rig.controller, lambda: None).move(FAR)
 
 
-def gate(floors: Apart) -> Gate:
-    return Gate(cast("Service", None), ControlLease(floors.below.rig.controller.events))
+def gate(floors: LayerNodes) -> Gate:
+    return Gate(cast("Service", None), ControlLease(floors.controller_node.rig.controller.events))
 
 
-def by_gate(floors: Apart) -> Awaitable[object]:
+def by_gate(floors: LayerNodes) -> Awaitable[object]:
     return gate(floors).call(LOCAL, Operation.WISH, lambda _: by_controller(floors))
 
 
-def by_bridge(floors: Apart) -> Awaitable[object]:
+def by_bridge(floors: LayerNodes) -> Awaitable[object]:
     bridge = Bridge(asyncio.get_running_loop(), cast("Service", None), gate=gate(floors))
     return bridge.carry(LOCAL, Operation.WISH, lambda _: by_controller(floors))
 
 
-async def _answer(floors: Apart) -> Message:
+async def _answer(floors: LayerNodes) -> Message:
     await by_controller(floors)
     return {"success": True, "message": ""}
 
 
-def by_service_of_the_bus(floors: Apart) -> Awaitable[object]:
+def by_service_of_the_bus(floors: LayerNodes) -> Awaitable[object]:
     node = floors.bus.node("server")
     node.serve(GO.name, GO.type, lambda _: _answer(floors))
     return floors.bus.node("client").call(GO.name, {}, GO.type)
 
 
-def by_service_asked(floors: Apart) -> Awaitable[object]:
+def by_service_asked(floors: LayerNodes) -> Awaitable[object]:
     node = floors.bus.node("server")
     node.serve(GO.name, GO.type, lambda _: _answer(floors))
     return call_service(floors.bus.node("client"), GO, {})
 
 
-def by_action_of_the_bus(floors: Apart) -> Awaitable[object]:
+def by_action_of_the_bus(floors: LayerNodes) -> Awaitable[object]:
     return floors.bus.node("client").do(MOVE.name, MOVE.type, FAR._asdict())
 
 
-def by_action_asked(floors: Apart) -> Awaitable[object]:
+def by_action_asked(floors: LayerNodes) -> Awaitable[object]:
     return run_action(floors.bus.node("client"), MOVE, FAR._asdict())
 
 
-def by_controller_over_the_graph(floors: Apart) -> Awaitable[object]:
+def by_controller_over_the_graph(floors: LayerNodes) -> Awaitable[object]:
     return floors.controller.move(FAR)
 
 
-def by_robot_over_the_graph(floors: Apart) -> Awaitable[object]:
+def by_robot_over_the_graph(floors: LayerNodes) -> Awaitable[object]:
     return floors.robot.run(MoveJoints(FAR))
 
 
-PLACES: dict[str, Callable[[Apart], Awaitable[object]]] = {
+PLACES: dict[str, Callable[[LayerNodes], Awaitable[object]]] = {
     wish.__name__.removeprefix("by_"): wish
     for wish in (
         by_controller,
@@ -103,10 +103,10 @@ PLACES: dict[str, Callable[[Apart], Awaitable[object]]] = {
 
 
 @pytest.mark.parametrize("place", PLACES)
-async def test_wish_cancelled_many_times_returns_with_the_axes_at_rest(place: str, campaign: Campaign) -> None:
+async def test_command_cancelled_many_times_returns_with_the_axes_at_rest(place: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=4, long=200)):
         rng = campaign.rng(case)
-        async with apart() as floors:
+        async with layer_nodes() as floors:
             wish = asyncio.ensure_future(_whole(PLACES[place](floors)))
             await elapse(rng.uniform(0.0, 20.0))
             for _ in range(rng.randint(2, 6)):
@@ -124,6 +124,6 @@ async def _whole(wish: Awaitable[object]) -> object:
     return await wish
 
 
-def _joints(floors: Apart) -> tuple[float, ...]:
-    floors.below.rig.virtual.sync()
+def _joints(floors: LayerNodes) -> tuple[float, ...]:
+    floors.controller_node.rig.virtual.sync()
     return floors.mechanics.true_joints()

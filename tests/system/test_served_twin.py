@@ -101,7 +101,7 @@ def test_a_session_by_tcp_and_udp_on_two_ports() -> None:
         assert second.ended()
 
 
-def test_no_udp_where_none_is_wanted() -> None:
+def test_udp_can_be_disabled() -> None:
     with served("--no-udp --firmware Box") as (_, address), tcp(address) as line, udp(address) as deaf:
         line.say("\x12\x16", "Box\r\n:")
         deaf.socket.send(b"WH\r")
@@ -109,7 +109,7 @@ def test_no_udp_where_none_is_wanted() -> None:
             deaf.socket.recv(100)
 
 
-def test_what_is_burned_survives_the_process_and_what_is_not_does_not(tmp_path: Path) -> None:
+def test_burned_settings_survive_the_process_and_others_do_not(tmp_path: Path) -> None:
     memory = tmp_path / "memory.json"
     with served(f"--memory {memory}") as (process, address), tcp(address) as line:
         line.say("SPA=2000;KPB=9;keep=7;BN;BV", ":" * 5)
@@ -202,7 +202,7 @@ def test_record_is_read_while_the_twin_runs_and_is_whole_after_a_kill(tmp_path: 
     assert [one["kind"] for one in _lines(record)[len(rest) + 1 :]] == ["start"]
 
 
-def test_record_is_refused_for_what_is_no_regular_file(tmp_path: Path) -> None:
+def test_record_into_an_irregular_file_is_refused(tmp_path: Path) -> None:
     kept = tmp_path / "kept"
     kept.write_text("kept", encoding="utf-8")
     (tmp_path / "link").symlink_to(kept)
@@ -216,7 +216,7 @@ def test_record_is_refused_for_what_is_no_regular_file(tmp_path: Path) -> None:
     assert json.loads(said)["error"]["code"] == 4008, said
 
 
-def test_twin_whose_record_cannot_be_written_ends_and_says_so(tmp_path: Path) -> None:
+def test_twin_whose_record_cannot_be_written_ends_with_the_reason(tmp_path: Path) -> None:
     record = tmp_path / "record"
     with running(f"dmc serve --port 0 --record {record}") as process:
         host, _, port = process.until("127.0.0.1:").rpartition(":")

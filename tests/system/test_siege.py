@@ -31,7 +31,7 @@ READERS = 40
 
 
 @contextmanager
-def besieged(port: int) -> Iterator[None]:
+def stream_load(port: int) -> Iterator[None]:
     """Let them ask, for the length of the block."""
     command = [sys.executable, "-m", "tests.greedy", str(port), str(READERS)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=ROOT) as crowd:
@@ -70,7 +70,7 @@ def stopped(port: int, count: int, done: Callable[[], int]) -> list[float]:
 
 
 def late(asked: list[float], stops: list[float]) -> tuple[float, float]:
-    """Return the median and the worst time from a wish to its ST [s]."""
+    """Return the median and the worst time from a stop request to its ST [s]."""
     times = sorted(min((at for at in stops if at >= since), default=inf) - since for since in asked)
     return times[len(times) // 2], times[-1]
 
@@ -88,7 +88,7 @@ def test_a_stop_is_obeyed_however_many_want_all_of_the_past(campaign: Campaign) 
             with bound_socket(0) as door:
                 port = door.getsockname()[1]
                 async with served(create_app(bridge), door):
-                    crowd = besieged(port)
+                    crowd = stream_load(port)
                     await loop.run_in_executor(None, crowd.__enter__)
                     try:
                         asked = await loop.run_in_executor(None, stopped, port, count, lambda: len(stops))

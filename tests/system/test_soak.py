@@ -32,14 +32,14 @@ from tests.system.kill_worker import MACHINE, Carry, Ledger, standing
 from tests.virtual_time import elapse
 
 CONFIG = parse({"controller": {"stream_rate": 1.0}, "safety": {"guard_time": 5.0}, "recorder": {"seconds": 120.0}})
-"""A host that is heard, and looked at, seldom: that makes no difference to what is kept, and a day affordable."""
+"""Settings of a host that is polled seldom: this makes no difference to the stored data, and a day affordable."""
 HERE, THERE = (0.5, 1.1, 0.4), (1.1, 0.5, 0.4)
 CARRY = [
     {"name": "there", "steps": [{"pick": list(HERE)}, {"place": list(THERE)}]},
     {"name": "back", "steps": [{"pick": list(THERE)}, {"place": list(HERE)}]},
 ]
 EVENTS, REMEMBERED = 40, 4
-"""So many events and ended jobs are held in memory: that many there soon are."""
+"""Number of events and ended jobs in memory: it is reached soon."""
 WARM = 2
 """After so many rounds everything has been done once."""
 ROUND = 600.0
@@ -49,7 +49,7 @@ MINUTE = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What must not grow: objects that the collector knows, memory [bytes], open files, threads, the log [bytes]."""
+    """Quantities that must not grow: objects of the collector, memory [bytes], open files, threads, the log [bytes]."""
 
     objects: int
     memory: int

@@ -46,11 +46,11 @@ BRAKING = 0.5
 REST = 1.5
 """A stop takes less than this [s]."""
 OFF_THE_WAY = 2e-4
-"""What the chords, and whole counts of the boom, may make of a way [m]."""
+"""Allowed effect of the chords, and of whole counts of the boom, on a path [m]."""
 
 
 class Hanging:
-    """A transport to a host that hangs at times: it sends and hears what was said meanwhile only afterwards."""
+    """A transport to a host that hangs at times: delayed bytes pass afterwards in both directions."""
 
     def __init__(self, transport: Transport) -> None:
         self._transport = transport
@@ -170,7 +170,7 @@ def _off(path: Path, trajectory: Trajectory) -> Floats:
     return deviations(places(MACHINE.frame, trajectory.joints), line)
 
 
-def test_a_short_stall_changes_neither_the_way_nor_the_time(campaign: Campaign) -> None:
+def test_short_stall_changes_neither_the_path_nor_the_time(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=3, long=200)):
         rng = campaign.rng(case)
         path = drawn_path(rng)
@@ -210,7 +210,7 @@ def _stop_rates() -> Floats:
     return np.array([axes[index].stop_deceleration_counts for index in range(3)]) / PER_UNIT
 
 
-def test_the_guard_stops_within_its_time_and_the_robot_stays_there() -> None:
+def test_watchdog_stops_within_its_time_and_the_robot_stays_there() -> None:
     async def trial() -> tuple[Trajectory, float, BaseException | None]:
         async with stallable() as robot:
             bench = robot.bench

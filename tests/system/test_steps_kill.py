@@ -22,7 +22,7 @@ WORKER = Path(__file__).with_name("step_worker.py")
 
 
 class Bridge:
-    """The program, and what it has said."""
+    """The program, and its output so far."""
 
     def __init__(self, place: Path) -> None:
         self.said: list[str] = []
@@ -59,7 +59,7 @@ class Bridge:
         return self._popen.pid
 
     def kill(self) -> str:
-        """Kill it with -9; return what it still had said."""
+        """Kill it with -9; return the rest of its output."""
         self._popen.kill()
         rest, _ = self._popen.communicate(timeout=30.0)
         self.said += rest.splitlines()
@@ -76,7 +76,7 @@ def bridge(place: Path) -> Iterator[Bridge]:
         program.kill()
 
 
-def test_what_was_under_way_at_the_kill_is_interrupted_and_never_repeated(tmp_path: Path) -> None:
+def test_step_running_at_the_kill_is_interrupted_and_never_repeated(tmp_path: Path) -> None:
     place = tmp_path / "steps.db"
     with bridge(place) as program:
         program.command("1")
@@ -92,7 +92,7 @@ def test_what_was_under_way_at_the_kill_is_interrupted_and_never_repeated(tmp_pa
         assert (program.result()["id"], "begun" in program.kill()) == ("2", False)
 
 
-def test_what_was_done_before_the_kill_stays_done(tmp_path: Path) -> None:
+def test_step_done_before_the_kill_stays_done(tmp_path: Path) -> None:
     place = tmp_path / "steps.db"
     with bridge(place) as program:
         program.command("1")
@@ -113,12 +113,12 @@ def ended_on_a_full_disk(program: Bridge, place: Disk) -> None:
     program.say("end")
     assert "full" in program.hear("problem the result of step 1 ") or isinstance(place, Quota)
     program.command("2")
-    refused = program.result()  # the first that is told
+    refused = program.result()  # the first reported one
     assert (refused["id"], refused["code"]) == ("2", "5007")
 
 
 @pytest.mark.parametrize("kind", kinds())
-def test_a_result_waits_for_room_on_a_full_disk_and_stays_the_same(tmp_path: Path, kind: str) -> None:
+def test_result_waits_for_space_on_a_full_disk_and_is_unchanged(tmp_path: Path, kind: str) -> None:
     with disk(kind, tmp_path / "disk") as place:
         with bridge(place.folder / "steps.db") as program:
             ended_on_a_full_disk(program, place)
@@ -148,8 +148,8 @@ def test_killed_on_a_full_disk_a_step_has_one_result_in_the_end(tmp_path: Path, 
             assert program.result() == told
 
 
-def test_killed_at_any_instant_a_step_is_begun_at_most_once(campaign: Campaign, tmp_path: Path) -> None:
-    """The kill comes with the command, with the end of its task, or after what was said of it."""
+def test_step_killed_at_any_instant_begins_at_most_once(campaign: Campaign, tmp_path: Path) -> None:
+    """The kill comes with the command, with the end of its task, or after its result."""
     for case in range(campaign.size(ci=4, long=200)):
         rng = campaign.rng(case)
         begun, results = 0, set[str]()

@@ -1,6 +1,6 @@
-"""Disks that are full, files that may only be read, files that are damaged: said plainly, and the robot is at rest.
+"""Disks that are full, read-only files, damaged files: reported plainly, and the robot is at rest.
 
-Whatever was acknowledged before is kept, and nothing begins that could not be written down.
+Acknowledged rows are kept, and nothing begins that could not be written.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def submit_until_refused(robot: Running) -> tuple[set[int], Any]:
 
 
 def refused(*, before: tuple[str, ...] = ()) -> tuple[int, str]:
-    """Return how a `maya up` ends that cannot begin, and what it says."""
+    """Return the exit code and the output of a `maya up` that cannot start."""
     return Process(f"up --port 0 {TWIN}", before=before).end()
 
 
@@ -100,7 +100,7 @@ def test_on_a_full_disk_the_step_under_way_ends_and_none_begins(state: Path, kin
 
 
 @pytest.mark.parametrize("kind", kinds())
-def test_disk_that_fills_up_at_rest_is_told_by_readiness_and_halts_the_queue(state: Path, kind: str) -> None:
+def test_disk_that_fills_up_at_rest_fails_readiness_and_halts_the_queue(state: Path, kind: str) -> None:
     with disk(kind, state) as place, up(TWIN) as robot:
         robot.until(lambda answer: answer["ready"], "/v1/ready")
         fill(robot, place)
@@ -113,7 +113,7 @@ def test_disk_that_fills_up_at_rest_is_told_by_readiness_and_halts_the_queue(sta
         robot.end()
 
 
-def test_disk_that_is_full_is_told_by_readiness_before_anything_else_is_written(state: Path) -> None:
+def test_full_disk_fails_readiness_before_the_next_write(state: Path) -> None:
     with disk("quota", state) as place, up(TWIN) as robot:
         robot.until(lambda answer: answer["ready"], "/v1/ready")
         place.fill(robot.pid)
@@ -163,7 +163,7 @@ def test_a_killed_one_on_a_full_disk_has_lost_nothing_that_was_acknowledged(stat
 
 
 @pytest.mark.parametrize("rights", [(0o400, 0o700), (0o600, 0o500)], ids=["file", "folder"])
-def test_what_may_only_be_read_is_said_before_anything_begins(state: Path, rights: tuple[int, int]) -> None:
+def test_read_only_file_is_reported_before_anything_begins(state: Path, rights: tuple[int, int]) -> None:
     with up(TWIN) as robot:
         robot.end()
     (state / "maya.db.lock").unlink()
@@ -192,7 +192,7 @@ def test_a_damaged_file_is_refused_and_left_as_it_is(state: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["moved", "cut short"])
-def test_a_file_that_is_lost_while_it_is_in_use_is_said_and_nothing_more_begins(state: Path, what: str) -> None:
+def test_file_lost_in_use_is_reported_and_nothing_more_begins(state: Path, what: str) -> None:
     with up(TWIN) as robot:
         homing(robot)
         if what == "moved":

@@ -1,7 +1,7 @@
 """A hundred readers of the stream of which some are slow, some dead, some stopped by the system: nobody else notices.
 
-How late somebody sees something is told in events, not in seconds: no event comes before all that are well have the one
-before it, while nobody has read anything from those that are not.
+Delays are measured in events, not in seconds: no event comes before all healthy readers have the one before it, while
+the others are not read at all.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import pytest
 
 from dmc41x3.loops import run
 from tests.campaign import Campaign
-from tests.streaming import Client, Sluggard, Watched, connected, streamed
+from tests.streaming import Client, SlowReader, Watched, connected, streamed
 from tests.system.processes import Process, done, running
 
 pytestmark = pytest.mark.system
@@ -34,8 +34,8 @@ BEHIND = 150
 READER = """
 import sys
 sys.path.insert(0, sys.argv[2])
-from tests.streaming import Sluggard
-reader = Sluggard(sys.argv[1])
+from tests.streaming import SlowReader
+reader = SlowReader(sys.argv[1])
 reader.say(type="subscribe", state={"rate": 100}, events={})
 print(reader.read()[0]["type"], flush=True)
 while True:
@@ -57,9 +57,9 @@ def stopped_process(url: str) -> Iterator[None]:
             process.kill()
 
 
-def sluggards(stack: ExitStack, url: str, count: int) -> list[Sluggard]:
+def sluggards(stack: ExitStack, url: str, count: int) -> list[SlowReader]:
     """Return readers that want everything and read nothing."""
-    readers = [Sluggard(url) for _ in range(count)]
+    readers = [SlowReader(url) for _ in range(count)]
     for reader in readers:
         stack.callback(reader.close)
         reader.say(type="subscribe", state={"rate": 100}, events={"since": 0})
@@ -84,7 +84,7 @@ async def see(client: Client, event: int, count: int) -> None:
         await client.hear()
 
 
-def test_slow_and_dead_readers_among_a_hundred_disturb_nobody_and_miss_nothing(campaign: Campaign) -> None:
+def test_slow_and_dead_readers_among_a_hundred_disturb_none_and_miss_nothing(campaign: Campaign) -> None:
     rounds = campaign.size(ci=30, long=300)
 
     async def main() -> None:
@@ -123,7 +123,7 @@ def test_one_that_reads_slowly_but_steadily_is_not_cut_off_and_sees_new_states_o
     async def main() -> None:
         watched, loop = Watched(), asyncio.get_running_loop()
         async with streamed(watched) as url:
-            reader = await loop.run_in_executor(None, Sluggard, url)
+            reader = await loop.run_in_executor(None, SlowReader, url)
             reader.say(type="subscribe", state={"rate": 100}, events={"since": 0})
             got: list[dict[str, object]] = []
             while not any(message["type"] == "subscribed" for message in got):
@@ -147,7 +147,7 @@ def numbers(got: list[dict[str, object]]) -> list[int]:
     return [message["event"]["seq"] for message in got if message["type"] == "event"]  # type: ignore[index]
 
 
-def test_a_client_resumes_over_a_restart_of_the_service_and_is_told_so() -> None:
+def test_client_resumes_over_a_restart_of_the_service_and_is_notified() -> None:
     async def main() -> None:
         before = Watched(run=1)
         before.happen(30)
@@ -170,14 +170,14 @@ def test_a_service_that_was_killed_and_started_again_is_another_run() -> None:
     """One client is there while the robot homes, and comes back to what the next start of the service offers."""
     Path("home.yaml").write_text("name: home\nsteps: [home]\n", encoding="utf-8")
     with running("up --port 0 --speed 5") as up:
-        seen = asyncio.run(homing(door(up)))
+        seen = asyncio.run(homing(service_url(up)))
         up.kill()
     assert seen == list(range(1, len(seen) + 1))
     with running("up --port 0 --speed 50") as up:
-        asyncio.run(taken_up(door(up), since=len(seen)))
+        asyncio.run(taken_up(service_url(up), since=len(seen)))
 
 
-def door(up: Process) -> str:
+def service_url(up: Process) -> str:
     """Return the address of the stream of a service that has begun."""
     return up.until("Service:").rpartition("http://")[2].join(("ws://", "/v1/stream"))
 

@@ -27,7 +27,7 @@ from tests.virtual_time import turn
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
 
-class House(NamedTuple):
+class BrokerSetup(NamedTuple):
     """A broker that keeps nothing over its end, an observer of it, and the address of a robot's rosbridge."""
 
     broker: Broker
@@ -40,13 +40,13 @@ class House(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
+def broker_setup(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BrokerSetup]:
     folder = tmp_path_factory.mktemp("broker")
     with broker(folder) as one, robot() as rosbridge, observing(one) as observer:
-        yield House(one, observer, rosbridge)
+        yield BrokerSetup(one, observer, rosbridge)
 
 
-def told(story: Callable[[], Awaitable[None]]) -> None:
+def run_story(story: Callable[[], Awaitable[None]]) -> None:
     async def main() -> None:
         async with asyncio.timeout(60.0):
             await story()
@@ -61,62 +61,62 @@ async def presence(lab: Supervisor, name: str, state: str) -> None:
             return
 
 
-def test_a_step_returns_its_result_or_raises_its_error(house: House) -> None:
+def test_a_step_returns_its_result_or_raises_its_error(broker_setup: BrokerSetup) -> None:
     async def story() -> None:
-        async with Supervisor(house.broker.url) as lab:
+        async with Supervisor(broker_setup.broker.url) as lab:
             await presence(lab, "MAYA", "ONLINE")
             maya = lab.robot("MAYA")
             step = maya.home()
             assert [report.state async for report in step][-1] is StepState.EXECUTING
             assert (await step).error is None
-            assert (await maya.pick(0.5, 1.1, 0.4)).id in house.observer.commands()
+            assert (await maya.pick(0.5, 1.1, 0.4)).id in broker_setup.observer.commands()
             with pytest.raises(Unreachable, match="cannot be reached"):
                 await maya.approach(5.0, 1.1, 0.4)
             assert maya.connection == "ONLINE"
 
-    link = house.link()
+    link = broker_setup.link()
     try:
-        told(story)
+        run_story(story)
     finally:
         link.kill()
 
 
-def test_the_presence_of_a_robot_that_dies_is_broken(house: House) -> None:
+def test_the_presence_of_a_robot_that_dies_is_broken(broker_setup: BrokerSetup) -> None:
     async def story() -> None:
-        async with Supervisor(house.broker.url) as lab:
+        async with Supervisor(broker_setup.broker.url) as lab:
             await presence(lab, "MAYA", "ONLINE")
             link.kill()
             await presence(lab, "MAYA", "CONNECTION_BROKEN")
             assert lab.robots["MAYA"] == "CONNECTION_BROKEN"
-        async with Supervisor(house.broker.url) as lab:
+        async with Supervisor(broker_setup.broker.url) as lab:
             assert lab.robots["MAYA"] == "CONNECTION_BROKEN"
 
-    link = house.link()
+    link = broker_setup.link()
     try:
-        told(story)
+        run_story(story)
     finally:
         link.kill()
 
 
-def test_a_step_for_a_robot_that_the_broker_never_knew_waits_for_it(house: House, tmp_path: Path) -> None:
+def test_a_step_for_a_robot_that_the_broker_never_knew_waits_for_it(broker_setup: BrokerSetup, tmp_path: Path) -> None:
     async def story() -> None:
         with broker(tmp_path) as one:
             async with Supervisor(one.url) as lab:
                 assert "MAYA" not in lab.robots
                 step = lab.robot("MAYA").home()
-                link = coms(one, house.rosbridge, "--connect")
+                link = coms(one, broker_setup.rosbridge, "--connect")
                 try:
                     assert (await step).error is None
                 finally:
                     link.kill()
 
-    told(story)
+    run_story(story)
 
 
-def test_a_step_survives_a_broker_that_forgets_everything(house: House, tmp_path: Path) -> None:
+def test_a_step_survives_a_broker_that_forgets_everything(broker_setup: BrokerSetup, tmp_path: Path) -> None:
     async def story() -> None:
         with broker(tmp_path, "persistence false") as one:
-            link = coms(one, house.rosbridge, "--connect")
+            link = coms(one, broker_setup.rosbridge, "--connect")
             try:
                 async with Supervisor(one.url) as lab:
                     await presence(lab, "MAYA", "ONLINE")
@@ -127,24 +127,24 @@ def test_a_step_survives_a_broker_that_forgets_everything(house: House, tmp_path
             finally:
                 link.kill()
 
-    told(story)
+    run_story(story)
 
 
-def test_no_broker_is_reported_at_once(house: House, tmp_path: Path) -> None:
+def test_no_broker_is_reported_at_once(broker_setup: BrokerSetup, tmp_path: Path) -> None:
     async def story() -> None:
         with pytest.raises(SupervisorsNotReached, match="refused"):
             async with Supervisor(Broker(tmp_path).url):
                 pass
 
-    told(story)
+    run_story(story)
 
 
-def test_a_supervisor_needs_neither_numpy_nor_pydantic() -> None:
+def test_supervisor_needs_no_numpy_and_no_pydantic() -> None:
     line = "import maya_un.supervisor.process, sys; print({'numpy', 'pydantic'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", line], capture_output=True, check=True, text=True).stdout == "set()\n"
 
 
-class Crowd:
+class AnsweringRobots:
     """Stands in for many robots: one plain client that answers every command at once.
 
     Before each result it publishes what a robot answers to another program that uses the same id.
@@ -186,8 +186,8 @@ def test_no_result_is_missed_while_other_robots_are_added(tmp_path: Path) -> Non
             await asyncio.gather(*map(work, range(50)))
 
     with broker(tmp_path) as one:
-        crowd = Crowd(one)
+        crowd = AnsweringRobots(one)
         try:
-            told(story)
+            run_story(story)
         finally:
             crowd.close()

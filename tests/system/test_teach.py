@@ -47,17 +47,17 @@ def say(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Iterator[Say]:
         yield said
 
 
-def told(say: Say, line: str) -> Any:
+def json_of(say: Say, line: str) -> Any:
     """Return what a command prints as JSON."""
     return json.loads(say(f"{line} --json"))
 
 
 def driven_to(say: Say, x: float, y: float, name: str | None = None) -> None:
     """Have the gripper stand at a place of the table, and teach it."""
-    a, b, c = told(say, f"ik {x} {y} 0.4").values()
+    a, b, c = json_of(say, f"ik {x} {y} 0.4").values()
     say(f"move {a} {b} {c}")
     if name is not None:
-        assert told(say, f"teach {name}")["point"] == pytest.approx([x, y, 0.4], abs=1e-3)
+        assert json_of(say, f"teach {name}")["point"] == pytest.approx([x, y, 0.4], abs=1e-3)
 
 
 def test_places_are_taught_and_a_job_finds_them(say: Say) -> None:
@@ -66,23 +66,23 @@ def test_places_are_taught_and_a_job_finds_them(say: Say) -> None:
     assert say("teach shelf", 2).startswith("maya: error 4011: ")
     for name, x, y in (("near", 1.0, 0.47), ("right", 1.12, 0.47), ("far", 1.0, 0.35)):
         driven_to(say, x, y, name)
-    corners = told(say, "teach-pallet tray --rows 2 --columns 2 near right far")["corners"]
+    corners = json_of(say, "teach-pallet tray --rows 2 --columns 2 near right far")["corners"]
     assert corners[3] == pytest.approx([1.12, 0.35, 0.4], abs=2e-3)
-    report = told(say, "run job.yaml")
+    report = json_of(say, "run job.yaml")
     assert [step["step"] for step in report["steps"]] == ["pick shelf", "place tray[2,1]", "move above"]
-    above = told(say, "poses")["poses"][0]
+    above = json_of(say, "poses")["poses"][0]
     assert report["steps"][2]["end_point"] == pytest.approx(above["point"], abs=2e-4)
     assert say("pick tray[2,1]").endswith("Done.\n")
     assert say("place shelf").endswith("Done.\n")
     assert "rows 1 to 2 and columns 1 to 2" in say("approach tray[3,1]", 2)
 
 
-def test_what_one_robot_was_taught_the_next_one_knows(say: Say) -> None:
+def test_poses_taught_to_one_robot_are_known_to_the_next(say: Say) -> None:
     say("teach above")
     book = Path(os.environ["XDG_CONFIG_HOME"]) / "maya" / "poses.toml"
     assert book.read_text(encoding="utf-8").count("[poses.") == 1
     Path("next.yaml").write_text("steps: [home, {approach: above}, {move: above}]", encoding="utf-8")
-    assert told(say, "run next.yaml --dry-run")["state"] == "done"
+    assert json_of(say, "run next.yaml --dry-run")["state"] == "done"
     say("poses rename above ledge")
     assert "error 4003: 'above' is not known. Known: ledge." in say("run next.yaml --dry-run", 2)
 
@@ -94,6 +94,6 @@ def test_a_pallet_is_taught_by_driving_to_its_corners(say: Say, monkeypatch: pyt
     spoken = say("teach-pallet row --rows 1 --columns 3")
     assert "Drive the gripper to cell [1,1]" in spoken
     assert "Taught row.1-1: 0.2300 1.1000 0.4000 m" in spoken
-    assert [pose["name"] for pose in told(say, "poses")["poses"]] == ["right", "row.1-1"]
+    assert [pose["name"] for pose in json_of(say, "poses")["poses"]] == ["right", "row.1-1"]
     say("teach-pallet row --rows 1 --columns 3 --replace", 130)
     assert "error 4011" in say("teach-pallet row --rows 1 --columns 3", 2)

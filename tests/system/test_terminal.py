@@ -50,7 +50,7 @@ def at(address: str, width: int = 100, height: int = 30) -> Iterator[Pane]:
 
 
 def position(picture: str, axis: str) -> float:
-    """Return the position of an axis in the panel; NaN while the screen is drawn anew without one."""
+    """Return the position of an axis in the panel; NaN while the screen is redrawn without one."""
     found = re.search(rf"^{axis} +(-?\d+) ", picture, re.MULTILINE)
     return nan if found is None else int(found[1])
 
@@ -60,7 +60,7 @@ def moving(picture: str, axis: str) -> bool:
 
 
 def stopped(picture: str, axis: str) -> bool:
-    """Tell whether the panel says so; while the screen is drawn anew, there may be no panel."""
+    """Return whether the panel shows a text; while the screen is redrawn, there may be no panel."""
     return re.search(rf"^{axis} (?!.* moving ).*4 stopped by ST", picture, re.MULTILINE) is not None
 
 
@@ -101,7 +101,7 @@ def test_completion_offers_mnemonics_operands_variables_and_labels(terminal: Pan
     terminal.until(": MG _TPA")
 
 
-def test_help_is_beside_the_line_and_on_a_page(terminal: Pane) -> None:
+def test_help_is_next_to_the_line_and_on_a_page(terminal: Pane) -> None:
     terminal.type("SPA=")
     terminal.until("SP  ")
     terminal.press("C-c")
@@ -153,7 +153,7 @@ def test_messages_of_programs_do_not_tear_the_line(terminal: Pane, tmp_path: Pat
     terminal.until(" 21.0000")
 
 
-def test_a_program_goes_in_and_comes_back(terminal: Pane, tmp_path: Path) -> None:
+def test_program_is_downloaded_and_uploaded(terminal: Pane, tmp_path: Path) -> None:
     (tmp_path / "there.dmc").write_text(PROGRAM, encoding="ascii")
     terminal.enter(":download there.dmc")
     terminal.until("Downloaded: 7 lines")
@@ -162,7 +162,7 @@ def test_a_program_goes_in_and_comes_back(terminal: Pane, tmp_path: Path) -> Non
     assert (tmp_path / "back.dmc").read_text(encoding="ascii") == PROGRAM
 
 
-def test_a_recording_is_made_beside_the_line(terminal: Pane, tmp_path: Path) -> None:
+def test_recording_is_made_during_a_session(terminal: Pane, tmp_path: Path) -> None:
     terminal.enter(":scope _TPA,_TEA --rate 20 --for 0.5 --csv axes.csv")
     terminal.enter("MG 6*7")
     terminal.until(" 42.0000")

@@ -41,7 +41,7 @@ def at_rest(twin: Twin) -> tuple[float, ...]:
     return tuple(twin.mechanics.true_joints())
 
 
-def test_a_second_maya_up_is_refused_and_the_first_ones_guard_still_stops_its_motion(tmp_path: Path) -> None:
+def test_second_maya_up_is_refused_and_the_watchdog_of_the_first_works(tmp_path: Path) -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
         first, second = places(tmp_path / "one"), places(tmp_path / "two")
@@ -78,7 +78,7 @@ def test_a_second_host_cannot_move_the_gripper(tmp_path: Path) -> None:
             assert (wire.numbers("_OP0"), twin.mechanics.record.gripper_closed) == before
 
 
-def test_a_refused_maya_run_leaves_the_running_job_and_its_guard_alone(tmp_path: Path) -> None:
+def test_refused_maya_run_leaves_the_running_job_and_its_watchdog_alone(tmp_path: Path) -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
         first, second = places(tmp_path / "one"), places(tmp_path / "two")
@@ -98,7 +98,7 @@ def test_a_refused_maya_run_leaves_the_running_job_and_its_guard_alone(tmp_path:
 
 
 @pytest.mark.parametrize("tool", ["conform {address}", "download {address} {file}", "replay {log} {address}"])
-def test_a_tool_that_writes_is_refused_beside_a_living_owner(tool: str, tmp_path: Path) -> None:
+def test_writing_tool_is_refused_next_to_a_living_owner(tool: str, tmp_path: Path) -> None:
     file, log = tmp_path / "x.dmc", tmp_path / "x.log"
     file.write_text("#X\nEN\n")
     log.write_text(json.dumps({"format": "maya-dmc-capture", "version": 1, "controller": "sim"}) + "\n")
@@ -113,7 +113,7 @@ def test_a_tool_that_writes_is_refused_beside_a_living_owner(tool: str, tmp_path
 @pytest.mark.parametrize(
     "tool", ["dmc watch {address} _TPA --for 0.5", "dmc upload {address}", "doctor --address {address}"]
 )
-def test_who_only_asks_is_never_refused_and_writes_nothing(tool: str, tmp_path: Path) -> None:
+def test_reading_tool_is_never_refused_and_writes_nothing(tool: str, tmp_path: Path) -> None:
     with served(seed=5) as (_, address), Wire(address) as wire, running(f"up --port 0 --address {address}") as up:
         up.until("maya home")
         before = written(wire)
@@ -138,7 +138,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
             with running(f"up --port 0 --skip-home --address {address} --take-over", second) as two:
                 two.until("maya home")
                 assert wire.numbers("mayapid") == [float(two.number)]
-                told(first, OwnershipLost.code)
+                refused_with(first, OwnershipLost.code)
                 faults = done("logs --kind fault", env=first)[1]
                 assert f"(process {one.number})" not in faults, faults
                 code, said = done("recover", env=first)
@@ -148,7 +148,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
                 code, said = done("recover --take-over", env=first)
                 assert code == 0, said
                 assert wire.numbers("mayapid") == [float(one.number)]
-                told(second, OwnershipLost.code)
+                refused_with(second, OwnershipLost.code)
                 two.send(signal.SIGTERM)
                 assert two.end()[0] == 0
             assert wire.numbers("_XQ7")[0] >= 0.0
@@ -156,7 +156,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
             assert code == 0, said
 
 
-def told(host: dict[str, str], code: int) -> None:
+def refused_with(host: dict[str, str], code: int) -> None:
     """Wait until the status of a host names a fault."""
     said = ""
     for _ in range(100):

@@ -1,7 +1,7 @@
 """Two hosts race for one controller while they are killed, and put to sleep, at random instants.
 
-The wire of the twin and its mechanics judge: whoever writes owns the controller in that instant, a token changes hands
-at rest, the motion of a dead host ends within the guard's time, nothing stalls and nothing drops.
+The wire of the twin and its mechanics decide: a writer owns the controller in that instant, a token changes hands at
+rest, the motion of a dead host ends within the watchdog's time, nothing stalls and nothing drops.
 """
 
 from __future__ import annotations
@@ -53,16 +53,16 @@ RACES = 4
 """So many races share the kills; they may run beside each other."""
 
 PATIENCE = 60.0
-"""A host says something within this time, however busy the machine is [s]."""
+"""A host sends a message within this time, however busy the machine is [s]."""
 
 PHASES: Final = {"connect": 0.06, "own": 0.06, "move": 1.5, "grip": 0.5, "leave": 0.03}
-"""How long behind its word a host is killed at most [s]."""
+"""Longest delay of a kill after the host's message [s]."""
 
 STARVED = {
     error.code
     for error in (HostSilent, LinkLost, LinkTimeout, OwnershipLost, OwnerErased, ControllerMoves, ControllerOwned)
 }
-"""What a host may meet that was asleep, or had no processor for half a second."""
+"""Possible errors of a host that was asleep, or had no processor for half a second."""
 
 _QUESTIONS = ("MG", "QR", "TC", "WH", "UL", "\x12", "ZAB=(", "ZAB=_", "maya", "OB", "IH", "ST")
 """Begin what changes nothing of another's: questions, conditional writes, the fence, a stop."""
@@ -194,7 +194,7 @@ def served() -> Iterator[Box]:
 
 
 class Racer:
-    """A host as a process of its own, started anew whenever it was killed."""
+    """A host as a separate process, restarted after every kill."""
 
     def __init__(self, name: str, address: str) -> None:
         self._name = name
@@ -231,13 +231,13 @@ class Racer:
         self.pipe.close()
 
     def again(self) -> None:
-        """Kill it, and start it anew."""
+        """Kill it, and restart it."""
         self.kill()
         self._begin()
 
 
 def next_at(racers: list[Racer], phase: str) -> Racer:
-    """Return the racer that says first that it is about to do this."""
+    """Return the first racer that announces this action."""
     pipes: dict[object, Racer] = {racer.pipe: racer for racer in racers}
     end = monotonic() + PATIENCE
     while True:

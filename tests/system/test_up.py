@@ -1,4 +1,4 @@
-"""`maya up` from its start to its end: what it says, what it keeps, how it ends."""
+"""`maya up` from its start to its end: its output, its files, its exit."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def job(tmp_path: Path) -> str:
 
 @pytest.fixture
 def ear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.socket]:
-    """What systemd would hear."""
+    """Messages to systemd."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ear:
         ear.bind(str(tmp_path / "notify"))
         ear.settimeout(30.0)
@@ -72,7 +72,7 @@ def ear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.sock
         yield ear
 
 
-def test_a_supervisor_hears_of_its_life(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_systemd_is_notified_of_its_life(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "200000")
     with running(f"up --port 0 --speed 100 {CALM}", cold=True) as up:
         heard = [ear.recv(100)]
@@ -86,7 +86,7 @@ def test_a_supervisor_hears_of_its_life(ear: socket.socket, monkeypatch: pytest.
     assert set(heard) == {b"READY=1", b"WATCHDOG=1", b"STOPPING=1"}
 
 
-def test_the_job_under_way_waits_for_a_person_and_what_waits_stays(job: str) -> None:
+def test_running_job_waits_for_a_person_and_waiting_jobs_stay(job: str) -> None:
     with running(f"up --port 0 --speed 20 {CALM}", cold=True) as up:
         up.until("maya home")
         assert done(f"job submit {job}", cold=True)[0] == 0
@@ -109,7 +109,7 @@ def test_the_job_under_way_waits_for_a_person_and_what_waits_stays(job: str) -> 
 
 
 @pytest.mark.parametrize("how", ["maya up --on-exit finish", "maya down --finish"])
-def test_the_step_under_way_is_finished_where_that_is_wanted(how: str, job: str) -> None:
+def test_running_step_is_finished_on_request(how: str, job: str) -> None:
     option = " --on-exit finish" if "exit" in how else ""
     with running(f"up --port 0 --speed 100{option} {CALM}") as up:
         up.until("maya home")
@@ -132,7 +132,7 @@ def test_a_second_word_does_not_wait(job: str) -> None:
         events_until("step", state="running", index=1)
         up.send(signal.SIGINT)
         up.until("Ending after the running step")
-        assert ask("GET /v1/status")[0] == 200  # whoever wants to look, or to stop, still can
+        assert ask("GET /v1/status")[0] == 200  # reading and stopping still work
         up.send(signal.SIGINT)
         told = up.end(20.0)
     assert (told[0], "Stopping on the path now." in told[1]) == (0, True)
@@ -158,7 +158,7 @@ def test_one_file_has_one_queue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert (code, "error 5010" in text) == (2, True)
 
 
-def test_nothing_to_end_is_said() -> None:
+def test_nothing_to_end_is_reported() -> None:
     code, text = done("down")
     assert (code, "error 1020" in text) == (1, True)
 
@@ -173,7 +173,7 @@ def certificate(tmp_path: Path) -> tuple[Path, Path]:
 
 
 def test_other_machines_are_let_in_once_there_are_users(certificate: tuple[Path, Path]) -> None:
-    """What comes by the door for others from this machine shows a token too, as soon as users are kept."""
+    """A local request on the public listener needs a token too, as soon as there are users."""
     remote = f"--listen 127.0.0.1:0 --tls-cert {certificate[0]} --tls-key {certificate[1]}"
     code, text = done(f"up --port 0 {remote}")
     assert (code, "maya user add" in text) == (2, True)
@@ -201,7 +201,7 @@ def test_other_machines_are_let_in_once_there_are_users(certificate: tuple[Path,
 @pytest.mark.parametrize(
     "options", ["--listen 0.0.0.0", "--plain", "--listen 0.0.0.0 --plain --tls-cert x --tls-key y"]
 )
-def test_a_door_for_others_is_not_opened_by_accident(options: str) -> None:
+def test_listener_for_other_hosts_is_not_opened_by_accident(options: str) -> None:
     code, text = done(f"up --port 0 {options}")
     assert (code, "error 4008" in text) == (2, True)
 

@@ -19,7 +19,7 @@ from maya_un.machine.truth import StartPose, TrueConstants
 from tests.virtual_time import elapse
 
 PICK, PLACE = 8000, 16000
-"""Where the boom takes the part and where it puts it down [counts from the reverse switch]."""
+"""Pick and place positions of the boom [counts from the reverse switch]."""
 
 PROGRAM = f"""\
 'Home the boom on its reverse switch, then carry a part there, back and there
@@ -157,7 +157,7 @@ async def test_a_runaway_loop_leaves_the_machine_responsive(loop: str) -> None:
 
 
 @pytest.mark.parametrize(("command", "left"), [("HX", 0.0), ("HX 2", 1.0), ("ST", 0.0), ("AB", 0.0), ("AB 1", 5.0)])
-async def test_what_ends_programs(command: str, left: float) -> None:
+async def test_programs_end(command: str, left: float) -> None:
     async with served(VirtualDmc(BenchPlant())) as (driver, said):
         await driver.download("#A;WT 100;JP #A\n")
         await driver.batch(["XQ #A", "XQ #A,2"])

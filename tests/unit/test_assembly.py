@@ -9,7 +9,7 @@ from maya_un.values import Point
 CUBE, CAN = Point(0.5, 1.1, 0.4), Point(1.0, 0.5, 0.4)
 
 
-async def test_a_twin_tells_where_its_parts_are_and_which_one_is_carried() -> None:
+async def test_twin_reports_the_positions_of_its_parts_and_the_carried_one() -> None:
     async with stack(Config(), live=False, parts={"cube": CUBE, "can": CAN}) as floors:
         twin = floors.twin
         assert twin is not None

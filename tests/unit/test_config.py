@@ -90,7 +90,7 @@ def test_nothing_can_be_changed_afterwards(model: BaseModel) -> None:
 
 
 @pytest.mark.parametrize("model", sections(Config())[1:], ids=lambda model: type(model).__name__)
-def test_every_key_says_what_it_means(model: BaseModel) -> None:
+def test_every_key_has_a_description(model: BaseModel) -> None:
     fields = type(model).model_fields.items()
     leaves = [field for name, field in fields if not isinstance(getattr(model, name), BaseModel)]
     assert all(field.description for field in leaves)
@@ -157,7 +157,7 @@ def test_a_value_out_of_range_is_refused_by_its_key(key: str, value: object) -> 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
 @pytest.mark.parametrize("key", ["geometry.height", "homing.speed", "axes.b.maximum", "controller.timeout"])
-def test_what_is_no_number_is_refused(key: str, value: float) -> None:
+def test_invalid_number_is_refused(key: str, value: float) -> None:
     assert refusal(nested(key, value))["key"] == key
 
 
@@ -181,7 +181,7 @@ def test_a_value_of_the_wrong_kind_is_refused_and_not_converted(key: str, value:
     assert refusal(nested(key, value))["key"] == key
 
 
-def test_a_whole_number_serves_where_a_length_is_asked_for() -> None:
+def test_integer_is_accepted_as_a_length() -> None:
     assert parse(nested("geometry.height", 3)).geometry.height == 3.0
 
 
@@ -238,16 +238,16 @@ def test_keys_that_contradict_each_other_are_refused(keys: dict[str, Any], key: 
         ({"zones": "rack"}, "zones"),
     ],
 )
-def test_what_makes_no_zone_is_refused_by_its_key(keys: dict[str, Any], key: str) -> None:
+def test_invalid_zone_is_refused_by_its_key(keys: dict[str, Any], key: str) -> None:
     assert refusal(keys)["key"] == key
 
 
-def test_the_kinds_of_zones_are_told_where_another_is_named() -> None:
+def test_unknown_kind_of_zone_is_refused_with_the_known_ones() -> None:
     said = refusal(zone(0, kind="ball"))
     assert (said["value"], said["reason"]) == ('"ball"', "it is one of box, cylinder, half_space")
 
 
-def test_zones_have_a_margin_and_keep_the_lines_out_of_solids_where_nothing_is_said() -> None:
+def test_zones_have_a_default_margin_and_keep_the_lines_out_of_solids() -> None:
     zones = parse({"zones": ZONES}).zones
     assert [(zone.margin, zone.lines) for zone in zones] == [(0.0, True), (0.05, False), (0.05, True)]
 
@@ -274,7 +274,7 @@ def test_letters_may_be_exchanged() -> None:
 @pytest.mark.parametrize(
     ("locking", "chosen", "oe"), [(True, None, 1), (True, 0, 0), (True, 1, 1), (False, None, 0), (False, 0, 0)]
 )
-def test_a_motor_is_switched_off_on_error_only_where_the_drum_holds(locking: bool, chosen: int | None, oe: int) -> None:
+def test_off_on_error_is_used_only_if_the_drum_holds(locking: bool, chosen: int | None, oe: int) -> None:
     keys = {"self_locking": locking} | ({} if chosen is None else {"off_on_error": chosen})
     assert parse({"safety": keys}).safety.oe == oe
 
@@ -397,12 +397,12 @@ def test_a_broken_file_is_refused_by_its_path(content: bytes, reason: str, tmp_p
     assert caught.value.details["path"] == place
 
 
-def test_a_folder_is_no_file(tmp_path: Path) -> None:
+def test_folder_is_not_a_file(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable, match="directory"):
         load(tmp_path)
 
 
-def test_what_cannot_be_read_is_not_taken_for_none(no_configuration_of_mine: Path) -> None:
+def test_unreadable_file_is_not_taken_for_a_missing_one(no_configuration_of_mine: Path) -> None:
     (no_configuration_of_mine / "config.toml").mkdir(parents=True)
     with pytest.raises(FileUnreadable, match="directory"):
         load()

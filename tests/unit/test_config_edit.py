@@ -49,7 +49,7 @@ def test_the_template_can_be_changed_too(tmp_path: Path) -> None:
     assert "# letter = " in file.read_text()
 
 
-def test_taking_out_what_was_put_in_gives_the_values_back(tmp_path: Path) -> None:
+def test_removing_an_edit_restores_the_values(tmp_path: Path) -> None:
     more = edited(MINE, {"geometry.delta": 0.302, "axes.c.minimum": 0.57})
     file = tmp_path / "config.toml"
     file.write_text(edited(more, {"geometry.delta": None, "axes.c.minimum": None, "axes.a.minimum": None}))
@@ -60,7 +60,7 @@ def test_taking_out_what_was_put_in_gives_the_values_back(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("text", ["geometry = 3\n", "not toml", "[geometry\n"])
-def test_what_is_no_table_or_no_toml_is_refused(text: str) -> None:
+def test_invalid_table_or_toml_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"table|line|Unexpected|Empty|key"):
         edited(text, {"geometry.height": 2.4})
 
@@ -78,14 +78,14 @@ def test_a_file_that_is_not_there_says_nothing(tmp_path: Path) -> None:
     assert written(tmp_path / "none.toml") == {}
 
 
-def test_a_file_says_what_stands_in_it_and_no_more(tmp_path: Path) -> None:
+def test_file_shows_its_own_values_and_no_more(tmp_path: Path) -> None:
     file = tmp_path / "config.toml"
     file.write_text(MINE)
     assert written(file) == {"geometry": {"height": 2.34}, "axes": {"b": {"speed_counts": 30_000}}}
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"[geometry"])
-def test_what_cannot_be_read_is_said(tmp_path: Path, content: bytes) -> None:
+def test_unreadable_file_is_reported(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "config.toml"
     file.write_bytes(content)
     with pytest.raises(FileUnreadable):
@@ -115,13 +115,13 @@ def test_a_new_file_gets_its_folder(tmp_path: Path) -> None:
     assert (tmp_path / "maya" / "config.toml").read_text() == "new"
 
 
-def test_a_place_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+def test_unwritable_place_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(FileUnwritable):
         replace(tmp_path / "file" / "config.toml", "new")
 
 
-def test_what_stood_there_stays_where_writing_fails(tmp_path: Path) -> None:
+def test_failed_write_keeps_the_old_content(tmp_path: Path) -> None:
     file = tmp_path / "config.toml"
     file.write_text("old")
     if os.getuid() == 0:  # root may write anywhere: a folder in the file's place stops it all the same

@@ -37,7 +37,7 @@ def test_rounding_moves_no_joint_by_more_than_half_a_count(joints: Joints) -> No
     assert max(moved) <= 0.5 + 1e-6
 
 
-def test_the_scale_comes_from_the_configuration() -> None:
+def test_scale_is_from_the_configuration() -> None:
     units = Units.of(parse({"scale": {"pulses_per_metre": 5e5, "pulses_per_degree": 180.0}}))
     assert units.to_counts(Joints(pi, 1.0, 2.0)) == (32_400, 500_000, 1_000_000)
     assert units.to_joints((32_400, 500_000, 1_000_000)) == pytest.approx((pi, 1.0, 2.0))

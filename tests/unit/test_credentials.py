@@ -1,4 +1,4 @@
-"""What a client on this machine shows by itself."""
+"""Automatic credentials of a client on this machine."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def hold(lease: object) -> None:
     (runtime.folder() / credentials.LEASE_FILE).write_text(json.dumps(lease))
 
 
-def test_nothing_is_shown_where_there_is_nothing() -> None:
+def test_without_credentials_none_are_sent() -> None:
     assert credentials.headers(URL) == {}
 
 
@@ -44,7 +44,7 @@ def test_the_token_of_the_file_is_shown(kept: Path) -> None:
     assert credentials.headers(URL) == {"Authorization": f"Bearer {SHOWN}"}
 
 
-def test_the_variable_goes_before_the_file_also_where_it_is_empty(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variable_takes_precedence_over_the_file_even_if_empty(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_TOKEN", "maya_other")
     assert credentials.token() == "maya_other"
     monkeypatch.setenv("MAYA_TOKEN", "")
@@ -65,7 +65,7 @@ def test_a_file_that_others_can_read_or_write_is_not_used(kept: Path, mode: int)
 
 
 @pytest.mark.parametrize("text", ["a\r\nHost: evil", "a\nb", "ñ", "\x00", ""])
-def test_what_cannot_stand_in_a_header_is_not_shown(kept: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_token_invalid_in_a_header_is_not_sent(kept: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     kept.write_text(text, encoding="utf-8")
     assert credentials.token() == ""
     if "\x00" not in text:
@@ -94,6 +94,6 @@ def test_a_lease_is_shown_to_the_service_that_gave_it_and_to_no_other() -> None:
 
 
 @pytest.mark.parametrize("lease", [None, [], {}, {"id": "abc"}, {"id": "a\nb", "url": URL}, 7])
-def test_what_is_no_lease_is_not_shown(lease: object) -> None:
+def test_invalid_lease_is_not_sent(lease: object) -> None:
     hold(lease)
     assert credentials.headers(URL) == {}

@@ -56,7 +56,7 @@ def test_an_error_says_its_sentence_and_keeps_its_details() -> None:
     assert (error.code, list(error.details)) == (2101, ["target", "reason", "nearest"])
 
 
-def test_an_error_speaks_spanish_when_asked() -> None:
+def test_error_is_in_spanish_on_request() -> None:
     assert NotHomed().text("es").endswith("Ejecute primero `maya home`.")
 
 
@@ -88,7 +88,7 @@ def test_a_code_cannot_be_declared_twice() -> None:
     assert errors.by_code()[NotHomed.code] is NotHomed
 
 
-def test_details_are_attributes_and_those_that_are_left_out_are_none() -> None:
+def test_details_are_attributes_and_missing_ones_are_none() -> None:
     error = Unreachable(target="(3, 0, 1) m", reason="too far", nearest="none")
     assert (error.target, error.zone) == ("(3, 0, 1) m", None)
     assert "zone" not in error.details
@@ -128,7 +128,7 @@ def test_an_edge_rebuilds_the_same_error_from_code_and_details(leaf: type[MayaEr
     assert (type(again), str(again), again.details) == (leaf, str(error), error.details)
 
 
-def test_an_edge_shows_the_words_of_an_error_whose_details_did_not_come_along() -> None:
+def test_interface_shows_the_text_of_an_error_without_its_details() -> None:
     error = errors.from_sentence(2111, "This cannot be paused: nothing is under way.")
     again = errors.from_notice(error.code, error.details, str(error))
     assert (type(again), str(again)) == (errors.CannotPause, str(error))
@@ -179,7 +179,7 @@ def test_details_that_are_words_of_ours_are_translated_and_no_others(error: Maya
     assert "trabajo" not in str(error)
 
 
-def test_what_only_a_person_knows_is_asked_in_spanish() -> None:
+def test_questions_to_a_person_are_in_spanish() -> None:
     error = errors.AnswerNeeded(question=QUESTION, options="")
     assert "¿hay una pieza en la pinza?" in error.text("es")
     assert QUESTION in str(error)

@@ -24,10 +24,10 @@ from maya_un.process.journal.protocol import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.recorder import mcap_file
 from tests.conventions.source import ROOT
-from tests.graphs import apart
+from tests.graphs import layer_nodes
 from tests.streaming import Watched, connected, streamed
 from tests.unit.recorder.recordings import RECORDING
-from tests.unit.server.stand_in import StandIn, door
+from tests.unit.server.stand_in import ServiceStandIn, app_client
 from tests.virtual_time import turn
 
 
@@ -91,9 +91,9 @@ def test_maya_logs_shows_it_from_the_journal_in_both_languages(
 
 
 async def test_http_answers_it_as_json() -> None:
-    service = StandIn()
+    service = ServiceStandIn()
     service.log.emit(LIT)
-    async with door(service) as client:
+    async with app_client(service) as client:
         answer = (await client.get("/v1/events")).json()
     assert answer == [{"seq": 1, "time": 0.0, "kind": "lamp", "code": 2308, "detail": DETAIL}]
 
@@ -110,13 +110,13 @@ def test_the_stream_sends_it_as_json() -> None:
     assert (told["seq"], told["kind"], told["code"], told["detail"]) == (1, "lamp", 2308, DETAIL)
 
 
-async def test_the_graph_tells_it_by_its_word_and_a_client_reads_it_again() -> None:
-    async with apart(homed=False) as floors:
+async def test_graph_publishes_it_by_its_word_and_a_client_reads_it() -> None:
+    async with layer_nodes(homed=False) as floors:
         texts, heard = list[str](), list[Event]()
         somebody = floors.bus.node("somebody")
         somebody.subscribe("/maya_event", "std_msgs/String", lambda message: texts.append(message["data"]))
         floors.controller.events.heard_by(heard.append)
-        floors.below.rig.controller.events.emit(LIT)
+        floors.controller_node.rig.controller.events.emit(LIT)
         while not (heard and texts[-1].startswith("lamp")):
             await turn()
     told = read(texts[-1])

@@ -49,7 +49,7 @@ def test_numbers_start_at_one_and_have_no_gaps() -> None:
     assert (len(events), events.last) == (4, events.since(3)[0])
 
 
-def test_before_the_first_there_is_none() -> None:
+def test_before_the_first_event_there_is_none() -> None:
     assert (log().last, log().since(0)) == (None, [])
 
 
@@ -67,7 +67,7 @@ def test_since_gives_exactly_those_numbered_above(seq: int, count: int) -> None:
     assert [event.seq for event in events.since(seq)] == [n for n in range(1, count + 1) if n > seq]
 
 
-def test_the_oldest_are_forgotten_and_whoever_asks_for_them_is_told() -> None:
+def test_oldest_events_are_forgotten_and_their_reader_is_notified() -> None:
     events = EventLog(lambda: 0.0, kept=8)
     for _ in range(9):
         events.emit(StepAdvanced(1, 1, "home", "done"))
@@ -87,7 +87,7 @@ def test_memory_is_bounded() -> None:
         assert number - 90 <= events.oldest - 1 <= max(0, number - 80)
 
 
-async def test_a_reader_that_falls_too_far_behind_is_told() -> None:
+async def test_reader_too_far_behind_is_notified() -> None:
     events = EventLog(lambda: 0.0, kept=8)
     reader = events.follow()
     events.emit(MotionBegun())
@@ -98,14 +98,14 @@ async def test_a_reader_that_falls_too_far_behind_is_told() -> None:
         await anext(reader)
 
 
-def test_who_hears_everything_hears_it_at_once() -> None:
+def test_reader_of_all_events_gets_them_at_once() -> None:
     events, heard = log(), list[int]()
     events.heard_by(lambda event: heard.append(event.seq))
     events.emit(HomingBegun())
     assert heard == [1]
 
 
-def test_what_happened_cannot_be_changed() -> None:
+def test_past_event_cannot_be_changed() -> None:
     detail = log().emit(FaultEntered("cut", code=1001)).detail
     with pytest.raises(TypeError):
         detail["message"] = "none"  # type: ignore[index]
@@ -116,7 +116,7 @@ def test_an_event_reads_as_its_kind_and_details() -> None:
     assert str(log().emit(MotionEnded())) == "idle"
 
 
-def test_the_detail_of_an_event_has_its_fields_in_order_without_those_that_are_none() -> None:
+def test_detail_of_an_event_has_its_fields_in_order_without_missing_ones() -> None:
     step = StepAdvanced(7, 2, "pick cube", "running")
     assert json.dumps(dict(step.detail)) == '{"job": 7, "index": 2, "step": "pick cube", "state": "running"}'
     assert replace(step, attempt=2).detail["attempt"] == 2
@@ -159,7 +159,7 @@ def test_every_declared_event_has_sentences_over_the_fields_that_it_always_has(e
     assert all(names == named[0] <= always for names in named)
 
 
-async def test_a_late_reader_gets_first_what_it_missed() -> None:
+async def test_late_reader_gets_missed_events_first() -> None:
     events = log()
     events.emit(Connected("sim"))
     events.emit(HomingNeeded())
@@ -170,7 +170,7 @@ async def test_a_late_reader_gets_first_what_it_missed() -> None:
     await reader.aclose()
 
 
-async def test_what_happens_before_the_first_read_is_not_lost() -> None:
+async def test_events_before_the_first_read_are_not_lost() -> None:
     events = log()
     reader = events.follow()
     events.emit(Connected("sim"))
@@ -178,7 +178,7 @@ async def test_what_happens_before_the_first_read_is_not_lost() -> None:
     await reader.aclose()
 
 
-async def test_a_slow_reader_loses_nothing_and_slows_nobody() -> None:
+async def test_slow_reader_loses_nothing_and_slows_no_other() -> None:
     events = log()
     slow, quick = events.follow(), events.follow()
     events.emit(MotionBegun())
@@ -215,7 +215,7 @@ async def test_a_reader_that_left_gets_nothing_more() -> None:
     assert not events._waiting
 
 
-def test_a_listener_hears_every_event_inside_its_block_at_once() -> None:
+def test_listener_gets_every_event_inside_its_block_at_once() -> None:
     events, heard = log(), list[int]()
     events.emit(Connected("sim"))
     with events.listening(lambda event: heard.append(event.seq)):

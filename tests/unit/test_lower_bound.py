@@ -39,7 +39,7 @@ def test_slowing_down_may_be_faster_than_speeding_up() -> None:
         assert least_time(straight(way), [0.0, 1.0], rates) == pytest.approx(peak / 0.005 + peak / 0.020, rel=1e-4)
 
 
-def test_a_straight_way_is_as_fast_whatever_its_parameter() -> None:
+def test_straight_path_is_as_fast_for_any_parameter() -> None:
     def bent(share: Floats) -> Floats:
         return straight(0.5)(0.4 * share + 0.6 * share * share)
 
@@ -56,7 +56,7 @@ def test_a_straight_way_is_as_fast_whatever_its_parameter() -> None:
         (Way("cartesian", ((0.05, 0.6, 0.9), (0.6, 0.1, 0.9))), 31.31404),
     ],
 )
-def test_curved_ways_take_as_long_as_toppra_says(way: Way, expected: float) -> None:
+def test_curved_paths_take_as_long_as_with_toppra(way: Way, expected: float) -> None:
     """Expected: toppra 0.6.3 on splines through 4 001 points (Pham and Pham, IEEE Trans. Robotics 34, 2018)."""
     assert least_time_of(FRAME, way, RATES) == pytest.approx(expected, rel=3e-4)
 

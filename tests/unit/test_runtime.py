@@ -17,7 +17,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("controller", [None, ("10.0.0.1", 23)])
-def test_what_was_published_is_found_and_goes_with_its_owner(place: Path, controller: tuple[str, int] | None) -> None:
+def test_published_entry_is_found_and_removed_with_its_owner(place: Path, controller: tuple[str, int] | None) -> None:
     running = Running("http://127.0.0.1:4133", os.getpid(), controller)
     with runtime.claimed():
         runtime.publish(running)
@@ -38,7 +38,7 @@ def test_there_is_one_at_a_time() -> None:
 
 
 @pytest.mark.usefixtures("place")
-def test_who_it_is_can_be_told_while_it_lives() -> None:
+def test_owner_is_known_while_it_lives() -> None:
     assert runtime.claimant() is None
     with runtime.claimed():
         assert runtime.claimant() == os.getpid()
@@ -48,13 +48,13 @@ def test_who_it_is_can_be_told_while_it_lives() -> None:
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", "[" * 4000, "[" * 100_000, '{"url": "x"}', '{"url": "x", "pid": 1, "controller": 5}']
 )
-def test_a_file_that_is_not_ours_is_no_service(place: Path, text: str) -> None:
+def test_foreign_file_is_no_service(place: Path, text: str) -> None:
     place.mkdir()
     (place / "service.json").write_text(text)
     assert runtime.find() is None
 
 
-def test_a_device_or_a_link_is_no_service(place: Path) -> None:
+def test_device_or_link_is_no_service(place: Path) -> None:
     place.mkdir()
     (place / "service.json").symlink_to("/dev/zero")
     assert runtime.find() is None
@@ -74,7 +74,7 @@ def test_links_inside_the_folder_are_not_followed(place: Path, name: str) -> Non
     assert victim.read_text() == "precious"
 
 
-def test_a_folder_that_everybody_may_write_to_is_refused(place: Path) -> None:
+def test_folder_writable_by_all_is_refused(place: Path) -> None:
     place.mkdir()
     place.chmod(0o777)
     with pytest.raises(FileUnwritable, match="everybody"), runtime.claimed():
@@ -96,7 +96,7 @@ def test_a_link_in_the_folders_place_is_not_followed(tmp_path: Path, monkeypatch
         pass
 
 
-def test_the_session_has_a_folder_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_session_has_its_own_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("MAYA_RUNTIME_DIR", raising=False)
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/run/user/7")
     assert runtime.folder() == Path("/run/user/7/maya")

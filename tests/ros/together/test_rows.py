@@ -35,7 +35,7 @@ from maya_ros.graph.table import (
     Row,
 )
 from tests.ros.driven import Message
-from tests.ros.floors import DONE, HERE, SLOW, Floors, near, primitive
+from tests.ros.floors import DONE, HERE, SLOW, LaunchedLayers, near, primitive
 
 pytestmark = pytest.mark.system
 
@@ -50,7 +50,7 @@ ACTION_TOPICS = {
 """The topics of an action, and what their types end in; the others belong to actionlib."""
 
 
-def _joints(robot: Floors, a: float) -> Message:
+def _joints(robot: LaunchedLayers, a: float) -> Message:
     """Return a path from where the robot stands to another angle of the boom, as ROS tools send one."""
     _, *now = robot.twin()["joints"]
     told = robot.driver.subscribe(JOINTS.name, JOINTS.type)
@@ -62,7 +62,7 @@ def _joints(robot: Floors, a: float) -> Message:
 
 
 @pytest.mark.parametrize("row", IN_SIMULATION, ids=lambda row: row.name)
-def test_the_row_is_in_the_graph_with_its_type_at_its_node(row: Row, robot: Floors) -> None:
+def test_the_row_is_in_the_graph_with_its_type_at_its_node(row: Row, robot: LaunchedLayers) -> None:
     published, heard, served = (dict(part) for part in robot.ros.ask_master("getSystemState"))
     types = robot.ros.topics()
     match row.form:
@@ -80,11 +80,11 @@ def test_the_row_is_in_the_graph_with_its_type_at_its_node(row: Row, robot: Floo
             assert {f"/{name}" for name in row.sources} & set(published[f"{row.name}/result"])
 
 
-def _echo(robot: Floors, row: Row) -> str:
+def _echo(robot: LaunchedLayers, row: Row) -> str:
     return robot.ros.tool("rostopic", "echo", "-n", "1", row.name)
 
 
-def test_what_is_published_can_be_echoed(robot: Floors) -> None:
+def test_published_topic_can_be_echoed(robot: LaunchedLayers) -> None:
     assert _echo(robot, EVENT).startswith('data: "')
     assert _echo(robot, POSITION).startswith("x: ")
     assert "name: \n  - a\n  - b\n  - c" in _echo(robot, JOINTS).replace("name:\n", "name: \n")
@@ -92,14 +92,14 @@ def test_what_is_published_can_be_echoed(robot: Floors) -> None:
     assert "name: " in _echo(robot, DIAGNOSTICS)
 
 
-def test_the_position_is_where_the_twin_is(robot: Floors) -> None:
+def test_position_is_that_of_the_twin(robot: LaunchedLayers) -> None:
     told = robot.driver.subscribe(POSITION.name, POSITION.type)
     count = len(told.messages)
     message = told.until(after=count)
     assert near((message["x"], message["y"], message["z"]), robot.twin()["point"])
 
 
-def test_the_gripper_says_its_new_state(robot: Floors) -> None:
+def test_the_gripper_says_its_new_state(robot: LaunchedLayers) -> None:
     for open_, word in ((True, "gripper_open"), (False, "gripper_closed"), (True, "gripper_open")):
         before = robot.mark()
         said = robot.ros.tool("rosservice", "call", GRIPPER.name, f"data: {str(open_).lower()}")
@@ -111,19 +111,19 @@ def test_the_gripper_says_its_new_state(robot: Floors) -> None:
 @pytest.mark.parametrize(
     ("row", "code"), [(PAUSE, "2111"), (RESUME, "2112"), (RECOVER, "2108")], ids=["pause", "resume", "recover"]
 )
-def test_services_that_have_nothing_to_do_refuse_with_a_code(row: Row, code: str, robot: Floors) -> None:
+def test_services_that_have_nothing_to_do_refuse_with_a_code(row: Row, code: str, robot: LaunchedLayers) -> None:
     answer = robot.driver.call(row.name)
     assert not answer["success"]
     assert answer["message"].startswith(f"{code}: ")
 
 
-def test_stop_at_rest_says_that_nothing_moved(robot: Floors) -> None:
+def test_stop_at_rest_says_that_nothing_moved(robot: LaunchedLayers) -> None:
     answer = robot.driver.call(STOP.name)
     assert answer["success"]
     assert json.loads(answer["message"])["was_moving"] is False
 
 
-def test_pause_and_resume_hold_a_motion_and_let_it_go_on(robot: Floors) -> None:
+def test_pause_and_resume_hold_a_motion_and_continue_it(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     assert robot.driver.call(PAUSE.name)["success"]
@@ -133,7 +133,7 @@ def test_pause_and_resume_hold_a_motion_and_let_it_go_on(robot: Floors) -> None:
     assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
 
 
-def test_stop_ends_a_motion_on_its_path_with_its_code(robot: Floors) -> None:
+def test_stop_ends_a_motion_on_its_path_with_its_code(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     assert robot.driver.call(STOP.name)["success"]
@@ -142,7 +142,7 @@ def test_stop_ends_a_motion_on_its_path_with_its_code(robot: Floors) -> None:
     robot.at_rest()
 
 
-def test_home_says_its_phases(robot: Floors) -> None:
+def test_home_says_its_phases(robot: LaunchedLayers) -> None:
     goal = robot.driver.do(HOME.name, HOME.type)
     assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     phases = [message["phase"] for message in goal.feedback.messages]
@@ -150,7 +150,7 @@ def test_home_says_its_phases(robot: Floors) -> None:
     assert {"raise", "stroke_b", "stroke_c"} <= set(phases)
 
 
-def test_move_and_follow_go_where_they_are_told_and_say_how_far_they_are(robot: Floors) -> None:
+def test_move_and_follow_reach_their_targets_and_report_progress(robot: LaunchedLayers) -> None:
     goal = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 1.7, "c": 1.7})
     assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert near(robot.twin()["joints"], (0.5, 1.7, 1.7))
@@ -161,14 +161,14 @@ def test_move_and_follow_go_where_they_are_told_and_say_how_far_they_are(robot: 
     assert near(robot.twin()["joints"], (0.9, 1.7, 1.7))
 
 
-def test_what_cannot_be_reached_is_refused_with_its_code(robot: Floors) -> None:
+def test_unreachable_target_is_refused_with_its_code(robot: LaunchedLayers) -> None:
     outcome, result = robot.driver.do(MOVE.name, MOVE.type, {"a": 0.5, "b": 0.6, "c": 0.6}).ended()
     assert (outcome, result["code"]) == (GoalStatus.REJECTED, "2101")
     assert robot.command("pick", (9.0, 9.0, 0.4))["code"] == "2101"
     assert robot.task("pick", (9.0, 9.0, 0.4)).ended()[1]["code"] == "2101"
 
 
-def test_a_cancel_of_a_task_stops_on_the_path(robot: Floors) -> None:
+def test_a_cancel_of_a_task_stops_on_the_path(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     goal.cancel()
@@ -177,7 +177,7 @@ def test_a_cancel_of_a_task_stops_on_the_path(robot: Floors) -> None:
     robot.at_rest()
 
 
-def test_controller_command_moves_and_its_refusal_is_told_as_an_event(robot: Floors) -> None:
+def test_controller_command_moves_and_its_refusal_is_an_event(robot: LaunchedLayers) -> None:
     robot.at_rest()
     a = 0.6 if robot.twin()["joints"][0] > 0.8 else 1.1
     before = robot.mark()
@@ -190,40 +190,40 @@ def test_controller_command_moves_and_its_refusal_is_told_as_an_event(robot: Flo
     assert robot.until_told("refused", before)["code"] == 4018
 
 
-def test_the_speed_of_all_motion_is_scaled_by_a_topic(robot: Floors) -> None:
+def test_the_speed_of_all_motion_is_scaled_by_a_topic(robot: LaunchedLayers) -> None:
     for ratio in (0.5, 1.0):
         before = robot.mark()
         robot.driver.publish(SPEED.name, SPEED.type, {"data": ratio})
         assert robot.until_told("speed", before)["override"] == ratio
 
 
-def test_maya_move_does_a_primitive(robot: Floors) -> None:
+def test_maya_move_does_a_primitive(robot: LaunchedLayers) -> None:
     before = robot.mark()
     robot.driver.publish(PRIMITIVE.name, PRIMITIVE.type, primitive("approach", robot.away()))
     robot.until_told("moving", before)
     robot.eventually(robot.can_teleop, "done")
 
 
-def test_can_teleop_by_the_command_line(robot: Floors) -> None:
+def test_can_teleop_by_the_command_line(robot: LaunchedLayers) -> None:
     said = robot.ros.tool("rosservice", "call", MAYA_COMMAND.name, "task: {command: can_teleop}")
     assert "success: True" in said
 
 
-def test_a_task_says_its_phase_how_far_it_is_and_where(robot: Floors) -> None:
+def test_task_reports_phase_progress_and_position(robot: LaunchedLayers) -> None:
     goal = robot.driver.do(TASK.name, TASK.type, {"task": primitive("approach", robot.away())})
     assert goal.ended() == (GoalStatus.SUCCEEDED, DONE)
     assert goal.feedback.messages
     assert near(list(goal.feedback.messages[-1]["position"].values()), robot.twin()["point"], within=3.0)
 
 
-def test_a_step_is_carried_out_and_told(robot: Floors) -> None:
+def test_step_is_carried_out_and_reported(robot: LaunchedLayers) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     id_ = robot.step("row", HERE)
     told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])
     assert (told["success"], told["error"]) == (True, None)
 
 
-def test_any_operation_is_called_by_its_name(robot: Floors) -> None:
+def test_any_operation_is_called_by_its_name(robot: LaunchedLayers) -> None:
     parameters = {"operation": "reach", "arguments": json.dumps({"x": 9.0, "y": 9.0, "z": 0.4})}
     answer = robot.driver.call(CALL_OPERATION.name, parameters)
     assert (answer["success"], json.loads(answer["result"])["reachable"]) == (True, False)
@@ -231,7 +231,7 @@ def test_any_operation_is_called_by_its_name(robot: Floors) -> None:
     assert (refused["success"], refused["code"], refused["result"]) == (False, "4004", "")
 
 
-def test_abort_stops_without_deceleration_and_a_person_recovers(robot: Floors) -> None:
+def test_abort_stops_without_deceleration_and_a_person_recovers(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     goal = robot.begun("approach", robot.away())
     robot.driver.call(ABORT.name)

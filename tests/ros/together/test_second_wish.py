@@ -1,4 +1,4 @@
-"""While one wish runs, every door that takes one at a time refuses another with a code; the first is unharmed."""
+"""While one command runs, every interface for single commands refuses another with a code; the first is unharmed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driven import Message
-from tests.ros.floors import DONE, HERE, SLOW, Floors, near, primitive
+from tests.ros.floors import DONE, HERE, SLOW, LaunchedLayers, near, primitive
 
 pytestmark = pytest.mark.system
 
@@ -22,20 +22,20 @@ TRAJECTORY = {
 }
 
 
-def _action(name: str, kind: str, goal: Message) -> Callable[[Floors], tuple[int, str]]:
-    def second(robot: Floors) -> tuple[int, str]:
+def _action(name: str, kind: str, goal: Message) -> Callable[[LaunchedLayers], tuple[int, str]]:
+    def second(robot: LaunchedLayers) -> tuple[int, str]:
         outcome, result = robot.driver.do(name, kind, goal).ended()
         return outcome, result["code"]
 
     return second
 
 
-def _by_service(robot: Floors) -> tuple[int, str]:
+def _by_service(robot: LaunchedLayers) -> tuple[int, str]:
     answer = robot.command("approach", HERE)
     return GoalStatus.ABORTED if answer["success"] else GoalStatus.REJECTED, answer["code"]
 
 
-def _by_gripper(robot: Floors) -> tuple[int, str]:
+def _by_gripper(robot: LaunchedLayers) -> tuple[int, str]:
     answer = robot.driver.call("/gripper", {"data": True})
     return GoalStatus.ABORTED if answer["success"] else GoalStatus.REJECTED, str(answer["message"]).partition(":")[0]
 
@@ -51,7 +51,7 @@ SECONDS = {
 
 
 @pytest.mark.parametrize("door", SECONDS)
-def test_a_second_wish_is_refused_and_the_first_goes_on(door: str, robot: Floors) -> None:
+def test_second_command_is_refused_and_the_first_goes_on(door: str, robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     place = robot.away()
     first = robot.begun("approach", place)
@@ -62,7 +62,7 @@ def test_a_second_wish_is_refused_and_the_first_goes_on(door: str, robot: Floors
     assert near(robot.twin()["point"][:2], place[:2])
 
 
-def test_a_second_goal_at_the_controller_leaves_the_first_alone(robot: Floors) -> None:
+def test_a_second_goal_at_the_controller_leaves_the_first_alone(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     a = robot.twin()["joints"][0]
     target = {"a": 0.4 if a > 0.8 else 1.2, "b": 1.6, "c": 1.6}
@@ -76,7 +76,7 @@ def test_a_second_goal_at_the_controller_leaves_the_first_alone(robot: Floors) -
     assert near(robot.twin()["joints"], target.values())
 
 
-def test_a_second_wish_on_a_topic_is_refused_by_an_event(robot: Floors) -> None:
+def test_second_command_on_a_topic_is_refused_by_an_event(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     first = robot.begun("approach", robot.away())
     before = robot.mark()

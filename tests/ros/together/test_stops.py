@@ -11,7 +11,7 @@ import pytest
 from maya_ros.graph.protocol import GoalStatus
 from tests.campaign import Campaign
 from tests.ros.driven import Goal, Message
-from tests.ros.floors import HERE, SLOW, THERE, Floors, primitive
+from tests.ros.floors import HERE, SLOW, THERE, LaunchedLayers, primitive
 
 pytestmark = pytest.mark.system
 
@@ -19,36 +19,36 @@ ENDS = {"stopped", "idle", "homed"}
 """Words after which nothing moves: a stop may come when all is done."""
 
 
-def _queue(robot: Floors, rng: Random) -> list[Goal]:
+def _queue(robot: LaunchedLayers, rng: Random) -> list[Goal]:
     places = (HERE, THERE) if rng.random() < 0.5 else (THERE, HERE)
     tasks = [primitive("approach", place) for place in places]
     robot.driver.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": tasks})
     return []
 
 
-def _task(robot: Floors, rng: Random) -> list[Goal]:
+def _task(robot: LaunchedLayers, rng: Random) -> list[Goal]:
     return [robot.task("approach", robot.away())]
 
 
-def _move(robot: Floors, rng: Random) -> list[Goal]:
+def _move(robot: LaunchedLayers, rng: Random) -> list[Goal]:
     target = {"a": rng.uniform(0.2, 1.8), "b": 1.6, "c": 1.6}
     return [robot.driver.do("/move", "maya_controller/Move", target)]
 
 
-def _home(robot: Floors, rng: Random) -> list[Goal]:
+def _home(robot: LaunchedLayers, rng: Random) -> list[Goal]:
     return [robot.driver.do("/home", "maya_controller/Home")]
 
 
 WISHES = (_queue, _home, _task, _move)
 
 
-def stop(robot: Floors) -> None:
+def stop(robot: LaunchedLayers) -> None:
     """Say stop by the topic, as the dashboard does."""
     robot.driver.publish("/stop_queue", "std_msgs/Empty", {})
 
 
 @pytest.mark.timeout(1200)
-def test_stop_queue_at_random_instants(robot: Floors, campaign: Campaign) -> None:
+def test_stop_queue_at_random_instants(robot: LaunchedLayers, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=10, long=100)):
         rng = campaign.rng(case)
         robot.ready()
@@ -74,14 +74,14 @@ def test_stop_queue_at_random_instants(robot: Floors, campaign: Campaign) -> Non
         robot.unharmed()
 
 
-def _ended(robot: Floors, before: int) -> bool:
+def _ended(robot: LaunchedLayers, before: int) -> bool:
     """Tell whether nothing moves, and nothing more will."""
     words = robot.words(before)
     standing: Message = robot.told[1]
     return not standing["moving"] and (not words or words[-1] in ENDS)
 
 
-def test_what_waits_in_the_queue_ends_too(robot: Floors) -> None:
+def test_waiting_jobs_of_the_queue_end_too(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     before = robot.mark()
     tasks = [primitive("approach", place) for place in (robot.away(), HERE, THERE, HERE)]

@@ -7,24 +7,24 @@ from collections.abc import Callable
 import pytest
 
 from maya_ros.graph.protocol import GoalStatus
-from tests.ros.floors import DONE, HERE, THERE, Floors, near, primitive
+from tests.ros.floors import DONE, HERE, THERE, LaunchedLayers, near, primitive
 
 pytestmark = pytest.mark.system
 
 Place = tuple[float, float, float]
 
 
-def by_task(robot: Floors, here: Place, there: Place) -> None:
+def by_task(robot: LaunchedLayers, here: Place, there: Place) -> None:
     assert robot.task("pick", here).ended() == (GoalStatus.SUCCEEDED, DONE)
     assert robot.task("place", there).ended() == (GoalStatus.SUCCEEDED, DONE)
 
 
-def by_maya_command(robot: Floors, here: Place, there: Place) -> None:
+def by_maya_command(robot: LaunchedLayers, here: Place, there: Place) -> None:
     assert robot.command("pick", here) == DONE
     assert robot.command("place", there) == DONE
 
 
-def by_maya_move(robot: Floors, here: Place, there: Place) -> None:
+def by_maya_move(robot: LaunchedLayers, here: Place, there: Place) -> None:
     for word, place in (("pick", here), ("place", there)):
         before = robot.mark()
         robot.driver.publish("/maya_move", "maya_robot/MayaPrimitive", primitive(word, place))
@@ -32,12 +32,12 @@ def by_maya_move(robot: Floors, here: Place, there: Place) -> None:
         robot.eventually(robot.can_teleop, "at rest after it")
 
 
-def by_send_task(robot: Floors, here: Place, there: Place) -> None:
+def by_send_task(robot: LaunchedLayers, here: Place, there: Place) -> None:
     robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("pick", here))
     robot.driver.publish("/send_task", "maya_robot/MayaPrimitive", primitive("place", there))
 
 
-def by_start_queue(robot: Floors, here: Place, there: Place) -> None:
+def by_start_queue(robot: LaunchedLayers, here: Place, there: Place) -> None:
     tasks = [primitive("pick", here), primitive("place", there)]
     robot.driver.publish("/start_queue", "maya_process/ProcessQueue", {"tasks": tasks})
 
@@ -46,7 +46,7 @@ WAYS = [by_task, by_maya_command, by_maya_move, by_send_task, by_start_queue]
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_a_part_is_moved(way: Callable[[Floors, Place, Place], None], robot: Floors) -> None:
+def test_a_part_is_moved(way: Callable[[LaunchedLayers, Place, Place], None], robot: LaunchedLayers) -> None:
     lies = robot.twin()["parts"]["part"]
     here, there = (HERE, THERE) if near(lies, HERE) else (THERE, HERE)
     assert near(lies, here)

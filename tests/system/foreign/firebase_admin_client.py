@@ -1,4 +1,4 @@
-"""What a program with firebase_admin does at a Realtime Database, as JSON: firebase_admin_client.py PORT."""
+"""Use a Realtime Database by firebase_admin, with output as JSON: firebase_admin_client.py PORT."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def tell(name: str, value: Any) -> None:
     print(json.dumps({name: value}), flush=True)
 
 
-def heard(events: queue.Queue[db.Event]) -> list[Any]:
+def received(events: queue.Queue[db.Event]) -> list[Any]:
     event = events.get(timeout=30.0)
     return [event.event_type, event.path, event.data]
 
@@ -92,13 +92,13 @@ tell("long", db.reference("long").get() == long)
 
 events: queue.Queue[db.Event] = queue.Queue()
 listener = db.reference("heard").listen(events.put)
-told = [heard(events)]
+told = [received(events)]
 db.reference("heard/a").set(1)
-told.append(heard(events))
+told.append(received(events))
 db.reference("heard").update({"b": 2, "c/d": 3})
-told.append(heard(events))
+told.append(received(events))
 db.reference("heard/a").delete()
-told.append(heard(events))
+told.append(received(events))
 listener.close()
 tell("listen", told)
 

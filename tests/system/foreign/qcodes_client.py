@@ -21,7 +21,7 @@ OFF_ON_ERROR = "enable for position, amp error or abort"
 
 
 def refusal(call: Callable[[], object]) -> str:
-    """Return what gclib says of a call that is refused, nothing where it is not."""
+    """Return gclib's message for a refused call, and nothing if it is not refused."""
     try:
         call()
     except gclib.GclibError as error:

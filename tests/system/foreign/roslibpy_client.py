@@ -1,4 +1,4 @@
-"""What a program with roslibpy does at our endpoint, said as JSON, a line each: roslibpy_client.py PORT."""
+"""Use our endpoint by roslibpy, with output as JSON, a line each: roslibpy_client.py PORT."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def tell(name: str, value: Any) -> None:
     print(json.dumps({name: value}, default=dict), flush=True)
 
 
-def told(topic: roslibpy.Topic, count: int, begin: Any = None) -> list[Any]:
+def messages(topic: roslibpy.Topic, count: int, begin: Any = None) -> list[Any]:
     """Return the next messages of a topic, once `begin` has been called."""
     found: list[Any] = []
     enough = threading.Event()
@@ -73,9 +73,9 @@ def parameters(ros: roslibpy.Ros) -> None:
 def topics(ros: roslibpy.Ros) -> None:
     here, there = (roslibpy.Topic(ros, "/chatter", "std_msgs/String") for _ in range(2))
     there.advertise()
-    tell("chatter", told(here, 3, lambda: [there.publish({"data": f"{number}"}) for number in range(3)]))
+    tell("chatter", messages(here, 3, lambda: [there.publish({"data": f"{number}"}) for number in range(3)]))
     there.unadvertise()
-    tell("event", told(roslibpy.Topic(ros, "/maya_event", "std_msgs/String"), 1)[0]["data"].split()[0])
+    tell("event", messages(roslibpy.Topic(ros, "/maya_event", "std_msgs/String"), 1)[0]["data"].split()[0])
 
 
 def services(ros: roslibpy.Ros) -> None:

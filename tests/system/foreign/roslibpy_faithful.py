@@ -1,4 +1,4 @@
-"""Says what it hears on /maya_event, however often the other side is restarted: roslibpy_faithful.py PORT."""
+"""Print messages on /maya_event over all restarts of the other side: roslibpy_faithful.py PORT."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a program with roslibpy signs in, said as JSON, a line each: roslibpy_signs_in.py PORT TOKEN header|auth."""
+"""Sign in by roslibpy, with output as JSON, a line each: roslibpy_signs_in.py PORT TOKEN header|auth."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ class Log:
 
 
 class Crossbar:
-    """What the agent knows of ocs: a log, feeds, and processes that can be started."""
+    """The part of ocs that the agent uses: a log, feeds, and processes that can be started."""
 
     def __init__(self) -> None:
         self.log = Log()

@@ -1,7 +1,8 @@
 """Documents of Firestore over REST, as much as `maya coms` and Firestore's small library for JavaScript need.
 
 The calls are commit (update, delete, preconditions, the time of the server), batchGet, runQuery over one collection,
-and the reading of one document. Security rules are not known here: who has a valid token, or none, may do everything.
+and the reading of one document. Security rules are not known here: every caller has full access, with or without a
+token.
 """
 
 from __future__ import annotations

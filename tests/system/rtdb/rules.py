@@ -195,7 +195,7 @@ class Rules:
         return cls(json.loads(text)["rules"])
 
     def may_read(self, path: Path, auth: Any, root: Tree, now: int) -> bool:
-        """Return whether a path may be read: a rule at it or above it says so."""
+        """Return whether a path may be read: a rule at it or above it allows it."""
         names = {"auth": auth, "now": now, "root": Snapshot(root)}
         return any(
             self._holds(node.get(".read"), {**names, **found, "data": Snapshot(root, path[:depth])})

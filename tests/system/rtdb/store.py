@@ -30,7 +30,7 @@ class BadTokenError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """Who asks: `auth` as rules see it, None without a sign-in; the owner is above the rules."""
+    """The caller: `auth` as rules see it, None without a sign-in; the owner is above the rules."""
 
     auth: Mapping[str, Any] | None = None
     owner: bool = False
@@ -43,7 +43,7 @@ Deliver = Callable[[str, Path, Any], None]
 
 @dataclass(eq=False, slots=True)
 class Listener:
-    """Somebody who is told of changes at a path."""
+    """A subscriber to changes at a path."""
 
     path: Path
     query: Query
@@ -100,7 +100,7 @@ class Store:
             self.listeners.remove(listener)
 
     def set_rules(self, rules: Rules | None) -> None:
-        """Change the rules; who may no longer read is told so."""
+        """Change the rules; notify readers who have lost their access."""
         self.rules = rules
         for listener in tuple(self.listeners):
             if not self._may_read(listener.path, listener.caller):

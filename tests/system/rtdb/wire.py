@@ -21,7 +21,7 @@ from tests.system.rtdb.tree import BadDataError, Path, Query, at, changes_of, ex
 _PART = 16384
 
 _Later = tuple[Path, Any, bool]
-"""What to do when the connection ends: a path, data, and whether it is merged."""
+"""An action at the end of the connection: a path, data, and whether it is merged."""
 
 
 class Wire:

@@ -1,4 +1,4 @@
-"""Wishes past the queue, on the twin in virtual time: who waits, who is refused, and what stops them."""
+"""Commands past the queue, on the twin in virtual time: waiting, refusals, and stops."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ async def robot(*, homed: bool = True) -> AsyncIterator[Stack]:
 
 
 async def begun(floors: Stack, wish: Wish) -> asyncio.Task[object]:
-    """Begin a wish as the ROS graph does, and return once the robot moves for it."""
+    """Begin a command as the ROS graph does, and return once the robot moves for it."""
 
     async def gated() -> object:
         return await floors.gate.call(ROS, Operation.WISH, wish)
@@ -68,14 +68,14 @@ async def test_each_is_done_at_once() -> None:
         assert direct.doing == ""
 
 
-async def test_of_two_that_race_the_first_goes_on_unharmed() -> None:
+async def test_first_of_two_simultaneous_commands_continues_unharmed() -> None:
     async with robot() as floors:
         direct = floors.service.direct
         first = asyncio.ensure_future(direct.primitive(Pick(CUBE)))
         second = asyncio.ensure_future(direct.move(AWAY))
         with pytest.raises(Busy):
             await second
-        while not first.done():  # between the legs of a primitive no other wish gets in either
+        while not first.done():  # no other command starts between the legs of a primitive
             with pytest.raises(Busy):
                 await direct.move(AWAY)
             await elapse(0.05)
@@ -83,7 +83,7 @@ async def test_of_two_that_race_the_first_goes_on_unharmed() -> None:
         assert floors.robot.holding
 
 
-async def test_a_direct_wish_is_refused_while_a_job_runs() -> None:
+async def test_direct_command_is_refused_while_a_job_runs() -> None:
     async with robot() as floors:
         job = await floors.service.wish(Pick(CUBE), wait=False)
         with pytest.raises(Busy, match=f"job {job.id}"):
@@ -91,7 +91,7 @@ async def test_a_direct_wish_is_refused_while_a_job_runs() -> None:
         assert (await floors.service.wait(job.id)).state is TaskState.DONE
 
 
-async def test_a_due_job_waits_for_a_direct_wish_and_then_begins() -> None:
+async def test_due_job_waits_for_a_direct_command_and_then_begins() -> None:
     async with robot() as floors:
         task = await begun(floors, WISHES["move"])
         job = await floors.service.wish(Pick(CUBE), wait=False)
@@ -114,7 +114,7 @@ async def test_a_step_of_a_paused_queue_is_refused_meanwhile() -> None:
         assert (await floors.service.wait(job.id)).state is TaskState.DONE
 
 
-async def test_jogs_and_zones_wait_for_nobody_and_are_refused_meanwhile() -> None:
+async def test_jogs_and_zones_do_not_wait_and_are_refused_meanwhile() -> None:
     async with robot() as floors:
         task = await begun(floors, WISHES["primitive"])
         with pytest.raises(Busy, match="pick"):
@@ -124,7 +124,7 @@ async def test_jogs_and_zones_wait_for_nobody_and_are_refused_meanwhile() -> Non
         await task
 
 
-async def test_one_that_somebody_else_drives_is_refused_with_the_code_of_the_lease() -> None:
+async def test_command_beside_another_driver_is_refused_with_the_lease_code() -> None:
     async with robot() as floors:
         floors.lease.take("ana", "http")
         with pytest.raises(LeaseHeld):
@@ -132,7 +132,7 @@ async def test_one_that_somebody_else_drives_is_refused_with_the_code_of_the_lea
         assert floors.controller.state.joints == pytest.approx(homed_pose(Config()), abs=1e-3)
 
 
-async def test_where_the_lease_is_broken_it_stops_on_its_path() -> None:
+async def test_broken_lease_stops_it_on_its_path() -> None:
     async with robot() as floors:
         task = await begun(floors, WISHES["move"])
         floors.lease.take("ana", "http", force=True)
@@ -154,7 +154,7 @@ async def test_a_stop_goes_past_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", WISHES)
-async def test_who_leaves_stops_it_and_leaves_when_all_is_at_rest(name: str) -> None:
+async def test_leaving_caller_stops_the_command_and_waits_for_rest(name: str) -> None:
     async with robot() as floors:
         task = await begun(floors, WISHES[name])
         await elapse(0.3)
@@ -166,7 +166,7 @@ async def test_who_leaves_stops_it_and_leaves_when_all_is_at_rest(name: str) -> 
 
 
 @pytest.mark.parametrize("name", WISHES)
-async def test_the_end_of_everything_cancels_it_whenever_it_comes(name: str, campaign: Campaign) -> None:
+async def test_stop_queue_cancels_it_at_any_instant(name: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=2, long=100)):
         async with robot() as floors:
             task = await begun(floors, WISHES[name])
@@ -192,7 +192,7 @@ async def test_the_end_of_everything_ends_the_job_under_way_and_those_that_wait(
         await still_and_able(floors)
 
 
-async def test_the_end_of_everything_where_nothing_runs_does_nothing() -> None:
+async def test_stop_queue_without_a_running_command_does_nothing() -> None:
     async with robot() as floors:
         before = len(floors.controller.events)
         await floors.service.direct.end_all()
@@ -202,7 +202,7 @@ async def test_the_end_of_everything_where_nothing_runs_does_nothing() -> None:
 
 
 async def still_and_able(floors: Stack) -> None:
-    """See that nothing moves by itself any more, and that the robot does what it is told next."""
+    """Check that nothing moves by itself any more, and that the robot obeys the next command."""
     await elapse(2.0)
     await floors.controller._monitor.look()
     assert not floors.controller.state.moving

@@ -1,4 +1,4 @@
-"""Who gets past the gate: every operation, by every role, however the lease stands.
+"""Authorisation at the gate: every operation, by every role, in every state of the lease.
 
 The table here is written by hand, from what people were promised; docs/reference/roles.md is made from the code's.
 """
@@ -35,7 +35,7 @@ ELSE = {"change job": "operator"}
 """Those of two words."""
 
 DRIVES = {"wish", "jog", "resume", "speed", "step", "recover", "restart", "zones"}
-"""What needs the lease."""
+"""Operations that need the lease."""
 
 RANK = ["viewer", "student", "operator", "admin"]
 REFUSED = {4102, 4103, 4104, 4105}
@@ -55,7 +55,7 @@ DRIVING = {
     OTHERS_WISH: 4103,
     OTHERS_JOB: 4104,
 }
-"""What becomes of something that drives, by how the lease stands: 0 for done, or the code."""
+"""Result of a driving operation, by the state of the lease: 0 for done, or the code."""
 
 IMPLICIT = {
     FREE: 0,
@@ -71,7 +71,7 @@ IMPLICIT = {
 
 
 class Door:
-    """A gate, its lease, what it let in and what it told the audit log."""
+    """A gate, its lease, its operations, and the rows of its audit log."""
 
     def __init__(self) -> None:
         loop = asyncio.get_running_loop()
@@ -97,7 +97,7 @@ class Door:
         return 0
 
     async def code_of(self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[object]]) -> int:
-        """Return the code of what `wish` ends with."""
+        """Return the code of the error of `wish`."""
         with pytest.raises(MayaError) as found:
             await self.gate.call(caller, operation, wish)
         return found.value.code
@@ -146,7 +146,7 @@ async def test_the_matrix(situation: str, implicit: bool) -> None:
 
 
 @pytest.mark.parametrize("situation", DRIVING)
-async def test_a_stop_is_obeyed_however_the_lease_stands(situation: str) -> None:
+async def test_stop_is_obeyed_in_every_state_of_the_lease(situation: str) -> None:
     door = Door()
     with standing(door, situation, "ann") as shown:
         for role in Role:
@@ -155,7 +155,7 @@ async def test_a_stop_is_obeyed_however_the_lease_stands(situation: str) -> None
                 assert await door.ask(Caller("ann", role, "", lease), Operation.ABORT) == 0
 
 
-async def test_what_drives_ends_with_the_lease_and_waits_for_rest() -> None:
+async def test_driving_ends_with_the_lease_and_waits_for_rest() -> None:
     door, ended = Door(), list[float]()
 
     async def jog(_: Service) -> None:
@@ -171,7 +171,7 @@ async def test_what_drives_ends_with_the_lease_and_waits_for_rest() -> None:
     assert door.told == [("ann", "jog", 4105, "")]
 
 
-async def test_what_drives_without_a_lease_ends_by_force() -> None:
+async def test_driving_without_a_lease_ends_by_force() -> None:
     door = Door()
     asked = asyncio.ensure_future(door.code_of(ROS, Operation.JOG, lambda _: elapse(100.0)))
     await elapse(1.0)
@@ -183,7 +183,7 @@ async def test_what_drives_without_a_lease_ends_by_force() -> None:
     door.lease.close()
 
 
-async def test_whoever_goes_away_takes_his_wish_with_him_once() -> None:
+async def test_leaving_caller_cancels_the_command_once() -> None:
     """A second hang-up, while the axes come to rest, does not cut that short."""
     door, said = Door(), list[str]()
 
@@ -207,7 +207,7 @@ async def test_whoever_goes_away_takes_his_wish_with_him_once() -> None:
     door.lease.close()
 
 
-async def test_what_a_wish_raises_comes_through_and_is_told() -> None:
+async def test_error_of_a_command_is_raised_and_recorded() -> None:
     door = Door()
 
     async def refused(_: Service) -> None:
@@ -224,7 +224,7 @@ async def test_what_a_wish_raises_comes_through_and_is_told() -> None:
     door.lease.close()
 
 
-async def test_to_drive_is_to_be_heard_of() -> None:
+async def test_driving_is_recorded() -> None:
     door = Door()
     ann = Caller("ann", Role.OPERATOR, "", door.lease.take("ann", "").id)
     for _ in range(5):
@@ -234,7 +234,7 @@ async def test_to_drive_is_to_be_heard_of() -> None:
     assert await door.ask(ann, Operation.SPEED) == 4105
 
 
-def test_ones_own_jobs_are_changed_and_cancelled_and_nothing_else() -> None:
+def test_caller_changes_and_cancels_only_his_own_jobs() -> None:
     for operation in Operation:
         for role in Role:
             caller = Caller("ann", role)
@@ -268,7 +268,7 @@ async def test_a_held_jog_is_written_down_once() -> None:
     assert len(rows) == 8
 
 
-async def test_audit_counts_refusals_and_stops_that_come_in_crowds() -> None:
+async def test_audit_counts_refusals_and_stops_that_come_in_bursts() -> None:
     rows: list[AuditRow] = []
     audit = Audit(rows.append, lambda: "today")
     vera = Caller("vera", Role.VIEWER)
@@ -287,7 +287,7 @@ async def test_audit_counts_refusals_and_stops_that_come_in_crowds() -> None:
     assert len(rows) < SINGLY + 40
 
 
-async def test_audit_forgets_a_crowd_that_has_gone() -> None:
+async def test_audit_forgets_callers_that_have_gone() -> None:
     rows: list[AuditRow] = []
     audit = Audit(rows.append, lambda: "today")
     for _ in range(3):
@@ -297,7 +297,7 @@ async def test_audit_forgets_a_crowd_that_has_gone() -> None:
     assert [row.detail for row in rows] == ([""] * SINGLY + [f"and {SINGLY} more in {COUNTED:.0f} s"]) * 3
 
 
-async def test_an_audit_row_holds_whatever_it_is_about() -> None:
+async def test_audit_row_holds_any_subject() -> None:
     rows: list[AuditRow] = []
     Audit(rows.append, lambda: "today").asked(LOCAL, Operation.TEACH, 0, "pose \udcff" + "x" * 1000)
     assert rows[0].detail.startswith("pose ?")
@@ -305,14 +305,14 @@ async def test_an_audit_row_holds_whatever_it_is_about() -> None:
     assert (rows[0].who, rows[0].role, rows[0].date, rows[0].operation) == ("local", "admin", "today", "teach")
 
 
-async def test_a_token_that_wfrom_sentence_in_the_wrong_place_is_not_written_down() -> None:
+async def test_token_given_in_the_wrong_place_is_not_recorded() -> None:
     rows: list[AuditRow] = []
     token = f"maya_0123abcd_{'f' * 48}"
     Audit(rows.append, lambda: "today").asked(LOCAL, Operation.USERS, 4004, f"token {token}")
     assert rows[0].detail == "token maya_0123abcd_…"
 
 
-async def test_a_lease_lost_is_said_with_the_reason() -> None:
+async def test_lost_lease_is_reported_with_the_reason() -> None:
     door = Door()
     ann = Caller("ann", Role.OPERATOR, "", door.lease.take("ann", "").id)
     door.lease.take("root", "", force=True)

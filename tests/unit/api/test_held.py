@@ -47,7 +47,7 @@ def length(bench: Rig) -> float:
 
 
 @pytest.mark.parametrize("every", [0.05, 0.2, 0.49])
-async def test_renewed_it_goes_on(every: float) -> None:
+async def test_renewed_jog_continues(every: float) -> None:
     async with held() as (bench, jogs):
         assert await keep(jogs, 8.0, every=every) == MOVING
         assert bench.controller.state.mode is Mode.MOVING
@@ -89,7 +89,7 @@ async def test_the_other_direction_turns_round_after_a_rest() -> None:
         assert commands_in(bytes(bench.sent)).count("BGS") == 2
 
 
-async def test_it_comes_to_rest_at_the_border_and_stays_while_it_is_held() -> None:
+async def test_jog_rests_at_the_border_while_it_is_held() -> None:
     async with held() as (bench, jogs):
         answer = await keep(jogs, 40.0)
         assert (answer.moving, answer.limit) == (False, "line_b")
@@ -99,7 +99,7 @@ async def test_it_comes_to_rest_at_the_border_and_stays_while_it_is_held() -> No
         assert (await keep(jogs, 1.0, -1)).moving
 
 
-async def test_somebody_elses_stop_ends_it_until_the_key_is_let_go() -> None:
+async def test_foreign_stop_ends_the_jog_until_the_key_is_released() -> None:
     async with held() as (bench, jogs):
         await keep(jogs, 4.0)
         await bench.controller.stop()
@@ -153,7 +153,7 @@ async def test_a_halt_while_the_jog_before_brakes_keeps_the_key_behind_it_from_m
         assert (await keep(jogs, 1.0, -1)).moving
 
 
-async def test_a_key_that_nobody_renews_while_the_one_before_brakes_moves_nothing() -> None:
+async def test_expired_jog_moves_nothing_while_the_previous_one_brakes() -> None:
     async with held() as (bench, jogs):
         await keep(jogs, 6.0)
         assert not (await jogs.hold("b", -1, 1.0)).moving
@@ -162,13 +162,13 @@ async def test_a_key_that_nobody_renews_while_the_one_before_brakes_moves_nothin
 
 
 @pytest.mark.parametrize(("axis", "direction", "error"), [("d", 1, UnknownName), ("b", 0, InvalidValue)])
-async def test_what_is_no_jog_is_refused(axis: str, direction: int, error: type[MayaError]) -> None:
+async def test_invalid_jog_is_refused(axis: str, direction: int, error: type[MayaError]) -> None:
     async with held() as (_, jogs):
         with pytest.raises(error):
             await jogs.hold(axis, direction, 1.0)
 
 
-async def test_what_motion_refuses_is_refused() -> None:
+async def test_jog_refused_by_the_planner_is_refused() -> None:
     async with held() as (bench, jogs):
         move = asyncio.create_task(bench.controller.move(HERE._replace(b=1.6)))
         await elapse(0.1)

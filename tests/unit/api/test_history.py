@@ -1,4 +1,4 @@
-"""What happened: pages and reports of all times, events from memory and from the journal, the audit log."""
+"""History: pages and reports of all times, events from memory and from the journal, the audit log."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from maya_un.process.journal.protocol import AuditRow, EventRow, Filter
 from maya_un.process.queue import entries
 from maya_un.schema.jobs import TaskState
 from maya_un.service.queueing import HistoryService
-from tests.queues import Machine, asked, job
+from tests.queues import Machine, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
 
 
-async def test_a_page_shows_what_is_under_way_as_it_is_now() -> None:
+async def test_page_shows_running_jobs_in_their_current_state() -> None:
     async with Machine().running() as floor:
         history = HistoryService(floor.process, floor.controller.events)
         for owner in ("ana", "ben", "ana"):
-            await floor.process.submit(job("home", "home"), asked(owner))
+            await floor.process.submit(job("home", "home"), submit_request(owner))
         await floor.until(1, 2)
         page = await history.page(Filter(owner="ana"))
         assert [(line.id, line.state, line.done, line.position) for line in page] == [
@@ -30,7 +30,7 @@ async def test_a_page_shows_what_is_under_way_as_it_is_now() -> None:
         assert [line.id for line in await history.page(Filter(states=(TaskState.QUEUED,), oldest_first=True))] == [2, 3]
 
 
-async def test_a_job_that_memory_has_forgotten_is_told_from_the_journal(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_forgotten_job_is_read_from_the_journal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(entries, "REMEMBERED", 1)
     async with Machine().running() as floor:
         history = HistoryService(floor.process, floor.controller.events)
@@ -48,7 +48,7 @@ async def test_a_job_that_memory_has_forgotten_is_told_from_the_journal(monkeypa
             await history.job(99)
 
 
-async def test_events_come_from_memory_and_older_ones_from_the_journal() -> None:
+async def test_recent_events_are_from_memory_and_older_ones_from_the_journal() -> None:
     async with Machine().running() as floor:
         log = EventLog(lambda: 0.0, kept=8)
         log.run = 3
@@ -63,7 +63,7 @@ async def test_events_come_from_memory_and_older_ones_from_the_journal() -> None
         assert await history.events(2, 0) == []
 
 
-async def test_events_that_nobody_keeps_are_not_left_out_in_silence() -> None:
+async def test_missing_events_are_reported() -> None:
     async with Machine().running() as floor:
         log = EventLog(lambda: 0.0, kept=8)
         history = HistoryService(floor.process, log)
@@ -76,7 +76,7 @@ async def test_events_that_nobody_keeps_are_not_left_out_in_silence() -> None:
         assert [event.seq for event in await history.events(1, 2)] == list(range(3, 13))
 
 
-async def test_the_audit_log_is_told_newest_first() -> None:
+async def test_audit_log_is_newest_first() -> None:
     async with Machine().running() as floor:
         history = HistoryService(floor.process, floor.controller.events)
         for who in ("ana", "ben"):
@@ -86,7 +86,7 @@ async def test_the_audit_log_is_told_newest_first() -> None:
         assert [line.who for line in await history.audit(below=lines[0].number)] == ["ana"]
 
 
-async def test_a_job_is_told_as_it_was_written() -> None:
+async def test_job_is_shown_as_written() -> None:
     async with Machine().running() as floor:
         history = HistoryService(floor.process, floor.controller.events)
         await floor.process.submit(HOME)

@@ -1,4 +1,4 @@
-"""Who may take the lease, offer it and take it back."""
+"""Rights to take the lease, to offer it and to take it back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from maya_un.process.process import Process
 from maya_un.schema.bodies import LONGEST
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.queueing import QueueService
-from tests.entrances import House, house, somebody
+from tests.entrances import CallerRegistry, caller_registry, somebody
 from tests.virtual_time import elapse
 
 SAM, TOM = somebody(Role.STUDENT, "sam"), somebody(Role.STUDENT, "tom")
@@ -20,9 +20,9 @@ OLGA, OTTO = somebody(Role.OPERATOR, "olga"), somebody(Role.OPERATOR, "otto")
 ROOT = somebody(Role.ADMIN, "root")
 
 
-async def lab() -> House:
-    """Return a house with everybody in it."""
-    made = house()
+async def lab() -> CallerRegistry:
+    """Return a service with every user in it."""
+    made = caller_registry()
     await made.people.add("root", "admin")
     for caller in (SAM, TOM, OLGA, OTTO):
         await made.people.add(caller.name, caller.role.word)
@@ -30,18 +30,18 @@ async def lab() -> House:
     return made
 
 
-async def holding(owner: House, by: Caller, **how: object) -> Caller:
+async def holding(owner: CallerRegistry, by: Caller, **how: object) -> Caller:
     """Take the lease and return the caller who shows it."""
     taken = await owner.leasing.take(by, **how)  # pyright: ignore[reportArgumentType] - note, patience, force
     return somebody(by.role, by.name, taken.id)
 
 
-def driver(owner: House) -> str:
+def driver(owner: CallerRegistry) -> str:
     holder = owner.entrance.lease.holder
     return "" if holder is None else holder.name
 
 
-async def test_an_operator_takes_what_is_free_and_a_student_does_not() -> None:
+async def test_operator_takes_a_free_lease_and_a_student_does_not() -> None:
     owner = await lab()
     with pytest.raises(NotAllowed):
         await owner.leasing.take(SAM)
@@ -56,7 +56,7 @@ async def test_an_operator_takes_what_is_free_and_a_student_does_not() -> None:
     assert driver(owner) == "root"
 
 
-async def test_a_student_drives_what_is_lent_until_any_operator_takes_it_back() -> None:
+async def test_student_drives_with_a_lent_lease_until_an_operator_takes_it() -> None:
     owner = await lab()
     await owner.leasing.offer("sam", OLGA)
     with pytest.raises(NotAllowed):
@@ -83,7 +83,7 @@ async def test_a_lent_lease_is_handed_on_by_any_operator() -> None:
     assert driver(owner) == "tom"
 
 
-async def test_nobody_offers_what_another_operator_holds() -> None:
+async def test_lease_of_another_operator_cannot_be_offered() -> None:
     owner = await lab()
     olga = await holding(owner, OLGA)
     with pytest.raises(NotAllowed):
@@ -95,7 +95,7 @@ async def test_nobody_offers_what_another_operator_holds() -> None:
     assert driver(owner) == "sam"
 
 
-async def test_ones_own_is_taken_anew_by_force() -> None:
+async def test_own_lease_is_taken_again_by_force() -> None:
     owner = await lab()
     await owner.leasing.offer("sam", OLGA)
     first = await holding(owner, SAM)
@@ -109,7 +109,7 @@ async def test_ones_own_is_taken_anew_by_force() -> None:
     await owner.leasing.take(OLGA, force=True)
 
 
-async def test_a_job_of_his_does_not_let_a_student_take_it() -> None:
+async def test_running_job_does_not_let_a_student_take_the_lease() -> None:
     owner = await lab()
     with owner.entrance.lease.driving("sam", "job 1"):
         for force in (False, True):
@@ -119,15 +119,15 @@ async def test_a_job_of_his_does_not_let_a_student_take_it() -> None:
 
 
 @pytest.mark.parametrize("name", ["nobody", "vera", "", "local", "ros", "SAM"])
-async def test_it_is_offered_to_whoever_could_drive(name: str) -> None:
+async def test_lease_is_offered_to_anyone_who_may_drive(name: str) -> None:
     owner = await lab()
     with pytest.raises(UnknownName, match="olga, otto, root, sam, tom"):
         await owner.leasing.offer(name, OLGA)
     with pytest.raises(UnknownName, match="no users"):
-        await house().leasing.offer(name, LOCAL)
+        await caller_registry().leasing.offer(name, LOCAL)
 
 
-async def test_everybody_sees_who_drives_and_only_he_that_it_is_he() -> None:
+async def test_every_caller_sees_the_driver_and_only_he_that_it_is_himself() -> None:
     owner = await lab()
     empty = await owner.leasing.view(SAM)
     assert (empty.holder, empty.expires_in, empty.yours) == ("", None, False)
@@ -143,7 +143,7 @@ async def test_everybody_sees_who_drives_and_only_he_that_it_is_he() -> None:
     assert not (await owner.leasing.view(OLGA)).yours
 
 
-async def test_a_lease_of_somebody_else_is_of_no_use() -> None:
+async def test_lease_of_another_caller_is_refused() -> None:
     owner = await lab()
     olga = await holding(owner, OLGA)
     thief = somebody(Role.ADMIN, "root", olga.lease)
@@ -157,7 +157,7 @@ async def test_a_lease_of_somebody_else_is_of_no_use() -> None:
         await owner.leasing.release(ROOT)
 
 
-async def test_held_jogs_stop_whenever_another_drives_or_nobody() -> None:
+async def test_held_jogs_stop_when_the_lease_changes_or_ends() -> None:
     owner = await lab()
     olga = await holding(owner, OLGA)
     owner.halts.clear()
@@ -192,14 +192,14 @@ async def test_a_note_is_one_line(note: str) -> None:
 
 
 async def test_the_local_user_needs_no_ceremony_and_may_have_it() -> None:
-    owner = house()
+    owner = caller_registry()
     taken = await owner.leasing.take(LOCAL, note="calibrating")
     assert (taken.holder, taken.note, taken.expires_in) == ("local", "calibrating", 10.0)
     with owner.entrance.lease.driving("local", "local", direct=True):
         assert driver(owner) == "local"
 
 
-async def test_what_a_student_wants_waits_for_approval_unless_the_lease_was_lent_to_him() -> None:
+async def test_students_job_waits_for_approval_unless_the_lease_was_lent() -> None:
     owner = await lab()
     lease = owner.entrance.lease
     queue = QueueService(cast("Process", None), lease)

@@ -1,4 +1,4 @@
-"""Users and their tokens at the door."""
+"""Users and their tokens in the service."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from maya_un.service.access.callers import LIMIT
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.access.users import Change, FileStore, MemoryStore
 from maya_un.service.people import MOST_SESSIONS, MOST_TOKENS, SESSION
-from tests.entrances import House, house
+from tests.entrances import CallerRegistry, caller_registry
 
 PASSWORD = "correct horse battery"
 
@@ -39,7 +39,7 @@ class FullStore(MemoryStore):
             raise StorageFailed(reason="the disk is full")
 
 
-async def is_valid(owner: House, token: str) -> bool:
+async def is_valid(owner: CallerRegistry, token: str) -> bool:
     try:
         await owner.resolve(token)
     except NotSignedIn:
@@ -48,7 +48,7 @@ async def is_valid(owner: House, token: str) -> bool:
 
 
 async def test_the_first_user_is_an_administrator() -> None:
-    owner = house()
+    owner = caller_registry()
     for role in ("viewer", "student", "operator"):
         with pytest.raises(InvalidValue, match="first user"):
             await owner.people.add("ann", role)
@@ -62,11 +62,11 @@ async def test_the_first_user_is_an_administrator() -> None:
 )
 async def test_some_names_cannot_be_had(name: str) -> None:
     with pytest.raises(InvalidValue):
-        await house().people.add(name, "admin")
+        await caller_registry().people.add(name, "admin")
 
 
 async def test_a_name_is_had_once_also_by_two_at_a_time() -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.admin()
     found = await asyncio.gather(*(owner.people.add("sam", "student") for _ in range(5)), return_exceptions=True)
     assert sum(isinstance(one, InvalidValue) for one in found) == 4
@@ -74,7 +74,7 @@ async def test_a_name_is_had_once_also_by_two_at_a_time() -> None:
 
 
 async def test_secrets_are_nowhere_but_in_the_answer(tmp_path: Path) -> None:
-    owner = house(FileStore(tmp_path / "maya.db"))
+    owner = caller_registry(FileStore(tmp_path / "maya.db"))
     await owner.entrance.register.open()
     made = await owner.people.add("root", "admin", PASSWORD)
     signed = await owner.people.sign_in("root", PASSWORD, "10.0.0.1")
@@ -90,11 +90,11 @@ async def test_secrets_are_nowhere_but_in_the_answer(tmp_path: Path) -> None:
 
 
 async def test_users_outlive_the_program(tmp_path: Path) -> None:
-    owner = house(FileStore(tmp_path / "maya.db"))
+    owner = caller_registry(FileStore(tmp_path / "maya.db"))
     await owner.entrance.register.open()
     made = await owner.people.add("root", "admin", PASSWORD)
     await owner.entrance.register.close()
-    again = house(FileStore(tmp_path / "maya.db"))
+    again = caller_registry(FileStore(tmp_path / "maya.db"))
     await again.entrance.register.open()
     assert (await again.resolve(made.token)).role is Role.ADMIN
     assert (await again.people.sign_in("root", PASSWORD, "")).user == "root"
@@ -102,20 +102,20 @@ async def test_users_outlive_the_program(tmp_path: Path) -> None:
 
 
 async def test_when_a_token_was_used_is_known_after_a_restart(tmp_path: Path) -> None:
-    owner = house(FileStore(tmp_path / "maya.db"))
+    owner = caller_registry(FileStore(tmp_path / "maya.db"))
     await owner.entrance.register.open()
     made = await owner.people.add("root", "admin")
     owner.days.today += timedelta(hours=1)
     await owner.resolve(made.token)
     await owner.entrance.register.close()
-    again = house(FileStore(tmp_path / "maya.db"))
+    again = caller_registry(FileStore(tmp_path / "maya.db"))
     await again.entrance.register.open()
     assert [line.used for line in await again.people.tokens("root", LOCAL)] == ["2026-11-21T10:00:00+00:00"]
     await again.entrance.register.close()
 
 
 async def test_the_last_administrator_stays() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     for role in ("viewer", "student", "operator"):
         with pytest.raises(NotAllowed, match="last administrator"):
@@ -130,15 +130,15 @@ async def test_the_last_administrator_stays() -> None:
 
 
 async def test_two_administrators_do_not_remove_each_other() -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.admin()
     await owner.caller("ann", "admin")
     found = await asyncio.gather(owner.people.remove("root"), owner.people.remove("ann"), return_exceptions=True)
     assert [type(one) for one in found] == [type(None), NotAllowed]
 
 
-async def test_a_removed_user_is_let_in_no_more_and_drives_no_more() -> None:
-    owner = house()
+async def test_removed_user_is_refused_and_loses_the_lease() -> None:
+    owner = caller_registry()
     await owner.admin()
     made = await owner.people.add("ann", "operator")
     ann = await owner.resolve(made.token)
@@ -149,8 +149,8 @@ async def test_a_removed_user_is_let_in_no_more_and_drives_no_more() -> None:
         owner.entrance.lease.require(taken.id, "ann")
 
 
-async def test_whoever_is_demoted_drives_no_more() -> None:
-    owner = house()
+async def test_demoted_user_loses_the_lease() -> None:
+    owner = caller_registry()
     root = await owner.admin()
     ann = await owner.caller("ann", "operator")
     await owner.leasing.take(ann)
@@ -161,7 +161,7 @@ async def test_whoever_is_demoted_drives_no_more() -> None:
 
 
 async def test_only_the_token_that_took_the_lease_takes_it_away() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     ann = await owner.caller("ann", "operator")
     other = await owner.people.token("ann", by=root)
@@ -173,7 +173,7 @@ async def test_only_the_token_that_took_the_lease_takes_it_away() -> None:
 
 
 async def test_tokens_are_made_for_oneself_and_by_administrators_for_others() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     sam = await owner.caller("sam", "student")
     with pytest.raises(NotAllowed):
@@ -190,7 +190,7 @@ async def test_tokens_are_made_for_oneself_and_by_administrators_for_others() ->
 
 
 async def test_a_token_that_ends_makes_none_that_lasts_longer() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     sam = await owner.caller("sam", "student")
     short = await owner.resolve((await owner.people.token("sam", expires="2026-12-01", by=sam)).token)
@@ -203,7 +203,7 @@ async def test_a_token_that_ends_makes_none_that_lasts_longer() -> None:
 
 @pytest.mark.parametrize("text", ["2026-11-21", "2026-11-21T09:00:00Z", "1999-01-01"])
 async def test_a_token_does_not_begin_with_its_end(text: str) -> None:
-    owner = house()
+    owner = caller_registry()
     with pytest.raises(InvalidValue, match="past"):
         await owner.people.token("root", expires=text, by=await owner.admin())
 
@@ -220,14 +220,14 @@ async def test_a_token_does_not_begin_with_its_end(text: str) -> None:
         "٢٠٢٧-01-01",
     ],
 )
-async def test_what_is_no_date_in_utc_is_refused(text: str) -> None:
-    owner = house()
+async def test_invalid_utc_date_is_refused(text: str) -> None:
+    owner = caller_registry()
     with pytest.raises(InvalidValue):
         await owner.people.token("root", expires=text, by=await owner.admin())
 
 
 async def test_others_tokens_are_not_there() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     sam = await owner.caller("sam", "student")
     for token in (root.token, "00000000", "", "'; DROP TABLE access_users"):
@@ -238,7 +238,7 @@ async def test_others_tokens_are_not_there() -> None:
 
 
 async def test_tokens_are_bounded() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     for _ in range(MOST_TOKENS - 1):
         await owner.people.token("root", by=root)
@@ -246,8 +246,8 @@ async def test_tokens_are_bounded() -> None:
         await owner.people.token("root", by=root)
 
 
-async def test_a_session_ends_by_itself() -> None:
-    owner = house()
+async def test_session_expires() -> None:
+    owner = caller_registry()
     await owner.people.add("root", "admin", PASSWORD)
     session = await owner.people.sign_in("root", PASSWORD, "10.0.0.1")
     owner.days.today += timedelta(seconds=SESSION - 1)
@@ -257,7 +257,7 @@ async def test_a_session_ends_by_itself() -> None:
 
 
 async def test_the_oldest_session_gives_way() -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.people.add("root", "admin", PASSWORD)
     sessions = [await owner.people.sign_in("root", PASSWORD, f"10.0.0.{n}") for n in range(MOST_SESSIONS + 3)]
     assert [await is_valid(owner, one.token) for one in sessions] == [False] * 3 + [True] * MOST_SESSIONS
@@ -265,7 +265,7 @@ async def test_the_oldest_session_gives_way() -> None:
 
 @pytest.mark.parametrize("name", ["root", "sam", "nobody", "", "x" * 10_000])
 async def test_a_wrong_name_or_password_is_refused_alike(name: str) -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.people.add("root", "admin", PASSWORD)
     await owner.people.add("sam", "student")
     began = asyncio.get_running_loop().time()
@@ -276,7 +276,7 @@ async def test_a_wrong_name_or_password_is_refused_alike(name: str) -> None:
 
 
 async def test_guessing_passwords_is_bounded() -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.people.add("root", "admin", PASSWORD)
     for guess in range(LIMIT):
         with pytest.raises(NotSignedIn):
@@ -287,7 +287,7 @@ async def test_guessing_passwords_is_bounded() -> None:
 
 
 async def test_another_password_ends_sessions_and_no_tokens() -> None:
-    owner = house()
+    owner = caller_registry()
     made = await owner.people.add("root", "admin", PASSWORD)
     session = await owner.people.sign_in("root", PASSWORD, "10.0.0.1")
     root = await owner.resolve(made.token)
@@ -301,7 +301,7 @@ async def test_another_password_ends_sessions_and_no_tokens() -> None:
 
 
 async def test_a_stolen_token_is_not_enough_for_another_password() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     sam = await owner.caller("sam", "student")
     with pytest.raises(NotSignedIn):
@@ -319,13 +319,13 @@ async def test_a_stolen_token_is_not_enough_for_another_password() -> None:
 @pytest.mark.parametrize("password", ["short", "", "eleven char", "aaaaaaabbbbbbbcccccccdddd", "abcde" * 52])
 async def test_a_password_has_its_length(password: str) -> None:
     with pytest.raises(InvalidValue) as refusal:
-        await house().people.add("root", "admin", password)
+        await caller_registry().people.add("root", "admin", password)
     assert "short" not in str(refusal.value)
 
 
-async def test_what_gives_rights_needs_the_disk_and_what_takes_them_does_not() -> None:
+async def test_granting_rights_needs_the_disk_and_revoking_does_not() -> None:
     store = FullStore()
-    owner = house(store)
+    owner = caller_registry(store)
     root = await owner.admin()
     ann = await owner.people.add("ann", "operator")
     spare = await owner.people.token("ann", by=root)
@@ -343,8 +343,8 @@ async def test_what_gives_rights_needs_the_disk_and_what_takes_them_does_not() -
     assert not await is_valid(owner, ann.token)
 
 
-async def test_who_one_is() -> None:
-    owner = house()
+async def test_whoami_returns_the_caller() -> None:
+    owner = caller_registry()
     assert (await owner.people.me(LOCAL)).users is False
     sam = Caller("sam", Role.STUDENT, "10.0.0.1", token="0a")
     await owner.admin()
@@ -353,7 +353,7 @@ async def test_who_one_is() -> None:
 
 
 async def test_notes_are_one_line() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     for note in ("a\nb", "x" * 201, "\x1b[2J"):
         with pytest.raises(MayaError):

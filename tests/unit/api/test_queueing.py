@@ -1,4 +1,4 @@
-"""The queue at the door: whose job it is, what a student may, and what words are understood."""
+"""The queue in the service: owners of jobs, rights of students, valid words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_un.schema.encoding import to_data
 from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.service import Service
-from tests.queues import PICK_AND_PLACE, Floor, Machine, job
+from tests.queues import PICK_AND_PLACE, Machine, QueueBench, job
 from tests.virtual_time import elapse
 
 ANA = Caller("ana", Role.STUDENT, "lab")
@@ -25,13 +25,13 @@ LONG = 1000.0
 
 
 @asynccontextmanager
-async def door(machine: Machine | None = None) -> AsyncIterator[tuple[Floor, Service]]:
+async def opened_service(machine: Machine | None = None) -> AsyncIterator[tuple[QueueBench, Service]]:
     async with (machine or Machine()).running() as floor:
         yield floor, Service(floor.process, floor.robot, floor.controller, floor.controller.config)
 
 
-async def test_what_a_student_submits_is_a_proposal_until_an_operator_releases_it() -> None:
-    async with door() as (_, service):
+async def test_students_job_is_a_proposal_until_an_operator_releases_it() -> None:
+    async with opened_service() as (_, service):
         await service.submit(HOME, by=ANA)
         (shown,) = await service.history.page(Filter())
         assert (shown.state, shown.proposal, shown.owner, shown.source) == (TaskState.HELD, True, "ana", "lab")
@@ -42,15 +42,15 @@ async def test_what_a_student_submits_is_a_proposal_until_an_operator_releases_i
         assert (await service.wait(1)).state is TaskState.DONE
 
 
-async def test_a_student_who_drives_queues_like_others() -> None:
-    async with door() as (_, service):
+async def test_student_with_the_lease_queues_like_others() -> None:
+    async with opened_service() as (_, service):
         service.entrance.lease.take("ana", "lab", patience=LONG)
         accepted = await service.submit(HOME, by=ANA)
         assert (await service.wait(accepted.id)).line.proposal is False
 
 
-async def test_students_change_and_cancel_what_is_their_own() -> None:
-    async with door() as (_, service):
+async def test_students_change_and_cancel_their_own_jobs() -> None:
+    async with opened_service() as (_, service):
         await service.submit(HOME, by=ANA)
         for wish in (
             lambda: service.queue.change(1, {"notes": "x"}, by=BEN),
@@ -64,8 +64,8 @@ async def test_students_change_and_cancel_what_is_their_own() -> None:
         assert (await service.cancel(1, by=ANA)).state is TaskState.CANCELLED
 
 
-async def test_a_student_does_not_approve_what_he_changes_at_the_same_instant() -> None:
-    async with door() as (floor, service):
+async def test_student_cannot_approve_his_own_simultaneous_change() -> None:
+    async with opened_service() as (floor, service):
         await service.queue.pause(EVA)
         await service.submit(HOME, by=ANA)
         await service.queue.release(1, by=EVA)
@@ -79,8 +79,8 @@ async def test_a_student_does_not_approve_what_he_changes_at_the_same_instant() 
         assert (changed.state, changed.approved_by) == (TaskState.HELD, "")
 
 
-async def test_what_was_approved_is_a_proposal_again_where_a_student_changes_it() -> None:
-    async with door() as (_, service):
+async def test_approved_job_is_a_proposal_again_after_a_students_change() -> None:
+    async with opened_service() as (_, service):
         await service.queue.pause(EVA)
         await service.submit(HOME, by=ANA)
         await service.queue.release(1, by=EVA)
@@ -91,7 +91,7 @@ async def test_what_was_approved_is_a_proposal_again_where_a_student_changes_it(
 
 
 async def test_words_that_are_not_understood_are_refused() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         await service.submit(HOME, options=JobOptions(held=True))
         with pytest.raises(InvalidValue, match="after step or now"):
             await service.queue.pause(when="soon")
@@ -110,7 +110,7 @@ async def test_words_that_are_not_understood_are_refused() -> None:
 
 
 async def test_the_queue_is_paused_stepped_and_cleared() -> None:
-    async with door() as (floor, service):
+    async with opened_service() as (floor, service):
         view = await service.queue.pause(EVA)
         assert (view.mode, view.by, view.reason) == (QueueMode.PAUSED, "eva", "asked")
         for _ in range(3):
@@ -126,8 +126,8 @@ async def test_the_queue_is_paused_stepped_and_cleared() -> None:
         assert resumed.mode is QueueMode.RUNNING
 
 
-async def test_a_job_is_done_again_and_a_students_is_proposed() -> None:
-    async with door() as (_, service):
+async def test_rerun_job_of_a_student_is_a_proposal() -> None:
+    async with opened_service() as (_, service):
         await service.wait((await service.submit(HOME)).id)
         again = await service.queue.again(1, by=ANA)
         assert (again.id, again.state, again.proposal) == (2, TaskState.HELD, True)
@@ -136,13 +136,13 @@ async def test_a_job_is_done_again_and_a_students_is_proposed() -> None:
             await service.queue.again(2)
 
 
-async def test_an_interrupted_job_is_recovered_at_the_door() -> None:
+async def test_interrupted_job_is_recovered_through_the_service() -> None:
     machine = Machine()
     floor = await machine.started()
     await floor.process.submit(job("home", "home"))
     await floor.until(1, 1)
     await machine.kill(floor)
-    async with door(machine) as (_, service):
+    async with opened_service(machine) as (_, service):
         with pytest.raises(AnswerNeeded):
             await service.queue.resume()
         view = service.queue.view()
@@ -153,8 +153,8 @@ async def test_an_interrupted_job_is_recovered_at_the_door() -> None:
         assert (await service.wait(1)).state is TaskState.DONE
 
 
-async def test_status_tells_how_the_queue_stands() -> None:
-    async with door() as (_, service):
+async def test_status_shows_the_state_of_the_queue() -> None:
+    async with opened_service() as (_, service):
         await service.queue.pause(EVA)
         await service.submit(HOME)
         status = await service.status()
@@ -163,15 +163,15 @@ async def test_status_tells_how_the_queue_stands() -> None:
 
 
 async def test_the_same_key_is_the_same_job_for_one_owner() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         one = await service.submit(HOME, key="k", by=EVA)
         assert await service.submit(HOME, key="k", by=EVA) == one
         assert (await service.submit(HOME, key="k", by=LOCAL)).id != one.id
 
 
 @pytest.mark.parametrize("way", ["demoted", "removed"])
-async def test_of_one_who_may_queue_no_more_the_step_is_finished_and_the_rest_waits_for_approval(way: str) -> None:
-    async with door() as (floor, service):
+async def test_demoted_owners_step_finishes_and_the_rest_waits_for_approval(way: str) -> None:
+    async with opened_service() as (floor, service):
         root = Caller("root", Role.ADMIN, "lab")
         await service.users.add("root", "admin")
         await service.users.add("eva", "operator")
@@ -196,8 +196,8 @@ async def test_of_one_who_may_queue_no_more_the_step_is_finished_and_the_rest_wa
         assert [(await service.wait(number)).state for number in (1, 2, 3)] == [TaskState.DONE] * 3
 
 
-async def test_a_job_goes_on_whose_owners_token_is_revoked_or_who_is_promoted() -> None:
-    async with door() as (_, service):
+async def test_job_goes_on_when_its_owners_token_is_revoked_or_role_raised() -> None:
+    async with opened_service() as (_, service):
         root = Caller("root", Role.ADMIN, "lab")
         await service.users.add("root", "admin")
         made = await service.users.add("eva", "operator")
@@ -208,8 +208,8 @@ async def test_a_job_goes_on_whose_owners_token_is_revoked_or_who_is_promoted() 
         assert [(await service.wait(number)).state for number in (1, 2)] == [TaskState.DONE] * 2
 
 
-async def test_what_is_approved_is_what_was_looked_at() -> None:
-    async with door() as (_, service):
+async def test_approval_covers_only_the_version_that_was_shown() -> None:
+    async with opened_service() as (_, service):
         await service.submit(job({"pick": "cube"}, {"place": "tray"}), by=ANA)
         seen = (await service.job(1)).version
         await service.queue.change(1, {"notes": "please"}, by=ANA)

@@ -1,4 +1,4 @@
-"""The recordings at the service's door."""
+"""The recordings in the service."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from maya_un.events import Connected
 from maya_un.recorder import mcap_file
 from maya_un.service.access.operations import LOCAL
 from maya_un.service.queueing import RecordingService
-from tests.recorded import recorded, shelf
+from tests.recorded import recorded, recording_store
 from tests.virtual_time import elapse
 
 
 async def test_a_recording_is_saved_listed_and_found(tmp_path: Path) -> None:
-    async with stack(Config(), recordings=shelf(tmp_path), seed=5) as robot:
+    async with stack(Config(), recordings=recording_store(tmp_path), seed=5) as robot:
         room = robot.service.recorder
         assert room.list() == []
         await elapse(1.0)
@@ -37,7 +37,7 @@ async def test_a_recording_is_saved_listed_and_found(tmp_path: Path) -> None:
 
 
 async def test_a_fault_of_the_whole_stack_is_saved(tmp_path: Path) -> None:
-    async with stack(Config(), recordings=shelf(tmp_path)) as robot:
+    async with stack(Config(), recordings=recording_store(tmp_path)) as robot:
         assert robot.twin is not None
         await elapse(12.0)
         robot.twin.controller.cut()
@@ -50,14 +50,14 @@ async def test_a_fault_of_the_whole_stack_is_saved(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("how", ["dry", "disabled", "nowhere"])
-def test_where_nothing_is_recorded_that_is_said(how: str, tmp_path: Path) -> None:
+def test_missing_recorder_is_reported(how: str, tmp_path: Path) -> None:
     run_virtual(_refused(how, tmp_path))
     assert list(tmp_path.iterdir()) == []
 
 
 async def _refused(how: str, tmp_path: Path) -> None:
     config = parse({"recorder": {"enabled": how != "disabled"}})
-    recordings = None if how == "nowhere" else shelf(tmp_path)
+    recordings = None if how == "nowhere" else recording_store(tmp_path)
     async with stack(config, recordings=recordings, live=how != "dry") as robot:
         assert robot.service.recorder.list() == []
         with pytest.raises(InvalidRequest, match="nothing is recorded here"):

@@ -26,7 +26,7 @@ JOB = {"parts": {"cube": [0.5, 1.1]}, "steps": [{"pick": "cube"}, {"place": [1.1
 
 
 @asynccontextmanager
-async def door(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, Service]]:
+async def opened_service(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, Service]]:
     controller = FakeController(homed=homed)
     robot = MayaRobot(controller, controller.config)
     process = Process(robot, controller, controller.config)
@@ -42,8 +42,8 @@ async def past(service: Service, above: int = 0) -> list[Event]:
     return [await anext(following) for _ in range((await service.status()).last_event - above)]
 
 
-async def test_a_job_goes_in_and_its_report_comes_out() -> None:
-    async with door() as (_, service):
+async def test_job_is_submitted_and_its_report_returned() -> None:
+    async with opened_service() as (_, service):
         accepted = await service.submit(JOB)
         assert (accepted.id, accepted.steps) == (1, 2)
         assert (await service.job(1)).state.value == "running"
@@ -51,21 +51,21 @@ async def test_a_job_goes_in_and_its_report_comes_out() -> None:
         assert [line.done for line in await service.jobs()] == [2]
 
 
-async def test_a_wish_is_waited_for_or_not() -> None:
-    async with door() as (_, service):
+async def test_command_is_awaited_or_not() -> None:
+    async with opened_service() as (_, service):
         assert (await service.wish({"command": "home"}, wait=False)).state.value == "running"
         assert (await service.wish(Home())).state.value == "done"
 
 
-async def test_a_refused_wish_says_so_in_its_report() -> None:
-    async with door() as (controller, service):
+async def test_refused_command_reports_the_refusal() -> None:
+    async with opened_service() as (controller, service):
         report = await service.wish({"command": "pick", "target": [3, 3]})
         assert (report.state.value, report.code) == ("failed", 2101)
         assert controller.calls == []
 
 
-async def test_what_cannot_be_understood_is_refused_at_the_door() -> None:
-    async with door() as (_, service):
+async def test_invalid_request_is_refused_by_the_service() -> None:
+    async with opened_service() as (_, service):
         with pytest.raises(InvalidJob):
             await service.submit({"steps": []})
         with pytest.raises(InvalidRequest):
@@ -76,7 +76,7 @@ async def test_what_cannot_be_understood_is_refused_at_the_door() -> None:
 
 
 async def test_stop_ends_the_job_and_pauses_the_queue() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         await service.submit(JOB)
         await service.submit(JOB)
         await elapse(3.0)
@@ -90,7 +90,7 @@ async def test_stop_ends_the_job_and_pauses_the_queue() -> None:
 
 
 async def test_stop_before_the_first_step_lets_none_begin() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         await service.submit(JOB)
         await service.stop()
         assert (await service.wait(1)).state.value == "cancelled"
@@ -98,14 +98,14 @@ async def test_stop_before_the_first_step_lets_none_begin() -> None:
 
 
 async def test_recover_starts_nothing() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         await service.recover()
         await elapse(10.0)
         assert controller.names() == ["recover"]
 
 
-async def test_a_jog_waits_for_nobody() -> None:
-    async with door() as (controller, service):
+async def test_jog_does_not_wait() -> None:
+    async with opened_service() as (controller, service):
         await service.jog("b", 0.01, speed=0.5)
         assert controller.calls == [("jog", ("b", 0.01, 0.5, True))]
         await service.submit(JOB)
@@ -115,13 +115,13 @@ async def test_a_jog_waits_for_nobody() -> None:
 
 
 async def test_a_jog_of_peoples_goes_as_far_as_it_can_and_says_how_far() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         assert await service.jog("x", -2.0) == Jogged("x", -0.1, "fake", "it would come too far")
         assert await service.jog("x", -2.0, clip=False) == Jogged("x", -2.0)
 
 
 async def test_a_held_jog_is_for_when_no_job_runs() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         assert (await service.jog_hold("b", 1)).moving
         await service.jog_release()
         await service.submit(JOB)
@@ -132,7 +132,7 @@ async def test_a_held_jog_is_for_when_no_job_runs() -> None:
 
 
 async def test_a_stop_ends_a_held_jog() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         await service.jog_hold("b", 1)
         await service.stop()
         await elapse(1.0)
@@ -141,7 +141,7 @@ async def test_a_stop_ends_a_held_jog() -> None:
 
 
 async def test_a_job_is_paused_also_between_its_motions() -> None:
-    async with door() as (controller, service):
+    async with opened_service() as (controller, service):
         await service.pause()
         await service.submit(JOB)
         await elapse(1.0)
@@ -153,8 +153,8 @@ async def test_a_job_is_paused_also_between_its_motions() -> None:
         assert (await service.status()).state.override == 0.5
 
 
-async def test_status_tells_everything_about_now() -> None:
-    async with door() as (controller, service):
+async def test_status_shows_the_current_state() -> None:
+    async with opened_service() as (controller, service):
         assert (await service.status()).can_teleop
         await service.submit(JOB)
         await elapse(1.0)
@@ -165,7 +165,7 @@ async def test_status_tells_everything_about_now() -> None:
 
 
 async def test_events_are_numbered_without_gaps_for_everyone() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         await service.submit(JOB)
         await service.wait(1)
         events = await past(service)
@@ -173,8 +173,8 @@ async def test_events_are_numbered_without_gaps_for_everyone() -> None:
         assert await past(service, above=3) == events[3:]
 
 
-async def test_a_preview_starts_here_or_where_homing_ends() -> None:
-    async with door(homed=False) as (controller, service):
+async def test_preview_starts_here_or_at_the_end_of_homing() -> None:
+    async with opened_service(homed=False) as (controller, service):
         here = await service.preview(JOB)
         assert here.refusal is not None
         assert here.refusal.notice.code == 2103
@@ -183,16 +183,16 @@ async def test_a_preview_starts_here_or_where_homing_ends() -> None:
         assert controller.calls == []
 
 
-async def test_kinematics_at_the_door() -> None:
-    async with door() as (_, service):
+async def test_kinematics_are_computed_by_the_service() -> None:
+    async with opened_service() as (_, service):
         joints = service.ik(Point(0.5, 1.1, 0.4))
         assert tuple(service.fk(joints)) == pytest.approx((0.5, 1.1, 0.4))
         with pytest.raises(Unreachable):
             service.fk(Joints(0.0, 0.6, 0.6))
 
 
-async def test_reach_says_why_not_and_where_instead() -> None:
-    async with door() as (_, service):
+async def test_reach_gives_the_reason_and_an_alternative() -> None:
+    async with opened_service() as (_, service):
         there = service.reach(Point(0.5, 1.1, 0.4))
         assert (there.reachable, there.reason) == (True, None)
         answer = service.reach(Point(0.5, 1.1, 2.2))
@@ -202,8 +202,8 @@ async def test_reach_says_why_not_and_where_instead() -> None:
         assert service.reach(answer.nearest).reachable
 
 
-async def test_reach_measures_what_it_can_and_names_what_it_cannot() -> None:
-    async with door() as (_, service):
+async def test_reach_measures_possible_points_and_names_the_others() -> None:
+    async with opened_service() as (_, service):
         await service.set_zone(CRATE)
         there = service.reach(Point(0.5, 1.1, 0.9))
         assert there.joints is not None
@@ -216,8 +216,8 @@ async def test_reach_measures_what_it_can_and_names_what_it_cannot() -> None:
         assert answer.reason == answer.broken[0].text
 
 
-async def test_zones_come_and_go_by_name() -> None:
-    async with door() as (controller, service):
+async def test_zones_are_added_and_removed_by_name() -> None:
+    async with opened_service() as (controller, service):
         assert await service.zones() == []
         taken = await service.set_zone(CRATE)
         assert (taken.name, taken.margin) == ("crate", 0.05)
@@ -233,15 +233,15 @@ async def test_zones_come_and_go_by_name() -> None:
             await service.remove_zone("crate")
 
 
-async def test_what_is_no_zone_is_refused_with_its_key() -> None:
-    async with door() as (_, service):
+async def test_invalid_zone_is_refused_with_its_key() -> None:
+    async with opened_service() as (_, service):
         with pytest.raises(InvalidRequest, match="high"):
             await service.set_zone({"name": "crate", "kind": "box", "low": [0, 0, 0]})
         assert await service.zones() == []
 
 
 async def test_zones_stay_as_they_are_while_a_job_runs() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         await service.submit(JOB)
         await elapse(1.0)
         with pytest.raises(Busy, match="job 1"):
@@ -251,7 +251,7 @@ async def test_zones_stay_as_they_are_while_a_job_runs() -> None:
 
 
 async def test_everything_that_leaves_is_json() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         await service.submit(JOB)
         report = await service.wait(1)
         preview = await service.preview(JOB, from_homed=True)
@@ -269,7 +269,7 @@ def test_details_that_are_not_plain_become_text() -> None:
 
 
 async def test_waiting_does_not_hold_up_others() -> None:
-    async with door() as (_, service):
+    async with opened_service() as (_, service):
         await service.submit(JOB)
         waiters = [asyncio.create_task(service.wait(1)) for _ in range(3)]
         await elapse(1.0)

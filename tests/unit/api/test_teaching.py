@@ -1,4 +1,4 @@
-"""Teaching at the door: where the robot is gets a name, and the name is a place from then on."""
+"""Teaching in the service: the position gets a name, and the name is a place from then on."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ CORNERS = [[0.3, 1.0, 0.4], [0.6, 1.0, 0.4], [0.3, 1.2, 0.4]]
 
 
 @asynccontextmanager
-async def door() -> AsyncIterator[tuple[FakeController, Service]]:
+async def opened_service() -> AsyncIterator[tuple[FakeController, Service]]:
     controller = FakeController()
     robot, book = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
     process = Process(robot, controller, controller.config, book.taught)
@@ -43,8 +43,8 @@ async def door() -> AsyncIterator[tuple[FakeController, Service]]:
         await process.close()
 
 
-async def test_a_pose_is_where_the_robot_is() -> None:
-    async with door() as (controller, service):
+async def test_pose_is_the_position_of_the_robot() -> None:
+    async with opened_service() as (controller, service):
         pose = service.teaching.teach("shelf", DAY)
         assert (pose.joints, pose.point, pose.taught) == (controller.state.joints, controller.state.point, DAY)
         assert service.teaching.poses() == [pose]
@@ -52,7 +52,7 @@ async def test_a_pose_is_where_the_robot_is() -> None:
         assert controller.calls == []
 
 
-async def test_nothing_is_taught_where_the_robot_moves_or_nobody_knows_where_it_is() -> None:
+async def test_teaching_is_refused_in_motion_or_at_an_unknown_position() -> None:
     controller = FakeController()
     controller.state = replace(controller.state, moving=True)
     with pytest.raises(Busy):
@@ -68,8 +68,8 @@ async def test_nothing_is_taught_where_the_robot_moves_or_nobody_knows_where_it_
         at_rest(controller)
 
 
-async def test_a_taught_name_is_a_place_of_wishes_and_jobs() -> None:
-    async with door() as (controller, service):
+async def test_taught_name_is_a_place_of_commands_and_jobs() -> None:
+    async with opened_service() as (controller, service):
         pose = service.teaching.teach("here", DAY)
         picked = await service.wish({"command": "approach", "target": "here"})
         assert (picked.name, picked.steps[0].step, picked.state.value) == ("approach", "approach here", "done")
@@ -80,8 +80,8 @@ async def test_a_taught_name_is_a_place_of_wishes_and_jobs() -> None:
         assert (await service.wait(job.id)).state.value == "done"
 
 
-async def test_the_cell_of_a_taught_pallet_is_a_place_of_wishes() -> None:
-    async with door() as (_, service):
+async def test_cell_of_a_taught_pallet_is_a_place_of_commands() -> None:
+    async with opened_service() as (_, service):
         service.teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
         report = await service.wish({"command": "pick", "target": "tray[1,2]"})
         assert report.steps[0].step == "pick tray[1,2]"
@@ -102,16 +102,16 @@ async def test_the_cell_of_a_taught_pallet_is_a_place_of_wishes() -> None:
         ({"command": ["pick"], "target": "here"}, UnknownName),
     ],
 )
-async def test_a_wish_for_no_place_is_refused_at_once(wish: dict[str, object], error: type[Exception]) -> None:
-    async with door() as (controller, service):
+async def test_command_for_an_unknown_place_is_refused_at_once(wish: dict[str, object], error: type[Exception]) -> None:
+    async with opened_service() as (controller, service):
         service.teaching.teach("here", DAY)
         with pytest.raises(error):
             await service.wish(wish)
         assert controller.calls == []
 
 
-async def test_a_job_tells_how_many_tasks_it_comes_to_and_what_is_out_of_shape() -> None:
-    async with door() as (_, service):
+async def test_job_shows_its_number_of_tasks_and_bad_pallets() -> None:
+    async with opened_service() as (_, service):
         slanted = {"corners": [*CORNERS[:2], [0.4, 1.1, 0.4]], "rows": 2, "columns": 3}
         loop = {"for_each": "tray", "do": [{"pick": "tray[each]"}, {"place": [1.1, 0.5]}]}
         job = await service.submit({"pallets": {"tray": slanted}, "steps": ["home", loop], "repeat": 2})
@@ -121,8 +121,8 @@ async def test_a_job_tells_how_many_tasks_it_comes_to_and_what_is_out_of_shape()
         assert (plain.steps, (await service.job(plain.id)).remarks) == (1, ())
 
 
-async def test_a_pallet_tells_its_shape() -> None:
-    async with door() as (_, service):
+async def test_pallet_shows_its_shape() -> None:
+    async with opened_service() as (_, service):
         corners = [*CORNERS, [0.6, 1.2, 0.42]]
         info = service.teaching.teach_pallet("tray", {"corners": corners, "rows": 3, "columns": 4}, DAY)
         assert info.corners == tuple(tuple(corner) for corner in corners)
@@ -134,8 +134,8 @@ async def test_a_pallet_tells_its_shape() -> None:
         assert service.teaching.pallet("tray") == info
 
 
-async def test_what_is_no_pose_is_no_pose_and_alike_for_pallets() -> None:
-    async with door() as (_, service):
+async def test_invalid_pose_or_pallet_is_refused() -> None:
+    async with opened_service() as (_, service):
         teaching = service.teaching
         teaching.teach("here", DAY)
         teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
@@ -165,15 +165,15 @@ async def test_what_is_no_pose_is_no_pose_and_alike_for_pallets() -> None:
         ({"corners": CORNERS, "rows": 2, "columns": 2, "full": True}, "full"),
     ],
 )
-async def test_a_grid_that_is_none_is_refused_at_its_key(grid: dict[str, object], key: str) -> None:
-    async with door() as (_, service):
+async def test_invalid_grid_is_refused_at_its_key(grid: dict[str, object], key: str) -> None:
+    async with opened_service() as (_, service):
         with pytest.raises(InvalidRequest) as caught:
             service.teaching.teach_pallet("tray", grid, DAY)
         assert caught.value.details["key"] == key
 
 
-async def test_a_pallet_whose_corners_no_longer_span_it_says_so() -> None:
-    async with door() as (controller, service):
+async def test_pallet_with_degenerate_corners_is_reported() -> None:
+    async with opened_service() as (controller, service):
         service.teaching.teach("corner", DAY)
         away = (0.3, 1.2, 0.4)
         service.teaching.teach_pallet("line", {"corners": ["corner", list(away)], "rows": 1, "columns": 2}, DAY)

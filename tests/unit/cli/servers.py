@@ -16,7 +16,7 @@ Answer = Callable[[str, str, Any], tuple[int, object]]
 
 @contextmanager
 def http_service(says: Answer, *, ours: bool = True) -> Iterator[str]:
-    """Serve what `says` says on a free port while the block runs, as ours or a stranger; yields the URL."""
+    """Serve the answers of `says` on a free port while the block runs, as ours or a stranger; yields the URL."""
 
     class Handler(BaseHTTPRequestHandler):
         def answer(self) -> None:

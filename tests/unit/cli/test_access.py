@@ -1,4 +1,4 @@
-"""`maya lease` and `maya user`, answered by a service that keeps what it is told."""
+"""`maya lease` and `maya user`, with a service that stores its requests."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DAY = "2026-11-21T16:02:21+00:00"
 
 
 class Kept:
-    """What the service was asked, and what it answers, by method and path."""
+    """Requests to the service, and its answers, by method and path."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[str, str, Any]] = []
@@ -91,7 +91,7 @@ def users_in(path: Path) -> tuple[list[User], dict[str, list[str]]]:
     return run(read())
 
 
-def test_who_drives(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_current_driver_is_shown(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert printed("maya lease", capsys) == "Nobody drives. `maya lease take` takes the lease.\n"
     kept.answers["GET /v1/lease"] = OLGA
     assert printed("maya lease", capsys).splitlines() == [
@@ -119,7 +119,7 @@ def test_a_lease_for_a_time_is_kept_and_shown_and_given_back(kept: Kept, capsys:
     assert credentials.held() is None
 
 
-def test_what_was_lost_is_said_and_forgotten(
+def test_lost_lease_is_reported_and_forgotten(
     kept: Kept, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(lease, "HEARTBEAT", 0.001)
@@ -133,7 +133,7 @@ def test_what_was_lost_is_said_and_forgotten(
     assert credentials.held() is None
 
 
-def test_it_is_offered_and_asked_for(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_lease_is_offered_and_requested(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["POST /v1/lease/offer"] = kept.answers["POST /v1/lease/ask"] = OLGA
     assert "Offered to sam" in printed("maya lease offer sam", capsys)
     assert kept.asked[-1][2] == {"to": "sam"}
@@ -180,7 +180,7 @@ def test_users_and_tokens_are_listed(kept: Kept, capsys: pytest.CaptureFixture[s
     assert printed("maya user", capsys) == "You are root (admin), by token 0123abcd, from 127.0.0.1.\n"
 
 
-def test_a_token_lasts_as_long_as_it_is_said(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_token_lasts_for_the_given_time(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["POST /v1/users/root/tokens"] = NewToken("0a", "root", "admin", TOKEN, "", "")
     printed("maya user token --expires 2099-01-31 --note notebook", capsys)
     assert kept.asked[-1][2] == {"note": "notebook", "expires": "2099-01-31"}
@@ -240,7 +240,7 @@ def test_first_user_replaces_an_old_token_and_sets_it_aside(
     assert place.read_text() == f"{TOKEN}\n"
 
 
-def test_refused_token_is_told_with_the_place_it_came_from(
+def test_refused_token_is_reported_with_its_origin(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuses(*_: object) -> tuple[int, object]:
@@ -301,7 +301,7 @@ def test_the_file_of_the_queue_may_be_another(state: Path, tmp_path: Path, capsy
     assert not state.exists()
 
 
-def test_while_the_service_runs_there_is_no_reset(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_running_service_prevents_a_reset(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     state.parent.mkdir()
     lock = file.JournalLock(state)
     try:

@@ -1,4 +1,4 @@
-"""A refusal names the option that was said, not the key of the request."""
+"""An error names the given option, not the key of the request."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from maya_un.errors import InvalidRequest, InvalidValue, NotHomed
         (InvalidValue(key="name", value="x", reason="no"), "name"),
     ],
 )
-def test_the_key_is_called_as_it_wfrom_sentence(refusal: InvalidValue | InvalidRequest, key: str) -> None:
+def test_error_names_the_given_option(refusal: InvalidValue | InvalidRequest, key: str) -> None:
     with pytest.raises(type(refusal)) as found, called({"patience": "--for"}):
         raise refusal
     assert found.value.details == {**refusal.details, "key": key}

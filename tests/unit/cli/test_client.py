@@ -14,7 +14,7 @@ from tests.unit.cli.servers import hanging_service, http_service
 from tests.unit.client.stand import service
 
 
-def test_bodies_go_and_answers_come() -> None:
+def test_bodies_are_sent_and_answers_received() -> None:
     with http_service(lambda method, path, body: (200, [method, path, body])) as url:
         client = ServiceClient(url)
         assert client.ask(requests.jobs(state=["done"], text="a b")) == ["GET", "/v1/jobs?state=done&text=a+b", None]
@@ -28,7 +28,7 @@ def test_an_idempotency_key_goes_along_and_no_empty_one() -> None:
     assert [asked.headers.get("idempotency-key") for asked in stand.asked] == ["k1", None]
 
 
-def test_a_refusal_comes_back_as_the_error_it_is() -> None:
+def test_refusal_is_raised_as_its_error() -> None:
     error = NotFound(what="job", number=7)
     problem = {"code": error.code, "details": error.details}
     with http_service(lambda *_: (404, problem)) as url, pytest.raises(NotFound) as caught:
@@ -43,12 +43,12 @@ def test_a_refusal_that_came_over_a_graph_keeps_its_words() -> None:
 
 
 @pytest.mark.parametrize("answer", [b"<html>", {"code": 9999, "details": {}}, {"oops": 1}, [1]])
-def test_an_answer_nobody_understands_is_none(answer: object) -> None:
+def test_unintelligible_answer_is_no_answer(answer: object) -> None:
     with http_service(lambda *_: (500, answer)) as url, pytest.raises(ServiceNotAnswering):
         ServiceClient(url).ask(requests.report(7))
 
 
-def test_what_somebody_else_says_is_no_answer() -> None:
+def test_answer_of_another_program_is_no_answer() -> None:
     with (
         http_service(lambda *_: (200, {"status": "ok"}), ours=False) as url,
         pytest.raises(ServiceNotAnswering, match="somebody else"),
@@ -57,7 +57,7 @@ def test_what_somebody_else_says_is_no_answer() -> None:
 
 
 @pytest.mark.parametrize("url", ["http://[::1", "http://127.0.0.1:99999"])
-def test_nobody_listens_at_what_is_no_address(url: str) -> None:
+def test_invalid_address_has_no_listener(url: str) -> None:
     with pytest.raises(ServiceNotRunning):
         ServiceClient(url)
 
@@ -92,7 +92,7 @@ def test_an_operation_that_takes_long_is_waited_for_longer_than_others() -> None
         assert answer.result(60.0) == {"mode": "running"}
 
 
-def test_nobody_there_is_not_running() -> None:
+def test_missing_service_is_not_running() -> None:
     with pytest.raises(ServiceNotRunning):
         ServiceClient(f"http://127.0.0.1:{free_port()}").ask(requests.status())
 

@@ -1,4 +1,4 @@
-"""`maya dmc`: what it has beside the tools of `dmc`."""
+"""`maya dmc`: its commands in addition to the tools of `dmc`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_real_is_the_configured_controller(tmp_path: Path, capsys: pytest.Captur
     assert capsys.readouterr().out == ":\n"
 
 
-def test_the_guard_goes_behind_a_program_that_lets_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_watchdog_is_put_after_a_program_that_allows_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "a.dmc"
     file.write_text(PROGRAM, encoding="ascii")
     assert main(["dmc", "download", "sim", str(file), "--guard", "--json"]) == 0

@@ -1,4 +1,4 @@
-"""`maya dmc fault`: what it says, and what it does to a virtual controller in this process."""
+"""`maya dmc fault`: its output, and its effect on a virtual controller in this process."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def twin() -> Iterator[_Host]:
         host.close()
 
 
-def test_without_a_name_it_tells_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_name_faults_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["dmc", "fault"]) == 0
     said = capsys.readouterr().out
     assert [fault.name for fault in TABLE if f"{fault.name}\n  {fault.words}\n" not in said] == []
@@ -76,7 +76,7 @@ def test_without_a_name_it_tells_what_there_is(capsys: pytest.CaptureFixture[str
     assert {fault["name"] for fault in data if not fault["lasts"]} == {"cut", "reset"}
 
 
-def test_a_fault_is_begun_told_and_ended(capsys: pytest.CaptureFixture[str]) -> None:
+def test_fault_is_begun_shown_and_ended(capsys: pytest.CaptureFixture[str]) -> None:
     with twin() as host:
         assert main(["dmc", "fault", "latency", "seconds=0.25", "--for", "1000"]) == 0
         assert capsys.readouterr().out.startswith("latency seconds=0.25 jitter=0 for ")
@@ -121,21 +121,21 @@ def test_a_fault_is_begun_told_and_ended(capsys: pytest.CaptureFixture[str]) -> 
         ("drop --twin 1", 1022),
     ],
 )
-def test_what_is_not_understood_has_its_code(line: str, code: int, capsys: pytest.CaptureFixture[str]) -> None:
+def test_invalid_fault_has_its_code(line: str, code: int, capsys: pytest.CaptureFixture[str]) -> None:
     with twin() as host:
         assert main(["dmc", "fault", *line.split(), "--json"]) == (1 if code == 1022 else 2)
         assert json.loads(capsys.readouterr().out)["error"]["code"] == code
         assert host.virtual.faults.active == []
 
 
-def test_without_a_twin_it_says_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_twin_is_reported_with_advice(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["dmc", "fault", "drop"]) == 1
     assert "maya: error 1022: Maya cannot tell which virtual controller to use: none runs. Start `maya dmc serve`" in (
         capsys.readouterr().err
     )
 
 
-def test_a_twin_that_does_not_answer_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_silent_twin_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with published(ServedTwin("127.0.0.1", 5023, 1, os.getpid())):
         assert main(["dmc", "fault", "drop"]) == 1
     assert "does not answer" in capsys.readouterr().err

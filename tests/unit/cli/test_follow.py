@@ -1,4 +1,4 @@
-"""A job is followed to its end; what it waits for is said, also to whoever wants JSON, but not what is over at once."""
+"""A job is followed to its end; the cause of waiting is printed, also with JSON, but not for a short wait."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def followed(states: Sequence[str], display: Display, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("json", [False, True])
-def test_what_it_waits_for_is_said_once_and_never_among_the_results(
+def test_cause_of_waiting_is_printed_once_and_never_among_the_results(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *, json: bool
 ) -> None:
     states = ["queued"] * 6 + ["running", "done"]
@@ -41,7 +41,7 @@ def test_what_it_waits_for_is_said_once_and_never_among_the_results(
 
 
 @pytest.mark.parametrize("recovery", [None, OFFER])
-def test_one_that_begins_at_once_is_not_said_to_wait(
+def test_job_that_begins_at_once_prints_no_waiting(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], recovery: object
 ) -> None:
     monkeypatch.setitem(PAUSED, "recovery", recovery)
@@ -50,7 +50,7 @@ def test_one_that_begins_at_once_is_not_said_to_wait(
     assert "waits" not in "".join(capsys.readouterr())
 
 
-def test_job_that_has_begun_meanwhile_is_not_said_to_wait(
+def test_job_that_began_meanwhile_prints_no_waiting(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(PAUSED, "recovery", OFFER)

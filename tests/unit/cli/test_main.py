@@ -1,4 +1,4 @@
-"""The entry: what it imports, how it answers, how it fails."""
+"""The entry point: its imports, answers and failures."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def test_help_is_an_answer(line: str, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.parametrize("line", ["dmc --help", "dmc gclib --help", "config --help", "plot --help"])
-def test_a_list_of_commands_tells_each_in_a_whole_sentence(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_of_commands_has_a_sentence_for_each(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) == 0
     commands = capsys.readouterr().out.partition("Commands:\n")[2].partition("\n\n")[0]
     assert [text for text in commands.splitlines() if text.endswith("...") or not text.endswith(".")] == []
 
 
-def test_every_group_says_what_holds_everywhere(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_group_shows_the_global_options(capsys: pytest.CaptureFixture[str]) -> None:
     silent = list[str]()
     for line in [group.name for group in app.app.registered_groups] + ["dmc gclib"]:
         assert line is not None
@@ -75,7 +75,7 @@ def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out) == {"version": maya_un.__version__}
 
 
-def test_a_wish_without_a_robot_says_what_to_start(capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_without_a_robot_names_the_program_to_start(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["pick", "0.5", "1.2"]) == 1
     assert capsys.readouterr().err == (
         "maya: error 1020: No Maya is running here. Start `maya up`, then run the command again. "
@@ -95,7 +95,7 @@ def test_an_error_in_spanish(capsys: pytest.CaptureFixture[str]) -> None:
     assert "Ningún Maya está en marcha aquí" in capsys.readouterr().err
 
 
-def test_a_terminal_without_accents_is_spoken_to_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terminal_without_accents_gets_ascii(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = TextIOWrapper(BytesIO(), encoding="ascii")
     monkeypatch.setattr("sys.stdout", terminal)
     assert main(["--lang", "es", "reach", "3", "3", "3"]) == 1
@@ -103,7 +103,7 @@ def test_a_terminal_without_accents_is_spoken_to_all_the_same(monkeypatch: pytes
     assert "?" in terminal.read()
 
 
-def test_what_nobody_foresaw_is_one_sentence_and_a_log(
+def test_unexpected_error_is_one_sentence_and_a_log(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def broken(*_: object) -> int:
@@ -137,7 +137,7 @@ def test_answers_that_cannot_be_written_are_an_error_line(line: str, code: int, 
 
 
 @pytest.mark.parametrize(("line", "code"), [("dmc fault", 1), ("dmc fault nope --json", 2)])
-def test_answers_that_nobody_reads_end_in_silence(line: str, code: int) -> None:
+def test_closed_output_ends_silently(line: str, code: int) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     try:

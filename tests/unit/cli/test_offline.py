@@ -54,7 +54,7 @@ def test_reach_names_reason_and_nearest(capsys: pytest.CaptureFixture[str]) -> N
     assert (there["reachable"], there["reason"]) == (True, None)
 
 
-def test_reach_says_where_the_lines_would_meet(capsys: pytest.CaptureFixture[str]) -> None:
+def test_reach_shows_the_meeting_point_of_the_lines(capsys: pytest.CaptureFixture[str]) -> None:
     reason = answered("reach 0.5 1.2 2.2", capsys, code=1)["reason"]
     assert reason == "its lines would have to meet 50 mm above their anchors"
 
@@ -80,7 +80,7 @@ def test_people_get_degrees_and_millimetres(capsys: pytest.CaptureFixture[str]) 
     assert "reachable: a 22.6199°" in capsys.readouterr().out
 
 
-def test_reach_tells_how_far_from_every_limit_and_what_the_lines_carry(capsys: pytest.CaptureFixture[str]) -> None:
+def test_reach_shows_the_distance_to_every_limit_and_the_tensions(capsys: pytest.CaptureFixture[str]) -> None:
     # In the middle, 1.25 below the anchors: b = c = 1.6008, T = b/2h = 0.640 on both lines, 30° into the boom's range.
     assert main(["reach", "0.65", "1.12583302", "0.9"]) == 0
     out = capsys.readouterr().out
@@ -100,7 +100,7 @@ def test_reach_speaks_spanish_down_to_the_unit_of_tension(capsys: pytest.Capture
     assert "load" not in out and out.count("4.337 × carga") == 2
 
 
-def test_reach_tells_all_that_is_broken(capsys: pytest.CaptureFixture[str]) -> None:
+def test_reach_shows_all_broken_limits(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["reach", "0", "1.3", "-0.05"]) == 1
     first, *others = capsys.readouterr().out.splitlines()
     assert first.startswith("not reachable: it lies 50 mm below the table top; nearest x")
@@ -130,7 +130,7 @@ def test_reach_knows_the_zones_of_the_configuration(tmp_path: Path, capsys: pyte
     assert answered(f"reach 0.5 1.2 0.6 --config {file}", capsys, code=1)["nearest"] is None
 
 
-def test_config_init_writes_what_check_accepts_and_never_overwrites(
+def test_config_init_writes_a_valid_file_and_never_overwrites(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = str(tmp_path / "new" / "maya.toml")

@@ -1,4 +1,4 @@
-"""`maya plot`: where pictures go, and what is said about them."""
+"""`maya plot`: files of pictures, and printed text."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_without_a_name_the_picture_goes_to_the_current_folder(
     assert all(title in svg for title in ("From the side", "From above, at z = 0.40 m", "In space"))
 
 
-def test_a_point_is_marked_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_point_is_marked_and_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "plan.svg"
     words = ["plot", "workspace", "--view", "plan", "--height", "900mm", "--point", "-0.2", "1.1", "40cm"]
     assert main([*words, "--output", str(file), "--json"]) == 0
@@ -35,7 +35,7 @@ def test_a_point_is_marked_and_told(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "target (-0.200, 1.100, 0.400) m" in svg
 
 
-def test_a_configuration_of_ones_own_is_drawn(tmp_path: Path) -> None:
+def test_given_configuration_is_drawn(tmp_path: Path) -> None:
     config, file = tmp_path / "maya.toml", tmp_path / "side.svg"
     config.write_text("[axes.b]\nmaximum = 2.1\n[safety]\ntension_limit = 3.0\n", encoding="utf-8")
     words = ["plot", "workspace", "--view", "section", "--config", str(config), "--output", str(file)]
@@ -56,6 +56,6 @@ def test_a_configuration_of_ones_own_is_drawn(tmp_path: Path) -> None:
         (["--output", "/nowhere/x.svg"], "error 5002"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_impossible_plot_is_refused(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plot", "workspace", *words]) == 2
     assert said in capsys.readouterr().err

@@ -21,7 +21,7 @@ def job_of(folder: Path, steps: str) -> str:
     return str(file)
 
 
-def test_a_job_is_drawn_and_summed_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_job_is_drawn_and_summarised(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "job.svg"
     assert main(["plot", "job", EXAMPLE, "--output", str(file), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -33,7 +33,7 @@ def test_a_job_is_drawn_and_summed_up(tmp_path: Path, capsys: pytest.CaptureFixt
     assert all(phase in svg for phase in ("approach", "down", "up"))
 
 
-def test_a_dry_run_draws_the_same_beside_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_dry_run_draws_the_same_next_to_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     one, other = tmp_path / "one.svg", tmp_path / "other.svg"
     assert main(["plot", "job", EXAMPLE, "--output", str(one)]) == 0
     assert main(["run", EXAMPLE, "--dry-run", "--plot", str(other)]) == 0
@@ -52,7 +52,7 @@ def test_without_a_name_it_goes_to_the_current_folder(
     assert "mine, " in (tmp_path / "maya-job.svg").read_text(encoding="utf-8")
 
 
-def test_a_job_is_drawn_up_to_the_step_that_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_job_is_drawn_up_to_the_refused_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "job.svg"
     steps = "  - pick: cube\n  - place: [0.5, 3.0]\n"
     assert main(["plot", "job", job_of(tmp_path, steps), "--output", str(file)]) == 1
@@ -84,7 +84,7 @@ def test_a_picture_that_cannot_be_written_is_refused(capsys: pytest.CaptureFixtu
         assert f"error {code}" in capsys.readouterr().err
 
 
-def test_a_dry_run_is_refused_before_it_begins_where_its_picture_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_dry_run_with_an_impossible_picture_is_refused_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", EXAMPLE, "--dry-run", "--plot", "x.jpg"]) == 2
     said = capsys.readouterr()
     assert said.out == ""

@@ -38,7 +38,7 @@ def test_shares_take_percent(text: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "half", "50mm", "%", "5%%"])
-def test_a_share_that_is_none_is_refused_by_name(text: str) -> None:
+def test_invalid_share_is_refused_by_name(text: str) -> None:
     with pytest.raises(InvalidValue, match=r"^RATIO = "):
         share(text, "RATIO")
 
@@ -46,18 +46,18 @@ def test_a_share_that_is_none_is_refused_by_name(text: str) -> None:
 @pytest.mark.parametrize(
     "text", ["", "nan", "inf", "-inf", "1e999", "1,5", "12 parsecs", "30deg", "1 2", "0x10", "1_0", "mm", "--1"]
 )
-def test_a_length_that_is_none_is_refused_by_name(text: str) -> None:
+def test_invalid_length_is_refused_by_name(text: str) -> None:
     with pytest.raises(InvalidValue, match=r"^z = "):
         length(text, "z")
 
 
 @pytest.mark.parametrize("text", ["1e308", "-1e308mm", "10001", "1e6 deg"])
-def test_what_is_no_coordinate_is_refused_as_everywhere(text: str) -> None:
+def test_invalid_coordinate_is_refused_as_everywhere(text: str) -> None:
     with pytest.raises(InvalidValue, match="between -10000 and 10000"):
         (angle if "deg" in text else length)(text, "z")
 
 
-def test_a_length_is_no_angle() -> None:
+def test_length_is_not_an_angle() -> None:
     with pytest.raises(InvalidValue):
         angle("30mm", "a")
 
@@ -76,7 +76,7 @@ def test_only_the_twins_clock_runs_faster() -> None:
 
 
 @pytest.mark.parametrize("word", ["sim", "real"])
-def test_a_word_that_means_something_is_no_host(word: str) -> None:
+def test_reserved_word_is_not_a_host(word: str) -> None:
     with pytest.raises(InvalidValue):
         host_and_port(word)
 
@@ -90,6 +90,6 @@ def test_an_address_has_a_port() -> None:
 
 
 @pytest.mark.parametrize("text", ["", ":23", "host:", "host:x", "host:0", "host:65536", "ho st", "-h", "a:b:c", "h:²"])
-def test_an_address_that_is_none_is_refused(text: str) -> None:
+def test_invalid_address_is_refused(text: str) -> None:
     with pytest.raises(InvalidValue):
         target_address(text, "10.0.0.1")

@@ -46,7 +46,7 @@ def data_record(*status: int) -> bytes:
 MOVING, COORDINATED = 1 << 15, 1 << 8
 
 
-def test_stop_tells_how_long_and_how_far(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stop_shows_duration_and_distance(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     report = {"was_moving": True, "duration": 0.88, "distance": [0.0, -0.02, 0.01]}
     with http_service(lambda *asked: (200 if asked[:2] == ("POST", "/v1/stop") else 404, report)) as url:
         published(monkeypatch, url)
@@ -55,7 +55,7 @@ def test_stop_tells_how_long_and_how_far(monkeypatch: pytest.MonkeyPatch, capsys
     assert "b 20.0 mm" in text
 
 
-def test_stop_at_rest_says_so(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_stop_at_rest_is_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     report = {"was_moving": False, "duration": 0.0, "distance": [0, 0, 0]}
     with http_service(lambda *_: (200, report)) as url:
         published(monkeypatch, url)
@@ -80,7 +80,7 @@ def test_a_service_that_lost_its_link_is_passed_by(monkeypatch: pytest.MonkeyPat
     assert said[0] == b"ST S"
 
 
-def test_somebody_else_at_our_old_port_is_passed_by(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_program_at_our_old_port_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = {"was_moving": True, "duration": 1.0, "distance": [0.0, 0.0, 0.0]}
     with http_service(lambda *_: (200, answer), ours=False) as url, controller(data_record(0, 0, 0)) as (port, said):
         published(monkeypatch, url, ("127.0.0.1", port))
@@ -89,7 +89,7 @@ def test_somebody_else_at_our_old_port_is_passed_by(monkeypatch: pytest.MonkeyPa
     assert said[0] == b"ST S"
 
 
-def test_the_controller_can_be_told_without_a_service(capsys: pytest.CaptureFixture[str]) -> None:
+def test_controller_address_can_be_given_without_a_service(capsys: pytest.CaptureFixture[str]) -> None:
     with controller(data_record(0, 0, 0)) as (port, said):
         assert main(["stop", "--address", f"127.0.0.1:{port}", "--json"]) == 0
     assert said == [b"ST S", b"QR"]
@@ -116,7 +116,7 @@ def test_a_twin_in_a_service_that_hangs_cannot_be_reached(
 
 
 @pytest.mark.parametrize("command", ["stop", "status"])
-def test_a_stale_file_is_no_service(
+def test_stale_file_is_no_service(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     published(monkeypatch, f"http://127.0.0.1:{free_port()}")
@@ -127,7 +127,7 @@ def test_a_stale_file_is_no_service(
 @pytest.mark.parametrize(
     "line", ["stop now", "stop --address", "stop --address=x:y", "status please", "stop --address h 1"]
 )
-def test_words_nobody_understands_are_refused(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_words_are_refused(line: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(line.split()) == 2
     assert capsys.readouterr().err.startswith("maya: error 400")
 
@@ -151,7 +151,7 @@ def test_status_before_homing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 @pytest.mark.parametrize(
     ("duration", "line"), [(10.0, "follow: 3.0 of 10.0 s"), (0.0, "follow: since 3.0 s")], ids=["timed", "untimed"]
 )
-def test_status_tells_phase_and_progress(
+def test_status_shows_phase_and_progress(
     duration: float, line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     progress = {"phase": "follow", "elapsed": 3.0, "duration": duration}
@@ -162,7 +162,7 @@ def test_status_tells_phase_and_progress(
 
 
 @pytest.mark.parametrize(("override", "told"), [(0.5, True), (1.0, False)])
-def test_status_tells_a_speed_that_is_not_the_full_one(
+def test_status_shows_a_reduced_speed(
     override: float, told: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with http_service(lambda *_: (200, {**STATUS, "state": {**STATE, "override": override}})) as url:

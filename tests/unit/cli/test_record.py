@@ -1,4 +1,4 @@
-"""`maya record`: what is kept is listed, shown and exported without a robot; saving asks the one that runs."""
+"""`maya record`: recordings are listed, shown and exported without a robot; saving needs a running one."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ def test_recordings_are_in_the_folder_of_state(tmp_path: Path, monkeypatch: pyte
     assert recordings.folder() == tmp_path / "elsewhere" / "recordings"
 
 
-def test_what_is_kept_is_listed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_saved_recordings_are_listed(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert name in printed("maya record", capsys)
     assert "limit" in printed("maya record list", capsys)
     (line,) = json.loads(printed("maya record list --json", capsys))["recordings"]
     assert (line["name"], line["date"], line["reason"]) == (name, "2026-11-21T19:25:20Z", "limit")
 
 
-def test_where_there_is_none_that_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_recordings_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert printed("maya record", capsys).startswith("There are no recordings in ")
 
 
-def test_a_recording_tells_why_it_was_saved_and_what_is_in_it(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recording_shows_its_cause_and_content(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     said = printed(f"maya record show {name}", capsys)
     assert "limit, saved 2026-11-21T19:25:20.339Z, the last 10.0 s" in said
     assert "Axis b met its forward limit switch." in said
@@ -81,7 +81,7 @@ def test_it_is_exported_for_other_programs(name: str, tmp_path: Path, capsys: py
         ("maya record save", 1, "No Maya is running here"),
     ],
 )
-def test_what_cannot_be_is_refused_in_words(
+def test_impossible_request_is_refused_with_a_sentence(
     line: str, code: int, said: str, name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(__file__).parents[3])

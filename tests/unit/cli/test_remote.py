@@ -17,12 +17,12 @@ from maya_un.errors import InvalidCommandLine, InvalidValue
         ("[2001:db8::1]:443", ("2001:db8::1", 443)),
     ],
 )
-def test_where_to_listen(text: str, place: tuple[str, int]) -> None:
+def test_listening_addresses(text: str, place: tuple[str, int]) -> None:
     assert host_and_port(text) == place
 
 
 @pytest.mark.parametrize("text", ["", ":80", "maya:", "maya:x", "maya:70000", "::1", "[::1", "[::1]80", "a:1:2"])
-def test_what_is_no_place_is_refused(text: str) -> None:
+def test_invalid_place_is_refused(text: str) -> None:
     with pytest.raises(InvalidValue):
         host_and_port(text)
 
@@ -45,7 +45,7 @@ def test_other_machines_are_let_in_by_tls_or_by_saying_so() -> None:
         RemoteAccess(certificate="c", key="k"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(remote: RemoteAccess) -> None:
+def test_conflicting_options_are_refused(remote: RemoteAccess) -> None:
     with pytest.raises(InvalidCommandLine):
         remote.check()
 
@@ -57,7 +57,7 @@ def test_other_machines_need_users() -> None:
         require_users(kept=False, listen="maya")
 
 
-def test_the_edge_knows_the_names_that_were_said() -> None:
+def test_error_names_the_given_option() -> None:
     here = socket.gethostname().lower()
     assert RemoteAccess().edge().hosts == frozenset()
     assert not RemoteAccess(origins=["https://panel.example.org"]).edge().remote

@@ -76,7 +76,7 @@ def test_a_job_on_the_twin_is_the_same_again(job: Recording, replayed: Replayed)
     ]
 
 
-def test_a_recording_without_its_beginning_begins_where_the_axes_were_at_rest(replayed: Replayed) -> None:
+def test_recording_without_its_start_begins_at_the_first_rest(replayed: Replayed) -> None:
     job = run_virtual(_job(RecorderConfig(seconds=20.0), rest=40.0))
     assert not job.header.complete
     code, told = replayed(job)
@@ -103,12 +103,12 @@ def test_a_machine_recorded_from_the_first_command_on_is_compared_too(replayed: 
     assert code == 0
 
 
-def _said(job: Recording, text: bytes) -> int:
+def _count_sent(job: Recording, text: bytes) -> int:
     return next(place for place, piece in enumerate(job.wire) if piece.side == "client" and text in piece.data)
 
 
 def test_a_falsified_answer_is_found_and_named(job: Recording, replayed: Replayed) -> None:
-    asked = _said(job, b"_ERA,")
+    asked = _count_sent(job, b"_ERA,")
     place = next(n for n in range(asked, len(job.wire)) if b" 742.0000 " in job.wire[n].data)
     piece = job.wire[place]
     false = piece._replace(data=piece.data.replace(b" 742.0000 ", b" 743.0000 ", 1))
@@ -136,7 +136,7 @@ def test_a_falsified_position_is_found_and_named(job: Recording, replayed: Repla
 
 
 def test_a_command_that_is_missing_is_found_and_named(job: Recording, replayed: Replayed) -> None:
-    place = _said(job, b"BGS\r")
+    place = _count_sent(job, b"BGS\r")
     code, told = replayed(replace(job, wire=(*job.wire[:place], *job.wire[place + 1 :])))
     assert code == 1
     what = [one["what"] for one in told["differences"]]
@@ -148,7 +148,7 @@ def test_a_command_that_is_missing_is_found_and_named(job: Recording, replayed: 
 
 def test_a_command_that_the_controller_never_got_is_found_and_named(job: Recording, replayed: Replayed) -> None:
     """The answer of a command is missing, and whatever comes next answers the ones behind it."""
-    place = _said(job, b"OB 1,")
+    place = _count_sent(job, b"OB 1,")
     answer = next(n for n in range(place, len(job.wire)) if job.wire[n].side == "controller")
     data = job.wire[answer].data
     assert data.startswith(b":")
@@ -175,7 +175,7 @@ def test_another_machine_is_found_and_named(job: Recording, replayed: Replayed) 
 
 
 def test_another_scale_of_a_machine_is_found_and_named(replayed: Replayed) -> None:
-    """The configuration of the recording says 2 % fewer counts to the metre: a line meets its switch on its way."""
+    """The configuration of the recording has 2 % fewer counts to the metre: a line meets its switch on its way."""
     job = run_virtual(_job(RecorderConfig(seconds=20.0), rest=40.0, known=False))
     config = json.loads(json.dumps(job.header.origin.config))
     config["axes"]["b"]["maximum"] = 1.51
@@ -195,7 +195,7 @@ async def _switch_sticks() -> Recording:
         return robot.recorder.taken("limit")
 
 
-def test_what_befell_the_machine_is_told_from_what_the_commands_did(replayed: Replayed) -> None:
+def test_external_faults_are_told_from_effects_of_commands(replayed: Replayed) -> None:
     code, told = replayed(run_virtual(_switch_sticks()))
     assert code == 1
     found = {one["what"]: one["how"] for one in told["differences"]}
@@ -206,7 +206,7 @@ def test_what_befell_the_machine_is_told_from_what_the_commands_did(replayed: Re
 
 def test_people_get_a_table_and_the_ends(job: Recording, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, picture = tmp_path / "one.mcap", tmp_path / "both.svg"
-    place = _said(job, b"BGS\r")
+    place = _count_sent(job, b"BGS\r")
     with path.open("wb") as file:
         mcap_file.write(replace(job, wire=(*job.wire[:place], *job.wire[place + 1 :])), file)
     assert main(["replay", str(path), "--plot", str(picture)]) == 1
@@ -227,7 +227,7 @@ def test_a_tolerance_can_be_named(job: Recording, tmp_path: Path, capsys: pytest
     assert "--counts = -1.0 is refused" in capsys.readouterr().err
 
 
-def test_a_clock_that_ran_faster_tells_less_well() -> None:
+def test_faster_clock_gives_lower_accuracy() -> None:
     header = RECORDING.header
     assert tolerated(RECORDING, ReplayOptions()) == OF_A_TWIN
     later = replace(RECORDING, header=replace(header, complete=False))
@@ -238,7 +238,7 @@ def test_a_clock_that_ran_faster_tells_less_well() -> None:
     assert tolerated(machine, ReplayOptions()) == OF_A_MACHINE
 
 
-def test_without_an_instant_at_rest_there_is_no_beginning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_rest_there_is_no_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "one.mcap"
     header = replace(RECORDING.header, complete=False)
     with path.open("wb") as file:

@@ -1,4 +1,4 @@
-"""Where a replay begins, and what its twin is told before."""
+"""The start of a replay, and the initial commands to its twin."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ REST = DataRecord(
 )
 
 
-def said(time: float, text: str) -> WirePiece:
+def sent(time: float, text: str) -> WirePiece:
     return WirePiece(time, 1, "client", f"{text}\r".encode())
 
 
-def heard(time: float, data: bytes) -> WirePiece:
+def received(time: float, data: bytes) -> WirePiece:
     return WirePiece(time, 1, "controller", data)
 
 
-def asked(time: float, record: DataRecord) -> list[WirePiece]:
-    return [said(time, "QR"), heard(time + 0.001, encode(record) + b":")]
+def record_exchange(time: float, record: DataRecord) -> list[WirePiece]:
+    return [sent(time, "QR"), received(time + 0.001, encode(record) + b":")]
 
 
-OPENING = [WirePiece(1.0, 1, "client", b"", "open"), said(1.0, "SPA=1000"), heard(1.0, b":")]
+OPENING = [WirePiece(1.0, 1, "client", b"", "open"), sent(1.0, "SPA=1000"), received(1.0, b":")]
 REST_OF_IT = [
-    *asked(90.0, replace(REST, axes=(MOVING, *REST.axes[1:]))),
-    *asked(90.1, REST),
-    said(90.2, "BGS"),
-    heard(90.2, b":"),
+    *record_exchange(90.0, replace(REST, axes=(MOVING, *REST.axes[1:]))),
+    *record_exchange(90.1, REST),
+    sent(90.2, "BGS"),
+    received(90.2, b":"),
 ]
 LATER = Recording(
     replace(header(whole=90.0, complete=False), opening=1.0),
@@ -76,7 +76,7 @@ def test_another_begins_with_the_first_record_at_rest() -> None:
     assert (scene.homed, scene.lacks) == (True, ())
 
 
-def test_what_lacks_is_told() -> None:
+def test_missing_data_is_reported() -> None:
     assert [text.partition(":")[0] for text in scene_of(machine(LATER)).lacks] == ["Different from the machine"]
     (opening,) = scene_of(replace(LATER, wire=tuple(REST_OF_IT))).lacks
     assert opening.startswith("Different: registers, program and variables")
@@ -85,7 +85,7 @@ def test_what_lacks_is_told() -> None:
     assert place.startswith("Different: the position of the machine")
 
 
-def test_counts_mean_lengths_where_a_homing_was_taken_over_later() -> None:
+def test_counts_have_lengths_after_a_later_homing() -> None:
     states = (state(90.0, homed=False), state(95.0))
     over = replace(LATER, states=states)
     assert scene_of(over).homed
@@ -98,7 +98,7 @@ def test_without_rest_there_is_no_scene() -> None:
         scene_of(replace(LATER, wire=(*OPENING, *REST_OF_IT[:2])))
 
 
-def test_the_twin_is_made_what_the_controller_was() -> None:
+def test_twin_gets_the_state_of_the_controller() -> None:
     lines = commands_before(scene_of(LATER), Config()).decode().split("\r")
     assert lines == [
         "SPA=1000",
@@ -111,15 +111,15 @@ def test_the_twin_is_made_what_the_controller_was() -> None:
     ]
 
 
-def test_what_a_controller_answered_before_it_was_told_is_known() -> None:
-    """Its program and its variables; what the host set itself tells nothing."""
+def test_controller_state_before_the_first_command_is_known() -> None:
+    """Its program and its variables; values that the host set itself are left out."""
     pieces = (
-        *(said(0.0, "UL"), heard(0.0, b"#A\r\nEN\r\n\x1a:")),
-        *(said(0.1, "MG mayahome"), heard(0.1, b" 12.0000\r\n:")),
-        *(said(0.2, "speed=5"), heard(0.2, b":")),
-        *(said(0.3, "MG speed"), heard(0.3, b" 5.0000\r\n:")),
-        *(said(0.4, "MG _TPA"), heard(0.4, b" 1.0000\r\n:")),
-        *(said(0.5, "MG nothing"), heard(0.5, b"?")),
+        *(sent(0.0, "UL"), received(0.0, b"#A\r\nEN\r\n\x1a:")),
+        *(sent(0.1, "MG mayahome"), received(0.1, b" 12.0000\r\n:")),
+        *(sent(0.2, "speed=5"), received(0.2, b":")),
+        *(sent(0.3, "MG speed"), received(0.3, b" 5.0000\r\n:")),
+        *(sent(0.4, "MG _TPA"), received(0.4, b" 1.0000\r\n:")),
+        *(sent(0.5, "MG nothing"), received(0.5, b"?")),
     )
     scene = ReplayScene(0.0, pieces, (), REST, homed=False)
     text = commands_before(scene, Config()).decode()

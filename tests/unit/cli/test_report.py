@@ -61,7 +61,7 @@ def test_data_has_the_parts_by_both_records() -> None:
     assert list(data["steps"][0]) == [key for key in STEP if key != "key"]
 
 
-def test_a_report_tells_which_pallets_are_out_of_shape() -> None:
+def test_report_names_misshapen_pallets() -> None:
     remarked = as_data({**REPORT, "remarks": ["tray: its corners are 3.0 mm off a plane"]}, None)
     assert remarked["remarks"] == ["tray: its corners are 3.0 mm off a plane"]
     assert as_text(remarked, "en").endswith("\n\nnot quite a rectangle: tray: its corners are 3.0 mm off a plane")
@@ -71,7 +71,7 @@ def test_a_real_machine_has_no_record_of_parts() -> None:
     assert as_data(REPORT, None)["parts"]["cube"] == {"place": None, "commanded": [1.0, 0.5, 0.4], "error": None}
 
 
-def test_text_says_what_matters() -> None:
+def test_text_report_has_the_important_values() -> None:
     text = as_text(as_data(REPORT, {"cube": (1.0, 0.5, 0.403)}), "en")
     assert text.startswith("cubes: failed in 12.5 s; gripper between 0.400 m and 0.500 m")
     assert "pick cube   failed (2101)" in text

@@ -17,7 +17,7 @@ from maya_un.errors import InvalidCommandLine, InvalidValue
         "pick 1 -2 --config c.toml --lang es --json",
     ],
 )
-def test_what_holds_everywhere_may_stand_anywhere(line: str) -> None:
+def test_global_option_may_stand_anywhere(line: str) -> None:
     assert split(line.split(), OutputSettings()) == (OutputSettings("es", True, "c.toml"), ["pick", "1", "-2"])
 
 

@@ -22,7 +22,7 @@ def ear(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Monk
         yield ear
 
 
-def test_a_word_arrives_as_it_is_said(ear: socket.socket) -> None:
+def test_command_arrives_unchanged(ear: socket.socket) -> None:
     up.tell("READY=1")
     assert ear.recv(100) == b"READY=1"
 
@@ -44,7 +44,7 @@ def test_without_a_supervisor_nothing_happens(place: str, monkeypatch: pytest.Mo
         ("0", "", None),
     ],
 )
-def test_how_often_it_wants_to_hear_is_half_of_its_patience(
+def test_report_interval_is_half_of_the_timeout(
     microseconds: str, pid: str, seconds: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", microseconds)
@@ -54,7 +54,7 @@ def test_how_often_it_wants_to_hear_is_half_of_its_patience(
     assert up.interval() == seconds
 
 
-async def test_it_hears_again_and_again_in_its_own_time(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_reports_repeat_in_its_own_time(ear: socket.socket, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WATCHDOG_USEC", "2000000")
     monkeypatch.delenv("WATCHDOG_PID", raising=False)
     telling = asyncio.create_task(up.stay_alive(speed=50.0))

@@ -1,4 +1,4 @@
-"""Taught places on the command line, where no robot runs: the book beside the configuration answers."""
+"""Taught places on the command line, without a robot: the pose file next to the configuration is used."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHELF, BENCH, DESK = Point(0.3, 1.0, 0.4), Point(0.6, 1.0, 0.4), Point(0.3, 1.2,
 
 
 @pytest.fixture
-def book(tmp_path: Path) -> Path:
+def pose_file(tmp_path: Path) -> Path:
     """Teach three poses in the user's book, and return where it is."""
     place = tmp_path / "config" / "maya" / "poses.toml"
     mechanism = Mechanism.of(Config())
@@ -38,7 +38,7 @@ def data(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> Any:
     return json.loads(printed(f"{line} --json", capsys, code))
 
 
-def test_poses_are_listed_renamed_and_removed(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_poses_are_listed_renamed_and_removed(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     poses = data("poses", capsys)["poses"]
     assert [(pose["name"], pose["point"]) for pose in poses] == [
         ("shelf", pytest.approx(list(SHELF))),
@@ -51,13 +51,13 @@ def test_poses_are_listed_renamed_and_removed(book: Path, capsys: pytest.Capture
     assert [pose["name"] for pose in data("poses", capsys)["poses"]] == ["ledge", "desk"]
 
 
-def test_without_a_book_there_are_none(capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_file_there_are_no_poses(capsys: pytest.CaptureFixture[str]) -> None:
     assert data("poses", capsys) == {"poses": []}
     assert "maya teach NAME" in printed("poses", capsys)
     assert "maya teach-pallet" in printed("pallets", capsys)
 
 
-def test_a_pallet_is_taught_of_poses(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pallet_is_taught_of_poses(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = printed("teach-pallet tray --rows 3 --columns 4 shelf bench desk", capsys)
     assert said == "tray, 3 x 4: 0.3000 1.0000 0.4000 … 0.6000 1.2000 0.4000 m\n"
     (pallet,) = data("pallets", capsys)["pallets"]
@@ -70,9 +70,9 @@ def test_a_pallet_is_taught_of_poses(book: Path, capsys: pytest.CaptureFixture[s
     assert data("pallets", capsys) == {"pallets": []}
 
 
-def test_a_pallet_out_of_shape_is_remarked(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pallet_out_of_shape_is_remarked(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mechanism = Mechanism.of(Config())
-    PoseStore(mechanism, book).teach("high", mechanism.ik(Point(0.6, 1.2, 0.42)), "")
+    PoseStore(mechanism, pose_file).teach("high", mechanism.ik(Point(0.6, 1.2, 0.42)), "")
     said = printed("teach-pallet tray --rows 3 --columns 4 shelf bench desk high", capsys)
     assert said.splitlines()[1] == "  not quite a rectangle: its corners are 5.0 mm off a plane"
     assert printed("pallets --lang es", capsys).splitlines()[1].startswith("  no es del todo")
@@ -98,27 +98,27 @@ def test_a_pallet_out_of_shape_is_remarked(book: Path, capsys: pytest.CaptureFix
         ("place shelf 1.0", 4001),
     ],
 )
-def test_what_cannot_be_is_refused_with_its_code(
-    line: str, error: int, book: Path, capsys: pytest.CaptureFixture[str]
+def test_impossible_request_is_refused_with_its_code(
+    line: str, error: int, pose_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = book.read_text(encoding="utf-8")
+    before = pose_file.read_text(encoding="utf-8")
     assert f"error {error}: " in printed(line, capsys, 2)
-    assert book.read_text(encoding="utf-8") == before
+    assert pose_file.read_text(encoding="utf-8") == before
 
 
 @pytest.mark.parametrize("line", ["teach shelf", "teach-pallet tray --rows 3 --columns 4", "pick shelf", "move shelf"])
-def test_what_needs_the_robot_says_so(line: str, book: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command_that_needs_the_robot_reports_it(
+    line: str, pose_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert "error 1020" in printed(line, capsys, 1)
 
 
-def test_a_broken_book_is_told(book: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    book.write_text("[poses.shelf]\njoints = [1, 2]\n", encoding="utf-8")
-    assert f"error 4007: {book} cannot be read: poses.shelf.joints" in printed("poses", capsys, 2)
+def test_broken_pose_file_is_reported(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pose_file.write_text("[poses.shelf]\njoints = [1, 2]\n", encoding="utf-8")
+    assert f"error 4007: {pose_file} cannot be read: poses.shelf.joints" in printed("poses", capsys, 2)
 
 
-def test_the_book_lies_beside_the_configuration_that_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_pose_file_lies_next_to_the_named_configuration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "machine.toml").write_text("")
     PoseStore(Mechanism.of(Config()), tmp_path / "poses.toml").teach("ledge", Joints(0.4, 1.6, 1.3), "")
     named = data(f"poses --config {tmp_path / 'machine.toml'}", capsys)["poses"]

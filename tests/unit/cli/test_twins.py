@@ -1,4 +1,4 @@
-"""How `maya dmc fault` finds the virtual controllers that run."""
+"""`maya dmc fault` finds running virtual controllers."""
 
 from __future__ import annotations
 
@@ -61,11 +61,11 @@ def test_of_several_one_must_be_named(place: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [{}, [], 5, None, {"host": "h", "port": "x", "control": 1, "pid": OWN}])
-def test_a_file_that_is_none_of_ours_is_passed_over(place: Path, value: object) -> None:
+def test_foreign_file_is_skipped(place: Path, value: object) -> None:
     _write(place, "twin-5.json", value)
     assert served() == []
 
 
-def test_a_twin_that_was_killed_is_none(place: Path) -> None:
+def test_killed_twin_is_not_listed(place: Path) -> None:
     _write(place, "twin-5.json", ServedTwin("127.0.0.1", 5023, 4000, _gone())._asdict())
     assert served() == []

@@ -1,4 +1,4 @@
-"""Wishes to the running robot, answered by a service that says what the test wants."""
+"""Commands to the running robot, with a scripted service."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_jog_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     assert capsys.readouterr().out == "b by 20.0 mm.\n"
 
 
-def said(
+def output_of(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], line: list[str], answer: object
 ) -> tuple[str, list[tuple[str, Any]]]:
     """Return what a command line prints when the service answers so, and what it asked."""
@@ -84,13 +84,13 @@ def test_a_jog_says_how_far_and_why_no_farther(
     def nothing(*_: object) -> None: ...
 
     monkeypatch.setattr(primitives, "animate", nothing)
-    assert said(monkeypatch, capsys, ["jog", "r", "-2000mm"], answer) == (
+    assert output_of(monkeypatch, capsys, ["jog", "r", "-2000mm"], answer) == (
         text,
         [("/v1/jog", {"axis": "r", "distance": -2.0})],
     )
 
 
-def test_an_axis_that_nobody_knows_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_axis_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["jog", "w", "2mm"]) == 2
     assert "x, y, z, r" in capsys.readouterr().err
 
@@ -124,7 +124,7 @@ def test_pause_resume_and_speed(
     text: str,
     asked: tuple[str, object],
 ) -> None:
-    assert said(monkeypatch, capsys, line, answer) == (text, [asked])
+    assert output_of(monkeypatch, capsys, line, answer) == (text, [asked])
 
 
 def test_ctrl_c_stops_a_jog(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""`maya zones`, answered by a service that keeps what it is told."""
+"""`maya zones`, with a service that stores its requests."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str
     return out + err
 
 
-def test_a_zone_is_added_with_units_and_said_to_be_of_this_run(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_zone_is_added_with_units_for_this_run_only(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert printed(ADDED, capsys).startswith("Keeping out of rack. This change lasts until")
     rack = kept.zones["rack"]
     assert (rack["low"], rack["high"]) == ([0.1, 1.0, 0.0], pytest.approx([0.3, 1.5, 0.6]))
     assert (rack["margin"], rack["lines"]) == (pytest.approx(0.02), False)
 
 
-def test_what_is_listed_can_be_typed_back(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_listed_zone_can_be_typed_back(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     printed(ADDED, capsys)
     printed("maya zones add post cylinder x=-0.1 y=1 radius=5cm low=0 high=1", capsys)
     printed("maya zones add wall half_space point=0,2,0 normal=0,-1,0", capsys)
@@ -69,7 +69,7 @@ def test_what_is_listed_can_be_typed_back(kept: Kept, capsys: pytest.CaptureFixt
     assert kept.zones == before
 
 
-def test_without_zones_it_says_so(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_zones_are_reported(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert printed("maya zones list", capsys).startswith("There are no zones.\n")
     assert json.loads(printed("maya zones list --json", capsys))["zones"] == []
 
@@ -92,9 +92,7 @@ def test_a_zone_is_removed(kept: Kept, capsys: pytest.CaptureFixture[str]) -> No
         ("rack box low=1,,2", 4001),
     ],
 )
-def test_what_is_not_understood_is_refused(
-    rest: str, code: int, kept: Kept, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_invalid_zone_is_refused(rest: str, code: int, kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     assert f"error {code}" in printed(f"maya zones add {rest}", capsys, code=2)
     assert kept.zones == {}
 

@@ -17,8 +17,8 @@ Script = Callable[[Request[Any]], Any]
 class Player:
     """Carries plans out; `asked` are the requests in order, `now` is what the rests come to [s].
 
-    `heard` are the messages of a websocket in order, an exception among them breaks the connection there; `said` is
-    what the plan says.
+    `heard` are the messages of a websocket in order, an exception among them breaks the connection there; `said` has
+    the messages of the plan.
     """
 
     def __init__(self, script: Script | None = None, heard: list[Any] | None = None) -> None:
@@ -49,7 +49,7 @@ class Player:
 
     @property
     def paths(self) -> list[str]:
-        """What was asked, in short."""
+        """The requests, in short."""
         return [f"{request.method} {request.path}" for request in self.asked]
 
     def _advance(self, course: PlanRunner[Any]) -> None:

@@ -1,4 +1,4 @@
-"""A service that says what a test wants, over real sockets, and notes what it was asked."""
+"""A scripted service over real sockets that records its requests."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ Says = Callable[[Asked], Any]
 """From a request to its answer: a message, an error of ours to refuse it with, None to hang up without a word."""
 
 
-class Stand:
-    """The service: where it is, and what it was asked, in order."""
+class ServiceStub:
+    """The service: its URL, and its requests, in order."""
 
     def __init__(self, url: str) -> None:
         self.url = url
@@ -36,13 +36,13 @@ class Stand:
 
     @property
     def paths(self) -> list[str]:
-        """What it was asked, in short."""
+        """The requests, in short."""
         return [f"{asked.method} {asked.path}" for asked in self.asked]
 
 
 @contextmanager
-def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[Stand]:
-    """Serve what `says` says on a free port while the block runs; by TLS where there is a `secret`."""
+def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[ServiceStub]:
+    """Serve the answers of `says` on a free port while the block runs; by TLS with a `secret`."""
 
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
@@ -77,7 +77,7 @@ def service(says: Says, secret: ssl.SSLContext | None = None) -> Iterator[Stand]
         if secret is not None:
             server.socket = secret.wrap_socket(server.socket, server_side=True)
         scheme = "http" if secret is None else "https"
-        stand = Stand(f"{scheme}://127.0.0.1:{server.server_port}")
+        stand = ServiceStub(f"{scheme}://127.0.0.1:{server.server_port}")
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
         thread.start()
         try:

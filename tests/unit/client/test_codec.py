@@ -24,7 +24,7 @@ OURS = {"Maya": "0.1.0"}
 DOOR = ServiceAddress("http://127.0.0.1:4133")
 
 
-def test_a_request_goes_to_its_path_with_what_is_shown() -> None:
+def test_request_goes_to_its_path_with_its_credentials() -> None:
     request = Request("POST", "/v1/jobs", JobAccepted, {"held": True, "notes": "a b"}, {"steps": ["home"]}, key="k1")
     url, headers, content = transport.encoded(request, ServiceAddress(DOOR.url, "maya_t"), "lease 1")
     assert url == "http://127.0.0.1:4133/v1/jobs?held=true&notes=a+b"
@@ -34,13 +34,13 @@ def test_a_request_goes_to_its_path_with_what_is_shown() -> None:
     assert json.loads(content) == {"steps": ["home"]}
 
 
-def test_a_lease_of_ones_own_goes_before_that_of_the_shell() -> None:
+def test_own_lease_takes_precedence_over_that_of_the_shell() -> None:
     door = ServiceAddress("http://robot:1", "", "shell")
     assert transport.encoded(get("/", int), door, "own").headers["Maya-Lease"] == "own"
     assert transport.encoded(get("/", int), door, "").headers["Maya-Lease"] == "shell"
 
 
-def test_what_is_not_said_is_left_out_and_several_values_repeat_the_key() -> None:
+def test_missing_parameter_is_omitted_and_several_values_repeat_the_key() -> None:
     url, headers, content = transport.encoded(
         get("/v1/jobs", int, owner=None, state=("done", "failed"), below=7), DOOR, ""
     )
@@ -65,17 +65,17 @@ def test_a_refusal_comes_back_as_the_error_it_is_with_its_details() -> None:
 
 
 @pytest.mark.parametrize("content", [b"<html>", b"[]", b'{"code": 1}', b'{"code": 999999, "details": {}}', b"\xff"])
-def test_a_refusal_that_nobody_understands_is_no_answer(content: bytes) -> None:
+def test_unintelligible_refusal_is_no_answer(content: bytes) -> None:
     with pytest.raises(ServiceNotAnswering, match="not understood"):
         transport.decoded(get("/", int), 500, OURS, content)
 
 
-def test_somebody_else_at_an_old_port_is_found_out() -> None:
+def test_other_program_at_an_old_port_is_detected() -> None:
     with pytest.raises(ServiceNotAnswering, match="somebody else"):
         transport.decoded(get("/", int), 200, {"server": "nginx"}, b"1")
 
 
-def test_an_answer_of_another_kind_is_no_answer() -> None:
+def test_answer_of_another_kind_is_no_answer() -> None:
     with pytest.raises(ServiceNotAnswering, match="not understood"):
         transport.decoded(get("/", JobAccepted), 200, OURS, b'{"id": "seven"}')
 

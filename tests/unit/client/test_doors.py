@@ -1,4 +1,4 @@
-"""Where the service is found."""
+"""The address of the service."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_the_running_service_of_this_user_is_found_wherever_it_is_now() -> None:
         assert find() == ServiceAddress(f"http://127.0.0.1:{port}")
 
 
-def test_what_is_named_goes_before_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_given_address_takes_precedence_over_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_URL", "http://robot:1/")
     monkeypatch.setenv("MAYA_TOKEN", "maya_env")
     assert finder(None, None)() == ServiceAddress("http://robot:1", "maya_env")
@@ -37,7 +37,7 @@ def test_what_is_named_goes_before_the_environment(monkeypatch: pytest.MonkeyPat
     assert finder(None, "")() == ServiceAddress("http://robot:1")
 
 
-def test_the_token_of_this_user_and_the_lease_of_his_shell_are_shown(tmp_path: Path) -> None:
+def test_token_of_the_user_and_lease_of_the_shell_are_sent(tmp_path: Path) -> None:
     token = tmp_path / "maya" / "token"
     token.parent.mkdir()
     token.write_text("maya_file\n", encoding="ascii")
@@ -48,7 +48,7 @@ def test_the_token_of_this_user_and_the_lease_of_his_shell_are_shown(tmp_path: P
 
 
 @pytest.mark.parametrize("url", ["robot:4133", "ftp://robot", "http://", "http://[", "http://robot:x"])
-def test_what_is_no_address_is_refused_at_once(url: str) -> None:
+def test_invalid_address_is_refused_at_once(url: str) -> None:
     with pytest.raises(InvalidValue, match="like http"):
         finder(url, None)
 

@@ -1,4 +1,4 @@
-"""Both clients over real sockets: who hangs, who hangs up, who is not there; stop goes past everybody else."""
+"""Both clients over real sockets: hanging, closed and missing servers; stop overtakes all other requests."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ async def test_the_client_that_blocks_works_inside_a_running_loop() -> None:
         assert client.stop() == STOPPING
 
 
-def test_where_nobody_listens_nothing_runs() -> None:
+def test_without_a_listener_nothing_runs() -> None:
     url = f"http://127.0.0.1:{free_port()}"
 
     async def later() -> None:
@@ -69,7 +69,7 @@ def test_where_nobody_listens_nothing_runs() -> None:
     run(later())
 
 
-def test_who_hangs_does_not_answer() -> None:
+def test_hanging_service_does_not_answer() -> None:
     async def later(url: str) -> None:
         async with AsyncClient(url) as client:
             with pytest.raises(ServiceNotAnswering):
@@ -81,7 +81,7 @@ def test_who_hangs_does_not_answer() -> None:
         run(later(url))
 
 
-def test_somebody_else_at_the_port_is_found_out_by_both() -> None:
+def test_other_program_at_the_port_is_detected_by_both_clients() -> None:
     with (
         http_service(lambda *_: (200, b"<html>")) as url,
         Client(url) as client,
@@ -90,7 +90,7 @@ def test_somebody_else_at_the_port_is_found_out_by_both() -> None:
         client.status()
 
 
-def test_a_submission_whose_answer_is_lost_is_said_again_with_its_key() -> None:
+def test_submission_with_a_lost_answer_is_repeated_with_its_key() -> None:
     answers: list[Any] = [None, None, JobAccepted(7, "x", 1)]
 
     def says(asked: Asked) -> Any:
@@ -102,7 +102,7 @@ def test_a_submission_whose_answer_is_lost_is_said_again_with_its_key() -> None:
     assert [asked.headers["idempotency-key"] for asked in stand.asked] == ["k1"] * 3
 
 
-def test_stop_is_not_behind_what_the_client_waits_for() -> None:
+def test_stop_does_not_wait_for_other_requests_of_the_client() -> None:
     released = threading.Event()
 
     def says(asked: Asked) -> Any:
@@ -125,7 +125,7 @@ def test_stop_is_not_behind_what_the_client_waits_for() -> None:
 
 
 class Leasing:
-    """Gives a lease for 1.5 s, renews it, and says that it is lost from the renewal on that the test chooses."""
+    """Gives a lease for 1.5 s, renews it, and reports it lost from the renewal on that the test chooses."""
 
     def __init__(self, renewals: int) -> None:
         self.left = renewals
@@ -164,7 +164,7 @@ def test_inside_the_block_the_lease_is_shown_and_renewed_and_given_back_at_its_e
     assert given_back.headers["maya-lease"] == "lease 1"
 
 
-def test_a_lease_that_is_lost_is_told_by_the_next_thing_that_is_asked_for() -> None:
+def test_lost_lease_is_raised_by_the_next_request() -> None:
     leasing = Leasing(1)
     with (
         service(leasing) as stand,
@@ -178,7 +178,7 @@ def test_a_lease_that_is_lost_is_told_by_the_next_thing_that_is_asked_for() -> N
             client.speed(1.0)
 
 
-def test_a_lease_that_is_lost_is_told_by_the_end_of_the_block_at_the_latest() -> None:
+def test_lost_lease_is_raised_at_the_end_of_the_block_at_the_latest() -> None:
     leasing = Leasing(0)
     with (
         service(leasing) as stand,
@@ -190,7 +190,7 @@ def test_a_lease_that_is_lost_is_told_by_the_end_of_the_block_at_the_latest() ->
             leasing.renewed.acquire(timeout=0.01)
 
 
-def test_what_fails_inside_the_block_is_raised_and_the_lease_is_given_back() -> None:
+def test_error_inside_the_block_is_raised_and_the_lease_returned() -> None:
     with (
         service(Leasing(99)) as stand,
         Client(stand.url) as client,
@@ -202,7 +202,7 @@ def test_what_fails_inside_the_block_is_raised_and_the_lease_is_given_back() -> 
     assert stand.paths[-1] == "DELETE /v1/lease"
 
 
-def test_a_lease_that_somebody_else_has_is_not_begun() -> None:
+def test_block_does_not_begin_when_another_holds_the_lease() -> None:
     with (
         service(lambda _: LeaseHeld(holder="berta", since="3 s")) as stand,
         Client(stand.url) as client,
@@ -228,7 +228,7 @@ def test_a_task_keeps_the_lease_of_a_client_that_awaits() -> None:
     assert {asked.headers.get("maya-lease") for asked in stand.asked[1:]} == {"lease 1"}
 
 
-def test_a_task_that_is_cancelled_while_it_waits_has_its_wish_cancelled() -> None:
+def test_cancelled_waiting_task_cancels_its_command() -> None:
     waiting = threading.Event()
     never = threading.Event()
 

@@ -15,7 +15,7 @@ from maya_un.process.spec.tasks import expand
 BUILT = JobBuilder("two cubes").part("left", 0.5, 1.1).spot("tray", 1.1, 0.5, 0.4).home().pick("left").place("tray")
 
 
-def test_a_built_job_is_what_a_file_would_say() -> None:
+def test_built_job_equals_the_one_of_a_file() -> None:
     assert BUILT.body() == {
         "name": "two cubes",
         "parts": {"left": [0.5, 1.1]},
@@ -26,7 +26,7 @@ def test_a_built_job_is_what_a_file_would_say() -> None:
     assert [task.label for task in expand(Job.parse(BUILT.body()), 0.4).tasks] == ["home", "pick left", "place tray"]
 
 
-def test_a_beginning_can_be_used_twice() -> None:
+def test_first_steps_can_be_used_twice() -> None:
     assert BUILT.gripper("open").steps[:3] == BUILT.steps
     assert len(BUILT.steps) == 3
 
@@ -46,7 +46,7 @@ def test_every_step_and_a_loop_over_a_pallet() -> None:
     assert len(tasks) == 2 * (4 * 2 + 3)
 
 
-def test_a_file_a_mapping_and_a_parsed_job_come_to_the_same(tmp_path: Path) -> None:
+def test_file_mapping_and_parsed_job_are_equivalent(tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text("steps: [home, {pick: [0.5, 1.1]}]\n", encoding="utf-8")
     body = body_of(file)
@@ -55,6 +55,6 @@ def test_a_file_a_mapping_and_a_parsed_job_come_to_the_same(tmp_path: Path) -> N
     assert body_of({"steps": ["home"]}) == {"steps": ["home"]}
 
 
-def test_a_file_that_is_not_there_is_told_at_once(tmp_path: Path) -> None:
+def test_missing_file_is_reported_at_once(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable, match="No such file"):
         body_of(tmp_path / "nothing.yaml")

@@ -1,4 +1,4 @@
-"""What a notebook shows of the messages."""
+"""Notebook views of the messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def cells(html: str) -> list[str]:
     return re.findall(r"<t[hd]\b[^>]*>(.*?)</t[hd]>", html)
 
 
-def test_a_state_is_told_in_degrees_and_millimetres() -> None:
+def test_state_is_shown_in_degrees_and_millimetres() -> None:
     shown = cells(notebook.state(HERE))
     assert shown[:8] == [
         "mode", "idle", "homed", "yes", "joints", "a 30.00°, b 1500.0 mm, c 1250.0 mm",
@@ -52,7 +52,7 @@ def test_a_report_is_a_table_of_its_steps_and_nothing_in_it_is_html() -> None:
     assert "It &lt;is&gt; far." in html
 
 
-def test_a_preview_tells_how_long_or_why_not() -> None:
+def test_preview_shows_the_duration_or_the_refusal() -> None:
     step = StepPreview(1, "steps.0", "pick left", 12.3456, (), 0.4, 0.9, None)
     good = notebook.preview(JobPreview(12.3456, 0.4, 0.9, (step,), None))
     assert "12.3 s" in good
@@ -61,14 +61,14 @@ def test_a_preview_tells_how_long_or_why_not() -> None:
     assert "Step 2, place tray: Too far. (2101)" in notebook.preview(JobPreview(12.3, 0.4, 0.9, (step,), refusal))
 
 
-def test_the_queue_shows_what_is_under_way_before_what_waits() -> None:
+def test_queue_shows_running_jobs_before_waiting_ones() -> None:
     running = replace(LINE, id=6, state=TaskState.RUNNING, done=1, steps=3, eta=12.0)
     shown = notebook.queue(QueueView(QueueMode.PAUSED, "stop", "ana", "", running, (LINE,), {}, None, None))
     assert "The queue is paused (stop, by ana)" in shown
     assert cells(shown)[6:] == ["6", "x", "running", "ana", "1/3", "12.0", "7", "x", "queued", "ana", "0/1", "–"]
 
 
-def test_reach_tells_every_margin_or_why_not() -> None:
+def test_reach_shows_every_margin_or_the_reason() -> None:
     margins = (Distance("boom", "", radians(3.0), "rad"), Distance("zone", "rack", 0.25, "m"))
     there = Reach(True, Joints(0.0, 1.0, 1.5), None, Point(0.0, 1.2, 0.4), margins)
     assert cells(notebook.reach(there))[4:] == ["boom", "3.0°", "zone rack", "250 mm"]

@@ -1,4 +1,4 @@
-"""What is asked of the service in which order, against scripts."""
+"""Requests to the service and their order, against scripts."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def ended(state: TaskState = TaskState.DONE, code: int = 0, message: str = "") -
     return replace(REPORT, state=state, code=code, message=message)
 
 
-def test_what_may_be_said_twice_is_said_until_an_answer_comes_with_longer_and_longer_rests() -> None:
+def test_repeatable_request_is_retried_with_growing_pauses() -> None:
     trouble = [ServiceNotRunning(), ServiceNotAnswering(reason="cut"), ServiceNotAnswering(reason="cut")]
     player = Player(lambda _: trouble.pop(0) if trouble else 5)
     assert player.perform(persistently(get("/x", int))) == 5
@@ -99,14 +99,14 @@ def test_patience_ends_with_the_last_error() -> None:
     assert RETRY_TIMEOUT <= player.now < RETRY_TIMEOUT + 2.0
 
 
-def test_who_is_asked_to_wait_waits_as_long_as_he_is_asked() -> None:
+def test_retry_waits_as_long_as_the_server_asks() -> None:
     trouble: list[Exception] = [TooManyRequests(limit=5, seconds=1, wait=0.7)]
     player = Player(lambda _: trouble.pop(0) if trouble else 5)
     assert player.perform(persistently(get("/x", int))) == 5
     assert player.now == pytest.approx(0.7)
 
 
-def test_a_refusal_is_not_asked_for_again() -> None:
+def test_refused_request_is_not_retried() -> None:
     player = Player(lambda _: Busy(doing="homing"))
     with pytest.raises(Busy):
         player.perform(persistently(get("/x", int)))
@@ -137,7 +137,7 @@ def test_two_submissions_have_two_keys() -> None:
     assert len({request.key for request in player.asked if request.method == "POST"}) == 2
 
 
-def test_a_wish_is_waited_for_by_its_events() -> None:
+def test_command_is_awaited_by_its_events() -> None:
     service = Service(REPORT, ended())
     service.events = [news(41, job=6), news(42, 43)]
     player = Player(service)
@@ -147,14 +147,14 @@ def test_a_wish_is_waited_for_by_its_events() -> None:
     assert player.paths.count("GET /v1/jobs/7") == 2
 
 
-def test_a_wish_that_is_not_done_raises_why() -> None:
+def test_failed_command_raises_its_error() -> None:
     player = Player(Service(ended(TaskState.FAILED, 3002, "The gripper is open, so there is nothing to place.")))
     with pytest.raises(GripperEmpty, match="nothing to place"):
         player.perform(primitives.place(0.5, 1.1))
 
 
 @pytest.mark.parametrize("interrupt", [KeyboardInterrupt, asyncio.CancelledError])
-def test_whoever_interrupts_his_wish_has_it_cancelled(interrupt: type[BaseException]) -> None:
+def test_interrupted_command_is_cancelled(interrupt: type[BaseException]) -> None:
     service = Service(REPORT)
 
     def script(request: Request[Any]) -> Any:
@@ -166,7 +166,7 @@ def test_whoever_interrupts_his_wish_has_it_cancelled(interrupt: type[BaseExcept
     assert player.paths[-1] == "DELETE /v1/jobs/7"
 
 
-def test_a_wish_that_is_interrupted_before_its_answer_is_found_by_its_key_and_cancelled() -> None:
+def test_command_interrupted_before_its_answer_is_found_by_key_and_cancelled() -> None:
     service = Service(REPORT)
     answers: list[Any] = [KeyboardInterrupt()]
 
@@ -180,14 +180,14 @@ def test_a_wish_that_is_interrupted_before_its_answer_is_found_by_its_key_and_ca
     assert len({request.key for request in player.asked if request.method == "POST"}) == 1
 
 
-def test_whoever_interrupts_his_jog_has_the_robot_stopped() -> None:
+def test_interrupted_jog_stops_the_robot() -> None:
     player = Player(lambda request: KeyboardInterrupt() if request.path == "/v1/jog" else None)
     with pytest.raises(KeyboardInterrupt):
         player.perform(robot.jog("z", 0.02))
     assert player.paths == ["POST /v1/jog", "POST /v1/stop"]
 
 
-def test_whoever_interrupts_the_waiting_for_a_job_leaves_the_job_alone() -> None:
+def test_interrupted_waiting_leaves_the_job_alone() -> None:
     service = Service(REPORT)
 
     def script(request: Request[Any]) -> Any:
@@ -214,7 +214,7 @@ def test_a_wait_with_a_limit_ends_there() -> None:
     assert player.now == pytest.approx(5.0)
 
 
-def test_a_service_that_forgot_the_events_is_asked_for_the_state_anew() -> None:
+def test_forgotten_events_lead_to_a_new_request_of_the_state() -> None:
     service = Service(REPORT, ended())
 
     def script(request: Request[Any]) -> Any:
@@ -223,7 +223,7 @@ def test_a_service_that_forgot_the_events_is_asked_for_the_state_anew() -> None:
     assert Player(script).perform(jobs.wait(7)).state is TaskState.DONE
 
 
-def test_progress_yields_a_report_whenever_something_of_the_job_goes_on() -> None:
+def test_progress_yields_a_report_on_every_change_of_the_job() -> None:
     service = Service(replace(REPORT, state=TaskState.QUEUED), REPORT, REPORT, ended())
     service.events = [news(41), news(42, job=9), news(43), news(44)]
     found = Player(service).items(jobs.progress(7), 9)
@@ -237,7 +237,7 @@ def test_progress_yields_a_report_whenever_something_of_the_job_goes_on() -> Non
         (RUNNING, replace(NOBODY, holder="berta", expires_in=5.0), "berta drives"),
     ],
 )
-def test_who_waits_is_told_once_what_for(queue: QueueView, lease: LeaseView, words: str) -> None:
+def test_cause_of_waiting_is_reported_once(queue: QueueView, lease: LeaseView, words: str) -> None:
     waits = replace(REPORT, state=TaskState.QUEUED)
     service = Service(waits, waits, ended(), queue=queue, lease=lease)
     with pytest.warns(StillWaiting, match=words) as said:
@@ -245,7 +245,7 @@ def test_who_waits_is_told_once_what_for(queue: QueueView, lease: LeaseView, wor
     assert len(said) == 1
 
 
-def test_nothing_is_said_of_a_job_that_goes_on_by_itself() -> None:
+def test_automatic_continuation_reports_nothing() -> None:
     own = replace(NOBODY, holder="ana", yours=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -262,7 +262,7 @@ def test_nothing_is_said_of_a_job_that_goes_on_by_itself() -> None:
         (((0.5, 1.1, 0.4), None, None), [0.5, 1.1, 0.4]),
     ],
 )
-def test_a_place_is_said_by_name_by_numbers_or_as_a_point(said: tuple[Any, Any, Any], meant: object) -> None:
+def test_place_is_given_by_name_by_numbers_or_as_a_point(said: tuple[Any, Any, Any], meant: object) -> None:
     assert targets.spot(*said) == meant
 
 
@@ -283,7 +283,7 @@ def test_a_name_with_numbers_is_no_place() -> None:
         (lambda: primitives.gripper("close"), {"command": "gripper", "open": False}),
     ],
 )
-def test_primitives_are_said_as_the_service_takes_them(wish: Callable[[], Plan[JobReport]], body: object) -> None:
+def test_primitives_are_sent_in_the_form_of_the_service(wish: Callable[[], Plan[JobReport]], body: object) -> None:
     player = Player(Service(ended()))
     player.perform(wish())
     (post,) = [request for request in player.asked if request.method == "POST"]
@@ -295,7 +295,7 @@ def test_the_gripper_is_opened_or_closed_and_nothing_else() -> None:
         Player(Service()).perform(primitives.gripper("ajar"))  # type: ignore[arg-type]
 
 
-def test_a_stop_is_said_behind_nothing_and_once_more_where_its_connection_was_broken() -> None:
+def test_stop_waits_for_nothing_and_is_repeated_after_a_broken_connection() -> None:
     answers: list[Any] = [ServiceNotAnswering(reason="stale"), "stopping"]
     player = Player(lambda _: answers.pop(0))
     assert player.perform(robot.stop()) == "stopping"
@@ -304,7 +304,7 @@ def test_a_stop_is_said_behind_nothing_and_once_more_where_its_connection_was_br
     assert player.now == 0.0
 
 
-def test_where_nothing_runs_a_stop_says_so_at_once() -> None:
+def test_stop_without_a_service_is_reported_at_once() -> None:
     player = Player(lambda _: ServiceNotRunning())
     with pytest.raises(ServiceNotRunning):
         player.perform(robot.stop())
@@ -334,7 +334,7 @@ def test_a_service_that_does_not_answer_has_ended_the_lease_when_its_time_is_ove
         held.require()
 
 
-def test_a_lease_that_somebody_else_has_now_is_lost() -> None:
+def test_lease_taken_by_another_is_lost() -> None:
     held = HeldLease()
     held.begin("id 1")
     player = Player(lambda _: LeaseHeld(holder="berta", since="3 s"))
@@ -352,7 +352,7 @@ def test_the_history_is_read_page_after_page() -> None:
     assert {request.query["owner"] for request in player.asked} == {"ana"}
 
 
-def test_what_is_said_about_the_queue() -> None:
+def test_queue_requests() -> None:
     player = Player(lambda _: RUNNING)
     player.perform(requests.pause_queue("now"))
     player.perform(requests.choose_recovery("redo", holding=False, resume_queue=False))

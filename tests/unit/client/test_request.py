@@ -60,7 +60,7 @@ def test_a_changed_wait_leaves_the_rest_as_it_was() -> None:
     assert repr(get("/v1/x", int, wait=0.5)) == "<GET /v1/x?wait=0.5 None>"
 
 
-def test_the_requests_load_neither_the_messages_nor_what_starts_slowly() -> None:
+def test_requests_load_neither_messages_nor_slow_modules() -> None:
     look = "import sys; from maya_un.client import requests; requests.status(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True).stdout.split()
     ours = {name for name in loaded if name.startswith("maya_un")}

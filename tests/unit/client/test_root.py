@@ -10,7 +10,7 @@ import pytest
 import maya_un
 
 
-def test_the_root_is_light_until_the_client_is_asked_for() -> None:
+def test_root_stays_light_until_the_client_is_used() -> None:
     program = (
         "import sys, maya_un; "
         "heavy = {'httpx', 'numpy', 'pydantic', 'asyncio', 'websockets', 'matplotlib'}; "
@@ -21,7 +21,7 @@ def test_the_root_is_light_until_the_client_is_asked_for() -> None:
     assert done.stdout == "[]\nTrue False\n"
 
 
-def test_the_root_names_what_it_has() -> None:
+def test_root_lists_its_names() -> None:
     assert {"AsyncClient", "Client", "JobBuilder", "__version__"} <= set(dir(maya_un))
     assert maya_un.Client.__name__ == "Client"
     with pytest.raises(AttributeError, match="no attribute 'Nothing'"):

@@ -29,7 +29,7 @@ Handler = Callable[[ServerConnection, int], None]
 
 @contextmanager
 def stream(handler: Handler, secret: ssl.SSLContext | None = None) -> Iterator[str]:
-    """Serve websockets while the block runs; the handler is told which connection it is, from 0."""
+    """Serve websockets while the block runs; the handler gets the number of the connection, from 0."""
     number = count()
 
     def handle(socket: ServerConnection) -> None:
@@ -64,7 +64,7 @@ def stating(socket: ServerConnection, _number: int) -> None:
         socket.send(state(float(time)))
 
 
-def test_events_go_on_behind_the_last_when_the_connection_breaks() -> None:
+def test_events_continue_after_the_last_one_when_the_connection_breaks() -> None:
     async def later(url: str) -> list[int]:
         found: list[int] = []
         async with AsyncClient(url) as client:
@@ -139,7 +139,7 @@ def test_the_token_is_shown_and_a_refusal_is_raised_as_it_is() -> None:
     assert shown == ["Bearer maya_t"] * 2
 
 
-def test_where_nobody_listens_a_stream_says_so_when_its_patience_is_over() -> None:
+def test_stream_without_a_server_fails_after_its_timeout() -> None:
     url = f"http://127.0.0.1:{free_port()}"
 
     async def later() -> None:
@@ -164,7 +164,7 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def test_a_service_with_a_certificate_of_its_own_is_trusted_where_that_is_named(certificate: Path) -> None:
+def test_self_signed_certificate_is_trusted_when_named(certificate: Path) -> None:
     secret = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     secret.load_cert_chain(certificate)
     stopping = StopReport(False, 0.0, (0.0, 0.0, 0.0))
@@ -188,7 +188,7 @@ def test_a_service_with_a_certificate_of_its_own_is_trusted_where_that_is_named(
             next(client.states())
 
 
-def test_service_without_tls_is_no_reason_to_stop_the_robot() -> None:
+def test_service_without_tls_does_not_stop_the_robot() -> None:
     with service(lambda _: StopReport(False, 0.0, (0.0, 0.0, 0.0))) as stand:
         secure = stand.url.replace("http:", "https:")
         with Client(secure) as client, pytest.raises(CertificateRefused):

@@ -40,7 +40,7 @@ def places(player: Player) -> list[Any]:
     return [message["events"] for message in player.said]
 
 
-def test_events_come_from_now_on_where_nothing_is_said() -> None:
+def test_events_start_now_by_default() -> None:
     player = Player(heard=[hello(), json.dumps({"type": "subscribed", "run": 3}), event(11), event(12)])
     assert player.items(events(), 2) == [
         Event(3, 11, 1.5, "job", 0, {"job": 7}),
@@ -49,13 +49,13 @@ def test_events_come_from_now_on_where_nothing_is_said() -> None:
     assert places(player) == [{"since": 10, "run": 3}]
 
 
-def test_events_of_the_past_are_asked_for_by_number_and_run() -> None:
+def test_past_events_are_requested_by_number_and_run() -> None:
     player = Player(heard=[hello(), event(5)])
     player.items(events(since=4, run=2), 1)
     assert places(player) == [{"since": 4, "run": 2}]
 
 
-def test_after_a_break_they_go_on_behind_the_last_one() -> None:
+def test_events_continue_after_the_last_one_after_a_break() -> None:
     player = Player(heard=[hello(), event(11), cut(), hello(last=13), event(12), cut(), cut(), hello(), event(13)])
     assert [found.seq for found in player.items(events(), 3)] == [11, 12, 13]
     assert places(player) == [{"since": 10, "run": 3}, {"since": 11, "run": 3}, {"since": 12, "run": 3}]
@@ -68,7 +68,7 @@ def test_a_break_before_the_first_event_loses_none() -> None:
     assert places(player)[-1] == {"since": 10, "run": 3}
 
 
-def test_a_service_that_was_started_anew_gives_its_run_from_the_beginning() -> None:
+def test_restarted_service_sends_its_run_from_the_beginning() -> None:
     restart = json.dumps({"type": "restart", "run": 4})
     heard = [
         hello(),
@@ -86,7 +86,7 @@ def test_a_service_that_was_started_anew_gives_its_run_from_the_beginning() -> N
     assert places(player)[-1] == {"since": 1, "run": 4}
 
 
-def test_a_reader_that_lags_is_served_again_from_where_it_was() -> None:
+def test_slow_reader_continues_at_its_position() -> None:
     lagging = json.dumps({"type": "error", "code": 4016, "message": "", "details": {"behind": 9, "since": 11}})
     player = Player(heard=[hello(), event(11), lagging, hello(), event(12)])
     assert [found.seq for found in player.items(events(), 2)] == [11, 12]
@@ -99,14 +99,14 @@ def test_events_that_are_forgotten_end_the_stream_with_that_error() -> None:
         player.items(events(since=1), 1)
 
 
-def test_a_service_that_does_not_come_back_ends_the_stream() -> None:
+def test_service_that_does_not_return_ends_the_stream() -> None:
     player = Player(heard=[hello(), event(11), *[ServiceNotRunning() for _ in range(100)]])
     with pytest.raises(ServiceNotRunning):
         player.items(events(), 2)
     assert PATIENCE <= player.now <= PATIENCE + 2.0
 
 
-def test_states_come_at_the_rate_that_was_asked_for_and_the_newest_where_several_wait() -> None:
+def test_states_have_the_requested_rate_and_the_newest_of_several_is_sent() -> None:
     player = Player(
         heard=[hello(), json.dumps({"type": "subscribed"}), state(1.0), state(2.0), cut(), hello(), state(3.0)]
     )

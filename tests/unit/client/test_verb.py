@@ -71,7 +71,7 @@ async def test_on_a_client_that_awaits_the_same_verb_is_awaited() -> None:
     assert [item async for item in LateAnswers().counted(3)] == [0, 1, 2]
 
 
-def test_help_shows_the_arguments_and_what_the_plan_comes_to() -> None:
+def test_help_shows_the_arguments_and_the_result_of_the_plan() -> None:
     method = Answers().asked
     assert str(inspect.signature(method)) == "(number: 'int', *, twice: 'bool' = False) -> 'int'"
     assert inspect.getdoc(method) == "Ask for a number."
@@ -91,7 +91,7 @@ def test_both_clients_have_the_same_verbs_with_the_same_arguments(one: type, oth
             assert here is there
 
 
-def test_every_verb_says_what_it_does() -> None:
+def test_every_verb_has_a_description() -> None:
     for owner in (Client, Queue, JobHandle):
         for name in dir(owner):
             if not name.startswith("_"):
@@ -102,7 +102,7 @@ def test_the_handle_of_a_job_has_its_number_left_out() -> None:
     assert list(JobHandle.wait.__signature__.parameters) == ["timeout"]
 
 
-def test_what_a_step_ends_in_is_thrown_into_the_plan() -> None:
+def test_error_of_a_step_is_thrown_into_the_plan() -> None:
     def careful() -> Plan[str]:
         try:
             yield from Sleep(1.0)
@@ -119,7 +119,7 @@ def test_what_a_step_ends_in_is_thrown_into_the_plan() -> None:
     assert course.result == "cleaned"
 
 
-def test_what_a_plan_does_not_handle_it_raises() -> None:
+def test_unhandled_error_is_raised_by_the_plan() -> None:
     course: PlanRunner[Any] = PlanRunner(Sleep(1.0))
     with pytest.raises(ZeroDivisionError):
         course.failed(ZeroDivisionError())

@@ -319,7 +319,7 @@ class Late(Memory):
             await self.taken.wait()
 
 
-def test_a_command_that_comes_again_while_its_result_is_sent_is_answered(tmp_path: Path) -> None:
+def test_command_repeated_during_its_result_is_answered(tmp_path: Path) -> None:
     async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
         assert isinstance(memory, Late)
         robot.go.clear()
@@ -342,7 +342,7 @@ def test_a_command_that_comes_again_while_its_result_is_sent_is_answered(tmp_pat
     told(story, tmp_path, kind=Late)
 
 
-def test_it_waits_for_the_bridge_and_says_so(tmp_path: Path) -> None:
+def test_waiting_for_the_bridge_is_reported(tmp_path: Path) -> None:
     async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
         await memory.put("k1", command("1"))
         await until(lambda: "does not answer" in str(agent.status()["robot"]["waits_for"]))
@@ -357,7 +357,7 @@ def test_it_waits_for_the_bridge_and_says_so(tmp_path: Path) -> None:
 
 
 class Direct:
-    """A way to the robot that works in virtual time: what rosbridge does, without its sockets."""
+    """A link to the robot that works in virtual time: rosbridge without its sockets."""
 
     def __init__(self, robot: Robot) -> None:
         self.where = "direct"
@@ -558,7 +558,7 @@ def test_supervisors_wait_until_the_robot_is_known_and_learn_of_a_new_journal(tm
     told(story, tmp_path)
 
 
-def test_a_robot_that_gives_way_forgets_what_it_has_not_accepted(tmp_path: Path) -> None:
+def test_replaced_robot_forgets_unaccepted_commands(tmp_path: Path) -> None:
     class Taken(Memory):
         """Belongs to another robot after it was away."""
 

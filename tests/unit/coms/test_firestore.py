@@ -18,7 +18,7 @@ from maya_un.coms.settings import AgentSettings
 from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorTransport
 from maya_un.errors import SupervisorsNotReached
 from tests.system.rtdb.server import Fault, RealtimeDatabase, realtime_database
-from tests.unit.coms.test_rtdb import Answers, home, lost, result, told
+from tests.unit.coms.test_rtdb import Answers, home, lost, result, run_story
 from tests.waiting import until
 
 ROBOT = "robots/MAYA"
@@ -67,7 +67,7 @@ def answered(
     return answers
 
 
-def test_open_commands_come_in_the_order_of_their_creation(database: RealtimeDatabase) -> None:
+def test_open_commands_are_in_the_order_of_their_creation(database: RealtimeDatabase) -> None:
     for key in ("z", "a", "m"):
         put(database, key, home(key))
 
@@ -77,7 +77,7 @@ def test_open_commands_come_in_the_order_of_their_creation(database: RealtimeDat
         command = await channel.receive()
         assert (command.key, json.loads(command.text), command.id) == ("b", home("later"), "b")
 
-    told(story, firestore())
+    run_story(story, firestore())
 
 
 def test_a_result_and_the_end_of_its_command_are_one_commit(database: RealtimeDatabase) -> None:
@@ -93,7 +93,7 @@ def test_a_result_and_the_end_of_its_command_are_one_commit(database: RealtimeDa
         last = [path for path, _ in database.documents.written[-3:]]
         assert last == [f"{ROBOT}/{name}/k" for name in ("commands", "progress", "results")]
 
-    told(story, firestore())
+    run_story(story, firestore())
     assert database.document(f"{ROBOT}/commands/k") is database.document(f"{ROBOT}/progress/k") is None
     assert database.document(f"{ROBOT}/results/k") == {
         "id": "k", "success": True, "error": None, "warnings": ["args.more was ignored"],
@@ -109,7 +109,7 @@ def test_one_connection_serves_every_request(database: RealtimeDatabase) -> None
             await channel.send(Report("7", ReportKind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
         await channel.send(result(command))
 
-    told(story, firestore())
+    run_story(story, firestore())
     assert len(database.callers) == 1
 
 
@@ -123,7 +123,7 @@ def test_a_command_that_is_removed_gets_no_result(database: RealtimeDatabase) ->
         await channel.send(result(first))
         assert (await channel.receive()).key == "b"
 
-    told(story, firestore())
+    run_story(story, firestore())
     assert results_written(database) == []
 
 
@@ -136,7 +136,7 @@ def test_a_command_may_be_of_the_old_form(database: RealtimeDatabase) -> None:
         assert (await channel.receive()).id == "k"
         assert transport.default_command == "approach"
 
-    told(story, transport)
+    run_story(story, transport)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_a_command_may_be_of_the_old_form(database: RealtimeDatabase) -> None:
         ("%2F ?#\u00e4", {"command": "home"}),
     ],
 )
-def test_odd_documents_come_as_commands_and_others_still_come(
+def test_odd_documents_are_delivered_with_the_others(
     key: str, fields: dict[str, Any], database: RealtimeDatabase
 ) -> None:
     put(database, key, fields)
@@ -164,7 +164,7 @@ def test_odd_documents_come_as_commands_and_others_still_come(
         assert good.key == "good"
         await channel.send(result(good))
 
-    told(story, firestore())
+    run_story(story, firestore())
     assert sorted(results_written(database)) == sorted([key, "good"])
 
 
@@ -210,7 +210,7 @@ def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase)
         await until(lambda: len(beats()) >= 3)
         assert database.document(f"{ROBOT}/state/presence")["state"] == "ONLINE"
 
-    told(story, firestore(heartbeat=0.02))
+    run_story(story, firestore(heartbeat=0.02))
     assert database.document(f"{ROBOT}/state/presence")["state"] == "OFFLINE"
 
 
@@ -219,7 +219,7 @@ def test_a_heartbeat_that_fails_ends_the_connection(database: RealtimeDatabase) 
         database.faults.append(Fault("POST", "presence"))
         assert await lost(channel)
 
-    told(story, firestore(heartbeat=0.02))
+    run_story(story, firestore(heartbeat=0.02))
 
 
 def test_a_token_that_ends_is_refreshed(database: RealtimeDatabase) -> None:
@@ -231,7 +231,7 @@ def test_a_token_that_ends_is_refreshed(database: RealtimeDatabase) -> None:
         database.store.revoked.update(database.documents.tokens)
         await channel.send(result(command))
 
-    told(story, Firestore("firestore://demo", user, interval=SOON))
+    run_story(story, Firestore("firestore://demo", user, interval=SOON))
     assert database.document(f"{ROBOT}/results/a")["success"]
     assert len(database.documents.tokens) == 2
 
@@ -246,7 +246,7 @@ def test_firestore_names_the_database_and_the_default_command(database: Realtime
         database.set(f"{ROBOT}/commands/a", home("a"))
         await channel.send(result(await channel.receive()))
 
-    told(story, transport)
+    run_story(story, transport)
     assert transport.default_command == "approach"
     assert database.get(f"{ROBOT}/results/a/success") is True
 
@@ -267,11 +267,11 @@ async def _nothing(_: SupervisorChannel) -> None:
 def test_a_robot_without_a_valid_document_is_named(document: Any, reason: str, database: RealtimeDatabase) -> None:
     database.set_document(ROBOT, document)
     with pytest.raises(SupervisorsNotReached, match=reason):
-        told(_nothing, firestore())
+        run_story(_nothing, firestore())
 
 
 def test_a_token_that_firestore_refuses_is_shown_nowhere(database: RealtimeDatabase) -> None:
     assert database.port
     with pytest.raises(SupervisorsNotReached, match="401: Could not parse") as found:
-        told(_nothing, transport_of(AgentSettings(supervisors="firestore://demo", password="secret-1")))
+        run_story(_nothing, transport_of(AgentSettings(supervisors="firestore://demo", password="secret-1")))
     assert "secret-1" not in f"{found.value} {found.value!r}"

@@ -1,4 +1,4 @@
-"""The robot's side of the link: what no rosbridge and no address may do to it."""
+"""The robot's side of the link: no rosbridge and no address may harm it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.unit.coms.memory import Memory
 
 
 @pytest.mark.parametrize("url", ["ws://a..b:9090", "ws://localhost:99999", "ws://[::1", "localhost:9090", "http://x"])
-async def test_an_address_that_is_none_is_named(url: str) -> None:
+async def test_invalid_address_is_named(url: str) -> None:
     with pytest.raises(RobotNotReached):
         async with Rosbridge(url).connected():
             pass
@@ -39,7 +39,7 @@ async def test_credentials_in_the_address_are_shown_nowhere() -> None:
         assert "secreto" not in text
 
 
-async def test_what_is_no_report_is_passed_over() -> None:
+async def test_invalid_report_is_skipped() -> None:
     nested = "[" * 100_000
     accepted = json.dumps({"id": "1", "state": "accepted", "command": "home"})
     said = [(STEP_RESULT.name, nested), (STEP_STATUS.name, nested), (STEP_COMMAND.name, accepted)]

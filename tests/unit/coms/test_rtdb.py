@@ -47,7 +47,7 @@ def guarded() -> Iterator[RealtimeDatabase]:
         yield one
 
 
-def told(story: Story, transport: SupervisorTransport, robot: str = "MAYA") -> None:
+def run_story(story: Story, transport: SupervisorTransport, robot: str = "MAYA") -> None:
     """Run a story with a connection."""
 
     async def main() -> None:
@@ -130,7 +130,7 @@ def results_written(database: RealtimeDatabase) -> list[str]:
 
 
 @pytest.mark.parametrize("backwards", [False, True])
-def test_open_commands_come_in_the_order_of_their_keys(backwards: bool, database: RealtimeDatabase) -> None:
+def test_open_commands_are_in_the_order_of_their_keys(backwards: bool, database: RealtimeDatabase) -> None:
     database.rest.backwards = backwards
     keys = ["-Oz", "10", "9", "-Oa", "b", "B"]
     for key in keys:
@@ -142,20 +142,20 @@ def test_open_commands_come_in_the_order_of_their_keys(backwards: bool, database
         command = await channel.receive()
         assert (command.key, json.loads(command.text), command.id) == ("a", home("later"), "a")
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
-def test_commands_that_the_database_tells_as_an_array_come(database: RealtimeDatabase) -> None:
+def test_commands_in_an_array_of_the_database_are_delivered(database: RealtimeDatabase) -> None:
     for key in "0123":
         put(database, key, home(key))
 
     async def story(channel: SupervisorChannel) -> None:
         assert [(await channel.receive()).key for _ in range(4)] == ["0", "1", "2", "3"]
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
-def test_one_connection_serves_every_write_beside_the_stream(database: RealtimeDatabase) -> None:
+def test_one_connection_serves_every_write_next_to_the_stream(database: RealtimeDatabase) -> None:
     put(database, "k", home("7"))
 
     async def story(channel: SupervisorChannel) -> None:
@@ -164,7 +164,7 @@ def test_one_connection_serves_every_write_beside_the_stream(database: RealtimeD
             await channel.send(Report("7", ReportKind.EXECUTING, '{"id": "7", "state": "executing"}', "k"))
         await channel.send(result(command))
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
     assert len(database.callers) == 2
 
 
@@ -180,7 +180,7 @@ def test_a_result_and_the_end_of_its_command_are_one_write(database: RealtimeDat
         written = ["/".join(path[2:]) for path, _ in database.store.writes]
         assert written == ["results/k", "progress/k", "commands/k"]
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
     assert database.get(ROBOT).keys() == {"presence", "results", "session"}
     assert database.get(f"{ROBOT}/results/k/success") is True
 
@@ -194,7 +194,7 @@ def test_a_command_of_the_old_form_has_its_key_as_id_and_the_default_command(dat
         assert (await channel.receive()).id == "-Ok"
         assert transport.default_command == "approach"
 
-    told(story, transport)
+    run_story(story, transport)
 
 
 def test_a_command_may_be_json_text(database: RealtimeDatabase) -> None:
@@ -207,7 +207,7 @@ def test_a_command_may_be_json_text(database: RealtimeDatabase) -> None:
         )  # from an earlier connection: found by its id
         assert database.get(f"{ROBOT}/results") == {"k": {"id": "7"}}
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
 def test_a_key_that_can_be_no_id_is_given_none(database: RealtimeDatabase) -> None:
@@ -216,7 +216,7 @@ def test_a_key_that_can_be_no_id_is_given_none(database: RealtimeDatabase) -> No
     async def story(channel: SupervisorChannel) -> None:
         assert (await channel.receive()).id is None
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
 def test_a_command_that_is_written_in_parts_is_read_whole(database: RealtimeDatabase) -> None:
@@ -226,10 +226,10 @@ def test_a_command_that_is_written_in_parts_is_read_whole(database: RealtimeData
         command = await channel.receive()
         assert json.loads(command.text)["command"] == "approach"
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
-def test_a_command_that_is_removed_before_its_turn_does_not_come(database: RealtimeDatabase) -> None:
+def test_command_removed_before_its_turn_is_not_delivered(database: RealtimeDatabase) -> None:
     async def story(channel: SupervisorChannel) -> None:
         for key in "ab":
             put(database, key, home(key))
@@ -242,7 +242,7 @@ def test_a_command_that_is_removed_before_its_turn_does_not_come(database: Realt
         await channel.send(Report("a", ReportKind.RESULT, '{"id": "a"}', "a"))
         assert database.get(f"{ROBOT}/results") is None
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
 def test_commands_that_are_removed_together_get_no_result(database: RealtimeDatabase) -> None:
@@ -255,11 +255,11 @@ def test_commands_that_are_removed_together_get_no_result(database: RealtimeData
         await channel.send(result(command))
         assert database.get(f"{ROBOT}/results") is None
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
 @pytest.mark.parametrize("when", ["before", "while connected"])
-def test_a_huge_command_is_delivered_cut_and_others_still_come(when: str, database: RealtimeDatabase) -> None:
+def test_huge_command_is_delivered_cut_with_the_others(when: str, database: RealtimeDatabase) -> None:
     huge = {"id": "huge", "command": "x" * 10_000_000}
     if when == "before":
         put(database, "a", home("a"))
@@ -280,7 +280,7 @@ def test_a_huge_command_is_delivered_cut_and_others_still_come(when: str, databa
         put(database, "after", home("after"))
         assert (await channel.receive()).key == "after"
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
 @pytest.mark.parametrize(
@@ -352,7 +352,7 @@ def test_a_stream_that_falls_silent_ends(database: RealtimeDatabase) -> None:
         database.rest.mute = True
         assert "does not answer in time" in await lost(channel)
 
-    told(story, Rtdb(database.url, silence=0.5))
+    run_story(story, Rtdb(database.url, silence=0.5))
 
 
 def test_keep_alives_keep_a_stream(database: RealtimeDatabase) -> None:
@@ -365,7 +365,7 @@ def test_keep_alives_keep_a_stream(database: RealtimeDatabase) -> None:
         put(database, "a", home("a"))
         assert (await receiving).key == "a"
 
-    told(story, Rtdb(database.url, silence=0.5))
+    run_story(story, Rtdb(database.url, silence=0.5))
 
 
 def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase) -> None:
@@ -377,7 +377,7 @@ def test_presence_beats_and_ends_with_the_connection(database: RealtimeDatabase)
     async def story(_: SupervisorChannel) -> None:
         await until(lambda: len(set(beats())) >= 3)
 
-    told(story, Rtdb(database.url, heartbeat=0.02))
+    run_story(story, Rtdb(database.url, heartbeat=0.02))
     assert database.get(f"{ROBOT}/presence/state") == "OFFLINE"
 
 
@@ -386,7 +386,7 @@ def test_a_connection_that_ends_as_it_begins_leaves_nothing_behind(database: Rea
         raise LookupError
 
     with pytest.raises(LookupError):
-        told(story, Rtdb(database.url))
+        run_story(story, Rtdb(database.url))
 
 
 def test_it_is_offline_after_it_was_cancelled(database: RealtimeDatabase) -> None:
@@ -405,7 +405,7 @@ def test_a_heartbeat_that_fails_ends_the_connection(database: RealtimeDatabase) 
         database.faults.append(Fault("PUT", "/presence"))
         assert await lost(channel)
 
-    told(story, Rtdb(database.url, heartbeat=0.02))
+    run_story(story, Rtdb(database.url, heartbeat=0.02))
 
 
 def test_redirects_are_followed_with_the_token(guarded: RealtimeDatabase) -> None:
@@ -416,7 +416,7 @@ def test_redirects_are_followed_with_the_token(guarded: RealtimeDatabase) -> Non
         async def story(channel: SupervisorChannel) -> None:
             await channel.send(result(await channel.receive()))
 
-        told(story, Rtdb(front.url, FixedToken(guarded.store.secret)))
+        run_story(story, Rtdb(front.url, FixedToken(guarded.store.secret)))
         assert front.get("/") is None
     assert guarded.get(f"{ROBOT}/results/a/success") is True
 
@@ -424,7 +424,7 @@ def test_redirects_are_followed_with_the_token(guarded: RealtimeDatabase) -> Non
 def test_a_ring_of_redirects_ends(database: RealtimeDatabase) -> None:
     database.redirects_to = database.url
     with pytest.raises(SupervisorsNotReached, match="redirects more than 5 times"):
-        told(_nothing, Rtdb(database.url))
+        run_story(_nothing, Rtdb(database.url))
 
 
 async def _nothing(_: SupervisorChannel) -> None:
@@ -445,7 +445,7 @@ def test_a_user_signs_in_and_answers_within_the_rules(guarded: RealtimeDatabase,
         await channel.send(Report("a", ReportKind.ACCEPTED, '{"id": "a", "state": "accepted"}', "a"))
         await channel.send(result(command))
 
-    told(story, signed_in)
+    run_story(story, signed_in)
     assert guarded.get(f"{ROBOT}/results/a/success") is True
     assert guarded.get(f"{ROBOT}/presence/state") == "OFFLINE"
 
@@ -471,7 +471,7 @@ def test_a_token_that_ended_unnoticed_is_refreshed_at_the_next_request(
         guarded.store.revoked.update(one.caller.token for one in guarded.store.listeners)
         await channel.send(result(command))
 
-    told(story, signed_in)
+    run_story(story, signed_in)
     assert guarded.get(f"{ROBOT}/results/a/success") is True
 
 
@@ -504,7 +504,7 @@ def test_a_token_is_refreshed_before_it_ends_and_a_refused_refresh_signs_in(
     run(main())
 
 
-def test_a_page_instead_of_a_token_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_html_page_instead_of_a_token_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     async def serve_page(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.readuntil(b"}")  # all of the request: its body is an object
         writer.write(b"HTTP/1.1 200 OK\r\nContent-Length: 6\r\n\r\n<html>")
@@ -526,7 +526,7 @@ def test_rules_that_end_the_right_to_read_end_the_connection(guarded: RealtimeDa
         guarded.set_rules('{"rules": {".read": false}}')
         assert "rules no longer let" in await lost(channel)
 
-    told(story, signed_in)
+    run_story(story, signed_in)
 
 
 @pytest.mark.parametrize("shown", ["nothing", "a bad token", "a wrong password", "another robot"])
@@ -542,7 +542,7 @@ def test_refused_credentials_are_named_and_shown_nowhere(
         "another robot": FirebaseUser("maya@example.org", "right", "secret-key-3"),
     }[shown]
     with pytest.raises(SupervisorsNotReached) as found:
-        told(_nothing, Rtdb(guarded.url, source), "OTHER" if shown == "another robot" else "MAYA")
+        run_story(_nothing, Rtdb(guarded.url, source), "OTHER" if shown == "another robot" else "MAYA")
     expected = {"a bad token": "401: Could not parse auth token", "a wrong password": "INVALID_LOGIN_CREDENTIALS"}
     assert expected.get(shown, "401: Permission denied") in str(found.value)
     chain = f"{found.value!r} {found.value.__context__!r} {found.value.__cause__!r}"
@@ -553,7 +553,7 @@ def test_refused_credentials_are_named_and_shown_nowhere(
 def test_a_server_that_is_not_there_is_named_without_credentials(database: RealtimeDatabase) -> None:
     database.go_away()
     with pytest.raises(SupervisorsNotReached) as found:
-        told(_nothing, Rtdb(f"{database.url}/?ns=demo", FixedToken("secret-1")))
+        run_story(_nothing, Rtdb(f"{database.url}/?ns=demo", FixedToken("secret-1")))
     assert f"127.0.0.1:{database.port}" in str(found.value)
     assert "secret-1" not in repr(found.value) + str(found.value)
     database.come_back()
@@ -562,7 +562,7 @@ def test_a_server_that_is_not_there_is_named_without_credentials(database: Realt
 @pytest.mark.parametrize("name", ["", "a.b", "a$", "a#", "a[", "a]", "a/b", "a\n", "a\x7f"])
 def test_a_name_that_can_be_no_key_is_refused_in_words(name: str, database: RealtimeDatabase) -> None:
     with pytest.raises(InvalidValue, match="NAME"):
-        told(_nothing, Rtdb(database.url), name)
+        run_story(_nothing, Rtdb(database.url), name)
 
 
 @pytest.mark.parametrize(
@@ -597,7 +597,7 @@ def test_more_commands_than_a_robot_takes_wait_in_the_database(database: Realtim
         await channel.send(result(first[0]))
         assert (await waiting).key == "k1000"
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
 def supervisor(database: RealtimeDatabase, email: str) -> Any:
@@ -656,7 +656,7 @@ def test_a_key_that_is_used_again_before_the_robot_knows_that_its_result_was_wri
         await channel.send(Report("2", ReportKind.RESULT, '{"id": "2"}', second.key))
         assert database.get(f"{ROBOT}/results/k") == {"id": "2"}
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
 def test_a_long_session_costs_no_connections(database: RealtimeDatabase) -> None:
@@ -670,10 +670,10 @@ def test_a_long_session_costs_no_connections(database: RealtimeDatabase) -> None
             await channel.receive()
         assert len(database.callers) == 2
 
-    told(story, Rtdb(database.url))
+    run_story(story, Rtdb(database.url))
 
 
-def test_an_error_names_what_rules_of_an_earlier_version_do_not_allow(
+def test_error_names_the_missing_permission_of_older_rules(
     guarded: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", f"127.0.0.1:{guarded.port}")

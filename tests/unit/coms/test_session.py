@@ -71,7 +71,7 @@ def place(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
         yield Place(database, request.param)
 
 
-def told(story: Callable[[], Awaitable[None]]) -> None:
+def run_story(story: Callable[[], Awaitable[None]]) -> None:
     async def main() -> None:
         async with asyncio.timeout(120.0):
             await story()
@@ -112,7 +112,7 @@ async def served(transport: SupervisorTransport, journal: str, seen: list[str]) 
                 await taken(channel, seen, answers=False)
 
 
-def test_a_command_goes_to_one_of_two_robots_whatever_is_cut(place: Place) -> None:
+def test_command_goes_to_one_of_two_robots_despite_cuts(place: Place) -> None:
     rng = Random(7)
     keys = [f"k{number:03}" for number in range(120)]
     first, second = list[str](), list[str]()
@@ -136,7 +136,7 @@ def test_a_command_goes_to_one_of_two_robots_whatever_is_cut(place: Place) -> No
         two.cancel()
         await asyncio.gather(two, return_exceptions=True)
 
-    told(story)
+    run_story(story)
     assert not set(first) & set(second), "both robots got a command"
     assert first
     assert second
@@ -146,7 +146,7 @@ def test_a_command_goes_to_one_of_two_robots_whatever_is_cut(place: Place) -> No
     assert {place.code(key) for key in refused} == {str(StepTakenElsewhere.code)}
 
 
-def test_the_next_link_of_the_same_robot_gets_what_the_last_one_took(place: Place) -> None:
+def test_next_link_of_the_same_robot_gets_commands_of_the_last_one(place: Place) -> None:
     async def story() -> None:
         place.put("k")
         async with place.transport().connected("MAYA", "journal") as crashed:
@@ -159,7 +159,7 @@ def test_the_next_link_of_the_same_robot_gets_what_the_last_one_took(place: Plac
             with pytest.raises(SessionTakenOver):
                 await crashed.receive()
 
-    told(story)
+    run_story(story)
     assert place.get(f"{ROBOT}/results/later") is None
 
 
@@ -173,7 +173,7 @@ def test_an_idle_robot_notices_at_its_heartbeat_and_does_not_write_that_the_othe
                 await held.aclose()
                 assert place.get(place.presence)["state"] == "ONLINE"
 
-    told(story)
+    run_story(story)
 
 
 def test_claims_of_commands_with_long_keys_stay_small(place: Place) -> None:
@@ -190,7 +190,7 @@ def test_claims_of_commands_with_long_keys_stay_small(place: Place) -> None:
             place.put("last")
             assert (await channel.receive()).key == "last"
 
-    told(story)
+    run_story(story)
     assert {place.code(key) for key in keys} == {str(StepTakenElsewhere.code)}
 
 
@@ -201,11 +201,11 @@ def test_claims_are_forgotten_with_their_commands(place: Place) -> None:
                 place.put(key)
                 await channel.send(result(await channel.receive()))
 
-    told(story)
+    run_story(story)
     assert place.get(place.session)["claims"] == {"a": "journal"}
 
 
-def test_a_session_that_somebody_removes_is_written_again(place: Place) -> None:
+def test_removed_session_is_written_again(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "journal") as channel:
             place.put("a")
@@ -214,7 +214,7 @@ def test_a_session_that_somebody_removes_is_written_again(place: Place) -> None:
             place.put("b")
             await channel.receive()
 
-    told(story)
+    run_story(story)
     assert place.get(place.session)["claims"] == {"a": "journal", "b": "journal"}
 
 
@@ -226,10 +226,10 @@ def test_a_session_that_is_nonsense_is_replaced(place: Place) -> None:
         async with place.transport().connected("MAYA", "journal") as channel:
             assert (await channel.receive()).key == "a"
 
-    told(story)
+    run_story(story)
 
 
-def test_a_command_with_a_key_that_was_used_before_is_claimed_anew(place: Place) -> None:
+def test_command_with_a_used_key_is_claimed_again(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "one") as first:
             place.put("k")
@@ -242,7 +242,7 @@ def test_a_command_with_a_key_that_was_used_before_is_claimed_anew(place: Place)
                     await first.receive()
                 assert (await second.receive()).key == "k"
 
-    told(story)
+    run_story(story)
 
 
 def test_a_key_that_another_robot_had_taken_can_be_used_again(place: Place) -> None:
@@ -257,7 +257,7 @@ def test_a_key_that_another_robot_had_taken_can_be_used_again(place: Place) -> N
             place.put("k", "again")
             assert json.loads((await heard).text) == home("again")
 
-    told(story)
+    run_story(story)
     assert place.get(place.session)["claims"] == {"k": "two"}
 
 
@@ -274,7 +274,7 @@ def test_claims_stay_few_while_more_commands_wait_than_one_query_returns(
             for _ in range(95):
                 await channel.send(result(await channel.receive()))
 
-    told(story)
+    run_story(story)
     assert len(place.get(place.session)["claims"]) <= 20
 
 
@@ -298,10 +298,10 @@ def test_a_database_in_which_this_session_never_was_is_not_taken_over(
                 async with transport.connected("MAYA", "journal"):
                     pass
 
-        told(story)
+        run_story(story)
 
 
-def test_a_connection_ends_if_somebody_changes_the_session_all_the_time(place: Place) -> None:
+def test_connection_ends_when_the_session_changes_all_the_time(place: Place) -> None:
     async def story() -> None:
         async with place.transport().connected("MAYA", "journal") as channel:
             place.put("k")
@@ -316,4 +316,4 @@ def test_a_connection_ends_if_somebody_changes_the_session_all_the_time(place: P
         async with place.transport().connected("MAYA", "journal") as channel:
             assert (await channel.receive()).key == "k"
 
-    told(story)
+    run_story(story)

@@ -1,4 +1,4 @@
-"""Robots for tests of the controller floor: homed at once, rewired, or only a script of answers."""
+"""Robots for tests of the controller: homed at once, rewired, or a script of answers only."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from maya_un.values import Joints
 from tests.virtual_time import elapse
 
 HERE = Joints(0.3, 1.5, 1.3)
-"""Where `homed` robots stand, to a count."""
+"""Position of `homed` robots, to a count."""
 
 FAR = Joints(1.2, 1.0, 1.8)
 """A place some 35 s away from there."""
@@ -33,10 +33,10 @@ FAR = Joints(1.2, 1.0, 1.8)
 FIRMWARE = "DMC4133 Rev 1.3k"
 
 BEAT = "mayabeat="
-"""Begins what the host says to the guard all the time."""
+"""Prefix of the frequent messages from the host to the watchdog."""
 
 OWN = ("maya", "MG_XQ7", "MG(_ZAB=")
-"""Begin what the host says to the guard and of itself; it moves nothing."""
+"""Prefixes of messages from the host to the watchdog and about itself; these move nothing."""
 
 
 @asynccontextmanager
@@ -154,7 +154,7 @@ def record_of(*axes: AxisRecord, amplifier_status: int = 0, outputs: int = 0) ->
 
 
 def box(config: Config, firmware: str = FIRMWARE, **kept: str) -> Callable[[str], bytes]:
-    """Return the answers of a controller that keeps what it is told, but `kept` registers (`ERB="16384.0000"`)."""
+    """Return the answers of a controller that stores its settings, but `kept` registers (`ERB="16384.0000"`)."""
     values = {name[1:]: "0.0000" for group in operands() for name in group}
     values |= {operand[1:]: f"{value:.4f}" for operand, value in wanted(config).items()} | kept
 

@@ -58,7 +58,7 @@ ABOVE = Joints(0.3, 1.0, 1.001)
 """The lines would be straight there."""
 
 
-def wish(name: str, *arguments: object, **options: object) -> Act:
+def command(name: str, *arguments: object, **options: object) -> Act:
     def act(controller: GalilController) -> Awaitable[None]:
         return getattr(controller, name)(*arguments, **options)
 
@@ -66,38 +66,38 @@ def wish(name: str, *arguments: object, **options: object) -> Act:
 
 
 REFUSED: list[tuple[Act, type[MayaError]]] = [
-    (wish("move", ABOVE), Unreachable),
-    (wish("move", Joints(0.3, 0.4, 1.9)), Unreachable),
-    (wish("move", Joints(-0.1, 1.5, 1.3)), Unreachable),
-    (wish("move", Joints(nan, 1.5, 1.3)), InvalidValue),
-    (wish("move", Joints(0.3, inf, 1.3)), InvalidValue),
-    (wish("move", FAR, speed=0.0), InvalidValue),
-    (wish("move", FAR, speed=-0.5), InvalidValue),
-    (wish("move", FAR, speed=1.2e-223), InvalidValue),
-    (wish("move", FAR, speed=0.00099), InvalidValue),
-    (wish("move", FAR, speed=1.0001), InvalidValue),
-    (wish("move", FAR, speed=nan), InvalidValue),
-    (wish("follow", []), TrajectoryRefused),
-    (wish("follow", [HERE]), TrajectoryRefused),
-    (wish("follow", [FAR, HERE]), TrajectoryRefused),
-    (wish("follow", [HERE._replace(b=1.5002), FAR]), TrajectoryRefused),
-    (wish("follow", [Joints(nan, nan, nan), FAR]), InvalidValue),
-    (wish("follow", [HERE, FAR, Joints(0.3, nan, 1.3)]), InvalidValue),
-    (wish("follow", [HERE, FAR, ABOVE]), Unreachable),
-    (wish("follow", [HERE] * 512), TrajectoryRefused),
-    (wish("follow", [HERE, FAR, HERE] + [HERE, FAR] * 20), TrajectoryRefused),
-    (wish("follow", [HERE, FAR], speed=2.0), InvalidValue),
-    (wish("jog", "d", 0.1), UnknownName),
-    (wish("jog", "A", 0.1), UnknownName),
-    (wish("jog", "a", -0.5), Unreachable),
-    (wish("jog", "b", nan), InvalidValue),
-    (wish("jog", "b", 0.01, speed=0.0), InvalidValue),
-    (wish("recover"), NothingToRecover),
+    (command("move", ABOVE), Unreachable),
+    (command("move", Joints(0.3, 0.4, 1.9)), Unreachable),
+    (command("move", Joints(-0.1, 1.5, 1.3)), Unreachable),
+    (command("move", Joints(nan, 1.5, 1.3)), InvalidValue),
+    (command("move", Joints(0.3, inf, 1.3)), InvalidValue),
+    (command("move", FAR, speed=0.0), InvalidValue),
+    (command("move", FAR, speed=-0.5), InvalidValue),
+    (command("move", FAR, speed=1.2e-223), InvalidValue),
+    (command("move", FAR, speed=0.00099), InvalidValue),
+    (command("move", FAR, speed=1.0001), InvalidValue),
+    (command("move", FAR, speed=nan), InvalidValue),
+    (command("follow", []), TrajectoryRefused),
+    (command("follow", [HERE]), TrajectoryRefused),
+    (command("follow", [FAR, HERE]), TrajectoryRefused),
+    (command("follow", [HERE._replace(b=1.5002), FAR]), TrajectoryRefused),
+    (command("follow", [Joints(nan, nan, nan), FAR]), InvalidValue),
+    (command("follow", [HERE, FAR, Joints(0.3, nan, 1.3)]), InvalidValue),
+    (command("follow", [HERE, FAR, ABOVE]), Unreachable),
+    (command("follow", [HERE] * 512), TrajectoryRefused),
+    (command("follow", [HERE, FAR, HERE] + [HERE, FAR] * 20), TrajectoryRefused),
+    (command("follow", [HERE, FAR], speed=2.0), InvalidValue),
+    (command("jog", "d", 0.1), UnknownName),
+    (command("jog", "A", 0.1), UnknownName),
+    (command("jog", "a", -0.5), Unreachable),
+    (command("jog", "b", nan), InvalidValue),
+    (command("jog", "b", 0.01, speed=0.0), InvalidValue),
+    (command("recover"), NothingToRecover),
 ]
 
 
 @pytest.mark.parametrize(("act", "error"), REFUSED)
-async def test_a_refused_wish_sends_nothing_and_disturbs_nothing(act: Act, error: type[MayaError]) -> None:
+async def test_refused_command_sends_nothing_and_disturbs_nothing(act: Act, error: type[MayaError]) -> None:
     async with homed() as bench:
         sent, seen = len(bench.sent), len(bench.controller.events)
         with pytest.raises(error):
@@ -108,7 +108,7 @@ async def test_a_refused_wish_sends_nothing_and_disturbs_nothing(act: Act, error
         await bench.controller.jog("a", 0.01)
 
 
-@pytest.mark.parametrize("act", [wish("move", FAR), wish("follow", [HERE, FAR]), wish("jog", "a", 0.1)])
+@pytest.mark.parametrize("act", [command("move", FAR), command("follow", [HERE, FAR]), command("jog", "a", 0.1)])
 async def test_before_homing_nothing_moves(act: Act) -> None:
     async with rig() as bench:
         sent = len(bench.sent)
@@ -120,12 +120,12 @@ async def test_before_homing_nothing_moves(act: Act) -> None:
 @pytest.mark.parametrize(
     "act",
     [
-        wish("move", FAR),
-        wish("follow", [HERE, FAR]),
-        wish("jog", "a", 0.1),
-        wish("home"),
-        wish("gripper", True),
-        wish("skip_home"),
+        command("move", FAR),
+        command("follow", [HERE, FAR]),
+        command("jog", "a", 0.1),
+        command("home"),
+        command("gripper", True),
+        command("skip_home"),
     ],
 )
 async def test_in_a_fault_nothing_moves(act: Act) -> None:
@@ -137,11 +137,12 @@ async def test_in_a_fault_nothing_moves(act: Act) -> None:
         assert len(bench.sent) == sent
 
 
-@pytest.mark.parametrize("first", [wish("move", FAR), wish("home"), wish("gripper", True)])
+@pytest.mark.parametrize("first", [command("move", FAR), command("home"), command("gripper", True)])
 @pytest.mark.parametrize(
-    "second", [wish("move", FAR), wish("jog", "a", 0.1), wish("home"), wish("gripper", False), wish("skip_home")]
+    "second",
+    [command("move", FAR), command("jog", "a", 0.1), command("home"), command("gripper", False), command("skip_home")],
 )
-async def test_while_one_wish_is_under_way_others_are_refused(first: Act, second: Act) -> None:
+async def test_second_command_is_refused_while_one_runs(first: Act, second: Act) -> None:
     async with homed() as bench:
         running = asyncio.ensure_future(first(bench.controller))
         await elapse(0.2)
@@ -192,7 +193,7 @@ async def test_registers_left_alone_because_axes_moved_are_written_before_the_fi
 
 
 class second:  # noqa: N801 - used as a context
-    """Another controller floor on the same machine, as after a restart of ours."""
+    """Another controller on the same machine, as after a restart of ours."""
 
     def __init__(self, bench: Rig) -> None:
         async def dial() -> Transport:
@@ -208,14 +209,14 @@ class second:  # noqa: N801 - used as a context
         await self._controller.close()
 
 
-async def test_opening_tells_who_is_there() -> None:
+async def test_opening_names_the_owner() -> None:
     async with rig() as bench:
         assert kinds(bench) == [Connected, HomingNeeded]
         assert bench.controller.events.since(0)[0].detail == {"address": "twin", "firmware": "DMC4133 Rev 1.3k"}
         assert (bench.controller.address, bench.controller.firmware) == ("twin", "DMC4133 Rev 1.3k")
 
 
-async def test_a_floor_that_could_not_be_opened_can_be_closed() -> None:
+async def test_controller_that_failed_to_open_can_be_closed() -> None:
     async def dial() -> Transport:
         raise ConnectFailed(address="box", reason="refused")
 
@@ -227,7 +228,7 @@ async def test_a_floor_that_could_not_be_opened_can_be_closed() -> None:
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.5, 0.1])
-async def test_a_move_takes_the_time_and_ends_where_its_preview_said(speed: float) -> None:
+async def test_move_takes_the_time_and_ends_at_the_point_of_its_preview(speed: float) -> None:
     async with homed() as bench:
         controller = bench.controller
         here = controller.state.joints
@@ -244,7 +245,7 @@ async def test_a_move_takes_the_time_and_ends_where_its_preview_said(speed: floa
         assert bench.mechanics.record.lowest >= preview.lowest - 1e-4
 
 
-async def test_a_move_to_where_the_robot_is_sends_no_motion() -> None:
+async def test_move_to_the_current_position_sends_no_motion() -> None:
     async with homed() as bench:
         seen = len(bench.controller.events)
         del bench.sent[:]
@@ -360,7 +361,7 @@ async def test_move_towards_a_stuck_switch_names_the_switch(axis: str, side: Lit
         await bench.controller.move(FAR)
 
 
-async def test_a_motion_that_somebody_slows_down_does_not_end_in_time() -> None:
+async def test_slowed_motion_takes_longer() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -408,7 +409,7 @@ async def test_after_a_limit_only_homing_helps() -> None:
             await bench.controller.skip_home()
 
 
-async def test_recover_waits_for_axes_that_still_finish_what_was_sent() -> None:
+async def test_recover_waits_for_axes_that_are_still_moving() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -424,7 +425,7 @@ async def test_recover_waits_for_axes_that_still_finish_what_was_sent() -> None:
         assert bench.controller.state.joints == pytest.approx(FAR, abs=5e-5)
 
 
-async def test_closing_in_motion_brakes_and_the_mover_is_told_that_it_was_stopped() -> None:
+async def test_closing_in_motion_brakes_and_reports_the_stop() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -450,7 +451,7 @@ async def test_the_end_of_a_move_that_was_cancelled_is_at_rest() -> None:
 
 
 @pytest.mark.parametrize("later", [0.0, 0.02, 0.05])
-async def test_a_stop_whose_move_is_cancelled_while_it_brakes_is_told(later: float) -> None:
+async def test_cancelling_a_move_while_its_stop_brakes_reports_the_stop(later: float) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -465,7 +466,7 @@ async def test_a_stop_whose_move_is_cancelled_while_it_brakes_is_told(later: flo
         await bench.controller.jog("a", 0.01)
 
 
-async def test_a_move_that_is_cancelled_twice_is_told() -> None:
+async def test_move_cancelled_twice_is_reported() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -477,7 +478,7 @@ async def test_a_move_that_is_cancelled_twice_is_told() -> None:
         assert kinds(bench)[-1] is MotionStopped
 
 
-async def test_a_fault_whose_move_is_cancelled_while_it_comes_to_rest_is_a_fault() -> None:
+async def test_fault_of_a_move_cancelled_while_braking_is_a_fault() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)

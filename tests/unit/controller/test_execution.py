@@ -1,4 +1,4 @@
-"""Waypoints told on the way, and what is left of a motion when the link to it was lost."""
+"""Waypoints reported during a motion, and the rest of a motion when its link was lost."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def listener(bench: Rig, told: list[tuple[int, tuple[float, float, float]]]) -> 
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.4])
-async def test_every_via_is_told_where_it_is(ratio: float) -> None:
+async def test_every_waypoint_is_reported_at_its_place(ratio: float) -> None:
     async with homed() as bench:
         told: list[tuple[int, tuple[float, float, float]]] = []
         await bench.controller.override(ratio)
@@ -42,7 +42,7 @@ async def test_every_via_is_told_where_it_is(ratio: float) -> None:
             assert place == pytest.approx(tuple(via), abs=3e-4)
 
 
-async def test_vias_are_told_through_pauses_and_changes_of_speed() -> None:
+async def test_waypoints_are_reported_through_pauses_and_speed_changes() -> None:
     async with homed() as bench:
         told: list[tuple[int, tuple[float, float, float]]] = []
         motion = asyncio.create_task(bench.controller.follow(PATH, on_via=listener(bench, told)))
@@ -61,7 +61,7 @@ async def test_vias_are_told_through_pauses_and_changes_of_speed() -> None:
             assert place == pytest.approx(tuple(via), abs=3e-4)
 
 
-async def test_a_via_that_is_passed_while_a_pause_brakes_is_told_there() -> None:
+async def test_waypoint_passed_while_a_pause_brakes_is_reported_there() -> None:
     async with homed() as bench:
         told: list[tuple[int, tuple[float, float, float]]] = []
         via = Joints(0.3, 1.6, 1.3)
@@ -78,7 +78,7 @@ async def test_a_via_that_is_passed_while_a_pause_brakes_is_told_there() -> None
         await motion
 
 
-async def test_a_blended_via_is_told_as_it_is_passed() -> None:
+async def test_blended_waypoint_is_reported_as_it_is_passed() -> None:
     async with homed() as bench:
         told: list[tuple[int, tuple[float, float, float]]] = []
         x, y, z = bench.controller.mechanism.fk(HERE)
@@ -92,7 +92,7 @@ async def test_a_blended_via_is_told_as_it_is_passed() -> None:
         assert max(abs(one - two) for one, two in zip(passed, corner, strict=True)) < 0.02
 
 
-async def test_no_via_is_told_after_a_stop() -> None:
+async def test_no_waypoint_is_reported_after_a_stop() -> None:
     async with homed() as bench:
         told: list[tuple[int, tuple[float, float, float]]] = []
         motion = asyncio.create_task(bench.controller.follow(PATH, on_via=listener(bench, told)))
@@ -105,7 +105,7 @@ async def test_no_via_is_told_after_a_stop() -> None:
         assert [via for via, _ in told] == [0]
 
 
-async def test_what_a_listener_raises_ends_the_motion_at_rest() -> None:
+async def test_error_in_a_listener_ends_the_motion_at_rest() -> None:
     def fail(_: int) -> None:
         raise ZeroDivisionError
 
@@ -116,7 +116,7 @@ async def test_what_a_listener_raises_ends_the_motion_at_rest() -> None:
         assert bench.controller.state.mode is Mode.IDLE
 
 
-async def test_a_motion_that_is_told_of_nothing_waits_for_nothing_but_its_end() -> None:
+async def test_motion_without_a_listener_waits_only_for_its_end() -> None:
     async with homed() as bench:
         begun = now()
         seen = len(bench.sent)
@@ -125,7 +125,7 @@ async def test_a_motion_that_is_told_of_nothing_waits_for_nothing_but_its_end() 
         assert commands_in(bytes(bench.sent[seen:])).count("QR") <= 3
 
 
-async def test_a_paused_motion_whose_host_comes_back_is_never_gone_on_with() -> None:
+async def test_paused_motion_does_not_resume_when_its_host_returns() -> None:
     """Without a guard the sequence still stands in the controller, paused: no load may let it go on (VR)."""
     async with homed(parse({"safety": {"guard_time": 0.0}}), live=True) as bench:
         motion = asyncio.create_task(bench.controller.move(Joints(1.2, 1.0, 1.8)))
@@ -148,7 +148,7 @@ async def test_a_paused_motion_whose_host_comes_back_is_never_gone_on_with() -> 
         assert kinds(bench)[-1] is MotionEnded
 
 
-async def test_a_homing_never_lets_what_stands_in_the_controller_go_on() -> None:
+async def test_homing_does_not_resume_old_motion_in_the_controller() -> None:
     async with homed() as bench:
         stands = places(bench)
         sequence = ["CS S", "VR 0", "VA 10240", "VD 10240", "LM BC", "LI ,90000,-90000", "LE", "BGS"]

@@ -57,7 +57,7 @@ def test_every_stop_code_has_its_error(code: int, error: type[MayaError] | None,
         assert found.details.get("axis", "abc"[axis]) == "abc"[axis]
 
 
-def test_an_unexpected_code_is_told_with_its_meaning() -> None:
+def test_unexpected_code_is_reported_with_its_meaning() -> None:
     found = state_builder.cause(ended(101, 12, 101), ORDER, (0, 1, 2))
     assert found is not None
     assert found.details == {"axis": "b", "stop_code": 12, "reason": STOP_TEXTS[12]}
@@ -78,7 +78,7 @@ def test_the_gravest_cause_wins_wherever_it_stands(first: int, places: tuple[int
 
 
 @pytest.mark.parametrize("code", [7, 11, 12, 16, 99])
-def test_partners_that_were_stopped_do_not_hide_what_stopped_them(code: int) -> None:
+def test_stopped_partner_axes_do_not_hide_the_cause(code: int) -> None:
     for codes in ((4, 4, code), (4, code, 4), (code, 4, 4)):
         assert type(state_builder.cause(ended(*codes), ORDER, (0, 1, 2))) is UnexpectedStop
 
@@ -89,20 +89,20 @@ def test_a_motor_that_is_off_is_not_hidden_by_partners_that_were_stopped() -> No
     assert found.details == {"axis": "b"}
 
 
-def test_limits_tell_axis_and_side() -> None:
+def test_limits_name_axis_and_side() -> None:
     for code, side in ((2, "forward"), (3, "reverse")):
         found = state_builder.grave(ended(4, 4, code), ORDER)
         assert found is not None
         assert found.details == {"axis": "c", "side": side}
 
 
-def test_amplifiers_are_heard_without_a_stop_code() -> None:
+def test_amplifier_fault_is_found_without_a_stop_code() -> None:
     found = state_builder.grave(ended(101, 101, 101, amplifier_status=1 << 24), ORDER)
     assert type(found) is AmplifierFault
     assert found.details == {"status": "0x01000000"}
 
 
-def test_who_takes_no_part_is_not_asked() -> None:
+def test_axes_outside_the_motion_are_ignored() -> None:
     record = ended(8, 101, 101)
     assert state_builder.grave(record, ORDER, (1, 2)) is None
     assert state_builder.cause(record, ORDER, (1, 2)) is None

@@ -51,7 +51,7 @@ async def upload(bench: Rig) -> str:
     return program
 
 
-async def test_the_guard_runs_from_the_first_moment_and_ends_with_us() -> None:
+async def test_watchdog_runs_from_the_start_and_ends_with_us() -> None:
     async with rig(live=True) as bench:
         assert await guard_line(bench) > 0
         assert watchdog_program.text(0.5) == (await upload(bench)).splitlines()
@@ -59,14 +59,14 @@ async def test_the_guard_runs_from_the_first_moment_and_ends_with_us() -> None:
         assert await guard_line(bench) == -1
 
 
-async def test_a_dry_run_has_no_guard() -> None:
+async def test_dry_run_has_no_watchdog() -> None:
     async with homed() as bench:
         await bench.controller.move(FAR)
         assert await guard_line(bench) == -1
         assert b"mayabeat" not in bench.sent
 
 
-async def test_a_guard_time_of_zero_means_none() -> None:
+async def test_watchdog_time_of_zero_disables_it() -> None:
     async with rig(parse({"safety": {"guard_time": 0.0}}), live=True) as bench:
         assert await guard_line(bench) == -1
 
@@ -81,7 +81,7 @@ async def test_the_beat_is_twenty_times_as_fast_as_it_must_be() -> None:
 
 @pytest.mark.parametrize("command", ["HX7", "HX", "ST", "AB", "RS"])
 @pytest.mark.parametrize("moving", [True, False])
-async def test_who_kills_the_guard_is_noticed_and_nothing_moves_without_it(command: str, moving: bool) -> None:
+async def test_killed_watchdog_is_noticed_and_nothing_moves_without_it(command: str, moving: bool) -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         if moving:
@@ -107,7 +107,7 @@ async def test_who_kills_the_guard_is_noticed_and_nothing_moves_without_it(comma
 
 
 @pytest.mark.parametrize("command", ["HX7", "ST", "AB", "RS"])
-async def test_a_guard_killed_in_the_last_moment_lets_nothing_begin(command: str) -> None:
+async def test_watchdog_killed_at_the_last_moment_prevents_the_motion(command: str) -> None:
     async with homed(live=True) as bench:
         begun: list[float] = []
 
@@ -129,7 +129,7 @@ async def test_a_guard_killed_in_the_last_moment_lets_nothing_begin(command: str
         assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
 
 
-async def test_the_abort_input_is_named_before_the_guard_it_killed() -> None:
+async def test_abort_input_is_named_before_the_watchdog_it_killed() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
@@ -142,7 +142,7 @@ async def test_the_abort_input_is_named_before_the_guard_it_killed() -> None:
         assert await guard_line(bench) > 0
 
 
-async def test_our_own_stop_and_abort_leave_the_guard_alone() -> None:
+async def test_our_own_stop_and_abort_leave_the_watchdog_alone() -> None:
     async with homed(live=True) as bench:
         for end in (bench.controller.stop, bench.controller.abort):
             move = asyncio.create_task(bench.controller.move(FAR))
@@ -155,7 +155,7 @@ async def test_our_own_stop_and_abort_leave_the_guard_alone() -> None:
                 await bench.controller.recover()
 
 
-async def test_a_limit_is_told_by_the_controller_itself() -> None:
+async def test_limit_is_reported_by_the_controller_itself() -> None:
     slow = parse({"controller": {"stream_rate": 0.01}})
     async with homed(slow, live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
@@ -166,7 +166,7 @@ async def test_a_limit_is_told_by_the_controller_itself() -> None:
         assert now() - met < 1.5  # braking included; the record would have come after 100 s
 
 
-async def test_a_silent_host_is_told_so_when_it_comes_back() -> None:
+async def test_silent_host_learns_of_the_stop_when_it_returns() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.01)
@@ -188,7 +188,7 @@ async def test_a_silent_host_at_rest_is_no_fault() -> None:
         await bench.controller.move(FAR)
 
 
-async def test_a_users_program_stays_and_the_guard_goes_behind_it() -> None:
+async def test_users_program_stays_with_the_watchdog_after_it() -> None:
     async with rig() as bench:
         await download(bench, USERS)
         again = bench.controller
@@ -227,7 +227,7 @@ async def test_a_program_in_the_way_keeps_us_from_connecting(program: str, comma
         assert (await upload(bench)).splitlines() == program.splitlines()
 
 
-async def test_a_guard_with_another_time_is_replaced() -> None:
+async def test_watchdog_with_another_time_is_replaced() -> None:
     async with rig() as bench:
         await download(
             bench, "".join(f"{line}\r\n" for line in watchdog_program.text(2.0)), "mayabeat=TIME", "mayaout=0"
@@ -240,7 +240,7 @@ async def test_a_guard_with_another_time_is_replaced() -> None:
         await live.close()
 
 
-async def test_a_users_lines_behind_the_guard_stay_in_the_controller() -> None:
+async def test_users_lines_after_the_watchdog_stay_in_the_controller() -> None:
     async with rig() as bench:
         guard = "".join(f"{line}\r\n" for line in watchdog_program.text(0.5))
         await download(bench, guard + USERS)
@@ -250,7 +250,7 @@ async def test_a_users_lines_behind_the_guard_stay_in_the_controller() -> None:
         await live.close()
 
 
-async def test_who_could_not_install_the_guard_leaves_thread_7_alone() -> None:
+async def test_failed_installation_leaves_thread_7_alone() -> None:
     async with rig() as bench:
         guard = "".join(f"{line}\r\n" for line in watchdog_program.text(0.5))
         await download(bench, f"#X\r\nWT1000\r\nJP#X\r\n{guard}", "XQ#X,7")
@@ -259,7 +259,7 @@ async def test_who_could_not_install_the_guard_leaves_thread_7_alone() -> None:
         assert await guard_line(bench) >= 0
 
 
-async def test_deleted_variables_are_made_anew() -> None:
+async def test_deleted_variables_are_made_again() -> None:
     async with homed(live=True) as bench:
         await foreign(bench, "DA mayaout,mayabeat")
         await elapse(0.1)
@@ -269,7 +269,7 @@ async def test_deleted_variables_are_made_anew() -> None:
 
 
 @pytest.mark.parametrize("latency", [0.1, 0.2, 0.3])
-async def test_a_slow_link_is_no_silent_host(latency: float) -> None:
+async def test_slow_link_is_not_a_silent_host(latency: float) -> None:
     async with far_away(latency, 10.0) as bench:
         await bench.controller.move(FAR)
         await foreign(bench, "HX7")
@@ -285,7 +285,7 @@ async def test_a_silence_at_rest_just_before_a_motion_is_no_fault() -> None:
         assert bench.controller.state.mode is Mode.IDLE
 
 
-async def test_who_slept_until_after_the_motion_hears_what_stopped_it() -> None:
+async def test_host_that_slept_through_the_motion_learns_why_it_stopped() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
@@ -299,7 +299,7 @@ async def test_who_slept_until_after_the_motion_hears_what_stopped_it() -> None:
 
 
 @pytest.mark.parametrize("form", ["VF -4.0", "VF 10.0"])
-async def test_how_numbers_are_printed_does_not_blind_the_guard(form: str) -> None:
+async def test_number_format_does_not_disturb_the_watchdog(form: str) -> None:
     async with homed(live=True) as bench:
         await foreign(bench, form)
         move = asyncio.create_task(bench.controller.move(FAR))
@@ -350,7 +350,7 @@ async def test_a_download_cut_off_anywhere_leaves_the_users_program() -> None:
 
 
 @pytest.mark.parametrize("after", [5.0, 60.0, 150.0])
-async def test_a_homing_that_somebody_else_stopped_does_not_go_on(after: float) -> None:
+async def test_homing_stopped_by_another_host_does_not_go_on(after: float) -> None:
     async with rig(live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(after)
@@ -362,7 +362,7 @@ async def test_a_homing_that_somebody_else_stopped_does_not_go_on(after: float) 
         assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
 
 
-async def test_a_homing_that_slept_hears_of_the_guard() -> None:
+async def test_delayed_homing_learns_of_the_watchdog() -> None:
     async with rig(live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(150.0)
@@ -374,7 +374,7 @@ async def test_a_homing_that_slept_hears_of_the_guard() -> None:
             await home
 
 
-async def test_a_guard_killed_in_homing_is_no_limit_met_before() -> None:
+async def test_watchdog_killed_in_homing_is_not_taken_for_a_limit() -> None:
     async with rig(live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(60.0)  # axis a has met its reverse switch by then

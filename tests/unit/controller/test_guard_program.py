@@ -15,7 +15,7 @@ def lines(program: str) -> list[str]:
     return program.splitlines()
 
 
-def test_an_empty_memory_holds_the_guard_alone() -> None:
+def test_empty_memory_holds_the_watchdog_alone() -> None:
     program = watchdog_program.merged("", 0.5)
     assert lines(program) == watchdog_program.text(0.5)
     assert program.endswith("\r\n")
@@ -34,7 +34,7 @@ def test_times_are_samples_of_a_1024th_of_a_second() -> None:
     assert "JP#MAYAOUT,(mayaleft<2)|(mayaleft>512)" in program
 
 
-def test_the_guard_stands_behind_the_users_program() -> None:
+def test_watchdog_stands_after_the_users_program() -> None:
     program = watchdog_program.merged(USERS, 0.5)
     assert program.startswith(USERS)
     assert lines(program)[4:] == watchdog_program.text(0.5)
@@ -44,14 +44,14 @@ def test_the_guard_stands_behind_the_users_program() -> None:
     assert span.stop == len(lines(program))
 
 
-def test_only_what_the_axes_are_called_is_stopped() -> None:
+def test_only_configured_axes_are_stopped() -> None:
     assert "STABC" in watchdog_program.text(0.5)
     assert "STBD" in watchdog_program.text(0.5, "BD")
     assert not any(line == "ST" for line in watchdog_program.text(0.5))
 
 
 @pytest.mark.parametrize("before", [0.25, 0.5, 2.0])
-def test_an_older_guard_is_replaced(before: float) -> None:
+def test_older_watchdog_is_replaced(before: float) -> None:
     program = watchdog_program.merged(watchdog_program.merged(USERS, before), 0.5)
     assert program == watchdog_program.merged(USERS, 0.5)
     assert watchdog_program.without(program) == USERS
@@ -75,52 +75,52 @@ def test_line_ends_do_not_matter() -> None:
         ("#A\nXQ 3, 7\nEN\n", "thread 7"),
     ],
 )
-def test_a_program_in_the_way_is_refused_with_what_to_change(program: str, what: str) -> None:
+def test_foreign_program_is_refused_with_advice(program: str, what: str) -> None:
     with pytest.raises(GuardBlocked, match=what):
         watchdog_program.merged(program, 0.5)
 
 
-def test_a_program_that_calls_ours_keeps_its_own_subroutine() -> None:
+def test_program_that_calls_ours_keeps_its_subroutine() -> None:
     program = watchdog_program.merged("#LIMSWI\nJS#MAYALIM\nMG_SCA\nRE\n", 0.5)
     assert [line for line in lines(program) if line.startswith("#LIMSWI")] == ["#LIMSWI"]
     assert [line for line in lines(program) if line.startswith("#POSERR")] == ["#POSERR"]
 
 
-def test_a_memory_without_a_guard_has_no_lines_of_it() -> None:
+def test_memory_without_a_watchdog_has_no_lines_of_it() -> None:
     assert watchdog_program.span(USERS) is None
     assert watchdog_program.without(USERS) == USERS
 
 
-def test_a_users_lines_behind_the_guard_stay() -> None:
+def test_users_lines_after_the_watchdog_stay() -> None:
     more = "'mine\r\n#B\r\nSB2\r\nEN\r\n"
     program = watchdog_program.merged(watchdog_program.merged(USERS, 0.25) + more, 0.5)
     assert program == watchdog_program.merged(USERS + more, 0.5)
 
 
-def test_lines_behind_the_guard_are_none_of_it() -> None:
+def test_lines_after_the_watchdog_do_not_belong_to_it() -> None:
     span = watchdog_program.span(watchdog_program.merged(USERS, 0.5) + "#B\r\nEN\r\n")
     assert span == watchdog_program.span(watchdog_program.merged(USERS, 0.5))
 
 
-def test_a_guard_cut_off_anywhere_is_replaced() -> None:
+def test_watchdog_cut_off_anywhere_is_replaced() -> None:
     whole = watchdog_program.merged(USERS, 0.5)
     for end in range(len(USERS) + len("'Maya guard"), len(whole)):
         assert watchdog_program.merged(whole[:end], 0.5) == whole
 
 
-def test_a_guard_that_somebody_changed_is_left_to_them() -> None:
+def test_changed_watchdog_is_left_alone() -> None:
     changed = watchdog_program.merged(USERS, 0.5).replace("WT20,1", "WT2000,1")
     with pytest.raises(GuardBlocked, match="'Maya guard 512 samples"):
         watchdog_program.merged(changed, 0.5)
 
 
 @pytest.mark.parametrize("own", ["", "#LIMSWI\nJS#MAYALIM\nRE\n", "#POSERR\nJS#MAYAERR\nRE\n"])
-def test_a_guard_is_known_whatever_it_brings(own: str) -> None:
+def test_watchdog_is_recognised_with_any_settings(own: str) -> None:
     program = watchdog_program.merged(own, 0.5, "ABD")
     assert watchdog_program.without(program).splitlines() == own.splitlines()
 
 
-def test_the_guard_lives_through_the_wrap_of_time() -> None:
+def test_watchdog_survives_the_wrap_of_time() -> None:
     """TIME counts to 2^31 - 1 and goes on at -2^31, after 24 days."""
     machine = VirtualDmc(BenchPlant())
     handle = machine.connect()

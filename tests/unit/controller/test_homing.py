@@ -54,7 +54,7 @@ def test_a_step_of_the_raise_keeps_off_straight_lines(b: float, c: float, fricti
 
 
 @given(st.floats(0.5001, 2.0), st.floats(0.0, 2.0))
-def test_the_lines_share_a_quarter_of_what_is_left_and_friction_makes_it_less(load: float, friction: float) -> None:
+def test_lines_share_a_quarter_of_the_rest_and_friction_reduces_it(load: float, friction: float) -> None:
     half = 2.0 * load
     left = WIDTH * (half / sqrt(half * half - 1.0) - 1.0)
     step = homing._safe_step(load)
@@ -69,7 +69,7 @@ def test_the_homed_pose_is_inside_and_off_every_switch() -> None:
         assert axis.minimum + 0.02 < place < axis.maximum - 0.02
 
 
-async def test_a_homing_tells_its_phases_and_leaves_its_mark_last() -> None:
+async def test_homing_reports_its_phases_and_leaves_its_mark_last() -> None:
     async with rig() as bench:
         await bench.controller.home()
         events = bench.controller.events.since(0)
@@ -148,7 +148,7 @@ async def test_a_stop_in_any_phase_leaves_the_robot_at_rest_and_not_homed(phase:
     ],
     ids=["boom blocked", "line blocked", "stroke differs", "no switch"],
 )
-async def test_what_homing_cannot_trust_is_named_and_waits_for_a_person(
+async def test_untrusted_homing_is_named_and_waits_for_a_person(
     truth: TrueConstants, error: type[MayaError], details: dict[str, str]
 ) -> None:
     async with rig(truth=truth) as bench:
@@ -190,7 +190,7 @@ async def test_of_two_lines_that_read_short_the_one_that_lies_is_named(
         assert bench.mechanics.record.stall_time == 0.0
 
 
-async def test_a_machine_wired_to_other_letters_homes_and_moves_all_the_same() -> None:
+async def test_machine_wired_to_other_letters_homes_and_moves() -> None:
     config = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
     async with rewired(config, (2, 0, 1)) as bench:
         await bench.controller.home()

@@ -1,4 +1,4 @@
-"""How far a jog goes: by hand where the limit is plain, by walking along the line where it is not, and on the twin."""
+"""Length of a jog: by hand where the limit is plain, by walking along the line where it is not, and on the twin."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def jogged(axis: str, way: float, here: Joints = HERE, workspace: Workspace = WO
 
 @pytest.mark.parametrize("axis", JOG_AXES)
 @pytest.mark.parametrize("way", [0.05, -0.05, 0.0])
-def test_what_is_possible_is_done_whole(axis: str, way: float) -> None:
+def test_possible_jog_is_done_in_full(axis: str, way: float) -> None:
     assert jogged(axis, way) == Jogged(axis, way)
 
 
@@ -59,7 +59,7 @@ def test_it_ends_a_little_before_the_limit(axis: str, way: float, end: float, li
     assert found.distance * way > 0.0
 
 
-def test_along_x_to_where_the_boom_ends() -> None:
+def test_jog_along_x_ends_where_the_boom_ends() -> None:
     x = MECHANISM.fk(HERE).x
     found = jogged("x", -2.0)
     assert found.limit == "boom"
@@ -80,7 +80,7 @@ def test_r_goes_outward_along_the_boom() -> None:
     assert end == pytest.approx((start.x + 0.1 * sin(HERE.a), start.y + 0.1 * cos(HERE.a), start.z))
 
 
-def test_what_it_says_is_what_walking_along_the_line_says(campaign: Campaign) -> None:
+def test_prediction_agrees_with_walking_along_the_line(campaign: Campaign) -> None:
     """Steps of a tenth of a millimetre see where a line leaves a workspace without zones."""
     for case in range(campaign.size(ci=12, long=300)):
         rng = campaign.rng(case)
@@ -103,7 +103,7 @@ def test_a_zone_on_the_way_ends_it() -> None:
     assert 0.29 - found.distance == pytest.approx(MARGIN + TOLERANCE, abs=1.1 * TOLERANCE)
 
 
-def test_at_the_border_there_is_no_way_left() -> None:
+def test_at_the_border_no_path_is_left() -> None:
     here = HERE._replace(b=2.260)
     assert jogged("b", 0.1, here).distance == 0.0
     assert jogged("b", -0.1, here) == Jogged("b", -0.1)
@@ -119,7 +119,7 @@ def test_from_outside_the_workspace_nothing_is_allowed() -> None:
     ("axis", "way", "error"),
     [("d", 0.1, UnknownName), ("b", nan, InvalidValue), ("x", -inf, InvalidValue), ("c", 1e308, InvalidValue)],
 )
-def test_what_is_no_jog_is_refused(axis: str, way: float, error: type[MayaError]) -> None:
+def test_invalid_jog_is_refused(axis: str, way: float, error: type[MayaError]) -> None:
     with pytest.raises(error):
         jogged(axis, way)
 
@@ -140,7 +140,7 @@ async def test_the_gripper_goes_straight_on_the_twin(axis: str) -> None:
         assert await jog == Jogged(axis, -0.2)
 
 
-async def test_a_clipped_jog_comes_to_rest_before_the_border_and_says_why() -> None:
+async def test_clipped_jog_rests_before_the_border_and_names_the_limit() -> None:
     async with homed() as bench:
         with pytest.raises((Unreachable, PathRefused)):
             await bench.controller.jog("r", 2.0)

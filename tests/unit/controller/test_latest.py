@@ -22,7 +22,7 @@ async def test_a_watcher_gets_the_state_now_and_every_newer_one() -> None:
     assert await waiting is SECOND
 
 
-async def test_a_slow_watcher_skips_to_the_newest_and_holds_nobody_up() -> None:
+async def test_slow_watcher_skips_to_the_newest_and_blocks_no_other() -> None:
     latest = StateBroadcaster(FIRST)
     slow, quick = latest.watch(), latest.watch()
     assert (await anext(slow), await anext(quick)) == (FIRST, FIRST)
@@ -32,7 +32,7 @@ async def test_a_slow_watcher_skips_to_the_newest_and_holds_nobody_up() -> None:
     assert (await anext(slow), await anext(quick)) == (THIRD, THIRD)
 
 
-async def test_what_was_shown_before_is_not_yielded_again() -> None:
+async def test_old_state_is_not_yielded_again() -> None:
     latest = StateBroadcaster(FIRST)
     waiting = asyncio.ensure_future(anext(latest.watch(FIRST)))
     await turn()

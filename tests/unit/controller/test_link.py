@@ -35,7 +35,7 @@ def silent(command: str) -> bytes | None:
 
 
 class Wall:
-    """Where controllers are plugged in: a dial takes the next of `answers` and keeps to the last; None refuses."""
+    """Scripted controllers: each connection takes the next of `answers` and keeps the last; None refuses."""
 
     def __init__(self, *answers: Answer | None) -> None:
         self.answers: list[Answer | None] = list(answers)
@@ -83,7 +83,7 @@ async def linked(wall: Wall) -> AsyncIterator[tuple[DriverLink, Ears]]:
         await asyncio.gather(*wall.tasks)
 
 
-async def test_open_knows_whom_it_talks_to() -> None:
+async def test_open_reads_the_identity_of_the_controller() -> None:
     async with linked(Wall(well)) as (link, _):
         with pytest.raises(NotConnected):
             _ = link.driver
@@ -93,7 +93,9 @@ async def test_open_knows_whom_it_talks_to() -> None:
 
 
 @pytest.mark.parametrize(("answer", "error"), [(None, ConnectFailed), (alien, WrongController), (silent, LinkTimeout)])
-async def test_open_fails_with_its_reason_and_tries_no_more(answer: Answer | None, error: type[MachineError]) -> None:
+async def test_failed_open_gives_its_reason_and_does_not_retry(
+    answer: Answer | None, error: type[MachineError]
+) -> None:
     wall = Wall(answer)
     async with linked(wall) as (link, ears):
         with pytest.raises(error):
@@ -104,7 +106,7 @@ async def test_open_fails_with_its_reason_and_tries_no_more(answer: Answer | Non
     assert ears.lost == []
 
 
-async def test_waits_grow_until_somebody_answers() -> None:
+async def test_waits_grow_until_the_controller_answers() -> None:
     wall = Wall(well, None, None, None, None, None, well)
     async with linked(wall) as (link, ears):
         await link.open()
@@ -117,7 +119,7 @@ async def test_waits_grow_until_somebody_answers() -> None:
     assert ears.back == [28.5]
 
 
-async def test_the_waits_begin_anew_with_every_loss() -> None:
+async def test_waits_start_over_after_every_loss() -> None:
     wall = Wall(well, None, well, None, well)
     async with linked(wall) as (link, ears):
         await link.open()
@@ -129,7 +131,7 @@ async def test_the_waits_begin_anew_with_every_loss() -> None:
 
 
 @pytest.mark.parametrize("answer", [alien, silent])
-async def test_whoever_else_answers_at_the_address_is_left_alone(answer: Answer) -> None:
+async def test_other_device_at_the_address_is_left_alone(answer: Answer) -> None:
     wall = Wall(well, answer, well)
     async with linked(wall) as (link, ears):
         await link.open()
@@ -140,7 +142,7 @@ async def test_whoever_else_answers_at_the_address_is_left_alone(answer: Answer)
     assert len(ears.back) == 1
 
 
-async def test_a_loss_is_told_once_and_calls_fail_meanwhile() -> None:
+async def test_loss_is_reported_once_and_calls_fail_meanwhile() -> None:
     wall = Wall(well, None)
     async with linked(wall) as (link, ears):
         driver = await link.open()

@@ -33,7 +33,7 @@ async def test_the_record_is_read_at_the_configured_rate(rate: float) -> None:
         assert {command for command in commands_in(bytes(bench.sent)) if not command.startswith(OWN)} == {"QR"}
 
 
-async def test_without_a_stream_nothing_is_asked_at_rest() -> None:
+async def test_without_a_stream_nothing_is_polled_at_rest() -> None:
     async with rig() as bench:
         del bench.sent[:]
         await elapse(1000.0)
@@ -53,7 +53,7 @@ async def press(bench: Rig) -> None:
 
 
 @pytest.mark.parametrize(("cause", "error"), [(unplug, MotorOff), (burn, AmplifierFault), (press, AbortInput)])
-async def test_what_switches_motors_off_at_rest_is_named(
+async def test_cause_of_motors_off_at_rest_is_named(
     cause: Callable[[Rig], Awaitable[None]], error: type[MachineError]
 ) -> None:
     async with homed(live=True) as bench:
@@ -76,7 +76,7 @@ async def test_the_first_cause_stays() -> None:
         assert kinds(bench, seen) == []
 
 
-async def test_motors_that_nobody_switched_on_are_no_fault() -> None:
+async def test_motors_that_were_never_switched_on_are_no_fault() -> None:
     async with rig(live=True) as bench:
         await elapse(1.0)
         assert bench.controller.state.motors_on == (False, False, False)
@@ -105,7 +105,7 @@ async def test_motor_without_torque_in_motion_is_a_fault() -> None:
             await move
 
 
-async def test_a_following_error_is_told_by_its_axis() -> None:
+async def test_following_error_names_its_axis() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(8.0)
@@ -125,7 +125,7 @@ async def test_following_error_by_a_foreign_error_limit_names_the_register() -> 
         assert failure.value.details == {"register": "ERC", "found": "5", "wanted": "8000"}
 
 
-async def test_after_a_defect_recover_has_somebody_look_out_again(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_recover_after_a_defect_restarts_the_monitor(monkeypatch: pytest.MonkeyPatch) -> None:
     async with homed(live=True) as bench:
         lookout = bench.controller._lookout
 

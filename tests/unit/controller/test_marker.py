@@ -38,7 +38,7 @@ async def wire() -> AsyncIterator[Driver]:
     ],
     ids=["nothing", "variable alone", "ZA alone", "other numbers", "erased", "other axis", "an end is missing"],
 )
-async def test_half_a_mark_is_none(left: list[str]) -> None:
+async def test_half_a_mark_is_invalid(left: list[str]) -> None:
     async with wire() as driver:
         await driver.batch(left)
         assert await monitor.read(driver, CONFIG, UNITS, HERE) is None
@@ -57,7 +57,7 @@ async def test_half_a_mark_is_none(left: list[str]) -> None:
         (Joints(1.0, 1.5, 2.5), False),
     ],
 )
-async def test_a_mark_holds_where_the_lines_can_be(here: Joints, holds: bool) -> None:
+async def test_mark_is_valid_for_possible_lengths_of_the_lines(here: Joints, holds: bool) -> None:
     async with wire() as driver:
         await driver.batch(["mayahome=9", "ZAA=9", *ENDS])
         found = await monitor.read(driver, CONFIG, UNITS, here)
@@ -92,8 +92,8 @@ async def test_a_mark_holds_while_the_switches_are_called_the_same(
         assert (found is not None) is holds
 
 
-async def test_a_scale_alone_leaves_the_counts_what_they_are() -> None:
-    """Where the datum keeps its counts, only lengths are called otherwise: the mark holds, its ends are scaled."""
+async def test_scale_alone_keeps_the_counts() -> None:
+    """If the datum keeps its counts, only lengths change: the mark is valid, its ends are scaled."""
     config = configured(b=0.46, c=0.452)
     scale = config.scale.model_copy(update={"pulses_per_metre": 1.25e6})
     config = config.model_copy(update={"scale": scale})
@@ -127,7 +127,7 @@ async def test_the_number_of_a_mark_is_never_zero_and_fits_both_places(time: int
     assert 0 < int(told["ZAA"]) < 2**31
 
 
-async def test_the_variable_comes_last_and_goes_first() -> None:
+async def test_variable_is_written_last_and_erased_first() -> None:
     async with homed() as bench:
         del bench.sent[:]
         driver = bench.controller._monitor.link.driver

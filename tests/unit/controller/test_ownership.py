@@ -35,7 +35,7 @@ BRAKING = 1.5
 
 
 def another(bench: Rig) -> tuple[GalilController, bytearray]:
-    """Return another host's controller floor on the same controller, and what it will send."""
+    """Return another host's controller on the same box, and its pending commands."""
 
     async def dial() -> Transport:
         return bench.virtual.loopback()
@@ -89,7 +89,7 @@ async def test_the_first_host_owns_the_controller_until_it_leaves() -> None:
         assert await token(bench) == 0.0
 
 
-async def test_a_second_host_is_told_who_owns_the_controller_and_writes_nothing() -> None:
+async def test_second_host_learns_the_owner_and_writes_nothing() -> None:
     async with homed(live=True) as bench:
         other, sent = another(bench)
         before = await foreign(bench, "LV", "MG _XQ7>0,_CF,_SPA,_ERA,_MOA")
@@ -108,7 +108,7 @@ async def test_a_dry_run_asks_for_no_owner() -> None:
         assert b"ZAB" not in bench.sent
 
 
-async def test_without_a_guard_the_controller_still_has_one_owner() -> None:
+async def test_without_a_watchdog_the_controller_still_has_one_owner() -> None:
     async with rig(parse({"safety": {"guard_time": 0.0}}), live=True) as bench:
         await elapse(10.0)
         with pytest.raises(ControllerOwned):
@@ -145,7 +145,7 @@ async def test_two_hosts_that_claim_at_the_same_instant_make_one_owner() -> None
             await asyncio.gather(*(host.close() for host in hosts))
 
 
-async def test_a_claim_of_what_has_changed_hands_meanwhile_fails() -> None:
+async def test_claim_fails_when_the_owner_has_changed() -> None:
     async with rig(live=True) as bench:
         driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
         late = Ownership(SILENT)
@@ -157,7 +157,7 @@ async def test_a_claim_of_what_has_changed_hands_meanwhile_fails() -> None:
         await driver.close()
 
 
-async def test_no_beat_of_one_host_feeds_the_guard_of_another() -> None:
+async def test_beat_of_one_host_does_not_feed_the_watchdog_of_another() -> None:
     async with homed(live=True) as bench:
         driver = await Driver.open(bench.virtual.loopback(), timeout=2.0)
         late = Ownership(SILENT)
@@ -288,7 +288,7 @@ async def test_an_owner_that_lost_the_controller_in_motion_learns_it_within_a_be
         assert not {"ST S", "BGS"} & set(commands_in(bytes(bench.sent)))
 
 
-async def test_a_living_owner_is_taken_over_at_rest_only_and_is_told() -> None:
+async def test_living_owner_is_taken_over_at_rest_only_and_notified() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
@@ -310,7 +310,7 @@ async def test_a_living_owner_is_taken_over_at_rest_only_and_is_told() -> None:
             await other.move(HERE)
 
 
-async def test_one_who_was_taken_over_comes_back_by_a_persons_word() -> None:
+async def test_replaced_owner_returns_by_command_of_a_person() -> None:
     async with homed(live=True) as bench:
         other, _ = another(bench)
         await other.open(take_over=True)
@@ -325,7 +325,7 @@ async def test_one_who_was_taken_over_comes_back_by_a_persons_word() -> None:
             await bench.controller.recover(take_over=True)
 
 
-async def test_one_who_was_taken_over_leaves_without_a_trace() -> None:
+async def test_replaced_owner_leaves_without_a_trace() -> None:
     async with homed(live=True) as bench, opened(bench, take_over=True) as other:
         await elapse(3.0)
         await other.skip_home()
@@ -337,7 +337,7 @@ async def test_one_who_was_taken_over_leaves_without_a_trace() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.2, 3.0])
-async def test_a_link_that_comes_back_finds_the_controller_its_own(seconds: float) -> None:
+async def test_restored_link_finds_its_own_controller(seconds: float) -> None:
     async with homed(live=True) as bench:
         bench.virtual.refuse(True)
         bench.virtual.cut()
@@ -350,7 +350,7 @@ async def test_a_link_that_comes_back_finds_the_controller_its_own(seconds: floa
         await bench.controller.move(FAR)
 
 
-async def test_a_link_that_comes_back_in_motion_leaves_it_to_the_guard() -> None:
+async def test_link_restored_in_motion_leaves_it_to_the_watchdog() -> None:
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
@@ -363,7 +363,7 @@ async def test_a_link_that_comes_back_in_motion_leaves_it_to_the_guard() -> None
         assert max(line.pieces[-1].t for line in bench.mechanics.timelines) - cut <= GUARD_TIME + BRAKING
 
 
-async def test_a_link_that_comes_back_to_another_owner_says_who() -> None:
+async def test_returning_link_names_the_other_owner() -> None:
     async with homed(live=True) as bench:
         bench.virtual.refuse(True)
         bench.virtual.cut("A")
@@ -378,7 +378,7 @@ async def test_a_link_that_comes_back_to_another_owner_says_who() -> None:
         await bench.controller.recover()
 
 
-async def test_a_reset_makes_the_controller_nobodys_whatever_was_burned() -> None:
+async def test_reset_clears_the_owner_whatever_was_burned() -> None:
     async with homed(live=True) as bench:
         await foreign(bench, "BV")
         await bench.controller.close()
@@ -391,7 +391,7 @@ async def test_a_reset_makes_the_controller_nobodys_whatever_was_burned() -> Non
 
 
 @pytest.mark.parametrize("beat", ["2147483647", "-2147483648", "0", "TIME-1100", "TIME+40"])
-async def test_whatever_a_dead_owner_left_does_not_keep_others_out(beat: str) -> None:
+async def test_remains_of_a_dead_owner_keep_no_host_out(beat: str) -> None:
     async with rig() as bench:
         await bench.controller.close()
         await foreign(bench, "ZAB=77", f"mayabeat={beat}")
@@ -411,7 +411,7 @@ async def test_a_living_owner_is_recognised_while_time_wraps() -> None:
         await driver.close()
 
 
-async def test_an_owner_without_variables_is_taken_for_dead() -> None:
+async def test_owner_without_variables_is_considered_dead() -> None:
     async with rig() as bench:
         await bench.controller.close()
         await foreign(bench, "ZAB=77")
@@ -423,9 +423,7 @@ async def test_an_owner_without_variables_is_taken_for_dead() -> None:
     ("commands", "error"),
     [(["ZAB=0"], OwnerErased), (["HX7", "ZAB=0"], GuardNotRunning)],
 )
-async def test_token_that_somebody_erases_is_named_while_the_guard_runs(
-    commands: list[str], error: type[MayaError]
-) -> None:
+async def test_erased_token_is_named_while_the_watchdog_runs(commands: list[str], error: type[MayaError]) -> None:
     async with homed(live=True) as bench:
         await foreign(bench, *commands)
         await elapse(0.2)

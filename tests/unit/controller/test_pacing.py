@@ -1,4 +1,4 @@
-"""Speed override, pause and resume: what the twin then does, what is told of it, what ends a pause."""
+"""Speed override, pause and resume: motion of the twin, reports, and ends of a pause."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ async def paused(bench: Rig, after: float) -> AsyncIterator[asyncio.Task[None]]:
 
 
 @pytest.mark.parametrize("after", [0.001, 0.4, 1.0, 8.0, 12.5, 16.0, 22.0])
-async def test_a_pause_stands_where_it_says_and_resume_arrives_when_it_says(after: float) -> None:
+async def test_pause_and_resume_agree_with_their_predictions(after: float) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(after)
@@ -112,7 +112,7 @@ async def test_a_pause_leaves_the_straight_line_by_no_count() -> None:
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.3, 0.07])
-async def test_an_override_under_way_moves_the_end_to_where_it_says(ratio: float) -> None:
+async def test_override_in_motion_moves_the_end_as_predicted(ratio: float) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(6.0)
@@ -206,7 +206,7 @@ async def test_a_change_in_the_last_instants_is_harmless(before_end: float, then
         assert bench.controller.state.mode is Mode.IDLE
 
 
-async def test_what_is_paused_at_its_very_end_ends_while_all_later_motion_is_held() -> None:
+async def test_motion_paused_at_its_end_ends_while_later_motion_is_held() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(duration_of(bench) + SETTLE / 2)
@@ -239,7 +239,7 @@ async def test_a_stop_in_a_pause_ends_the_motion_and_nothing_resumes(after: floa
 
 @pytest.mark.parametrize("into", [0.0, 0.1, 0.3])
 @pytest.mark.parametrize("change", ["pause", "resume", "slow", "fast"])
-async def test_a_stop_while_the_speed_changes_tells_what_then_happens(change: str, into: float) -> None:
+async def test_stop_during_a_speed_change_predicts_the_braking(change: str, into: float) -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         if change == "fast":
@@ -293,7 +293,7 @@ async def test_a_refusal_does_not_wait_for_resume() -> None:
         assert bench.controller.state.mode is Mode.PAUSED
 
 
-async def test_a_gripper_moves_on_and_what_follows_is_held() -> None:
+async def test_gripper_moves_on_and_later_motion_is_held() -> None:
     async with homed() as bench:
         grip = asyncio.create_task(bench.controller.gripper(False))
         await elapse(0.1)
@@ -347,7 +347,7 @@ async def test_a_homing_is_not_paused_and_keeps_its_speeds() -> None:
         assert bench.controller.state.mode is Mode.IDLE
 
 
-async def test_a_homing_that_is_asked_for_in_a_pause_is_held() -> None:
+async def test_homing_requested_in_a_pause_is_held() -> None:
     async with homed() as bench:
         await bench.controller.pause(ahead=True)
         home = asyncio.create_task(bench.controller.home())
@@ -382,7 +382,7 @@ async def by_foreign_stop(bench: Rig) -> None:
 
 
 @pytest.mark.parametrize(("cause", "error"), [(by_abort_input, AbortInput), (by_foreign_stop, Stopped)])
-async def test_what_befalls_a_paused_motion_ends_it_and_the_pause(
+async def test_fault_of_a_paused_motion_ends_it_and_the_pause(
     cause: Callable[[Rig], Awaitable[None]], error: type[MayaError]
 ) -> None:
     async with homed(live=True) as bench, paused(bench, 8.0) as move:

@@ -1,4 +1,4 @@
-"""What the planner refuses before it asks for a proof: lines that the boom cannot follow."""
+"""Refusals of the planner before it asks for a proof: lines that the boom cannot follow."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def at(angle: float) -> Point:
     return Point(1.2 * sin(angle), 1.2 * cos(angle), 0.6)
 
 
-def test_a_line_across_the_place_where_a_whole_turn_ends_is_refused() -> None:
+def test_line_across_the_end_of_a_whole_turn_is_refused() -> None:
     config = parse({"axes": {"a": {"minimum": 0.0, "maximum": 2.0 * pi}}})
     mechanism, workspace = Mechanism.of(config), Workspace.of(config)
     planner = Planner(config, mechanism)

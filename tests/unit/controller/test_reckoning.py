@@ -45,7 +45,7 @@ def test_reference_that_changes_at_rest_is_found(by: int) -> None:
         assert found is None  # SH may do that
 
 
-def test_servo_on_takes_the_reference_to_the_axis_and_is_no_change() -> None:
+def test_servo_on_resets_the_reference_without_a_finding() -> None:
     pushed = AxisRecord(status=AxisStatus.MOTOR_OFF, reference=1_000, position=9_000)
     assert records(STILL, pushed, AxisRecord(reference=9_000, position=9_000)) is None
 
@@ -61,7 +61,7 @@ def test_axis_that_is_pushed_from_its_reference_is_found() -> None:
     assert records(STILL, AxisRecord(reference=1_000, position=2_900)) is None
 
 
-def test_axis_that_moves_is_found_unless_it_did_from_the_beginning() -> None:
+def test_moving_axis_is_found_unless_it_moved_from_the_start() -> None:
     moving = AxisRecord(status=AxisStatus.MOVING, reference=1_010, position=1_000)
     assert isinstance(records(STILL, moving), ForeignMotion)
     assert records(moving, moving, STILL) is None
@@ -92,7 +92,7 @@ async def test_position_defined_at_rest_makes_the_homing_void() -> None:
         assert await foreign(bench, "MG mayahome") == ["0.0000"]
 
 
-async def test_position_defined_at_rest_is_found_before_a_motion_that_nobody_watches() -> None:
+async def test_position_redefined_at_rest_is_found_before_the_next_motion() -> None:
     async with homed() as bench:
         await foreign(bench, "DPB=1400000")
         with pytest.raises(PositionChanged):
@@ -149,7 +149,7 @@ async def test_line_that_another_program_moves_at_rest_stays_and_can_be_homed_ag
         assert bench.controller.state.homed
 
 
-async def test_skip_home_is_refused_where_somebody_moved_the_axes_meanwhile() -> None:
+async def test_skip_home_is_refused_when_the_axes_were_moved_meanwhile() -> None:
     async with homed(live=True) as bench:
         await bench.controller.move(HERE._replace(a=0.4))
         await bench.controller.skip_home()

@@ -37,7 +37,7 @@ async def test_the_manuals_values_are_in_the_controller_once_connected(operand: 
         assert [float(reply) for reply in await foreign(bench, f"MG {operand}")] == [value]
 
 
-async def test_what_was_there_before_is_overwritten() -> None:
+async def test_earlier_values_are_overwritten() -> None:
     async with rig() as bench:
         await foreign(bench, "OE*=3", "LD*=3", "ER*=1", "CN 1", "SD*=1024", "TM 500")
         await Registers(bench.controller.config).configure(bench.controller._monitor.link.driver)
@@ -47,7 +47,7 @@ async def test_what_was_there_before_is_overwritten() -> None:
         )
 
 
-async def test_values_that_the_controller_rounds_are_no_mismatch() -> None:
+async def test_values_rounded_by_the_controller_are_no_mismatch() -> None:
     config = changed(speed_counts=30_001, acceleration_counts=6_000, stop_deceleration_counts=52_000)
     async with rig(config) as bench:
         assert await foreign(bench, "MG _SPB", "MG _ACB", "MG _DCB", "MG _CN0") == [
@@ -81,7 +81,7 @@ async def test_all_is_written_before_anything_is_read_back() -> None:
 
 
 @pytest.mark.parametrize("form", ["VF -8.4", "VF -4.0", "VF 1.0"])
-async def test_how_somebody_else_has_numbers_printed_does_not_matter(form: str) -> None:
+async def test_number_format_of_other_hosts_does_not_matter(form: str) -> None:
     async with rig() as bench:
         await foreign(bench, form)
         await Registers(bench.controller.config).configure(bench.controller._monitor.link.driver)

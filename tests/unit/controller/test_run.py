@@ -41,7 +41,7 @@ async def test_it_ends_and_rests_when_its_profile_does() -> None:
     assert run.times(BEGAN + 4.0) == pytest.approx((4.0, DURATION))
 
 
-async def test_one_begun_slowly_takes_longer() -> None:
+async def test_slow_start_takes_longer() -> None:
     assert begun(factor=0.5).end == pytest.approx(BEGAN + 100_000 / 5000 + 0.5 * RAMP)
 
 
@@ -51,7 +51,7 @@ async def test_in_a_pause_it_rests_and_has_no_end() -> None:
     assert (run.end, run.rest) == (inf, pytest.approx(BEGAN + 4.0 + RAMP))
 
 
-async def test_times_do_not_count_what_it_stands() -> None:
+async def test_times_exclude_pauses() -> None:
     run = begun()
     run.follow(paced(paused=True), BEGAN + 4.0)
     moved, whole = run.times(BEGAN + 500.0)
@@ -91,7 +91,7 @@ async def test_an_override_in_a_pause_counts_from_resume() -> None:
     assert run.times(BEGAN + 30.0)[1] == pytest.approx(expected)
 
 
-async def test_a_stop_is_told_by_the_speed_it_has() -> None:
+async def test_stop_is_predicted_from_the_current_speed() -> None:
     run = begun()
     assert run.stop_report(BEGAN + 4.0).duration == pytest.approx(RAMP)
     run.follow(paced(override=0.5), BEGAN + 4.0)
@@ -102,7 +102,7 @@ async def test_a_stop_is_told_by_the_speed_it_has() -> None:
     assert run.stop_report(BEGAN + 9.0) == StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
 
-async def test_vias_are_told_in_order_each_once() -> None:
+async def test_waypoints_are_reported_in_order_and_once() -> None:
     told: list[int] = []
     run = begun(5000.0, 55_000.0, 55_000.0, 100_000.0, told=told)
     middle = BEGAN + RAMP + (55_000 - 10_000 * RAMP / 2) / 10_000
@@ -136,7 +136,7 @@ async def test_without_a_listener_no_via_is_waited_for() -> None:
     assert begun(5000.0).next_via() == inf
 
 
-async def test_a_pace_wakes_whoever_waits_and_keeps_what_it_is_not_told() -> None:
+async def test_pace_wakes_waiters_and_keeps_unset_values() -> None:
     pace = MotionPace()
     news = pace.news
     pace.change(override=0.3)

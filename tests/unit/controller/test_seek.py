@@ -28,7 +28,7 @@ PERMUTED = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"le
 async def seeking(
     start: StartPose | None = None, *, truth: TrueConstants | None = None, config: Config | None = None
 ) -> AsyncIterator[tuple[Seeker, Rig, RunningCommand]]:
-    """Give a seeker on a twin whose motors are on, and the wish it works for."""
+    """Yield a seeker on a twin whose motors are on, and its command."""
     async with rig(config, truth=truth, start=start or StartPose()) as bench:
         monitor = bench.controller._monitor
         driver = monitor.link.driver
@@ -62,7 +62,7 @@ def test_a_look_puts_the_axes_in_mayas_order() -> None:
 
 
 @pytest.mark.parametrize(("stop_code", "forward", "reverse"), [(1, False, False), (2, True, False), (3, False, True)])
-def test_a_switch_was_met_also_where_it_let_go_again(stop_code: int, forward: bool, reverse: bool) -> None:
+def test_switch_that_released_again_was_still_met(stop_code: int, forward: bool, reverse: bool) -> None:
     look = look_at(record_of(AxisRecord(stop_code=stop_code), AxisRecord(), AxisRecord()), (0, 1, 2))
     assert (look.met(A, FORWARD), look.met(A, REVERSE)) == (forward, reverse)
     assert not look.met(B, FORWARD)
@@ -99,13 +99,13 @@ async def test_a_move_is_sent_whole_before_it_begins(
     assert peer.commands.index("BGS") > peer.commands.index("LE")
 
 
-async def test_what_is_less_than_a_count_is_not_sent() -> None:
+async def test_move_of_less_than_a_count_is_not_sent() -> None:
     async with seeking() as (seeker, bench, _):
         await seeker.go({A: 0.0, B: 4e-7, C: -4e-7}, 0.03)
         assert commands_in(bytes(bench.sent)) == ["QR"]
 
 
-async def test_the_speed_is_no_more_than_the_axes_can() -> None:
+async def test_speed_is_limited_to_that_of_the_axes() -> None:
     async with seeking() as (seeker, bench, _):
         await seeker.go({B: 0.2}, 1.0)
         await seeker.go({A: 0.05}, 1.0)
@@ -125,7 +125,7 @@ async def test_a_switch_ends_the_move_of_all() -> None:
         assert way[C] == pytest.approx(-0.035, abs=0.01)
 
 
-async def test_a_move_ends_when_it_is_told_to() -> None:
+async def test_move_ends_on_request() -> None:
     async with seeking() as (seeker, bench, _):
         look = await seeker.go({B: 0.5}, 0.03, poll=0.05, until=lambda look: look.counts[B] > 60_000)
         assert 60_000 < look.counts[B] < 60_000 + 0.1 * 30_000 + 30_000**2 / (2 * 51_200)
@@ -140,7 +140,7 @@ async def test_stop_reaches_a_move_between_two_looks() -> None:
         assert now() == 1.01
 
 
-async def test_a_wish_that_was_stopped_begins_no_move() -> None:
+async def test_stopped_command_begins_no_move() -> None:
     async with seeking() as (seeker, bench, wish):
         wish.interrupt(Stopped())
         with pytest.raises(Stopped):
@@ -193,7 +193,7 @@ async def test_a_switch_that_turns_active_behind_an_axis_contradicts() -> None:
         assert moved(bench, start)[C] < 0.05
 
 
-async def test_an_axis_that_stands_against_something_stalls_and_can_be_moved_away() -> None:
+async def test_blocked_axis_stalls_and_can_be_moved_away() -> None:
     blocked = replace(TrueConstants(), gaps=(-0.3, 0.02, 0.02))
     start = StartPose(0.35, 1.5, 1.5)
     async with seeking(start, truth=blocked) as (seeker, bench, _):
@@ -209,7 +209,7 @@ async def test_an_axis_that_stands_against_something_stalls_and_can_be_moved_awa
 
 
 @pytest.mark.parametrize(("register", "error"), [("ERB=5", FollowingError), ("", AbortInput)])
-async def test_what_else_ends_a_move_is_raised(register: str, error: type[Exception]) -> None:
+async def test_other_end_of_a_move_is_raised(register: str, error: type[Exception]) -> None:
     async with seeking() as (seeker, bench, _):
         if register:
             await foreign(bench, register)

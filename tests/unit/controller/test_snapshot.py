@@ -18,7 +18,7 @@ HERE = Joints(0.3, 1.5, 1.3)
 PERMUTED = parse({"axes": {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}})
 
 
-def lens(config: Config) -> StateBuilder:
+def state_builder_of(config: Config) -> StateBuilder:
     return StateBuilder(config, Units.of(config), Mechanism.of(config), state_builder.indices(config))
 
 
@@ -30,8 +30,8 @@ def at(joints: Joints) -> list[AxisRecord]:
     return [AxisRecord(position=counts) for counts in Units.of(Config()).to_counts(joints)]
 
 
-def test_a_homed_robot_is_where_its_encoders_are() -> None:
-    state = lens(Config()).state(record_of(*at(HERE)), standing())
+def test_homed_robot_is_at_the_position_of_its_encoders() -> None:
+    state = state_builder_of(Config()).state(record_of(*at(HERE)), standing())
     assert state.joints == pytest.approx(HERE, abs=5e-5)
     assert state.point is not None
     assert state.point == pytest.approx(Mechanism.of(Config()).fk(HERE), abs=2e-4)
@@ -39,14 +39,14 @@ def test_a_homed_robot_is_where_its_encoders_are() -> None:
     assert (state.time, state.mode, state.homed, state.progress) == (12.5, Mode.IDLE, True, Progress("move", 1.0, 4.0))
 
 
-def test_before_homing_counts_are_no_lengths() -> None:
-    state = lens(Config()).state(record_of(*at(HERE)), standing(homed=False))
+def test_before_homing_there_are_counts_and_no_lengths() -> None:
+    state = state_builder_of(Config()).state(record_of(*at(HERE)), standing(homed=False))
     assert (state.joints, state.point, state.homed) == (None, None, False)
     assert state.counts == Units.of(Config()).to_counts(HERE)
 
 
 def test_lines_that_cannot_meet_have_no_gripper_point() -> None:
-    state = lens(Config()).state(record_of(*at(Joints(0.3, 0.6, 0.6))), standing())
+    state = state_builder_of(Config()).state(record_of(*at(Joints(0.3, 0.6, 0.6))), standing())
     assert state.joints is not None
     assert state.point is None
 
@@ -59,7 +59,7 @@ def test_every_value_is_of_the_axis_it_is_named_for(config: Config, place: tuple
     axes[place[0]] = AxisRecord(position=1, stop_code=11, velocity_raw=round(64 * 371.06), status=AxisStatus.MOTOR_OFF)
     axes[place[1]] = AxisRecord(position=2, stop_code=12, velocity_raw=-64 * 45_000, status=AxisStatus.MOVING)
     axes[place[2]] = AxisRecord(position=3, stop_code=13, switches=AxisSwitches.FORWARD_INACTIVE)
-    state = lens(config).state(record_of(*axes), standing())
+    state = state_builder_of(config).state(record_of(*axes), standing())
     assert state.counts == (1, 2, 3)
     assert state.stop_code == (11, 12, 13)
     assert state.velocity == pytest.approx((pi / 180, -0.045, 0.0), rel=1e-3)
@@ -82,19 +82,19 @@ def test_every_value_is_of_the_axis_it_is_named_for(config: Config, place: tuple
 )
 def test_the_gripper_is_known_by_its_bit(closed_by: str, output: int, outputs: int, closed: bool) -> None:
     config = parse({"gripper": {"closed_by": closed_by, "output": output}})
-    state = lens(config).state(record_of(*at(HERE), outputs=outputs), standing())
+    state = state_builder_of(config).state(record_of(*at(HERE), outputs=outputs), standing())
     assert state.gripper_closed is closed
 
 
-def test_a_fault_is_told_by_code_and_sentence() -> None:
+def test_fault_has_its_code_and_sentence() -> None:
     error = FollowingError(axis="c")
-    state = lens(Config()).state(record_of(*at(HERE)), standing(fault=error))
+    state = state_builder_of(Config()).state(record_of(*at(HERE)), standing(fault=error))
     assert state.fault is not None
     assert (state.fault.code, state.fault.message) == (2302, str(error))
 
 
 def test_before_the_first_record_nothing_is_claimed() -> None:
-    state = lens(Config()).state(None, standing(fault=FollowingError(axis="c")))
+    state = state_builder_of(Config()).state(None, standing(fault=FollowingError(axis="c")))
     assert (state.homed, state.joints, state.point, state.moving) == (False, None, None, False)
     assert state.motors_on == (False, False, False)
     assert state.fault is not None

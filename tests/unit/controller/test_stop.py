@@ -69,7 +69,7 @@ async def stopped(bench: Rig, after: float, move: asyncio.Task[None]) -> StopRep
 @pytest.mark.parametrize(
     ("target", "speed"), [(FAR, 1.0), (FAR, 0.2), (Joints(0.3, 1.9, 1.3), 1.0), (Joints(1.5, 1.5, 1.3), 1.0)]
 )
-async def test_a_stop_in_motion_tells_what_then_happens(after: float, target: Joints, speed: float) -> None:
+async def test_stop_in_motion_predicts_the_braking(after: float, target: Joints, speed: float) -> None:
     async with homed() as bench:
         await stopped(bench, after, asyncio.create_task(bench.controller.move(target, speed=speed)))
         assert bench.controller.state.mode is Mode.IDLE
@@ -77,20 +77,20 @@ async def test_a_stop_in_motion_tells_what_then_happens(after: float, target: Jo
 
 
 @pytest.mark.parametrize("before_end", [2.0, 1.0, 0.5, 0.2, 0.05, 0.01])
-async def test_a_stop_shortly_before_the_end_tells_what_then_happens(before_end: float) -> None:
+async def test_stop_shortly_before_the_end_predicts_the_braking(before_end: float) -> None:
     async with homed() as bench:
         duration = bench.controller.preview([HERE, FAR]).duration - SETTLE
         await stopped(bench, duration - before_end, asyncio.create_task(bench.controller.move(FAR)))
 
 
-async def test_a_stop_on_a_path_with_corners_tells_what_then_happens() -> None:
+async def test_stop_on_a_path_with_corners_predicts_the_braking() -> None:
     path = [HERE, Joints(0.4, 1.4, 1.4), Joints(0.4, 1.4, 1.6), Joints(0.3, 1.5, 1.5)]
     for after in (2.0, 5.0, 6.0, 8.5):
         async with homed() as bench:
             await stopped(bench, after, asyncio.create_task(bench.controller.follow(path)))
 
 
-async def test_a_stop_tells_by_the_configured_deceleration() -> None:
+async def test_stop_is_predicted_by_the_configured_deceleration() -> None:
     durations: list[float] = []
     for stop in (51_200, 10_240):
         line = {"stop_deceleration_counts": stop}
@@ -104,7 +104,7 @@ PHASES = [("raise", 0.3), ("datum_a", 4.0), ("datum_c", 5.0), ("datum_b", 3.0), 
 
 
 @pytest.mark.parametrize(("phase", "after"), PHASES)
-async def test_a_stop_while_homing_tells_what_then_happens(phase: str, after: float) -> None:
+async def test_stop_while_homing_predicts_the_braking(phase: str, after: float) -> None:
     async with rig(start=StartPose(0.4, 1.6, 1.7)) as bench:
         home = asyncio.create_task(bench.controller.home())
         while (progress := bench.controller.progress()) is None or progress.phase != phase:
@@ -115,7 +115,7 @@ async def test_a_stop_while_homing_tells_what_then_happens(phase: str, after: fl
 
 
 @pytest.mark.parametrize("at", ["CS S", "LM ", "LE"])
-async def test_a_stop_while_a_move_is_sent_keeps_it_from_beginning(at: str) -> None:
+async def test_stop_while_a_move_is_sent_prevents_it(at: str) -> None:
     async with homed() as bench:
         stops: list[asyncio.Task[StopReport]] = []
         when_sent(bench, at, lambda: stops.append(asyncio.create_task(bench.controller.stop())))
@@ -128,7 +128,7 @@ async def test_a_stop_while_a_move_is_sent_keeps_it_from_beginning(at: str) -> N
         await bench.controller.move(FAR)
 
 
-async def test_a_stop_at_the_beginning_holds_the_robot_where_it_is() -> None:
+async def test_stop_at_the_start_holds_the_robot_in_place() -> None:
     async with homed() as bench:
         stops: list[asyncio.Task[StopReport]] = []
         when_sent(bench, "BGS", lambda: stops.append(asyncio.create_task(bench.controller.stop())))
@@ -152,7 +152,7 @@ async def test_a_stop_at_the_very_end_finds_the_robot_there(into: float) -> None
         assert bench.controller.state.mode is Mode.IDLE
 
 
-async def test_a_stop_while_the_gripper_settles_ends_the_wish() -> None:
+async def test_stop_while_the_gripper_settles_ends_the_command() -> None:
     async with homed() as bench:
         grip = asyncio.create_task(bench.controller.gripper(True))
         await elapse(0.2)
@@ -174,7 +174,7 @@ async def test_a_stop_at_rest_changes_nothing_and_is_reported() -> None:
         await bench.controller.move(FAR)
 
 
-async def test_a_stop_before_homing_and_in_a_fault_is_heard_too() -> None:
+async def test_stop_before_homing_and_in_a_fault_is_obeyed() -> None:
     async with rig() as bench:
         assert await bench.controller.stop() == NOTHING
         await bench.controller.abort()
@@ -195,7 +195,7 @@ async def test_two_stops_are_one() -> None:
 
 
 @pytest.mark.parametrize("stop", ["ST S", "ABC"])
-async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
+async def test_stop_reaches_motion_of_another_host(stop: str) -> None:
     async with homed() as bench:
         begin = ["PRA=-9000", "BGA"] if stop == "ABC" else ["TL ,9,9", "CS S", "LM BC", "LI ,90000,-90000", "LE", "BGS"]
         await foreign(bench, "VS 20000", "VA 20480", "VD 71680", *begin)
@@ -209,7 +209,7 @@ async def test_a_stop_reaches_what_somebody_else_began(stop: str) -> None:
 
 
 async def test_a_refused_stop_of_the_sequence_does_not_spare_axes_that_move_alone() -> None:
-    still = AxisRecord(velocity_raw=-64)  # what an encoder says that trembles
+    still = AxisRecord(velocity_raw=-64)  # readings of a trembling encoder
     alone = record_of(AxisRecord(status=AxisStatus.MOVING, velocity_raw=64 * 1_024), AxisRecord(), still)
     known = box(Config())
     answers = {"QR": alone.encode() + b":", "ST S": b"?", "TC1": b"28 S operand\r\n:"}
@@ -254,7 +254,7 @@ async def by_abort_input(bench: Rig) -> None:
 @pytest.mark.parametrize(
     ("first", "second", "error"), [(by_stop, by_abort_input, Stopped), (by_abort_input, by_stop, AbortInput)]
 )
-async def test_what_interrupts_first_ends_the_wish(
+async def test_first_interruption_ends_the_command(
     first: Callable[[Rig], Awaitable[None]], second: Callable[[Rig], Awaitable[None]], error: type[Exception]
 ) -> None:
     async with homed(live=True) as bench:
@@ -269,7 +269,7 @@ async def test_what_interrupts_first_ends_the_wish(
         assert bench.controller.state.mode is Mode.FAULT
 
 
-async def test_whatever_else_ends_a_motion_leaves_no_axis_moving() -> None:
+async def test_any_end_of_a_motion_leaves_no_axis_moving() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
@@ -309,11 +309,11 @@ async def test_a_stop_during_the_last_look_at_the_gripper_is_not_lost() -> None:
         await controller.stop()
         with pytest.raises(Stopped):
             await closing
-        assert kinds(bench)[-1] is GripperClosed  # it has moved, whatever was said
+        assert kinds(bench)[-1] is GripperClosed  # it has moved, whatever was reported
 
 
-async def test_after_a_stop_the_state_is_where_the_axes_have_come_to_rest() -> None:
-    """What is planned next begins there: the encoders follow the reference by a few hundredths of a second."""
+async def test_after_a_stop_the_state_is_the_rest_position() -> None:
+    """The next plan begins there: the encoders follow the reference by a few hundredths of a second."""
     hard = {"stop_deceleration_counts": 80_000_000, "limit_deceleration_counts": 80_000_000}
     async with rig(parse({"axes": {"a": hard, "b": hard, "c": hard}})) as bench:
         await bench.controller.home()

@@ -35,7 +35,7 @@ def test_drum_that_does_not_lock_keeps_the_torque_that_holds_any_load() -> None:
         assert limits == pytest.approx({"B": most, "C": most}, abs=STEP)
 
 
-def test_limit_is_no_more_than_the_controller_can_give() -> None:
+def test_limit_is_within_the_range_of_the_controller() -> None:
     torque = Torque(parse({"homing": {"torque_per_load": 9.0}}))
     assert torque.most == pytest.approx({"B": 9.9982, "C": 9.9982}, abs=STEP)
 

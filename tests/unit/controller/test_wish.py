@@ -11,19 +11,19 @@ from tests.unit.controller.bench import now
 from tests.virtual_time import elapse
 
 
-async def test_one_wish_at_a_time_and_the_other_is_told_which() -> None:
+async def test_second_command_is_refused_with_the_name_of_the_first() -> None:
     desk = ExclusiveSlot()
     with desk.take("home") as first:
         assert desk.current is first
         with pytest.raises(Busy) as refusal, desk.take("move"):
-            pytest.fail("two wishes at once")
+            pytest.fail("two commands at once")
         assert refusal.value.details == {"doing": "home"}
         assert desk.current is first
     assert desk.current is None
 
 
 @pytest.mark.parametrize("error", [NotHomed(), AbortInput(), asyncio.CancelledError()])
-async def test_a_wish_that_fails_leaves_the_desk_free(error: BaseException) -> None:
+async def test_failed_command_frees_the_slot(error: BaseException) -> None:
     desk = ExclusiveSlot()
     with pytest.raises(type(error)), desk.take("move"):
         raise error
@@ -57,7 +57,7 @@ async def test_an_interruption_ends_a_pause_at_once() -> None:
     assert now() == 0.75
 
 
-async def test_a_pause_that_is_over_still_tells_of_an_interruption() -> None:
+async def test_ended_pause_still_reports_an_interruption() -> None:
     wish = RunningCommand("move")
     wish.interrupt(Stopped())
     with pytest.raises(Stopped):

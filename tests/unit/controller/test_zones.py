@@ -24,7 +24,7 @@ def around(place: Point, half: float) -> Box:
     return Box("cage", low, high)
 
 
-async def test_zones_of_the_configuration_hold_from_the_beginning() -> None:
+async def test_configured_zones_apply_from_the_start() -> None:
     table = {"name": "wall", "kind": "half_space", "point": [0.65, 0, 0], "normal": [-1, 0, 0]}
     async with homed(parse({"zones": [table]})) as bench:
         assert bench.controller.zones == (WALL,)
@@ -32,7 +32,7 @@ async def test_zones_of_the_configuration_hold_from_the_beginning() -> None:
             await bench.controller.move(FAR)
 
 
-async def test_what_was_allowed_is_refused_by_the_zones_name_and_allowed_again() -> None:
+async def test_zone_refuses_by_name_and_removal_allows_again() -> None:
     async with homed() as bench:
         controller = bench.controller
         assert controller.preview([HERE, FAR]).end == controller.units.to_joints(controller.units.to_counts(FAR))

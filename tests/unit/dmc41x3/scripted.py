@@ -16,7 +16,7 @@ TIMEOUT = 2.0
 class Peer:
     """Answers every command by `answer` (bytes, or None for silence) and keeps what it was sent.
 
-    While `held`, it takes commands and says nothing; `release` answers them.
+    While `held`, it takes commands and does not answer; `release` answers them.
     """
 
     def __init__(self, end: LoopbackTransport, answer: Callable[[str], bytes | None]) -> None:

@@ -54,7 +54,7 @@ async def outcome(waiting: asyncio.Future[str] | asyncio.Task[str]) -> CodedErro
     return caught.value
 
 
-async def test_a_reply_comes_without_its_blanks() -> None:
+async def test_reply_is_stripped_of_blanks() -> None:
     async with conversation(Box()) as (driver, _):
         assert await driver.send("MG 5.0000") == "5.0000"
         assert await driver.send("SHA") == ""
@@ -102,7 +102,7 @@ async def test_an_unknown_code_keeps_the_controllers_words() -> None:
             await driver.send("bad199")
 
 
-async def test_nobody_steals_the_code_of_a_rejection() -> None:
+async def test_code_of_a_rejection_reaches_its_command() -> None:
     async with conversation(Box()) as (driver, peer):
 
         async def user() -> str:
@@ -161,7 +161,7 @@ async def test_a_batch_with_several_rejections_names_the_first() -> None:
 
 
 @pytest.mark.parametrize("command", ["TP;TE", "TP\r", "TP\n", "MG é", "x" * 81])
-async def test_what_is_not_one_command_never_reaches_the_wire(command: str) -> None:
+async def test_several_commands_at_once_never_reach_the_wire(command: str) -> None:
     async with conversation(Box()) as (driver, peer):
         with pytest.raises(InvalidValue):
             await driver.send(command)
@@ -233,7 +233,7 @@ async def test_progress_in_a_long_batch_keeps_the_link() -> None:
         assert await waiting == [""] * 5
 
 
-async def test_a_command_known_to_take_long_has_its_own_patience() -> None:
+async def test_slow_command_has_its_own_timeout() -> None:
     async with conversation(Box()) as (driver, peer):
         peer.held = True
         asyncio.get_running_loop().call_later(3 * TIMEOUT, peer.release)
@@ -272,7 +272,7 @@ async def test_a_cut_in_a_reply_fails_everything_under_way(part: bytes) -> None:
         assert isinstance(driver.lost.result(), loss)
 
 
-async def test_driver_whose_peer_never_answered_says_that_nobody_is_there() -> None:
+async def test_driver_whose_peer_never_answered_reports_it_missing() -> None:
     async with conversation(silent) as (driver, peer):
         peer.end.cut()
         lost = await driver.lost
@@ -280,7 +280,7 @@ async def test_driver_whose_peer_never_answered_says_that_nobody_is_there() -> N
         assert "finish" not in str(lost)
 
 
-async def test_a_rejection_whose_code_is_lost_ends_with_the_link() -> None:
+async def test_rejection_with_a_lost_code_ends_with_the_link() -> None:
     async with conversation(lambda command: b"?" if command == "BGA" else None) as (driver, peer):
         waiting = asyncio.create_task(driver.send("BGA"))
         await elapse(0.1)

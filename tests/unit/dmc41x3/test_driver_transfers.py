@@ -21,7 +21,7 @@ PROGRAM = "#MAIN;' all of it counts\ncount=0\n#LOOP\ncount=count+1\nWT 10\nJP#LO
 
 
 class Altering:
-    """A link on which what the controller says is altered."""
+    """A link that alters the answers of the controller."""
 
     def __init__(self, link: LoopbackTransport, alter: Callable[[bytes], bytes]) -> None:
         self._link = link
@@ -49,7 +49,7 @@ async def twin(alter: Callable[[bytes], bytes] = as_it_is) -> AsyncIterator[tupl
         await controller.close()
 
 
-async def test_a_program_comes_back_as_it_was_sent() -> None:
+async def test_program_is_uploaded_as_it_was_sent() -> None:
     async with twin() as (driver, _):
         await driver.download(PROGRAM)
         assert await driver.upload() == PROGRAM
@@ -72,7 +72,7 @@ async def test_the_longest_program_passes() -> None:
         assert await driver.upload() == text
 
 
-async def test_nothing_of_a_program_is_executed_where_another_runs() -> None:
+async def test_no_line_of_a_program_runs_while_another_runs() -> None:
     async with twin() as (driver, controller):
         await driver.download(PROGRAM)
         await driver.batch(["SH", "XQ#MAIN"])
@@ -112,7 +112,7 @@ async def test_a_bad_label_has_its_code() -> None:
         assert await driver.send("MG 5") == "5.0000"
 
 
-async def test_a_program_that_differs_is_told_with_its_line() -> None:
+async def test_different_program_is_reported_with_its_line() -> None:
     async with twin(lambda data: data.replace(b"WT 10", b"WT 99")) as (driver, _):
         with pytest.raises(ProgramDiffers) as caught:
             await driver.download(PROGRAM)
@@ -130,7 +130,7 @@ async def test_arrays_keep_every_bit_and_print_four_decimals() -> None:
         assert controller.machine.unit.error_code == 0
 
 
-async def test_an_array_that_is_none_and_one_too_short_are_refused() -> None:
+async def test_missing_and_too_short_arrays_are_refused() -> None:
     async with twin() as (driver, _):
         with pytest.raises(CommandRejected) as caught:
             await driver.download_array("nope", [1.0])
@@ -148,18 +148,18 @@ async def test_a_large_array_passes() -> None:
         assert await driver.upload_array("big") == values
 
 
-async def test_what_was_burned_is_sound() -> None:
+async def test_burned_memory_is_sound() -> None:
     async with twin() as (driver, _):
         burned = await driver.burned()
         assert burned.damaged == ()
 
 
-async def test_a_damaged_memory_is_told() -> None:
+async def test_damaged_memory_is_reported() -> None:
     async with conversation(lambda _: b" 6.0000\r\n:") as (driver, _):
         assert (await driver.burned()).damaged == ("parameters", "program")
 
 
-async def test_every_listener_hears_every_message_until_it_leaves() -> None:
+async def test_every_listener_gets_every_message_until_it_leaves() -> None:
     async with twin() as (driver, _):
         first: list[str] = []
         second: list[str] = []
@@ -193,7 +193,7 @@ async def test_a_refused_line_behind_those_to_keep_leaves_them() -> None:
         assert await driver.upload() == "#A\nEN\n"
 
 
-async def test_a_link_lost_in_a_download_is_told_and_ends_messages() -> None:
+async def test_link_lost_in_a_download_is_reported_and_ends_messages() -> None:
     async with twin() as (driver, controller):
         await driver.send("MG 1")
         download = asyncio.create_task(driver.download(PROGRAM))

@@ -59,7 +59,7 @@ def device(place: Path) -> None:
 
 @pytest.mark.parametrize("writer", WRITERS)
 @pytest.mark.parametrize("made", [pipe, folder, link_out, link_to_nothing_elsewhere, link_in_a_circle, device])
-def test_writers_refuse_what_is_no_regular_file(writer: str, made: Callable[[Path], None], tmp_path: Path) -> None:
+def test_writers_refuse_irregular_files(writer: str, made: Callable[[Path], None], tmp_path: Path) -> None:
     inner = tmp_path / "inner"
     inner.mkdir()
     place = inner / "file"
@@ -122,7 +122,7 @@ def test_state_folder_is_for_its_owner_alone(tmp_path: Path, monkeypatch: pytest
     assert stat.S_IMODE(own_state_folder().stat().st_mode) == 0o700
 
 
-def test_state_folder_that_everybody_may_write_to_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_state_folder_writable_by_all_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path))
     tmp_path.chmod(0o777)
     with pytest.raises(FileUnwritable, match="everybody may write"):

@@ -27,12 +27,12 @@ def test_a_text_is_found_in_the_catalogue_of_each_package() -> None:
     assert translate("{path} cannot be read: {reason}.", "es") == "No se puede leer {path}: {reason}."
 
 
-def test_details_are_filled_in_where_there_are_some() -> None:
+def test_details_are_filled_in_if_present() -> None:
     assert translate("{path} cannot be read: {reason}.", "es", path="a", reason="b") == "No se puede leer a: b."
     assert translate("{path} cannot be read: {reason}.", "en") == "{path} cannot be read: {reason}."
 
 
-def test_a_context_tells_equal_texts_apart() -> None:
+def test_context_distinguishes_equal_texts() -> None:
     assert translate(marked("held", "WrongState.action"), "es", "WrongState.action") == "retenerlo"
     assert translate("held", "es", "WrongState.state") == "retenido"
 

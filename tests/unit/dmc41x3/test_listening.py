@@ -1,4 +1,4 @@
-"""Listening sockets: how descriptors are shared, and what becomes of connections for which none is left."""
+"""Listening sockets: shared descriptors, and connections without a descriptor."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def bound() -> socket.socket:
 
 
 class Greeter(asyncio.Protocol):
-    """Says that a connection was taken."""
+    """Reports that a connection was taken."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.WriteTransport)
@@ -71,7 +71,7 @@ class Greeter(asyncio.Protocol):
 
 
 def listened(share: DescriptorShare, count: int) -> list[bytes]:
-    """Return what `count` connections at once were told."""
+    """Return the answers to `count` simultaneous connections."""
 
     async def main() -> list[bytes]:
         server = Listener([bound()], Greeter, share)
@@ -100,5 +100,5 @@ def test_listener_with_few_descriptors_left_takes_one_after_the_other() -> None:
     assert listened(DescriptorShare(0, 1_000_000), 20) == [b"x"] * 20
 
 
-def test_listener_without_a_descriptor_left_closes_what_comes() -> None:
+def test_listener_out_of_descriptors_closes_new_connections() -> None:
     assert listened(DescriptorShare(0, 0), 5) == [b""] * 5

@@ -27,7 +27,7 @@ async def forever() -> None:
     await asyncio.get_running_loop().create_future()
 
 
-def test_time_starts_at_zero_and_the_result_comes_back() -> None:
+def test_time_starts_at_zero_and_the_result_is_returned() -> None:
     async def main() -> tuple[float, str]:
         began = asyncio.get_running_loop().time()
         await elapse(3600.0)
@@ -46,7 +46,7 @@ async def test_the_clock_lands_exactly_on_each_timer() -> None:
 
 
 @given(delays=st.lists(st.sampled_from([0.0, 1.0, 1.5, 2.0]), max_size=40))
-async def test_timers_run_by_time_and_equal_ones_in_the_order_they_were_set(delays: list[float]) -> None:
+async def test_timers_run_by_time_and_equal_ones_in_order(delays: list[float]) -> None:
     loop, ran = jumping(), list[tuple[float, int]]()
     start = loop.time()
     for order, delay in enumerate(delays):
@@ -64,7 +64,7 @@ async def test_a_cancelled_timer_is_not_jumped_to() -> None:
     assert loop.time() == start + 1.0
 
 
-async def test_what_is_ready_comes_before_any_jump() -> None:
+async def test_ready_callbacks_run_before_any_jump() -> None:
     loop, times = jumping(), list[float]()
     start = loop.time()
 
@@ -88,7 +88,7 @@ async def test_a_timeout_fires_at_its_virtual_time() -> None:
     assert loop.time() - start == 2.5
 
 
-async def test_the_clock_stands_still_while_a_thread_works() -> None:
+async def test_clock_stops_while_a_thread_works() -> None:
     loop, gate = jumping(), threading.Event()
     start, seen = loop.time(), list[float]()
     ticker = loop.call_later(1.0, lambda: seen.append(loop.time()))
@@ -99,7 +99,7 @@ async def test_the_clock_stands_still_while_a_thread_works() -> None:
     ticker.cancel()
 
 
-async def test_a_failure_in_a_thread_comes_back_and_the_clock_goes_on() -> None:
+async def test_failure_in_a_thread_is_raised_and_the_clock_continues() -> None:
     with pytest.raises(ValueError, match="seven"):
         await jumping().run_in_executor(None, int, "seven")
     await elapse(1.0)
@@ -114,7 +114,7 @@ async def test_work_that_no_executor_took_does_not_freeze_the_clock() -> None:
     assert jumping().outside == 0
 
 
-async def test_the_clock_stands_still_inside_external() -> None:
+async def test_clock_stops_inside_external() -> None:
     loop = jumping()
     start, answer = loop.time(), loop.create_future()
     timer = loop.call_later(0.001, pytest.fail, "time went on")
@@ -140,7 +140,7 @@ def test_a_wait_for_nothing_is_a_deadlock() -> None:
         run_virtual(forever())
 
 
-def test_a_ticker_that_nobody_ends_meets_the_horizon() -> None:
+def test_endless_ticker_meets_the_horizon() -> None:
     ticks = list[float]()
 
     async def ticker() -> None:
@@ -172,7 +172,7 @@ def test_tasks_are_cleaned_up_after_the_loop_gave_up(wait: Coroutine[Any, Any, N
     assert cleaned == ["yes"]
 
 
-def test_a_failure_of_the_coroutine_comes_out() -> None:
+def test_failure_of_the_coroutine_is_raised() -> None:
     async def main() -> None:
         await elapse(1.0)
         raise KeyError("inside")
@@ -197,7 +197,7 @@ def test_two_runs_are_the_same_run() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("inf"), float("nan")])
-def test_a_speed_that_is_none_is_refused(speed: float) -> None:
+def test_invalid_speed_is_refused(speed: float) -> None:
     with pytest.raises(ValueError, match="positive and finite"):
         ScaledLoop(speed)
 
@@ -220,7 +220,7 @@ def scaled(speed: float, wait: float) -> tuple[float, float]:
     return took, real
 
 
-def test_a_scaled_wait_is_over_not_before_its_time_and_sooner_by_the_wall() -> None:
+def test_scaled_wait_ends_not_before_its_time_and_sooner_by_the_wall() -> None:
     took, real = scaled(10_000.0, 1_000.0)
     assert took >= 1_000.0
     assert 0.1 <= real < 60.0

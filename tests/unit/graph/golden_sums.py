@@ -1,4 +1,4 @@
-"""What ROS' own generators (genmsg 0.6, and actionlib_msgs/genaction for the messages of actions) make of types."""
+"""MD5 sums and definitions by ROS' own generators (genmsg 0.6, and actionlib_msgs/genaction for actions)."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ JOINT_STATE = (
     "070000000c00000059010000070000006261736520c3a9020000000100000061010000006202000000000000000000e03f"
     "000000000000f4bf0000000001000000000000000000f07f"
 )
-"""What genpy writes for the message of `test_types`."""
+"""Bytes that genpy writes for the message of `test_types`."""
 
 DIAGNOSTICS = (
     "000000000000000000000000000000000100000002010000006e010000006d010000006801000000010000006b0100000076"

@@ -1,4 +1,4 @@
-"""/task handed on to the node that decides: how it ends there is how it ends here."""
+"""/task passed on to the deciding node: it ends here as it ends there."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatu
 from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
 from maya_un.robot.primitives.home import Home
-from tests.graphs import CALM, below
+from tests.graphs import CALM, controller_node
 from tests.virtual_time import elapse
 
 HOME = {"task": primitive_to_message(Home())}
@@ -53,7 +53,7 @@ async def test_it_ends_as_it_ended_there(
     assert [message["phase"] for message in heard] == ([] if isinstance(ending, GoalRefused) else ["home"])
 
 
-async def test_where_nobody_decides_the_node_is_said_to_be_gone() -> None:
+async def test_task_without_a_deciding_node_reports_it_gone() -> None:
     bus = Bus()
     async with tasks_handed_on(bus.node("primitive_server")):
         ended = await bus.node("process_controller").do(TASK.name, TASK.type, HOME)
@@ -62,7 +62,7 @@ async def test_where_nobody_decides_the_node_is_said_to_be_gone() -> None:
         assert ended.result["message"].startswith("robot_controller is not running any more.")
 
 
-async def test_whoever_looks_sees_which_nodes_of_the_robot_floor_are_not_there() -> None:
+async def test_missing_nodes_of_the_robot_layer_are_listed() -> None:
     bus = Bus()
     deciding = bus.node("robot_controller")
     with robot_floor_seen(bus.node("process_controller")) as missing:
@@ -96,22 +96,22 @@ async def test_a_cancel_goes_through_and_waits_for_rest() -> None:
     assert rested == [3.0]
 
 
-async def test_the_robot_floor_refuses_until_the_controller_floor_is_there() -> None:
+async def test_robot_layer_refuses_until_the_controller_layer_is_there() -> None:
     bus = Bus()
     somebody = bus.node("somebody")
     async with robot_floor(bus.node("robot_controller"), CALM) as controller:
         answer = await somebody.call(MAYA_COMMAND.name, HOME, MAYA_COMMAND.type)
         assert isinstance(error_of(answer), NotConnected)
-        async with below(bus, homed=True):
+        async with controller_node(bus, homed=True):
             await controller.connected()
             teleop = {"task": {"command": "can_teleop"}}
             await elapse(0.5)
             assert (await somebody.call(MAYA_COMMAND.name, teleop, MAYA_COMMAND.type))["success"]
 
 
-async def test_what_runs_is_at_rest_when_the_robot_floor_ends() -> None:
+async def test_running_command_is_at_rest_when_the_robot_layer_ends() -> None:
     bus = Bus()
-    async with below(bus) as low:
+    async with controller_node(bus) as low:
         async with robot_floor(bus.node("robot_controller"), CALM) as controller:
             await controller.connected()
             wish = asyncio.ensure_future(bus.node("somebody").do(INNER, TASK.type, HOME))

@@ -1,4 +1,4 @@
-"""Steps over a graph: /step_command in, /step_result out, whoever listens or does not."""
+"""Steps over a graph: /step_command in, /step_result out, with and without a subscriber."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.virtual_time import elapse
 
 @dataclass
 class Cloud:
-    """Whoever sends steps and listens to results, and the robot that does them in a second each."""
+    """A client that sends steps and reads results, and a robot that does each step in a second."""
 
     bus: Bus
     results: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
@@ -75,7 +75,7 @@ async def test_every_command_has_one_result(tmp_path: Path) -> None:
     assert cloud.tasks == ["home", "home"]
 
 
-async def test_a_result_waits_for_somebody_who_listens(tmp_path: Path) -> None:
+async def test_result_waits_for_a_subscriber(tmp_path: Path) -> None:
     cloud = Cloud(Bus())
     cloud.robot()
     async with bridge(cloud, tmp_path):
@@ -87,7 +87,7 @@ async def test_a_result_waits_for_somebody_who_listens(tmp_path: Path) -> None:
         assert [result["id"] for result in cloud.results] == ["1"]
 
 
-async def test_a_result_that_nobody_heard_is_told_by_the_next_run_and_then_no_more(tmp_path: Path) -> None:
+async def test_result_without_a_subscriber_is_published_once_by_the_next_run(tmp_path: Path) -> None:
     cloud = Cloud(Bus())
     cloud.robot()
     async with bridge(cloud, tmp_path):
@@ -103,7 +103,7 @@ async def test_a_result_that_nobody_heard_is_told_by_the_next_run_and_then_no_mo
     ear.close()
 
 
-async def test_it_needs_no_robot_to_be_there_and_says_when_there_is_none(tmp_path: Path) -> None:
+async def test_bridge_needs_no_robot_and_reports_a_missing_one(tmp_path: Path) -> None:
     cloud = Cloud(Bus())
     cloud.listens()
     async with bridge(cloud, tmp_path):
@@ -117,7 +117,7 @@ async def test_it_needs_no_robot_to_be_there_and_says_when_there_is_none(tmp_pat
     assert cloud.tasks == ["home"]
 
 
-async def test_the_end_of_the_bridge_stops_its_step_and_says_so(tmp_path: Path) -> None:
+async def test_end_of_the_bridge_stops_its_step_and_reports_it(tmp_path: Path) -> None:
     cloud = Cloud(Bus())
     cloud.robot()
     cloud.listens()

@@ -1,4 +1,4 @@
-"""A graph within one process: who hears what, who answers, and what becomes of those who end."""
+"""A graph within one process: subscribers, servers, and the end of nodes."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ async def test_a_node_is_a_graph() -> None:
     assert await graph.directory.topics() == {}
 
 
-async def test_all_hear_what_is_published_in_order_and_completed() -> None:
+async def test_subscribers_get_messages_completed_and_in_order() -> None:
     bus, heard, other = Bus(), list[Message](), list[Message]()
     publisher = bus.node("speaker").advertise("/point", POINT)
     bus.node("one").subscribe("/point", POINT, heard.append)
-    bus.node("two").subscribe("point/", "", other.append)  # whose type the topic has already
+    bus.node("two").subscribe("point/", "", other.append)  # the topic already has this type
     for x in range(3):
         publisher.publish({"x": x})
     assert heard == []  # nobody is called while somebody publishes
@@ -47,7 +47,7 @@ async def test_all_hear_what_is_published_in_order_and_completed() -> None:
     assert publisher.readers == 2
 
 
-async def test_one_that_comes_later_hears_what_is_latched_and_nothing_else() -> None:
+async def test_late_subscriber_gets_latched_messages_only() -> None:
     bus, heard = Bus(), list[Message]()
     latched = bus.node("one").advertise("/a", STRING, latch=True)
     plain = bus.node("one").advertise("/b", STRING)
@@ -77,7 +77,7 @@ async def test_of_a_full_queue_the_oldest_are_dropped() -> None:
     assert len(long) == 500
 
 
-async def test_what_is_given_back_is_heard_no_more_not_even_what_was_under_way() -> None:
+async def test_cancelled_subscription_gets_nothing_more() -> None:
     bus, heard = Bus(), list[Message]()
     publisher = bus.node("one").advertise("/a", STRING)
     subscription = bus.node("two").subscribe("/a", STRING, heard.append)
@@ -92,7 +92,7 @@ async def test_what_is_given_back_is_heard_no_more_not_even_what_was_under_way()
     assert await bus.directory.topics() == {}
 
 
-async def test_a_reader_may_give_its_topic_back_while_it_hears() -> None:
+async def test_subscription_can_be_cancelled_from_its_callback() -> None:
     bus, heard = Bus(), list[Message]()
     publisher = bus.node("one").advertise("/a", STRING)
 
@@ -120,7 +120,7 @@ async def test_one_that_cannot_cope_keeps_nothing_from_the_others() -> None:
     assert [type(one["exception"]) for one in told] == [KeyError, KeyError]
 
 
-async def test_what_does_not_fit_reaches_nobody() -> None:
+async def test_invalid_message_is_not_delivered() -> None:
     bus, heard = Bus(), list[Message]()
     publisher = bus.node("one").advertise("/a", STRING, latch=True)
     bus.node("two").subscribe("/a", STRING, heard.append)
@@ -151,7 +151,7 @@ async def test_headers_are_stamped_by_the_clock_of_the_graph() -> None:
     assert heard[0]["header"]["stamp"] == {"secs": 12, "nsecs": 500_000_000}
 
 
-async def test_who_publishes_and_listens_is_known() -> None:
+async def test_publishers_and_subscribers_are_known() -> None:
     bus = Bus()
     one, two = bus.node("one"), bus.node("two")
     one.advertise("/a", STRING)
@@ -182,7 +182,7 @@ async def test_a_service_answers() -> None:
     assert answer == {"success": True, "message": ""}
 
 
-async def test_what_is_known_is_answered_at_once() -> None:
+async def test_known_value_is_answered_at_once() -> None:
     bus = Bus()
 
     def quick(request: Message) -> Message | None:
@@ -222,7 +222,7 @@ async def test_a_call_that_makes_no_sense_is_refused(
         await bus.node("two").call(name, request_, kind)
 
 
-async def test_who_leaves_cancels_what_was_being_answered_and_waits_for_its_end() -> None:
+async def test_closing_node_cancels_its_answers_and_waits_for_their_end() -> None:
     bus, ended = Bus(), list[float]()
 
     async def slow(_: Message) -> Message:
@@ -242,7 +242,7 @@ async def test_who_leaves_cancels_what_was_being_answered_and_waits_for_its_end(
     assert ended == [pytest.approx(3.0)]
 
 
-async def test_where_nobody_answers_any_more_the_call_fails() -> None:
+async def test_call_fails_when_its_server_closes() -> None:
     bus = Bus()
 
     async def slow(_: Message) -> Message:
@@ -280,7 +280,7 @@ async def test_a_goal_is_carried_out_with_its_feedback() -> None:
     }
 
 
-async def test_two_clients_hear_of_their_own_goals_only() -> None:
+async def test_clients_get_results_of_their_own_goals_only() -> None:
     bus = Bus()
 
     async def act(goal: Message, _: Feedback) -> Message:
@@ -293,7 +293,7 @@ async def test_two_clients_hear_of_their_own_goals_only() -> None:
     assert [end.result["message"] for end in ends] == ["0.0", "1.0"]
 
 
-async def test_who_leaves_cancels_his_goal_and_waits_until_it_has_ended() -> None:
+async def test_closing_client_cancels_its_goal_and_waits_for_the_end() -> None:
     bus = Bus()
 
     async def act(_: Message, feedback: Feedback) -> Message:
@@ -314,7 +314,7 @@ async def test_who_leaves_cancels_his_goal_and_waits_until_it_has_ended() -> Non
     assert asyncio.get_running_loop().time() == pytest.approx(4.0, abs=0.1)
 
 
-async def test_nobody_there_is_told_at_once() -> None:
+async def test_missing_server_is_reported_at_once() -> None:
     bus = Bus()
     with pytest.raises(NodeGone):
         await bus.node("two").do("/move", MOVE, {})
@@ -331,7 +331,7 @@ async def test_of_a_server_that_died_the_goal_is_lost() -> None:
     assert await task == GoalResult(GoalStatus.LOST, {})
 
 
-async def test_of_a_server_that_closes_the_result_is_heard() -> None:
+async def test_closing_server_still_delivers_the_result() -> None:
     bus = Bus()
     server = bus.node("one").act("/move", MOVE, forever)
     task = asyncio.ensure_future(bus.node("two").do("/move", MOVE, {}))

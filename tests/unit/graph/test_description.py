@@ -1,4 +1,4 @@
-"""The robot's description: read by xacro, a tree that follows the closed chain, as long as the configuration says."""
+"""The robot's description: read by xacro, a tree that follows the closed chain, with the configured lengths."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def put(config: Config, joints: Joints, jaw: float = JAW_OPEN) -> dict[str, floa
     return dict(zip(NAMES, positions(Mechanism.of(config), joints, jaw), strict=True))
 
 
-def test_the_lengths_beside_the_macros_are_those_of_the_default_configuration() -> None:
+def test_lengths_in_the_macros_are_those_of_the_default_configuration() -> None:
     kept = (MACROS.parent / INCLUDE).read_text(encoding="utf-8")
     assert kept == dimensions(Config()), "run scripts/docs"
 
@@ -66,7 +66,7 @@ def test_it_is_one_tree_from_the_base() -> None:
 
 
 @given(joints=reachable_joints())
-def test_the_gripper_is_where_kinematics_says(joints: Joints) -> None:
+def test_gripper_position_agrees_with_kinematics(joints: Joints) -> None:
     at = tree(Config()).frame(GRIPPER, put(Config(), joints))
     assert at[:3, 3] == pytest.approx(Mechanism.of(Config()).fk(joints), abs=1e-9)
 
@@ -105,7 +105,7 @@ def test_the_pieces_of_a_line_leave_no_gap_and_do_not_stick_out(config: Config, 
     assert starts[-1] + piece == pytest.approx(length)
 
 
-def test_the_jaws_open_to_both_sides_of_the_gripper_point() -> None:
+def test_gripper_opens_to_both_sides_of_the_gripper_point() -> None:
     for jaw in (JAW_OPEN, JAW_CLOSED):
         there = put(Config(), Joints(0.5, 2.0, 2.0), jaw)
         middle = tree(Config()).frame(GRIPPER, there)

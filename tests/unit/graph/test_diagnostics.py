@@ -1,4 +1,4 @@
-"""How the floors tell how they are: levels, our codes, and the message that ROS tools take."""
+"""Diagnostics of the layers: levels, our codes, and the message for ROS tools."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ def test_every_mode_has_a_level_and_a_sentence(mode: Mode, level: DiagnosticLeve
     assert status.message
 
 
-def test_a_fault_is_told_by_code_and_sentence() -> None:
+def test_fault_has_its_code_and_sentence() -> None:
     status = controller(in_mode(Mode.FAULT))
     assert status.message == "2301 Axis b met its limit."
     assert status.values["code"] == 2301
 
 
-def test_how_far_a_motion_has_come_is_told_while_there_is_one() -> None:
+def test_progress_is_shown_during_a_motion() -> None:
     assert "progress" not in controller(READY).values
     status = controller(replace(READY, mode=Mode.MOVING, progress=Progress("down", 1.0, 4.0)))
     assert status.values["progress"] == "down 25%"
@@ -75,7 +75,7 @@ def test_without_a_connection_nothing_is_known_of_the_axes() -> None:
     assert axes(READY).level is DiagnosticLevel.OK
 
 
-def test_the_robot_floor_is_ready_at_work_waiting_or_alone() -> None:
+def test_robot_layer_is_ready_busy_waiting_or_alone() -> None:
     assert robot(controller_there=True, can_teleop=True).level is DiagnosticLevel.OK
     assert robot(controller_there=True, can_teleop=False, running="pick").message == "at pick"
     assert robot(controller_there=True, can_teleop=False).level is DiagnosticLevel.WARN
@@ -85,7 +85,7 @@ def test_the_robot_floor_is_ready_at_work_waiting_or_alone() -> None:
     assert alone.message.startswith("1011 ")
 
 
-def test_the_process_floor_tells_of_its_queue() -> None:
+def test_process_layer_shows_its_queue() -> None:
     assert process(robot_there=True, paused=False).level is DiagnosticLevel.OK
     assert process(robot_there=True, paused=False, running="job 3", queued=2).message == "at job 3"
     held = process(robot_there=True, paused=True, reason="a fault")
@@ -93,7 +93,7 @@ def test_the_process_floor_tells_of_its_queue() -> None:
     assert process(robot_there=False, paused=False).level is DiagnosticLevel.ERROR
 
 
-def test_a_bridge_tells_how_many_use_it() -> None:
+def test_bridge_reports_the_number_of_clients() -> None:
     assert bridge("rosbridge", there=True, clients=3) == DiagnosticStatus(
         "maya: rosbridge", DiagnosticLevel.OK, "connected", {"clients": 3}
     )

@@ -21,7 +21,7 @@ STEP = 1e-6
 RATES = st.tuples(*[st.floats(-0.05, 0.05)] * 3)
 
 
-def test_straight_below_the_middle_both_lines_stand_alike() -> None:
+def test_straight_below_the_middle_both_lines_have_one_angle() -> None:
     _, _, _, inner, outer, _ = positions(MECHANISM, Joints(0.0, 2.0, 2.0))
     assert (inner, outer) == pytest.approx((pi / 3.0, 2.0 * pi / 3.0))
 
@@ -39,7 +39,7 @@ def test_velocities_are_the_slopes_of_positions(joints: Joints, rates: tuple[flo
     assert velocities(MECHANISM, joints, rates) == pytest.approx(slopes, abs=1e-6)
 
 
-def test_lines_that_cannot_meet_have_no_swing_that_could_be_told() -> None:
+def test_lines_that_cannot_meet_have_no_swing() -> None:
     assert velocities(MECHANISM, Joints(0.0, 0.9, 0.9), (0.1, 0.2, 0.3)) == (0.1, 0.2, 0.3, 0.0, 0.0, 0.0)
 
 
@@ -57,7 +57,7 @@ def test_before_homing_there_is_nothing_to_draw() -> None:
     assert joint_state(state_of(None), MECHANISM, 0.0) is None
 
 
-def test_the_jaws_close_on_a_part_or_on_nothing() -> None:
+def test_gripper_closes_on_a_part_or_on_nothing() -> None:
     assert jaw(closed=False) == jaw(closed=False, holding=True) == JAW_OPEN
     assert jaw(closed=True) == JAW_CLOSED
     assert jaw(closed=True, holding=True) == PART_RADIUS

@@ -1,4 +1,4 @@
-"""What /maya_event says, and how it is read again."""
+"""The texts of /maya_event, and how they are parsed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PLAIN = st.none() | st.booleans() | st.integers() | NUMBERS | st.text()
 
 
 @given(st.sampled_from(words()), STANDINGS, st.integers(0, 9999), st.dictionaries(st.text(), PLAIN))
-def test_what_is_told_is_read_again(
+def test_published_event_is_read_back(
     word: str, standing: ControllerCondition, code: int, detail: dict[str, object]
 ) -> None:
     told = ReportedEvent(word, standing, code, detail)
@@ -83,7 +83,7 @@ def test_strokes_are_those_that_homing_measured() -> None:
         (GripperOpened(), Mode.IDLE, Mode.IDLE),
     ],
 )
-def test_a_motion_is_under_way_as_soon_as_it_is_told(event: Event, mode: Mode, shown: Mode) -> None:
+def test_motion_is_under_way_from_its_event(event: Event, mode: Mode, shown: Mode) -> None:
     standing = replace(ControllerCondition.of(state_of(None), Workspace.of(Config())), mode=mode)
     assert ReportedEvent.of(event, standing).standing.mode is shown
 
@@ -99,7 +99,7 @@ def test_a_motion_is_under_way_as_soon_as_it_is_told(event: Event, mode: Mode, s
         "idle " + "[" * 100_000,
     ],
 )  # fmt: skip
-def test_what_none_of_ours_says_is_refused(text: str) -> None:
+def test_unknown_event_is_refused(text: str) -> None:
     with pytest.raises(InvalidMessage):
         read(text)
 

@@ -27,7 +27,7 @@ DONE = {"success": True, "code": "", "message": ""}
 
 @dataclass
 class Acts:
-    """A server whose goals end when the test says so: by the `a` of the goal."""
+    """A server whose goals end as scripted: by the `a` of the goal."""
 
     ways: dict[float, asyncio.Future[Message]] = field(default_factory=dict[float, asyncio.Future[Message]])
     feedbacks: dict[float, Feedback] = field(default_factory=dict[float, Feedback])
@@ -113,7 +113,7 @@ async def test_a_goal_is_pending_until_it_begins_and_succeeds() -> None:
         assert link.feedbacks[0]["status"]["status"] == GoalStatus.ACTIVE
 
 
-async def test_one_that_ends_without_a_word_was_active_all_the_same() -> None:
+async def test_goal_that_ends_without_feedback_was_active() -> None:
     async with line() as link:
         link.send("one")
         await elapse(0.01)
@@ -133,7 +133,7 @@ async def test_one_that_ends_without_a_word_was_active_all_the_same() -> None:
         (False, Stopped(), [GoalStatus.PENDING, GoalStatus.RECALLED]),
     ],
 )
-async def test_how_it_ends_by_what_went_wrong(begun: bool, error: Exception, course: list[GoalStatus]) -> None:
+async def test_error_decides_the_status_of_a_goal(begun: bool, error: Exception, course: list[GoalStatus]) -> None:
     async with line() as link:
         link.send("one")
         await elapse(0.01)
@@ -175,7 +175,7 @@ async def test_a_goal_that_is_cancelled_in_the_same_breath_never_begins() -> Non
         assert link.acts.ways == {}
 
 
-async def test_a_cancel_that_comes_before_its_goal_is_kept_for_it() -> None:
+async def test_cancel_before_its_goal_is_kept_for_it() -> None:
     async with line() as link:
         link.cancel("one")
         await elapse(0.01)
@@ -187,7 +187,7 @@ async def test_a_cancel_that_comes_before_its_goal_is_kept_for_it() -> None:
         assert link.acts.ways == {}
 
 
-async def test_a_cancel_by_time_ends_what_came_until_then_and_what_comes_late() -> None:
+async def test_cancel_by_time_ends_earlier_and_late_goals() -> None:
     async with line(since=1000.0) as link:
         link.send("old", 1.0, secs=100)
         link.send("new", 2.0, secs=200)
@@ -203,7 +203,7 @@ async def test_a_cancel_by_time_ends_what_came_until_then_and_what_comes_late() 
         assert 3.0 not in link.acts.ways
 
 
-async def test_a_cancel_from_the_future_ends_what_has_come_and_nothing_that_comes_later() -> None:
+async def test_cancel_from_the_future_ends_present_goals_only() -> None:
     async with line(since=1000.0) as link:
         link.send("before", 1.0)
         await elapse(1.0)
@@ -218,7 +218,7 @@ async def test_a_cancel_from_the_future_ends_what_has_come_and_nothing_that_come
         assert link.outcomes()["too late"] is GoalStatus.RECALLED
 
 
-async def test_a_goal_that_comes_twice_is_done_once() -> None:
+async def test_repeated_goal_runs_once() -> None:
     async with line() as link:
         link.send("one")
         link.send("one")
@@ -230,7 +230,7 @@ async def test_a_goal_that_comes_twice_is_done_once() -> None:
         assert len(link.results) == 1
 
 
-async def test_a_flood_of_goals_and_cancels_is_told_by_the_clock_and_not_kept_whole() -> None:
+async def test_flood_of_goals_and_cancels_is_published_by_the_clock_and_bounded() -> None:
     async with line() as link:
         link.send("running", 0.5)
         await elapse(0.01)
@@ -266,7 +266,7 @@ async def test_a_goal_without_a_name_gets_one() -> None:
         assert link.outcomes() == {name: GoalStatus.RECALLED}
 
 
-async def test_what_has_ended_is_told_for_five_seconds_five_times_a_second_and_then_nothing() -> None:
+async def test_ended_goal_is_in_the_status_for_five_seconds_at_5_hz() -> None:
     async with line() as link:
         link.send("one")
         await elapse(0.01)
@@ -284,7 +284,7 @@ async def test_what_has_ended_is_told_for_five_seconds_five_times_a_second_and_t
         assert len(link.statuses) == told
 
 
-async def test_whoever_comes_later_hears_how_all_stands() -> None:
+async def test_late_subscriber_gets_the_status_of_all_goals() -> None:
     async with line() as link:
         heard: list[Message] = []
         link.bus.node("late").subscribe("/move/status", "", heard.append)
@@ -303,7 +303,7 @@ async def test_feedback_after_the_end_is_nobodys() -> None:
         assert link.feedbacks == []
 
 
-async def test_a_server_that_closes_cancels_and_still_tells_how_it_ended() -> None:
+async def test_closing_server_cancels_and_still_reports_the_result() -> None:
     async with line(rest=2.0) as link:
         link.send("one")
         await elapse(0.01)
@@ -316,7 +316,7 @@ async def test_a_server_that_closes_cancels_and_still_tells_how_it_ended() -> No
         assert 2.0 not in link.acts.ways
 
 
-async def test_a_defect_of_the_server_is_told_as_one() -> None:
+async def test_defect_of_the_server_is_reported_as_a_defect() -> None:
     async with line() as link:
         told: list[dict[str, Any]] = []
         asyncio.get_running_loop().set_exception_handler(lambda _, context: told.append(context))
@@ -328,7 +328,7 @@ async def test_a_defect_of_the_server_is_told_as_one() -> None:
         assert isinstance(told[0]["exception"], ZeroDivisionError)
 
 
-async def test_the_goals_of_a_client_that_vanished_are_cancelled_and_nobody_elses() -> None:
+async def test_goals_of_a_client_that_vanished_are_cancelled_and_no_others() -> None:
     async with line() as link:
         other = link.bus.node("other")
         goals = other.advertise("/move/goal", f"{MOVE}ActionGoal")
@@ -436,7 +436,7 @@ FOLLOW = {
     GoalStatus.RECALLING: {GoalStatus.PREEMPTING, GoalStatus.REJECTED, GoalStatus.RECALLED},
     GoalStatus.PREEMPTING: {GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED},
 }
-"""What may come after what (wiki.ros.org/actionlib/DetailedDescription, the server's states)."""
+"""Allowed transitions (wiki.ros.org/actionlib/DetailedDescription, the server's states)."""
 
 TestGoalsMachine = GoalsMachine.TestCase
 TestGoalsMachine.settings = settings(max_examples=30, stateful_step_count=30, deadline=None)

@@ -1,4 +1,4 @@
-"""What rviz is told: everything once, then only what has changed; what is gone is taken away."""
+"""Markers for rviz: everything once, then only changes; removed objects are deleted."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def names(array: Message | None) -> list[str]:
     return sorted({one["ns"] for one in array["markers"]})
 
 
-def test_everything_is_told_once_and_then_nothing_until_something_changes() -> None:
+def test_markers_are_published_once_and_then_on_change() -> None:
     drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     assert names(drawing.update(view)) == ["lines", "parts", "stands", "workspace"]
     assert drawing.update(view) is None
     assert names(drawing.update(view, whole=True)) == ["lines", "parts", "stands", "workspace"]
 
 
-def test_while_the_robot_moves_nothing_is_told_but_other_colours_of_the_lines() -> None:
+def test_moving_robot_publishes_only_colours_of_the_lines() -> None:
     drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE, parts={"bolt": Point(0.3, 1.0, 0.4)})
     drawing.update(view)
     told = [
@@ -68,7 +68,7 @@ def test_a_path_that_has_been_gone_is_taken_away() -> None:
     ]
 
 
-def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
+def test_changed_zones_or_strokes_redraw_the_scene() -> None:
     drawing, view = MarkerCache(CONFIG), MarkerScene(standing(), WORKSPACE)
     drawing.update(view)
     fenced = replace(view, zones=(Box("box", Point(0.1, 0.2, 0.0), Point(0.5, 1.0, 0.6)),))
@@ -77,19 +77,19 @@ def test_other_zones_or_strokes_draw_the_surroundings_anew() -> None:
     assert names(drawing.update(measured)) == ["workspace"]
 
 
-def test_a_part_that_is_carried_is_told_when_it_is_taken_and_when_it_is_put_down() -> None:
+def test_carried_part_is_published_when_picked_and_when_placed() -> None:
     drawing = MarkerCache(CONFIG)
     at = Point(0.5, 1.2, 0.52)
     view = MarkerScene(standing(), WORKSPACE, parts={"bolt": at})
     drawing.update(view)
     taken = replace(view, carried="bolt")
-    (part,) = (one for one in _told(drawing.update(taken)) if one["ns"] == "parts")
+    (part,) = (one for one in _published(drawing.update(taken)) if one["ns"] == "parts")
     assert part["header"]["frame_id"] == "gripper"
     assert part["pose"]["position"]["z"] == pytest.approx(0.02)
     higher = replace(taken, state=standing(WORKSPACE.ik(Point(0.5, 1.2, 0.6))), parts={"bolt": Point(0.5, 1.2, 0.6)})
     assert drawing.update(higher) is None
     down = replace(higher, carried=None)
-    (part,) = (one for one in _told(drawing.update(down)) if one["ns"] == "parts")
+    (part,) = (one for one in _published(drawing.update(down)) if one["ns"] == "parts")
     assert part["header"]["frame_id"] == "base"
 
 
@@ -132,18 +132,18 @@ def test_lines_that_are_straight_are_as_red_as_can_be() -> None:
         (Mode.FAULT, Notice(2301, "limit"), "fault 2301"),
     ],
 )
-def test_a_word_stands_above_a_robot_that_is_not_simply_ready(mode: Mode, fault: Notice | None, words: str) -> None:
+def test_label_is_above_a_robot_that_is_not_ready(mode: Mode, fault: Notice | None, words: str) -> None:
     (word,) = state_markers(replace(standing(None), mode=mode, fault=fault), WORKSPACE, CONFIG)
     assert word["text"] == words
     assert word["pose"]["position"]["z"] > 2.35
 
 
-def test_no_word_stands_above_one_that_is() -> None:
+def test_no_label_is_above_a_ready_robot() -> None:
     for mode in (Mode.IDLE, Mode.MOVING):
         assert {one["ns"] for one in state_markers(replace(standing(), mode=mode), WORKSPACE, CONFIG)} == {"lines"}
 
 
-def _told(array: Message | None) -> list[Message]:
+def _published(array: Message | None) -> list[Message]:
     assert array is not None
     return array["markers"]
 

@@ -17,7 +17,7 @@ def test_success_is_no_error() -> None:
 
 
 @pytest.mark.parametrize("as_result", [failure, trigger_failure])
-def test_an_error_comes_out_with_its_code_and_sentence(as_result: Callable[[MayaError], Message]) -> None:
+def test_error_keeps_its_code_and_sentence(as_result: Callable[[MayaError], Message]) -> None:
     error = error_of(as_result(NotHomed()))
     assert isinstance(error, NotHomed)
     assert str(error) == str(NotHomed())
@@ -42,7 +42,7 @@ def test_every_code_is_known_on_the_other_side() -> None:
         {"message": "it hurts"},
     ],
 )
-def test_what_has_no_code_of_ours_is_a_service_that_failed(result: dict[str, object]) -> None:
+def test_error_without_our_code_is_a_failed_service(result: dict[str, object]) -> None:
     error = error_of(result, "/x")
     assert isinstance(error, ServiceFailed)
     assert error.details == {"service": "/x", "reason": "it hurts"}

@@ -13,7 +13,7 @@ from maya_ros.graph.bus import BusParameters
 NAMES = st.lists(st.sampled_from("abc"), min_size=1, max_size=3).map(lambda parts: "/" + "/".join(parts))
 
 
-async def test_what_was_set_is_found_and_so_is_the_tree_above_it() -> None:
+async def test_set_parameter_and_its_parents_are_found() -> None:
     parameters = BusParameters()
     await parameters.set("/maya/speed", 5)
     await parameters.set("maya/config", {"axes": {"a": {"letter": "A"}}, "zones": []})
@@ -25,7 +25,7 @@ async def test_what_was_set_is_found_and_so_is_the_tree_above_it() -> None:
     assert sorted(await parameters.names()) == ["/maya/config/axes/a/letter", "/maya/config/zones", "/maya/speed"]
 
 
-async def test_what_was_forgotten_is_gone_with_all_below() -> None:
+async def test_deleted_parameter_is_gone_with_its_children() -> None:
     parameters = BusParameters()
     await parameters.set("/", {"a": {"b": 1}, "c": 2})
     await parameters.delete("/a")
@@ -36,7 +36,7 @@ async def test_what_was_forgotten_is_gone_with_all_below() -> None:
     assert await parameters.names() == []
 
 
-async def test_a_name_below_which_nothing_is_left_is_none_of_a_value() -> None:
+async def test_name_without_remaining_values_is_unset() -> None:
     parameters = BusParameters()
     await parameters.set("/a/b/c", 1)
     await parameters.set("/d", {})
@@ -55,7 +55,7 @@ async def test_values_are_nobodys_to_change() -> None:
 
 
 @given(st.lists(st.tuples(NAMES, st.integers() | st.none())))
-def test_the_last_word_on_a_name_stands(changes: list[tuple[str, int | None]]) -> None:
+def test_last_assignment_of_a_name_wins(changes: list[tuple[str, int | None]]) -> None:
     async def change() -> None:
         parameters, model = BusParameters(), dict[str, Any]()
         for name, value in changes:

@@ -1,4 +1,4 @@
-"""Paths cross the graph unchanged; what is no path is refused; a time that is asked for is taken."""
+"""Paths cross the graph unchanged; invalid paths are refused; a requested time is kept."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def paths(draw: st.DrawFn) -> Path:
 
 
 @given(paths(), st.floats(0.0, 1e6))
-def test_a_path_comes_out_as_it_went_in(path: Path, least: float) -> None:
+def test_path_is_unchanged_after_conversion(path: Path, least: float) -> None:
     read, time = path_from_message(types.conform(KIND, path_to_message(path, least)))
     assert (read.space, read.waypoints) == (path.space, path.waypoints)
     assert read.pieces.vias == path.pieces.vias
@@ -52,7 +52,7 @@ def test_joints_alone_are_a_path_straight_in_them() -> None:
 
 
 @pytest.mark.parametrize("names", list(permutations("abc")))
-def test_joints_come_in_any_order(names: tuple[str, ...]) -> None:
+def test_joints_may_have_any_order(names: tuple[str, ...]) -> None:
     point = {"a": 0.1, "b": 1.2, "c": 1.3}
     positions = [point[name] for name in names]
     message = trajectory(list(names), [positions, positions])
@@ -82,7 +82,7 @@ def test_other_names_are_refused(names: list[str]) -> None:
         ([{"positions": [0.0, 1.0, 1.0], "effort": [0.1, None, 1.0, 1.0]}] * 3, InvalidValue),
     ],
 )
-def test_points_that_are_no_path_are_refused(points: list[Message], error: type[MayaError]) -> None:
+def test_invalid_points_are_refused(points: list[Message], error: type[MayaError]) -> None:
     with pytest.raises(error):
         path_from_message(types.conform(KIND, {"joint_names": ["a", "b", "c"], "points": points}))
 
@@ -93,7 +93,7 @@ def test_velocities_and_efforts_at_the_ends_are_not_looked_at() -> None:
     assert path.blends == ()
 
 
-# How slowly.
+# Slowness of the path.
 
 CONFIG = Config()
 PLANNER = Planner(CONFIG, Mechanism.of(CONFIG))
@@ -113,7 +113,7 @@ def test_without_a_time_it_goes_as_fast_as_it_may() -> None:
 
 
 @given(st.floats(1.0, 100.0))
-def test_a_time_is_taken_and_no_more_than_must_be(times: float) -> None:
+def test_requested_time_is_taken_and_no_more_than_necessary(times: float) -> None:
     """Accelerations go in steps, so that not every duration can be had: then a little faster is too fast."""
     least = times * preview(WAY).duration
     speed = speed_for(preview, WAY, least)

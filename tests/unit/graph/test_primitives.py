@@ -35,7 +35,7 @@ PRIMITIVES = st.one_of(
 
 
 @given(PRIMITIVES)
-def test_a_primitive_comes_out_as_it_went_in(primitive: Primitive) -> None:
+def test_primitive_is_unchanged_after_conversion(primitive: Primitive) -> None:
     assert primitive_from_message(primitive_to_message(primitive)) == primitive
 
 
@@ -53,6 +53,6 @@ def test_move_has_its_joints_where_others_have_their_target() -> None:
         ({"command": "pick", "target": {"x": float("nan"), "y": 1.0, "z": 1.0}}, InvalidValue),
     ],
 )
-def test_what_is_no_primitive_is_refused_with_its_code(message: dict[str, object], error: type[Exception]) -> None:
+def test_invalid_primitive_is_refused_with_its_code(message: dict[str, object], error: type[Exception]) -> None:
     with pytest.raises(error):
         primitive_from_message(message)

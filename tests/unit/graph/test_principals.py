@@ -1,4 +1,4 @@
-"""Whose wish it is that a graph carries out: it goes with each message, whatever else comes in between."""
+"""The principal of a command goes with each message, despite other messages in between."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ async def settled() -> None:
         await turn()
 
 
-async def test_message_is_heard_as_its_publishers_though_older_ones_are_dropped() -> None:
+async def test_message_keeps_its_publisher_when_older_ones_are_dropped() -> None:
     bus, heard = Bus(), list[tuple[str, str]]()
     ann, bob = seats(bus)
     robot = bus.node("robot")
@@ -42,7 +42,7 @@ async def test_message_is_heard_as_its_publishers_though_older_ones_are_dropped(
     assert heard[-1] == ("nobody's", ROS.name)
 
 
-async def test_latched_message_is_its_publishers_whoever_listens_later() -> None:
+async def test_latched_message_keeps_its_publisher_for_late_subscribers() -> None:
     bus, heard = Bus(), list[str]()
     ann, bob = seats(bus)
     ann.advertise("/t", STRING, latch=True).publish({"data": "x"})
@@ -63,7 +63,7 @@ async def test_rights_are_those_of_the_instant_at_which_it_was_published() -> No
     assert heard == [Role.OPERATOR, Role.VIEWER]
 
 
-async def test_service_is_answered_for_whoever_calls() -> None:
+async def test_service_runs_for_its_caller() -> None:
     bus = Bus()
     ann, bob = seats(bus)
 
@@ -77,7 +77,7 @@ async def test_service_is_answered_for_whoever_calls() -> None:
     assert caller() == ROS
 
 
-async def test_action_is_carried_out_for_whoever_sent_the_goal() -> None:
+async def test_action_runs_for_the_sender_of_the_goal() -> None:
     bus, acted = Bus(), list[str]()
     ann, bob = seats(bus)
 
@@ -92,7 +92,7 @@ async def test_action_is_carried_out_for_whoever_sent_the_goal() -> None:
     assert acted == ["bob", "ann"]
 
 
-async def test_step_is_done_for_whoever_asked_though_another_node_does_it(tmp_path: Path) -> None:
+async def test_step_runs_for_its_requester_through_another_node(tmp_path: Path) -> None:
     bus, acted = Bus(), list[str]()
     ann, _ = seats(bus)
 

@@ -1,4 +1,4 @@
-"""The queue as its door offers it: jobs of primitives, through the gate, and the end of everything."""
+"""The queue behind its server: jobs of primitives, through the gate, and stop_queue."""
 
 from __future__ import annotations
 
@@ -44,25 +44,25 @@ PRIMITIVES = st.one_of(
 
 
 @given(st.lists(PRIMITIVES, min_size=1, max_size=8))
-def test_a_job_of_primitives_comes_to_these_primitives(primitives: list[Primitive]) -> None:
+def test_job_of_primitives_is_converted_to_these_primitives(primitives: list[Primitive]) -> None:
     assert [task.primitive for task in expand(job_of(primitives), 0.4).tasks] == primitives
 
 
-def test_a_question_is_no_job() -> None:
+def test_query_is_not_a_job() -> None:
     with pytest.raises(InvalidJob, match=r"tasks\.1"):
         job_of([Home(), CanTeleop()])
 
 
 @asynccontextmanager
-async def floor_of(controller: FakeController) -> AsyncIterator[tuple[ProcessAssembly, GraphQueue]]:
+async def queue_server(controller: FakeController) -> AsyncIterator[tuple[ProcessAssembly, GraphQueue]]:
     robot = MayaRobot(controller, controller.config)
     async with process_floor(robot, controller, Config()) as floor:
         yield floor, GraphQueue(floor.gate.call, floor.service.queue.view, controller)
 
 
-async def test_what_is_appended_is_done_in_its_turn_for_the_graph() -> None:
+async def test_appended_job_runs_in_its_turn_for_the_graph() -> None:
     controller = FakeController()
-    async with floor_of(controller) as (floor, queue):
+    async with queue_server(controller) as (floor, queue):
         await queue.append([Pick(CUBE), Place(TRAY)])
         await queue.append([Home()])
         reports = [await floor.process.result(number) for number in (1, 2)]
@@ -73,7 +73,7 @@ async def test_what_is_appended_is_done_in_its_turn_for_the_graph() -> None:
 
 async def test_the_end_of_everything_stops_and_empties() -> None:
     controller = FakeController()
-    async with floor_of(controller) as (floor, queue):
+    async with queue_server(controller) as (floor, queue):
         await queue.append([Home()])
         await queue.append([Pick(CUBE)])
         await elapse(5.0)
@@ -85,9 +85,9 @@ async def test_the_end_of_everything_stops_and_empties() -> None:
         assert (await floor.process.result(3)).state is TaskState.DONE
 
 
-async def test_the_status_says_whether_the_queue_goes_on() -> None:
+async def test_status_shows_whether_the_queue_runs() -> None:
     controller = FakeController()
-    async with floor_of(controller) as (floor, queue):
+    async with queue_server(controller) as (floor, queue):
         await floor.process.turns.pause("ana", now=False)
         status = queue.status()
         assert status.level is DiagnosticLevel.WARN

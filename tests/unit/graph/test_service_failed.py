@@ -1,4 +1,4 @@
-"""What is said of a service that failed."""
+"""The description of a failed service."""
 
 from __future__ import annotations
 

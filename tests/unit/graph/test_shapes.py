@@ -1,4 +1,4 @@
-"""Single markers: what ROS takes, colours between two, and how what is drawn goes away again."""
+"""Single markers: their ROS messages, colours between two, and their deletion."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def test_a_marker_says_every_field_that_ros_has() -> None:
     assert made["pose"]["orientation"] == {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
 
-def test_only_what_is_tied_to_a_frame_that_moves_is_locked_to_it() -> None:
+def test_only_markers_in_a_moving_frame_are_locked_to_it() -> None:
     assert marker("parts", MarkerShape.CUBE, RED, (0.1, 0.1, 0.1), frame="gripper")["frame_locked"]
     assert not marker("parts", MarkerShape.CUBE, RED, (0.1, 0.1, 0.1))["frame_locked"]
 
 
-def test_what_takes_a_marker_away_names_it_and_nothing_else() -> None:
+def test_deleting_marker_has_only_its_name() -> None:
     gone = removed(
         marker("path", MarkerShape.LINE_STRIP, RED, (0.1, 0.0, 0.0), number=7, points=[Point(0.0, 0.0, 0.0)])
     )

@@ -20,7 +20,7 @@ KIND = "sensor_msgs/JointState"
 
 
 def slid(a: float, b: float = 2.0, c: float = 2.0) -> Message:
-    """What the window of the sliders sends: more than the four that can be set, in an order of its own."""
+    """A message of the window with the sliders: more than the four settable joints, in another order."""
     told = {"jaw": 0.02, "c": c, "hook": 0.0, "b": b, "a": a}
     return {"header": {}, "name": list(told), "position": list(told.values()), "velocity": [], "effort": []}
 
@@ -49,21 +49,21 @@ def sliders(clock: Clock) -> Sliders:
     return Sliders(MECHANISM, clock)
 
 
-def test_while_there_is_no_robot_sliders_draw_what_follows_from_them_too(sliders: Sliders) -> None:
+def test_without_a_robot_sliders_also_draw_dependent_joints(sliders: Sliders) -> None:
     drawn = sliders.slid(slid(0.5))
     assert drawn is not None
     assert drawn["name"] == list(NAMES)
     assert drawn["position"] == pytest.approx(positions(MECHANISM, Joints(0.5, 2.0, 2.0), 0.02))
 
 
-def test_a_robot_that_speaks_is_drawn_and_the_sliders_are_not(sliders: Sliders, clock: Clock) -> None:
+def test_active_robot_is_drawn_and_the_sliders_are_not(sliders: Sliders, clock: Clock) -> None:
     message = robot(0.3)
     assert sliders.robot(message) is message
     clock.now += 0.9 * SILENCE
     assert sliders.slid(slid(1.0)) is None
 
 
-def test_a_robot_that_fell_silent_stays_drawn_until_a_slider_is_moved(sliders: Sliders, clock: Clock) -> None:
+def test_silent_robot_stays_drawn_until_a_slider_moves(sliders: Sliders, clock: Clock) -> None:
     sliders.robot(robot(0.3))
     assert sliders.slid(slid(1.0)) is None
     clock.now += 10.0 * SILENCE
@@ -76,7 +76,7 @@ def test_a_robot_that_fell_silent_stays_drawn_until_a_slider_is_moved(sliders: S
     assert sliders.slid(slid(1.2)) is None
 
 
-def test_sliders_that_do_not_say_where_the_axes_are_draw_nothing(sliders: Sliders) -> None:
+def test_incomplete_slider_positions_draw_nothing(sliders: Sliders) -> None:
     assert sliders.slid({"header": {}, "name": ["a", "b"], "position": [0.1, 2.0]}) is None
 
 
@@ -86,7 +86,7 @@ def test_sliders_without_a_jaw_draw_it_open(sliders: Sliders) -> None:
     assert drawn["position"][-1] == JAW_OPEN
 
 
-async def test_on_a_graph_one_of_both_is_drawn_and_the_robots_topic_is_left_alone() -> None:
+async def test_on_a_graph_one_of_them_is_drawn_and_the_robots_topic_is_untouched() -> None:
     bus = Bus()
     loop = asyncio.get_running_loop()
     drawn: list[Message] = []

@@ -1,4 +1,4 @@
-"""Commands of steps as text: what is understood, what is refused, and that nothing else comes out."""
+"""Step commands as text: understood and refused ones, and no other outcome."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_joints_are_read_by_their_names() -> None:
     assert step.primitive == MoveJoints(Joints(-0.5, 1.1, 1.6))
 
 
-def test_what_is_not_needed_is_ignored_and_said() -> None:
+def test_unneeded_key_is_ignored_and_reported() -> None:
     step = step_of({"command": "home", "args": {"w": 1.0, "speed": 3}}, "7")
     assert step.primitive == Home()
     assert step.warnings == ("args.w was ignored", "args.speed was ignored")
@@ -75,7 +75,7 @@ def test_ignored_arguments_make_no_other_content() -> None:
         ({"command": "move", "args": PLACE}, InvalidRequest, "args.a"),
     ],
 )
-def test_what_is_missing_or_wrong_is_named(data: dict[str, Any], error: type[MayaError], says: str) -> None:
+def test_missing_or_wrong_key_is_named(data: dict[str, Any], error: type[MayaError], says: str) -> None:
     with pytest.raises(error, match=says):
         step_of(data, "7")
 
@@ -86,7 +86,7 @@ DEEP = '{"a": ' * 32 + "%s" + "}" * 32
 @pytest.mark.parametrize(
     "text", ["", "pick", "[1]", '"pick"', "{", "[" * 100_000, "null", DEEP % "[0]", DEEP % '{"a": 0}']
 )
-def test_what_is_no_object_is_refused(text: str) -> None:
+def test_command_that_is_no_object_is_refused(text: str) -> None:
     with pytest.raises(InvalidMessage):
         read(text)
 
@@ -101,7 +101,7 @@ def test_a_command_may_be_nested_as_deep_as_a_database_allows() -> None:
     assert "a" in read(DEEP % "0")
 
 
-def test_content_is_what_the_robot_would_do() -> None:
+def test_content_is_the_job_of_the_robot() -> None:
     args = {"x": 1, "y": 0.5, "z": 0.4}
     same = {"id": "7", "deadline": "soon", "robot": "MAYA", "command": "pick", "args": {**args, "w": [1]}}
     assert content_of({"command": "pick", "args": args}) == content_of(same) == {"command": "pick", "args": args}
@@ -115,13 +115,13 @@ def test_content_is_short_and_can_be_sent_to_every_database(data: dict[str, Any]
     assert len(text) < 3000
 
 
-def test_no_id_is_none() -> None:
+def test_missing_id_is_none() -> None:
     assert id_of({"command": "home"}) is None
     assert id_of({"id": None}) is None
 
 
 @given(ANYTHING)
-def test_whatever_comes_is_a_step_or_an_error_of_ours(data: dict[str, Any]) -> None:
+def test_any_text_is_a_step_or_an_error_of_ours(data: dict[str, Any]) -> None:
     try:
         known = read(json.dumps(data))
         step = step_of(known, id_of(known) or "made")
@@ -131,7 +131,7 @@ def test_whatever_comes_is_a_step_or_an_error_of_ours(data: dict[str, Any]) -> N
         assert len(step.digest) == 64
 
 
-def test_a_result_says_what_the_old_form_said() -> None:
+def test_result_has_the_content_of_the_old_form() -> None:
     done = json.loads(StepEnd("7", None, None, "then", "now").text)
     failed = json.loads(StepEnd("7", "it was too far away", "2102", "then", "now", ("args.w was ignored",)).text)
     assert (done["success"], done["error"], done["code"]) == (True, None, None)

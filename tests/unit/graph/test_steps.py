@@ -40,7 +40,7 @@ DONE = GoalResult(GoalStatus.SUCCEEDED, {"success": True, "code": "", "message":
 
 
 class Robot:
-    """Carries out tasks, each in a second; `answers` says how those end that do not succeed."""
+    """Carries out tasks, each in a second; `answers` gives the ends of those that fail."""
 
     def __init__(self, *answers: GoalResult | Exception) -> None:
         self.begun: list[Message] = []
@@ -170,7 +170,7 @@ async def test_a_halt_ends_the_step_under_way_and_those_behind_it(tmp_path: Path
         steps.halt()
         results = [await result for result in waiting]
         assert [result.code for result in results] == ["2202", str(StepNotBegun.code), str(StepNotBegun.code)]
-        for id_ in ("late 1", "late 2"):  # what was on its way through a broker
+        for id_ in ("late 1", "late 2"):  # delayed in a broker
             await elapse(0.9 * QUIET)
             assert (await steps.answer(command(id_))).code == str(StepNotBegun.code)
         await elapse(1.1 * QUIET)
@@ -188,7 +188,7 @@ async def test_a_step_of_another_robot_is_refused(tmp_path: Path) -> None:
     assert len(robot.begun) == 1
 
 
-async def test_a_step_whose_turn_comes_after_its_deadline_does_not_begin(tmp_path: Path) -> None:
+async def test_step_past_its_deadline_does_not_begin(tmp_path: Path) -> None:
     robot = Robot()
     async with steps_in(tmp_path, robot, date=dated) as steps:
         late, soon, ahead = (
@@ -214,7 +214,7 @@ async def test_a_deadline_without_a_time_zone_is_refused(deadline: object, tmp_p
     assert not robot.begun
 
 
-async def test_what_failed_is_kept_as_it_wfrom_sentence(tmp_path: Path) -> None:
+async def test_failure_keeps_its_sentence(tmp_path: Path) -> None:
     far = GoalResult(GoalStatus.ABORTED, {"success": False, "code": "2102", "message": "it is too far away"})
     robot = Robot(far)
     async with steps_in(tmp_path, robot) as steps:
@@ -248,7 +248,7 @@ async def test_a_server_that_vanishes_meanwhile_ends_the_step_for_good(tmp_path:
         assert await steps.answer(command("1")) == first
 
 
-async def test_without_an_id_one_is_made_and_said(tmp_path: Path) -> None:
+async def test_step_without_an_id_gets_one_and_reports_it(tmp_path: Path) -> None:
     robot = Robot()
     async with steps_in(tmp_path, robot) as steps:
         one, two = await steps.answer(command(None)), await steps.answer(command(None))
@@ -279,7 +279,7 @@ async def test_the_end_of_the_program_stops_the_step_and_keeps_that(tmp_path: Pa
     assert len(robot.begun) == 1
 
 
-async def test_what_was_under_way_is_interrupted_and_never_repeated(tmp_path: Path) -> None:
+async def test_running_step_is_interrupted_and_never_repeated(tmp_path: Path) -> None:
     robot = Robot()
     await _killed_at(0.5, tmp_path, robot, [command("1")])
     async with steps_in(tmp_path, robot) as steps:
@@ -322,7 +322,7 @@ async def test_a_file_of_version_1_still_opens(tmp_path: Path) -> None:
         assert await steps.answer(command("1")) == done
 
 
-async def test_at_most_once_whatever_happens(campaign: Campaign, tmp_path: Path) -> None:
+async def test_step_runs_at_most_once(campaign: Campaign, tmp_path: Path) -> None:
     """Ids come again and again, at once and later, through kills at any instant: none is carried out twice."""
     for case in range(campaign.size(ci=20, long=400)):
         rng = campaign.rng(case)
@@ -347,7 +347,7 @@ def _answers(rng: Random) -> list[GoalResult]:
 async def _killed_at(
     instant: float, folder: Path, robot: Robot, wishes: list[str], rng: Random | None = None
 ) -> list[StepEnd]:
-    """Send wishes to a program that is killed after a while; return the results that it gave."""
+    """Send commands to a program that is killed after a while; return its results."""
     store = await StepStore.open(folder / "steps.db")
     steps = Steps(store, robot.do, now)
     results = await steps.take_up()
@@ -406,7 +406,7 @@ async def test_a_file_that_is_not_for_us_is_left_alone(pragma: str, error: type[
     JournalLock(tmp_path / "steps.db").release()
 
 
-async def test_a_damaged_file_is_said_to_be_one(tmp_path: Path) -> None:
+async def test_damaged_file_is_reported(tmp_path: Path) -> None:
     (tmp_path / "steps.db").write_bytes(b"no database" * 100)
     with pytest.raises(StorageDamaged):
         await StepStore.open(tmp_path / "steps.db")

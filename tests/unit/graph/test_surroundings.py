@@ -1,4 +1,4 @@
-"""What is drawn around the robot: its workspace, zones, parts and path, where they are."""
+"""Scene around the robot: its workspace, zones, parts and path, at their positions."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def places(marker: Message) -> np.ndarray:
     [WORKSPACE, Workspace.of(configuration(safety={"tension_limit": 1.5}))],
     ids=["the manual's", "light tension"],
 )
-def test_the_outline_is_the_edge_of_what_can_be_reached(workspace: Workspace) -> None:
+def test_outline_is_the_edge_of_the_workspace(workspace: Workspace) -> None:
     edge = outline(workspace)
     assert edge[0] == pytest.approx(edge[-1])
     boom = 0.5 * sum(workspace.boom)
@@ -79,12 +79,12 @@ def test_the_skin_of_the_workspace_is_made_of_triangles_between_both_ends_of_the
         assert 2.05 < z.max() < 2.071
 
 
-def test_the_workspace_is_no_great_message() -> None:
+def test_workspace_message_is_small() -> None:
     array = types.conform("visualization_msgs/MarkerArray", {"markers": list(workspace_markers(WORKSPACE))})
     assert len(types.serialize("visualization_msgs/MarkerArray", array)) < 100_000
 
 
-def test_zones_are_where_they_keep_the_robot_out() -> None:
+def test_zones_are_at_their_positions() -> None:
     box = Box("box", Point(0.1, 0.2, 0.0), Point(0.5, 1.0, 0.6))
     post = Cylinder("post", 1.0, 0.5, 0.1, 0.2, 0.8)
     one, two = checked(list(zone_markers([box, post], 2.3)))
@@ -95,7 +95,7 @@ def test_zones_are_where_they_keep_the_robot_out() -> None:
 
 
 @given(normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda way: hypot(*way) > 1e-3))
-def test_the_plate_of_a_half_space_stands_across_its_normal(normal: tuple[float, float, float]) -> None:
+def test_plate_of_a_half_space_is_normal_to_its_normal(normal: tuple[float, float, float]) -> None:
     (plate,) = zone_markers([HalfSpace("wall", Point(0.0, 1.0, 0.0), Point(*normal))], 2.3)
     x, y, z, w = (plate["pose"]["orientation"][part] for part in "xyzw")
     assert hypot(x, y, z, w) == pytest.approx(1.0)
@@ -103,7 +103,7 @@ def test_the_plate_of_a_half_space_stands_across_its_normal(normal: tuple[float,
     assert across == pytest.approx(np.array(normal) / hypot(*normal), abs=1e-5)
 
 
-def test_parts_stand_on_stands_and_the_one_that_is_carried_hangs_in_the_gripper() -> None:
+def test_parts_are_on_stands_and_a_carried_one_is_in_the_gripper() -> None:
     parts = {"bolt": Point(0.3, 1.0, 0.4), "nut": Point(0.5, 0.9, 0.4)}
     resting = checked(list(part_markers(parts, None, 0.0)))
     assert [one["ns"] for one in resting] == ["parts", "stands", "parts", "stands"]
@@ -136,7 +136,7 @@ def test_a_straight_way_is_straight_and_a_swing_keeps_its_distance() -> None:
         assert 0.2 <= atan2(x, y) <= 1.4
 
 
-def test_a_path_is_drawn_with_its_end_and_without_one_nothing_is() -> None:
+def test_path_is_drawn_with_its_end_and_removed_without_one() -> None:
     way = way_of(Path.line(Point(0.5, 1.2, 0.4), Point(1.1, 0.6, 0.9)), MECHANISM)
     strip, end = checked(list(way_markers(way)))
     assert len(strip["points"]) == len(way)

@@ -1,4 +1,4 @@
-"""The table holds what the manual's chapter Communications names, and says of ours that it is ours."""
+"""The table holds the names of the manual's chapter Communications, and marks ours as ours."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MANUAL = {
     "/controller/follow": ("action", "maya_controller/Follow"),
     "/task": ("action", "maya_robot/Task"),
 }
-"""Names and types of the manual, and of the interface between its floors."""
+"""Names and types of the manual, and of the interface between its layers."""
 
 FIELDS = {
     "maya_controller/RawSensorData": (
@@ -58,7 +58,7 @@ def test_the_manuals_names_have_the_manuals_types() -> None:
     assert {row.name: (row.form.value, row.type) for row in TABLE if row.manual} == MANUAL
 
 
-def test_every_name_stands_once_and_belongs_to_one_floor() -> None:
+def test_every_name_is_listed_once_and_belongs_to_one_layer() -> None:
     names = [row.name for row in TABLE]
     assert len(names) == len(set(names))
     assert [row for floor in Layer for row in rows(floor)] == sorted(
@@ -88,7 +88,7 @@ def test_the_constants_of_primitives_are_their_commands() -> None:
         assert from_dict({"command": command} | ({} if alone else rest), 0.4).command == command
 
 
-def test_topics_are_kept_where_whoever_comes_late_must_know_them() -> None:
+def test_topics_for_late_subscribers_are_latched() -> None:
     latched = {row.name for row in TABLE if row.latch}
     assert latched == {"/maya_event", "/maya_position", "/maya_markers", "/queue_status", "/step_robot"}
     assert all(row.queue_size > 0 for row in TABLE)
@@ -100,7 +100,7 @@ def test_an_event_fits_its_topic() -> None:
     assert types.conform("std_msgs/String", {"data": told.text()}) == {"data": told.text()}
 
 
-def test_every_name_that_commands_says_what_it_asks_for() -> None:
+def test_every_name_that_commands_has_an_operation() -> None:
     commands = {row.name for row in TABLE if row.form is not Kind.TOPIC or row.heard}
     assert {row.name for row in TABLE if row.asks is not None} == commands
 
@@ -123,7 +123,7 @@ def test_every_name_that_commands_says_what_it_asks_for() -> None:
         ("/cancel", Operation.GRAPH),
     ],
 )
-def test_topic_asks_for_what_its_row_or_action_does(topic: str, operation: Operation) -> None:
+def test_topic_has_the_operation_of_its_row_or_action(topic: str, operation: Operation) -> None:
     assert asked_by_topic(topic) is operation
 
 
@@ -138,7 +138,7 @@ def test_topic_asks_for_what_its_row_or_action_does(topic: str, operation: Opera
         ("/of_others", Kind.SERVICE, Operation.GRAPH),
     ],
 )
-def test_call_asks_for_what_its_row_does(name: str, form: Kind, operation: Operation) -> None:
+def test_call_has_the_operation_of_its_row(name: str, form: Kind, operation: Operation) -> None:
     assert asked_by_call(name, form) is operation
 
 

@@ -1,4 +1,4 @@
-"""Messages completed and checked, and what ROS says of the same types."""
+"""Messages completed and checked, compared with ROS for the same types."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_every_type_has_a_message_that_says_nothing_and_conforms() -> None:
         assert tuple(nothing) == types.fields(kind)
 
 
-def test_what_is_left_out_is_completed_and_the_message_given_is_left_as_it_is() -> None:
+def test_missing_fields_are_completed_in_a_copy_of_the_message() -> None:
     given_ = {"command": "pick", "target": {"x": 1}}
     whole = types.conform("maya_robot/MayaPrimitive", given_)
     assert whole == {"command": "pick", "target": {"x": 1.0, "y": 0.0, "z": 0.0}, "open": False}
@@ -67,7 +67,7 @@ def test_what_is_left_out_is_completed_and_the_message_given_is_left_as_it_is() 
     assert types.conform(RAW, {})["position"] == [0, 0, 0]
 
 
-def test_defaults_are_nobody_elses() -> None:
+def test_defaults_are_not_shared() -> None:
     types.default(RAW)["position"].append(1)
     types.default("geometry_msgs/PointStamped")["point"]["x"] = 7.0
     assert types.default(RAW)["position"] == [0, 0, 0]
@@ -92,7 +92,7 @@ def test_times_carry_their_nanoseconds_over() -> None:
     assert types.conform("std_msgs/Duration", {"data": {"nsecs": -1}})["data"] == {"secs": -1, "nsecs": 999_999_999}
 
 
-def test_a_header_that_says_no_time_gets_one_where_there_is_one() -> None:
+def test_header_without_a_time_gets_one_from_the_clock() -> None:
     now = {"secs": 5, "nsecs": 6}
     assert types.conform("sensor_msgs/JointState", {}, stamp=now)["header"]["stamp"] == now
     told = {"header": {"stamp": {"secs": 1, "nsecs": 0}}}
@@ -100,7 +100,7 @@ def test_a_header_that_says_no_time_gets_one_where_there_is_one() -> None:
     assert types.conform(POINT, {}, stamp=now) == {"x": 0.0, "y": 0.0, "z": 0.0}
 
 
-def test_the_word_now_is_a_time_only_where_somebody_says_when_that_is() -> None:
+def test_now_is_a_time_only_with_a_clock() -> None:
     now = {"secs": 5, "nsecs": 6}
     assert types.conform("std_msgs/Time", {"data": "now"}, stamp=now) == {"data": now}
     for kind, said in (("std_msgs/Time", None), ("std_msgs/Duration", now)):
@@ -152,14 +152,14 @@ def test_ros_2_names_of_a_time_are_understood_but_not_mixed() -> None:
         ),
     ],
 )
-def test_what_does_not_fit_is_refused_with_the_way_to_it(kind: str, data: object, path: str) -> None:
+def test_invalid_field_is_refused_with_its_path(kind: str, data: object, path: str) -> None:
     with pytest.raises(InvalidMessage) as refused:
         types.conform(kind, data)
     assert refused.value.details["name"] == path
 
 
 @pytest.mark.parametrize("kind", ["", "Point", "time", "geometry_msgs/Pint", "../x", "std_srvs/SetBool"])
-def test_an_unknown_type_is_said_to_be_unknown(kind: str) -> None:
+def test_unknown_type_is_reported(kind: str) -> None:
     assert not types.known(kind) or is_base(kind)
     with pytest.raises(UnknownInterface):
         types.conform(kind, {})
@@ -185,7 +185,7 @@ def test_the_definition_of_a_type_holds_those_within_it() -> None:
     assert types.service_text("std_srvs/SetBool") == "bool data\n---\nbool success\nstring message\n"
 
 
-def test_details_are_those_that_rosapi_tells() -> None:
+def test_details_are_those_of_rosapi() -> None:
     first, header, point, time = types.details("geometry_msgs/PointStamped")
     assert first == {
         "type": "geometry_msgs/PointStamped",
@@ -213,7 +213,7 @@ def test_only_messages_to_an_action_are_of_an_action() -> None:
     assert types.action_of("maya_controller/HomeGoal") == ""
 
 
-# What a type can say at all, drawn by its specification.
+# Every value of a type, drawn by its specification.
 
 TEXT = st.text(max_size=8)
 KINDS = st.sampled_from([kind for kind in types.kinds() if "/" in kind and "Interactive" not in kind])
@@ -246,7 +246,7 @@ def messages(kind: str) -> st.SearchStrategy[dict[str, Any]]:
 
 
 @given(st.data())
-def test_what_conforms_comes_out_as_it_went_in_and_ros_reads_it_from_the_wire(data: st.DataObject) -> None:
+def test_valid_message_is_unchanged_and_ros_reads_it_from_the_wire(data: st.DataObject) -> None:
     kind = data.draw(KINDS)
     message = data.draw(messages(kind))
     whole = types.conform(kind, message)

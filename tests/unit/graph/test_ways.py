@@ -1,4 +1,4 @@
-"""The path under way is what a goal says, from when it is sent until its result comes."""
+"""The current path is that of a goal, from its sending until its result."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from maya_ros.graph.markers import PathMarkers
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_un.motion import Path
 from maya_un.values import Point
-from tests.graphs import below
+from tests.graphs import controller_node
 from tests.strategies import WORKSPACE
 from tests.virtual_time import elapse
 
@@ -44,7 +44,7 @@ def follow(path: Path) -> Message:
     return {"trajectory": path_to_message(path)}
 
 
-async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
+async def test_path_of_a_goal_is_known_until_its_result() -> None:
     bus = Bus()
     Controller(bus)
     ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
@@ -58,7 +58,7 @@ async def test_the_way_of_a_goal_is_known_until_its_result_comes() -> None:
     assert ways.way == ()
 
 
-async def test_a_move_goes_from_where_the_robot_is() -> None:
+async def test_move_starts_at_the_position_of_the_robot() -> None:
     bus = Bus()
     Controller(bus)
     ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
@@ -86,7 +86,7 @@ async def test_a_goal_that_is_refused_leaves_the_way_of_the_other() -> None:
     assert ways.way == ()
 
 
-async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
+async def test_invalid_path_and_move_without_a_start_have_no_marker() -> None:
     bus = Bus()
     Controller(bus)
     ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: None)
@@ -102,14 +102,14 @@ async def test_what_is_no_path_and_a_move_from_nowhere_have_no_way() -> None:
         await going
 
 
-async def test_whoever_looks_on_sees_the_path_come_and_go() -> None:
+async def test_subscriber_sees_the_path_appear_and_disappear() -> None:
     bus = Bus()
     told: list[tuple[str, int]] = []
 
     def hear(array: Message) -> None:
         told.extend((one["ns"], one["action"]) for one in array["markers"])
 
-    async with below(bus, homed=True) as floor:
+    async with controller_node(bus, homed=True) as floor:
         viewer = bus.node("rviz")
         viewer.subscribe("/maya_markers", "visualization_msgs/MarkerArray", hear)
         await elapse(1.0)

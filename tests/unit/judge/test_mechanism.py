@@ -40,7 +40,7 @@ def test_margins_are_lengths_to_the_limits() -> None:
     assert found["tension_b"] == found["tension_c"] == pytest.approx(0.75 - 1.0 / sqrt(99.0))
 
 
-def test_the_tension_margin_is_zero_where_a_line_carries_the_limit() -> None:
+def test_tension_margin_is_zero_at_the_limit_of_a_line() -> None:
     for u in (0.2, 0.7, 1.5, 1.9):
         high = depth_by_halving(u)
         joints = np.array([[0.0, sqrt(u * u + high * high), sqrt((2.0 - u) ** 2 + high * high)]])

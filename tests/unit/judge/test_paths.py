@@ -77,7 +77,7 @@ def test_the_parameter_goes_smoothly_through_a_blend() -> None:
         assert before == pytest.approx(behind)
 
 
-def test_where_a_way_goes_back_there_is_no_corner_to_cut() -> None:
+def test_reversing_path_has_no_corner_to_cut() -> None:
     way = Way("joint", ((0.2, 1.0, 1.5), (0.6, 1.0, 1.5), (0.3, 1.0, 1.52)), (Cut(0.1, 0.1),))
     assert [piece.sharp for piece in way.pieces()] == [True, True]
 
@@ -114,7 +114,7 @@ def test_every_leg_is_looked_at_however_unlike_the_cuts_of_its_corners() -> None
     assert gaps.max() < 2.0 * gaps.sum() / 2_000
 
 
-def test_verdicts_name_the_limit_and_doubt_what_is_near() -> None:
+def test_verdicts_name_the_limit_and_doubt_close_ones() -> None:
     verdict = judged(FRAME, drawn(FRAME, Way("cartesian", ahead((1.0, 1.3), (2.4, 1.3)))))
     assert (verdict.opinion, verdict.limit) == (Opinion.OUTSIDE, "outer")
     assert verdict.margin == pytest.approx(-0.1)
@@ -136,7 +136,7 @@ def test_distances_to_a_polyline() -> None:
     assert deviations(points, line) == pytest.approx([0.2, 0.5, 0.2, 0.1, 0.5])
 
 
-def test_a_long_piece_is_near_though_its_ends_are_not() -> None:
+def test_long_piece_is_near_though_its_ends_are_not() -> None:
     crowd = np.column_stack((np.full(50, 0.5), np.linspace(0.1, 0.2, 50)))
     line = np.concatenate((crowd, [(0.0, 0.2), (0.0, 0.0), (1.0, 0.0)]))
     assert deviations(np.array([(0.5, 0.001)]), line) == pytest.approx([0.001])

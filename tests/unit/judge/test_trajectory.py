@@ -33,7 +33,7 @@ def test_speeds_and_mean_accelerations() -> None:
     assert moved.mean_accelerations(4.0) == pytest.approx((0.01, 0.01, 0.0), rel=1e-2, abs=1e-9)
 
 
-def test_the_beginning_and_the_end_of_motion() -> None:
+def test_start_and_end_of_motion() -> None:
     assert motion().moving() == pytest.approx((1.0, 10.0), abs=0.011)
     still = Trajectory(np.array([0.0, 1.0]), np.ones((2, 3)))
     assert still.moving() == (1.0, 1.0)
@@ -48,7 +48,7 @@ def test_finer_points_lie_on_the_way() -> None:
     assert fine[10] == pytest.approx((0.1, 1.05, 1.0))
 
 
-def test_the_worst_is_what_lies_between_the_samples() -> None:
+def test_worst_value_lies_between_the_samples() -> None:
     """Below the outer anchor, straight in joints between two places 1 mm inside, the way bulges outwards."""
     ends = joints_at(FRAME, np.array([(0.0, 2.299, 1.55), (0.0, 2.299, 1.15)]))
     assert Trajectory(np.array([0.0, 1.0]), ends[:1].repeat(2, axis=0)).least(FRAME)["outer"] == pytest.approx(0.001)

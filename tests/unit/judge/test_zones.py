@@ -36,7 +36,7 @@ def test_the_clearance_is_that_of_the_nearest_of_gripper_and_lines() -> None:
 
 
 @pytest.mark.parametrize("zone", [BLOCK, COLUMN, WALL], ids=lambda zone: zone.name)
-def test_narrowing_finds_what_a_hundred_thousand_points_find(zone: Solid) -> None:
+def test_narrowing_agrees_with_a_hundred_thousand_points(zone: Solid) -> None:
     rng = np.random.default_rng(3)
     joints = np.column_stack((rng.uniform(0.0, 2.0, 20), rng.uniform(1.2, 2.2, 20), rng.uniform(1.2, 2.2, 20)))
     found = clearances(FRAME, zone, joints, near=5.0)

@@ -54,7 +54,7 @@ SHAPES = st.one_of(
 
 
 @given(st.lists(SHAPES, min_size=1, max_size=6))
-def test_the_bound_is_below_and_near(shapes: list[Shape]) -> None:
+def test_bound_is_below_and_near(shapes: list[Shape]) -> None:
     for shape, below in zip(shapes, bound(shapes), strict=True):
         lowest = min(shape(t)[0] for t in np.linspace(0.0, 1.0, SAMPLES + 1).tolist())
         # The sampled value is above the least one by at most half a step up the steepest slope.
@@ -73,7 +73,7 @@ def test_at_an_end_the_value_itself_is_the_bound(at: float) -> None:
     assert bound([shape])[0] == min(shape(0.0)[0], shape(1.0)[0])
 
 
-def test_what_is_enough_is_not_refined() -> None:
+def test_sufficient_bound_is_not_refined() -> None:
     asked: list[float] = []
 
     def counted(t: float) -> tuple[float, float]:

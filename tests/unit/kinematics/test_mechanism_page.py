@@ -29,7 +29,7 @@ SPEED, ACCELERATION, STOP = 0.045, 0.00512, 0.0512
 
 
 def holds(pattern: str, *expected: float) -> None:
-    """Assert that the page says what `pattern` says, where each # stands for the next of the `expected` numbers."""
+    """Assert that the page contains `pattern`, where each # stands for the next of the `expected` numbers."""
     found = re.findall(re.escape(pattern).replace(r"\#", NUMBER).replace(r"\ ", " "), PAGE)
     assert len(found) == 1, f"said {len(found)} times: {pattern}"
     written = [found[0]] if isinstance(found[0], str) else list(found[0])
@@ -59,7 +59,7 @@ def test_the_example_of_the_two_kinematics() -> None:
     assert WORKSPACE.mechanism.ik(Point(0.5, 1.2, 0.4)) == pytest.approx((atan2(0.5, 1.2), b, c))
 
 
-def test_the_mistakes_of_the_manual_fail_as_told() -> None:
+def test_mistakes_of_the_manual_fail_as_described() -> None:
     b, _ = lines(1.0, 1.75)
     holds("its cosine is #", (W * W + b * b * b * b) / (2.0 * W * b))
     wrong, _ = lines(1.0, 2.35 - 0.4 + 0.2)
@@ -160,7 +160,7 @@ def test_short_ends() -> None:
     holds("the short ends are # and #, together #, and W is #", B[0], C[0], B[0] + C[0], W)
 
 
-def test_each_axis_at_its_own_speed() -> None:
+def test_axes_at_their_own_speeds() -> None:
     (b, c), (b_end, c_end) = lines(0.05, 0.6), lines(0.3, 1.5)
     holds("Line b goes from # to #, line c from # to #", b, b_end, c, c_end)
     soon, late = (c_end - c) / SPEED, (b_end - b) / SPEED
@@ -210,7 +210,7 @@ def test_stops() -> None:
     holds("at 5120 counts/s² and # mm at 51 200", worst * 5e2 * SPEED * fast)
 
 
-def test_the_straight_line_and_who_is_slowest_on_it() -> None:
+def test_straight_line_and_its_slowest_axis() -> None:
     start, end = np.array([0.0, 1.0, 0.7]), np.array([2.0, 0.6, 1.3])
     assert all(WORKSPACE.why_not(Point(*place.tolist())) is None for place in (start, end))
     length = float(np.linalg.norm(end - start))

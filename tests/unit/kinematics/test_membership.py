@@ -57,7 +57,7 @@ def test_joints_at_once_are_joints_one_at_a_time(campaign: Campaign, zones: tupl
     assert any(expected)
 
 
-def test_the_answer_goes_where_it_is_wanted_over_many_blocks() -> None:
+def test_result_is_written_in_place_over_many_blocks() -> None:
     points = np.tile(np.array([[0.5, 1.2, 0.4], [0.5, 1.2, 3.0]]), (30_000, 1))
     joints = np.tile(np.array([[0.4, 1.7, 1.5], [0.4, 0.6, 0.6]]), (30_000, 1))
     out = np.empty(len(points), dtype=np.bool_)
@@ -67,7 +67,7 @@ def test_the_answer_goes_where_it_is_wanted_over_many_blocks() -> None:
     assert (out[::2].all(), out[1::2].any()) == (True, False)
 
 
-def test_what_is_no_number_is_nowhere() -> None:
+def test_invalid_number_is_nowhere() -> None:
     numbers = np.array([[np.nan, 1.0, 1.0], [0.5, np.inf, 1.0], [0.5, 1.2, -np.inf], [1e200, 1e200, 0.4], [0, 0, 1]])
     assert not WORKSPACE.reachable_many(numbers).any()
     assert not WORKSPACE.contains_many(numbers).any()

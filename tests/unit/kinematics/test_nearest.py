@@ -19,7 +19,7 @@ OVERLOOKED = 6e-3
 """By how much another place may be nearer where zones leave much that is almost as near [m]."""
 
 EXACT = 4e-4
-"""What is kept off a zone for the rounding to counts is part of it [m]."""
+"""The distance kept off a zone for the rounding to counts is part of it [m]."""
 TOWER = Box("tower", Point(0.4, 0.9, 0.0), Point(0.8, 1.3, 0.6))
 PILLAR = Cylinder("pillar", 0.9, 0.9, 0.3, 0.0, 2.5)
 CEILING = HalfSpace("ceiling", Point(0.0, 0.0, 1.5), Point(0.2, 0.0, -1.0))
@@ -99,7 +99,7 @@ def test_above_a_flat_top_is_nearest_from_just_below_it() -> None:
     assert found == pytest.approx((0.6, 1.1, 0.65), abs=EXACT)
 
 
-def test_beside_a_pillar_it_is_on_the_ray_from_its_axis() -> None:
+def test_next_to_a_pillar_it_is_on_the_ray_from_its_axis() -> None:
     narrow = WORKSPACE.with_zones([Cylinder("pillar", 0.9, 0.9, 0.3, 0.0, 2.5, lines=False)])
     found = narrow.nearest(Point(0.9, 0.7, 0.9))
     assert hypot(found.x - 0.9, found.y - 0.9) == pytest.approx(0.35, abs=EXACT)
@@ -115,7 +115,7 @@ def test_lines_that_would_cross_a_zone_are_reason_enough_to_go_elsewhere() -> No
     assert WORKSPACE.with_zones([free]).nearest(target) == target
 
 
-def test_what_is_found_stays_reachable_when_it_is_rounded_to_counts() -> None:
+def test_result_stays_reachable_when_it_is_rounded_to_counts() -> None:
     for workspace in CELLS.values():
         for target in TARGETS:
             joints = workspace.require(workspace.nearest(target))

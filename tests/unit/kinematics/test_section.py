@@ -33,7 +33,7 @@ def allowed(workspace: Workspace, u: Floats, h: Floats) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_area_and_volume_are_what_random_places_say(campaign: Campaign, name: str) -> None:
+def test_area_and_volume_agree_with_random_places(campaign: Campaign, name: str) -> None:
     workspace = MACHINES[name]
     mechanism = workspace.mechanism
     count = campaign.size(ci=400_000, long=4_000_000)
@@ -50,7 +50,7 @@ def test_area_and_volume_are_what_random_places_say(campaign: Campaign, name: st
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_area_and_volume_are_what_a_fine_grid_says(name: str) -> None:
+def test_area_and_volume_agree_with_a_fine_grid(name: str) -> None:
     workspace = MACHINES[name]
     mechanism, columns = workspace.mechanism, 400_000
     u: Floats = np.linspace(0.0, mechanism.width, columns + 1)[1:] - 0.5 * mechanism.width / columns
@@ -61,7 +61,7 @@ def test_area_and_volume_are_what_a_fine_grid_says(name: str) -> None:
 
 
 def thickness(workspace: Workspace, u: Floats) -> Floats:
-    """How much of h is allowed at each u, from one formula a limit."""
+    """Allowed range of h at each u, from one formula a limit."""
     W, k = workspace.mechanism.width, workspace.tension_limit
 
     def circle(radius: float, away: Floats) -> Floats:
@@ -104,7 +104,7 @@ def spare(section: Section, place: tuple[float, float]) -> float:
 
 @pytest.mark.parametrize("name", MACHINES)
 @given(one=PLACES, other=PLACES)
-def test_what_is_spare_changes_by_no_more_than_the_place(
+def test_margin_changes_by_no_more_than_the_place(
     name: str, one: tuple[float, float], other: tuple[float, float]
 ) -> None:
     section = MACHINES[name].section
@@ -113,14 +113,14 @@ def test_what_is_spare_changes_by_no_more_than_the_place(
 
 @pytest.mark.parametrize("name", MACHINES)
 @given(place=PLACES)
-def test_something_is_spare_just_where_a_place_is_in_the_section(name: str, place: tuple[float, float]) -> None:
+def test_margin_is_positive_exactly_inside_the_section(name: str, place: tuple[float, float]) -> None:
     found = spare(MACHINES[name].section, place)
     if abs(found) > 1e-12:
         inside = allowed(MACHINES[name], np.array([place[0]]), np.array([place[1]]))[0]
         assert inside == (found > 0.0)
 
 
-def test_what_is_spare_by_hand() -> None:
+def test_margin_worked_by_hand() -> None:
     # In the middle, 1.25 below the anchors: b = c = √(1 + 1.25²), the table 0.9 deeper, the long end of b 0.659 away.
     assert spare(WORKSPACE.section, (1.0, 1.25)) == pytest.approx(2.26 - hypot(1.0, 1.25))
     assert spare(WORKSPACE.section.shrunk(0.1), (1.0, 1.25)) == pytest.approx(2.16 - hypot(1.0, 1.25))

@@ -66,7 +66,7 @@ def test_a_slack_line_lets_the_gripper_hang_below_the_other_anchor() -> None:
     assert hanging(2.26, 0.565, W) == (W, 0.565)
 
 
-def test_taut_lines_meet_where_the_triangle_says() -> None:
+def test_taut_lines_meet_at_the_apex_of_the_triangle() -> None:
     assert hanging(hypot(0.6, 0.8), hypot(1.4, 0.8), W) == pytest.approx((0.6, 0.8))
 
 

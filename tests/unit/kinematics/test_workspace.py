@@ -63,7 +63,7 @@ def test_the_words_are_in_millimetres_and_degrees(target: Point | Joints, words:
     assert words in str(WORKSPACE.why_not(target))
 
 
-def test_what_is_reachable_has_no_reason() -> None:
+def test_reachable_place_has_no_reason() -> None:
     verdict = WORKSPACE.check(Joints(ANY_ANGLE, 1.7, 1.5))
     assert verdict.reachable
     assert min(verdict.margins.limits.values()) > 0.0
@@ -113,9 +113,7 @@ def test_absurd_numbers_are_refused_with_a_reachable_alternative(target: Point) 
 
 
 @given(st.tuples(*[st.sampled_from([1e308, -1e308, 1e-320, 1e4, 1e5]) | st.floats()] * 3), st.booleans())
-def test_whatever_the_numbers_a_refusal_is_a_short_sentence(
-    numbers: tuple[float, float, float], in_space: bool
-) -> None:
+def test_refusal_is_a_short_sentence_for_any_numbers(numbers: tuple[float, float, float], in_space: bool) -> None:
     target = Point(*numbers) if in_space else Joints(*numbers)
     try:
         WORKSPACE.require(target)
@@ -194,11 +192,11 @@ def test_a_zone_that_is_broken_is_named() -> None:
     assert str(reason) == "robot or lines would be 20 mm from zone tower, which asks for 50 mm"
 
 
-def test_inside_a_zone_it_is_told_how_deep() -> None:
+def test_depth_inside_a_zone_is_given() -> None:
     assert str(GUARDED.why_not(Point(0.6, 1.1, 0.55))) == "robot or lines would be 50 mm inside zone tower"
 
 
-def test_all_that_is_broken_is_told_in_order() -> None:
+def test_all_broken_limits_are_listed_in_order() -> None:
     deep = Point(0.6, 1.1, -0.02)
     limits = [Limit.FLOOR, Limit.LINE_B, Limit.LINE_C, Limit.ZONE]
     assert [reason.limit for reason in GUARDED.all_reasons(deep)] == limits
@@ -212,7 +210,7 @@ def test_margins_have_the_clearance_of_every_zone() -> None:
     assert clearances[0] == pytest.approx(0.25)
 
 
-def test_a_refusal_for_a_zone_names_it_and_what_is_nearest() -> None:
+def test_refusal_for_a_zone_names_it_and_the_nearest_place() -> None:
     with pytest.raises(Unreachable, match="zone tower") as refused:
         GUARDED.require(Point(0.6, 1.1, 0.55))
     details = json.loads(json.dumps(refused.value.details, allow_nan=False))
@@ -220,7 +218,7 @@ def test_a_refusal_for_a_zone_names_it_and_what_is_nearest() -> None:
     assert details["nearest_point"] == pytest.approx((0.6, 1.1, 0.65), abs=1e-3)
 
 
-def test_where_zones_leave_nothing_there_is_no_nearest_place() -> None:
+def test_zones_that_leave_nothing_leave_no_nearest_place() -> None:
     nothing = WORKSPACE.with_zones([HalfSpace("cell", Point(0.0, 0.0, 3.0), Point(0.0, 0.0, 1.0))])
     with pytest.raises(Unreachable, match="zones leave no place"):
         nothing.nearest(Point(0.5, 1.2, 0.4))
@@ -229,7 +227,7 @@ def test_where_zones_leave_nothing_there_is_no_nearest_place() -> None:
     assert refused.value.details["nearest_point"] is None
 
 
-def test_a_place_beside_a_zone_rounded_to_counts_holds_within_a_grain() -> None:
+def test_place_next_to_a_zone_rounded_to_counts_holds_within_a_grain() -> None:
     edge = GUARDED.require(Point(0.6, 1.1, 0.65 + 1e-6))
     rounded = edge._replace(b=edge.b - 2e-6, c=edge.c + 2e-6)
     moved = next(

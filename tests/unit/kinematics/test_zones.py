@@ -42,7 +42,7 @@ def at(x: float, y: float, z: float) -> Joints:
         # 0.03 inside of the nearest face.
         (TOWER, at(0.07, 1.3, 0.3), -0.03),
         (MAST, at(0.0, 1.23, 0.3), -0.03),
-        # The gripper at 0.9, the meeting point 0.2 above: 0.8 below the shelf.
+        # The gripper at 0.9, the meeting point 0.2 above: 0.8 below the zone.
         (SHELF, at(0.5, 1.2, 0.9), 0.8),
     ],
 )
@@ -55,13 +55,13 @@ def test_the_margin_is_used_up_before_the_zone_is_touched() -> None:
     assert wide.clearance(MAYA, at(0.0, 1.3, 0.9)) == pytest.approx(-0.05, abs=ACCURACY)
 
 
-def test_where_nothing_is_said_lines_stay_out_of_solids_and_may_pass_planes() -> None:
+def test_by_default_lines_stay_out_of_solids_and_may_pass_planes() -> None:
     assert (Box("", TOWER.low, TOWER.high).lines, Cylinder("", 0, 1, 1, 0, 1).lines) == (True, True)
     assert not HalfSpace("", Point(0, 0, 0), Point(0, 0, 1)).lines
     assert (TOWER.lines, Box("", TOWER.low, TOWER.high).margin) == (True, 0.05)
 
 
-def test_a_line_is_met_on_its_way_to_the_boom() -> None:
+def test_line_may_be_hit_between_its_ends() -> None:
     # Boom along +y, meeting point 1 m below the middle: the outer line rises at 45°, through y = 1.8 at z = 1.85.
     joints = Joints(0.0, sqrt(2.0), sqrt(2.0))
     low, high = Point(-0.1, 1.8, 1.55), Point(0.1, 1.9, 1.75)
@@ -79,7 +79,7 @@ def test_a_plane_that_lines_stay_out_of_is_above_the_boom() -> None:
     assert below.clearance(MAYA, joints) == pytest.approx(0.15)
 
 
-def test_the_corners_are_where_the_gripper_and_the_anchors_are() -> None:
+def test_corners_are_the_gripper_and_the_anchors() -> None:
     gripper, meeting, inner, outer = corners(MAYA, np.array([[pi / 2, sqrt(2.0), sqrt(2.0)]]))[:, :, 0].T
     assert gripper == pytest.approx((1.3, 0.0, 1.15))
     assert meeting == pytest.approx((1.3, 0.0, 1.35))
@@ -151,7 +151,7 @@ def brute_clearance(zone: Zone, joints: Joints, samples: int = 200) -> float:
 
 
 @given(zones(), reachable_joints())
-def test_a_clearance_is_what_sampling_finds(zone: Zone, joints: Joints) -> None:
+def test_clearance_agrees_with_sampling(zone: Zone, joints: Joints) -> None:
     sampled = brute_clearance(zone, joints)
     spacing = 2.4 / 200
     assert sampled - 0.5 * spacing - ACCURACY <= zone.clearance(MAYA, joints) <= sampled + ROUNDING
@@ -165,7 +165,7 @@ def test_many_at_once_are_one_at_a_time(zone: Zone, joints: list[Joints]) -> Non
 
 
 @given(zones(), reachable_joints(), st.floats(-0.1, 1.0))
-def test_what_is_called_clear_enough_is(zone: Zone, joints: Joints, enough: float) -> None:
+def test_rough_clearance_is_exact_below_the_limit(zone: Zone, joints: Joints, enough: float) -> None:
     exact = zone.clearance(MAYA, joints)
     rough = zone.clearances_between(corners(MAYA, np.array([joints])), enough)[0]
     assert min(exact, enough) - ROUNDING <= rough <= exact + ROUNDING if exact > enough else rough == exact

@@ -79,7 +79,7 @@ def test_chronicle_writes_a_stall_at_once_and_sums_as_the_record_does() -> None:
     assert [line["time"] for line in lines.all] == sorted(line["time"] for line in lines.all)
 
 
-def test_chronicle_writes_what_the_jaws_do_and_a_drop() -> None:
+def test_chronicle_writes_the_gripper_and_a_drop() -> None:
     maya = powered()
     maya.output(1, True)  # open
     x, y, z = maya.gripper_point()

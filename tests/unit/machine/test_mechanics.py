@@ -85,7 +85,7 @@ def test_an_axis_follows_its_reference_late() -> None:
     assert maya.true_joints() == pytest.approx((1.0, 1.295, 1.295))
 
 
-def test_the_gripper_hangs_where_the_lines_say() -> None:
+def test_gripper_position_follows_the_lines() -> None:
     maya = powered(StartPose(pi / 6, 1.20, 1.60))
     assert maya.gripper_point() == pytest.approx((1.02 * sin(pi / 6), 1.02 * cos(pi / 6), 1.19))
     assert maya.tension() == pytest.approx((0.8, 0.6))
@@ -187,7 +187,7 @@ def test_two_short_lines_cannot_be_pulled_straight() -> None:
     assert maya.record.peak_tension == pytest.approx((9.9982 - 0.1) / 0.5)
 
 
-def test_both_shortening_are_both_blocked_and_share_what_is_left() -> None:
+def test_two_shortening_lines_are_both_blocked_and_share_the_rest() -> None:
     maya = powered(StartPose(1.0, 1.01, 1.01))
     go(maya, B, -30_000.0)
     settle(maya, C, -30_000.0)
@@ -195,7 +195,7 @@ def test_both_shortening_are_both_blocked_and_share_what_is_left() -> None:
     assert min(maya.record.stalled[1:]) > 1.9
 
 
-def test_a_lengthening_line_gives_the_other_room() -> None:
+def test_lengthening_line_slackens_the_other() -> None:
     maya = powered(StartPose(1.0, 1.01, 1.01))
     settle(maya, B, -30_000.0)
     settle(maya, C, 5_000.0)
@@ -337,7 +337,7 @@ def take(maya: MayaMechanics) -> None:
     maya.output(1, False)
 
 
-def test_the_jaws_are_closed_at_power_up_and_output_1_opens_them() -> None:
+def test_gripper_is_closed_at_power_up_and_output_1_opens_it() -> None:
     maya = powered()
     assert maya.record.gripper_closed
     maya.output(2, True)
@@ -371,7 +371,7 @@ def test_letting_go_high_up_is_a_recorded_drop() -> None:
     assert maya.parts["part"][2] == 1.4
 
 
-def test_the_record_sees_the_extremes_of_a_motion_nobody_watched() -> None:
+def test_record_has_the_extremes_of_an_unobserved_motion() -> None:
     maya = powered(StartPose(1.0, 1.05, 1.05))
     maya.timelines[B].plan(0.0, (TimelinePiece(0.0, 0.0, -20_000.0, 20_000.0), TimelinePiece(2.0, 0.0, 0.0, 0.0)))
     maya.advance(1000.0)
@@ -384,7 +384,7 @@ def test_the_record_sees_the_extremes_of_a_motion_nobody_watched() -> None:
     assert maya.record.sunk == 0.0
 
 
-def test_how_often_one_asks_does_not_change_what_is_recorded() -> None:
+def test_frequency_of_reading_does_not_change_the_record() -> None:
     once, often = (powered(StartPose(1.0, 1.5, 1.2), trace=True) for _ in range(2))
     for maya in (once, often):
         go(maya, B, -150_000.0, 30_000.0)
@@ -419,7 +419,7 @@ def test_travel_with_a_slack_line_is_counted() -> None:
     assert maya.record.outside == pytest.approx(2.13 - (4 + 0.36) ** 0.5, abs=1e-3)
 
 
-def test_nobody_can_write_the_record() -> None:
+def test_record_cannot_be_written() -> None:
     record = powered().record
     for name in ("peak_tension", "parts", "lowest", "stalled"):
         with pytest.raises(AttributeError):
@@ -493,7 +493,7 @@ def test_a_weak_motor_does_not_move() -> None:
     assert maya.record.limited[A] > 4.9
 
 
-def test_a_weak_motor_lengthens_where_friction_lets_it() -> None:
+def test_weak_motor_lengthens_if_friction_allows() -> None:
     maya = powered()
     maya.limit_torque(B, 0.125)
     settle(maya, B, 20_000.0)

@@ -73,7 +73,7 @@ def test_one_and_many_agree(lines: tuple[float, float]) -> None:
 
 
 @given(st.floats(-1e-9, 1e-9))
-def test_straight_lines_carry_what_the_motor_can_pull(surplus: float) -> None:
+def test_straight_lines_carry_the_pull_of_the_motor(surplus: float) -> None:
     statics = Statics.of(TrueConstants(friction=(0.1, 0.1, 0.2)))
     hang = statics.hang(1.0, 1.0 + surplus)
     assert hang.tension_b == pytest.approx((MOTOR_LIMIT - 0.1) / 0.5)

@@ -1,4 +1,4 @@
-"""Parts, and the jaws that take and leave them."""
+"""Parts, and the gripper that takes and leaves them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def table(**others: tuple[float, float, float]) -> PartTable:
     return PartTable({"cup": CUP, **others}, closed=False)
 
 
-def test_closing_near_a_part_takes_it_to_the_middle_of_the_jaws() -> None:
+def test_closing_near_a_part_takes_it_to_the_middle_of_the_gripper() -> None:
     jaws = table()
     assert jaws.close((0.505, 1.195, 0.408)) == "cup"
     assert jaws.carried == "cup"
@@ -32,13 +32,13 @@ def test_the_nearest_of_two_is_taken() -> None:
     assert table(nut=(0.51, 1.2, 0.4)).close((0.508, 1.2, 0.4)) == "nut"
 
 
-def test_closed_jaws_take_nothing_more() -> None:
+def test_closed_gripper_takes_nothing_more() -> None:
     jaws = table()
     jaws.close((0.0, 1.0, 1.0))
     assert jaws.close(CUP) is None
 
 
-def test_opening_puts_a_part_down_where_the_gripper_is() -> None:
+def test_opening_places_a_part_at_the_gripper() -> None:
     jaws = table()
     jaws.close((0.5, 1.2, 0.41))
     assert jaws.open((1.0, 0.5, 0.414), time=3.0) is None
@@ -52,7 +52,7 @@ def test_opening_high_up_drops_it() -> None:
     assert jaws.open((1.0, 0.5, 0.9), time=3.0) == PartDrop(3.0, "cup", 0.5, (1.0, 0.5, 0.4))
 
 
-def test_opening_empty_jaws_drops_nothing() -> None:
+def test_opening_an_empty_gripper_drops_nothing() -> None:
     assert table().open(CUP, time=0.0) is None
 
 

@@ -20,7 +20,7 @@ def test_the_default_machine_is_the_manuals() -> None:
     assert truth.switches == ((0.0, pytest.approx(2 * pi / 3)), (0.575, 2.260), (0.565, 2.300))
 
 
-def test_drawn_machines_stay_within_what_homing_has_to_cope_with() -> None:
+def test_random_machines_stay_within_the_tolerance_of_homing() -> None:
     for truth in MACHINES:
         for (reverse, forward), (short, long) in zip(truth.switches, TrueConstants().switches, strict=True):
             assert reverse == short
@@ -34,7 +34,7 @@ def test_drawn_machines_stay_within_what_homing_has_to_cope_with() -> None:
         )
 
 
-def test_drawn_machines_differ_and_repeat_by_seed() -> None:
+def test_random_machines_differ_and_repeat_by_seed() -> None:
     assert len(set(MACHINES)) == len(MACHINES)
     assert TrueConstants.drawn(Random(7)) == MACHINES[7]
 

@@ -36,14 +36,14 @@ def test_a_length_is_read_in_millimetres_or_in_its_unit(text: str, length: float
         ("9" * 400, "length_too_long"),
     ],
 )
-def test_what_is_no_length_is_refused_by_the_word_that_says_why(text: str, key: str) -> None:
+def test_invalid_length_is_refused_with_the_reason(text: str, key: str) -> None:
     with pytest.raises(NotALength) as refusal:
         parsed(text)
     assert refusal.value.key == key
 
 
 @given(st.floats(-FARTHEST, FARTHEST))
-def test_what_is_shown_is_read_again_to_a_twentieth_of_a_millimetre(length: float) -> None:
+def test_shown_length_is_read_again_to_a_twentieth_of_a_millimetre(length: float) -> None:
     assert parsed(millimetres(length)) == pytest.approx(length, abs=5.1e-5)
 
 

@@ -23,7 +23,7 @@ def seen(standing: Standing | None = IDLE, presence: Presence = ALL) -> Seen:
     return one
 
 
-def test_an_event_is_read_as_the_controller_floor_tells_it() -> None:
+def test_event_of_the_controller_layer_is_read() -> None:
     stands = Stands(
         Mode.FAULT, homed=True, moving=False, gripper_closed=True, override=0.5, fault=Notice(2302, "Axis b")
     )
@@ -42,11 +42,11 @@ def test_an_event_without_a_code_has_none() -> None:
 @pytest.mark.parametrize(
     "text", ["", "idle", "idle {", "idle [1]", "idle null", "some day", 'x {"mode":1,"override":"y"}']
 )
-def test_what_cannot_be_read_of_an_event_is_left_out(text: str) -> None:
+def test_unreadable_part_of_an_event_is_omitted(text: str) -> None:
     assert event(text).word == text.partition(" ")[0]
 
 
-def test_seen_with_an_event_before_the_floor_is_found_keeps_it() -> None:
+def test_event_before_the_layer_is_found_is_kept() -> None:
     one = Seen()
     one.take(Happened("idle", IDLE))
     one.take(Presence(master=True, process=True))
@@ -54,7 +54,7 @@ def test_seen_with_an_event_before_the_floor_is_found_keeps_it() -> None:
     assert one.standing == IDLE
 
 
-def test_a_floor_that_is_gone_takes_with_it_what_it_said() -> None:
+def test_lost_layer_removes_its_values() -> None:
     one = seen()
     one.take(Position(0.4, 1.1, 0.7))
     one.take(Joints(0.1, 1.5, 1.6))
@@ -73,7 +73,7 @@ def test_a_position_counts_only_once_homed() -> None:
     assert one.position is None
 
 
-def test_a_wish_is_under_way_until_that_wish_has_ended() -> None:
+def test_command_is_under_way_until_its_own_end() -> None:
     one = seen()
     one.take(Under(Wish.TASK, "lower", 0.5))
     one.take(Ended(Wish.STOP, done=True))

@@ -34,11 +34,11 @@ def test_a_list_is_not_endless() -> None:
     assert len(tasks) == MOST_TASKS
 
 
-def test_what_is_saved_is_loaded_again() -> None:
+def test_saved_list_is_loaded_again() -> None:
     assert job_tasks(job_text(ALL, "a list: with #signs")) == ALL
 
 
-def test_what_is_saved_is_a_job_of_maya_run(tmp_path: Path) -> None:
+def test_saved_list_is_a_job_of_maya_run(tmp_path: Path) -> None:
     path = tmp_path / "list.yaml"
     path.write_text(job_text(ALL, "évery kind"), encoding="utf-8")
     job = load_job(path)

@@ -43,7 +43,7 @@ class Hands:
         return [path.points[1][2] - path.points[0][2] for path in self.paths]
 
 
-def test_a_held_direction_asks_for_one_path_of_the_reach_from_where_the_robot_is() -> None:
+def test_held_direction_requests_one_path_of_the_reach_from_the_position() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     assert hands.paths == [Path(("x", "y", "z"), ((0.6, 0.8, 1.0), (0.6, 0.8, 1.05)))]
@@ -74,7 +74,7 @@ def test_the_next_path_waits_for_a_position_that_came_after_the_end() -> None:
     assert len(hands.paths) == 2
 
 
-def test_at_the_edge_it_comes_closer_by_halves_and_then_gives_up() -> None:
+def test_at_the_edge_the_path_is_halved_and_then_given_up() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     hands.ended(OUTSIDE)
@@ -88,7 +88,7 @@ def test_at_the_edge_it_comes_closer_by_halves_and_then_gives_up() -> None:
     assert not hands.teleop.under_way
 
 
-def test_a_path_that_began_elsewhere_is_begun_anew_but_not_for_ever() -> None:
+def test_path_begun_elsewhere_is_retried_a_limited_number_of_times() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     for _ in range(10):
@@ -98,7 +98,7 @@ def test_a_path_that_began_elsewhere_is_begun_anew_but_not_for_ever() -> None:
 
 
 @pytest.mark.parametrize("code", ["2104", "2105", "2201", "2202", "1011", "", "lost"])
-def test_what_was_refused_or_stopped_is_not_tried_again_before_it_is_let_go(code: str) -> None:
+def test_refused_or_stopped_jog_is_not_retried_before_release(code: str) -> None:
     hands = Hands()
     hands.teleop.press(UP)
     hands.ended(Ended(Wish.JOG, done=False, code=code))
@@ -111,7 +111,7 @@ def test_what_was_refused_or_stopped_is_not_tried_again_before_it_is_let_go(code
     assert len(hands.paths) == 2
 
 
-def test_another_direction_waits_until_the_robot_has_come_to_rest() -> None:
+def test_another_direction_waits_until_the_robot_is_at_rest() -> None:
     hands = Hands()
     hands.teleop.press(UP)
     hands.teleop.release()
@@ -122,7 +122,7 @@ def test_another_direction_waits_until_the_robot_has_come_to_rest() -> None:
     assert hands.lengths == pytest.approx([0.05, -0.05])
 
 
-def test_nothing_is_asked_for_where_nobody_knows_where_the_robot_is() -> None:
+def test_nothing_is_sent_at_an_unknown_position() -> None:
     hands = Hands(homed=False)
     for direction in KEYS.values():
         hands.teleop.press(direction)

@@ -19,14 +19,14 @@ def names(text: str) -> set[str]:
 
 
 @pytest.mark.parametrize("key", WORDS)
-def test_a_word_stands_in_both_languages_and_fills_in_the_same(key: str) -> None:
+def test_word_has_both_languages_with_the_same_fields(key: str) -> None:
     english, spanish = WORDS[key]
     assert english
     assert spanish
     assert names(english) == names(spanish)
 
 
-def test_every_mode_and_every_wish_has_words() -> None:
+def test_every_mode_and_every_command_has_words() -> None:
     assert {f"mode_{mode.value}" for mode in Mode} <= WORDS.keys()
     assert {f"wish_{wish.value}" for wish in Wish} <= WORDS.keys()
 
@@ -45,17 +45,17 @@ def test_an_event_shows_only_the_details_that_its_sentence_leaves_out() -> None:
     assert happened("refused", {}, "es") == ("rechazado", {})
 
 
-def test_stop_queue_tells_that_waiting_jobs_are_cancelled() -> None:
+def test_stop_queue_mentions_that_waiting_jobs_are_cancelled() -> None:
     assert "cancel all jobs in the robot's queue, running and waiting" in word("stop_queue_hint", "en")
     assert "cancelar todos los trabajos de la cola del robot, en curso y en espera" in word("stop_queue_hint", "es")
 
 
-def test_what_another_version_says_is_shown_readably() -> None:
+def test_value_of_another_version_is_shown_readably() -> None:
     assert phrase("event_gone_fishing", "es") == "gone fishing"
     assert word("busy", "fr") == word("busy", "en")
 
 
-def test_a_sentence_of_an_error_is_said_in_the_other_language_with_its_details() -> None:
+def test_error_sentence_is_translated_with_its_details() -> None:
     error = Busy(doing="pick")
     assert sentence("2104", str(error), "es") == error.text("es")
     assert sentence("2104", str(error), "en") == str(error)
@@ -65,7 +65,7 @@ def test_a_sentence_of_an_error_is_said_in_the_other_language_with_its_details()
 
 @pytest.mark.parametrize("code", by_code())
 @given(filler=st.sampled_from(["b", "x: y.", "(0.1, 0.2)", "", "a\nb"]))
-def test_every_sentence_is_said_in_spanish(code: int, filler: str) -> None:
+def test_every_sentence_has_a_spanish_translation(code: int, filler: str) -> None:
     english, spanish = by_code()[code].en, by_code()[code].template("es")
     plain = dict.fromkeys(names(english), filler)
     text = re.sub(r"\{(\w+)[^}]*\}", lambda name: plain[name.group(1)], english)
@@ -75,7 +75,7 @@ def test_every_sentence_is_said_in_spanish(code: int, filler: str) -> None:
         assert said == re.sub(r"\{(\w+)[^}]*\}", lambda name: plain.get(name.group(1), ""), spanish)
 
 
-def test_a_sentence_that_nobody_knows_is_shown_as_it_came() -> None:
+def test_unknown_sentence_is_shown_unchanged() -> None:
     assert sentence("2104", "Something else.", "es") == "Something else."
     assert sentence("", "plain words", "es") == "plain words"
     assert sentence("9999", "plain words", "es") == "plain words"

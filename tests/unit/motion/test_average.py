@@ -82,6 +82,6 @@ def test_only_the_highest_peak_counts() -> None:
     assert peaks.level(32 / 6.0 * (1 - 1e-12)) == pytest.approx(6.0)
 
 
-def test_cruises_are_where_the_speed_stays() -> None:
+def test_cruises_are_the_spans_of_constant_speed() -> None:
     assert Smooth.mean(TRAPEZOID, 1.0).cruises().tolist() == [3.0, 4.0]
     assert not Smooth.mean(TRAPEZOID, 2.5).cruises().size

@@ -1,4 +1,4 @@
-"""How near ways come to limits worked by hand, and how low and high they lead."""
+"""Clearance of paths from limits worked by hand, and their lowest and highest points."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def by_name(*knots: tuple[float, float, float]) -> dict[str, ClosestApproach]:
     return {approach.name: approach for approach in closest(WORKSPACE, np.array(knots))}
 
 
-def test_every_limit_is_told_with_its_unit() -> None:
+def test_every_limit_has_its_unit() -> None:
     found = by_name((0.1, 1.5, 1.5), (0.5, 1.6, 1.5))
     assert {name: approach.unit for name, approach in found.items()} == LIMITS
     assert not any(approach.zone for approach in found.values())
@@ -73,7 +73,7 @@ def test_beyond_limits_margins_are_negative() -> None:
     assert found["tension_b"].margin < -1e6
 
 
-def test_zones_come_after_the_limits() -> None:
+def test_zones_follow_the_limits() -> None:
     # The gripper point passes 0.6 m above the table's zone of 0.4 m, and sags where the way is straight in the joints.
     table = HalfSpace("table", Point(0.0, 0.0, 0.4), Point(0.0, 0.0, 1.0))
     far = Box("far", Point(5.0, 0.0, 0.0), Point(6.0, 1.0, 1.0))

@@ -28,7 +28,7 @@ def test_the_conditions_of_a_symmetrical_place_worked_by_hand() -> None:
     assert found.tolist() == pytest.approx([0.5, 0.5, 1.0 - (0.75 / 2.15) ** 2, pulled, pulled])
 
 
-def test_a_condition_is_zero_where_its_limit_is() -> None:
+def test_condition_is_zero_at_its_limit() -> None:
     # T_b = ½ b/h = 5 at u = 1: h² = 1/99.
     length = (1.0 + 1.0 / 99.0) ** 0.5
     # u = 0 where c² = b² + W², u = W where b² = c² + W².
@@ -54,7 +54,7 @@ def test_a_dip_between_two_good_ends_is_found() -> None:
     assert falling(chord((0.24, -1.0, 1.0))) == [0]
 
 
-def test_a_narrow_dip_beside_a_third_is_found() -> None:
+def test_narrow_dip_next_to_a_third_is_found() -> None:
     # (t − ⅓)² − 10⁻⁸: about 2·10⁻⁴ wide, far narrower than any sampling grid.
     assert falling(chord((1 / 9 - 1e-8, -2 / 3, 1.0))) == [0]
 
@@ -72,7 +72,7 @@ def test_a_condition_that_is_broken_at_an_end_may_not_be_broken_further() -> Non
     assert falling(chord(sagging)) == [0]
 
 
-def test_what_touches_the_bound_is_within_rounding() -> None:
+def test_touching_the_bound_is_within_rounding() -> None:
     assert falling(chord((1 / 9, -2 / 3, 1.0))) == []
 
 

@@ -1,4 +1,4 @@
-"""How wide corners are cut, worked by hand."""
+"""The width of cut corners, worked by hand."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def paced(space: Space, start: Waypoint, end: Waypoint, length: float) -> LegLim
     return pace(space, start, end, length, MAYA, Units.of(CONFIG), Limits.of(CONFIG))
 
 
-def test_a_line_alone_has_its_own_pace() -> None:
+def test_single_line_has_its_own_pace() -> None:
     found = paced(Space.JOINT, (0.5, 1.0, 1.5), (0.5, 1.4, 1.5), 0.4)
     assert found == pytest.approx((0.045, 0.00512, 1.0))
 
@@ -56,7 +56,7 @@ def test_a_quick_second_leg_waits_for_none() -> None:
     assert blend == pytest.approx(Blend(1.0, 1.75, 1.0, 0.25))
 
 
-def test_in_little_room_the_leg_behind_only_speeds_up() -> None:
+def test_short_leg_only_accelerates() -> None:
     # 0.25 m at 0.5 m/s² take 1 s, in which the leg before stops over its 0.5 m.
     blend = overlap(LegLimits(1.0, 1.0, 1.0), 1.0, LegLimits(1.0, 0.5, 1.0), 0.25)
     assert blend == pytest.approx(Blend(0.5, 0.25, 1.0, 1.0))

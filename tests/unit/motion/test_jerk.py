@@ -119,7 +119,7 @@ def test_a_sharp_corner_is_a_rest() -> None:
     assert found.duration == pytest.approx(legs, rel=1e-2)
 
 
-def test_straight_on_is_no_rest() -> None:
+def test_straight_waypoint_is_no_rest() -> None:
     halves = move(HERE, shifted(b=100_000), shifted(b=200_000))
     assert halves.duration == pytest.approx(move(HERE, shifted(b=200_000)).duration, rel=5e-3)
 
@@ -150,7 +150,7 @@ def test_few_segments_are_added() -> None:
         assert len(move(*waypoints).segments) <= len(move(*waypoints, limits=LIMITS).segments) + 60
 
 
-def test_what_is_not_allowed_is_not_done() -> None:
+def test_invalid_limits_are_refused() -> None:
     asked: list[float] = []
 
     def allowed(tops: Floats) -> Floats:

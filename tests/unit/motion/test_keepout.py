@@ -71,7 +71,7 @@ def test_a_dip_between_two_good_knots_is_found() -> None:
     assert 0.0 < entry.place.share < 1.0
 
 
-def test_the_lines_are_kept_clear_where_the_zone_says_so() -> None:
+def test_lines_are_kept_clear_of_zones_that_require_it() -> None:
     # Between the anchors, below the boom: in the way of line b, far above the gripper.
     low, high = Point(-0.1, 0.75, 1.5), Point(0.1, 0.85, 1.6)
     path = level(0.5, 1.2, 1.4, 10)
@@ -87,7 +87,7 @@ def test_the_first_zone_that_is_entered_is_named_though_others_are_far_away() ->
     assert entry.zone.name == "post"
 
 
-def test_a_start_inside_a_zone_is_refused_with_what_to_do() -> None:
+def test_start_inside_a_zone_is_refused_with_advice() -> None:
     workspace = WORKSPACE.with_zones([POST])
     path = swing(0.5, 3)[1:]
     with pytest.raises(PathRefused, match="starts too near to the zone post; remove the zone"):

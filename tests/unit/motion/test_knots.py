@@ -1,4 +1,4 @@
-"""Where paths are cut into chords, worked by hand."""
+"""The cuts of paths into chords, worked by hand."""
 
 from __future__ import annotations
 
@@ -72,13 +72,13 @@ def test_coarser_knots_are_fewer_and_as_near_to_the_line() -> None:
     assert np.abs(z - 0.5).max() < 1e-4
 
 
-def test_knots_between_the_ends_are_where_the_boom_is_at_a_whole_count() -> None:
+def test_inner_knots_are_at_whole_counts_of_the_boom() -> None:
     boom = laid(PASSING).exact[1:-1, 0]
     off = np.abs(boom - np.rint(boom))
     assert np.mean(off < 0.02) > 0.95  # not by chance: that would leave one in twenty-five
 
 
-def test_a_via_is_told_as_the_way_to_it() -> None:
+def test_waypoint_is_described_as_the_way_to_it() -> None:
     points = Point(0.4, 1.1, 0.5), Point(0.5, 1.2, 0.6), Point(0.6, 1.2, 0.5)
     knots = laid(Path.line(*points))
     corner = UNITS.to_counts(MAYA.ik(points[1]))
@@ -110,6 +110,6 @@ def test_in_a_bend_the_accelerations_decide() -> None:
     turn = np.array([(0.0, 0.0, 1e-4)]).T
     bent = fastest(np.array([(0.0, 1.0, 0.0)]).T, turn, LIMITS)
     assert bent.tolist() == pytest.approx([sqrt(5120.0 / 1e-4)])
-    # Where both go alike and one bends away from the other, they share it: v² κ/√2 ≤ (5120 + 5120)/√2.
+    # If both go alike and one bends away from the other, they share it: v² κ/√2 ≤ (5120 + 5120)/√2.
     shared = fastest(np.array([(0.0, 1.0, 1.0)]).T / sqrt(2.0), turn, LIMITS)
     assert shared.tolist() == pytest.approx([sqrt(10_240.0 / 1e-4)])

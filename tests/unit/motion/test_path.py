@@ -1,4 +1,4 @@
-"""Paths as curves: what they accept, where their pieces lie, how corners are cut."""
+"""Paths as curves: valid input, positions of their pieces, cut corners."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_path_leads_somewhere(waypoints: tuple[Waypoint, ...]) -> None:
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf, 1e308, -10000.1])
-def test_what_is_no_coordinate_is_refused(value: float) -> None:
+def test_invalid_coordinate_is_refused(value: float) -> None:
     with pytest.raises(InvalidValue, match="between -10000 and 10000"):
         Path.line(START, Point(0.0, value, 0.0))
 
@@ -114,7 +114,7 @@ def test_above_the_anchors_there_are_no_lengths(space: Space) -> None:
     assert np.isnan(joints[1:]).all()
 
 
-def test_ends_and_vias_are_told_as_joints() -> None:
+def test_ends_and_waypoints_are_given_as_joints() -> None:
     places = [Point(0.4, 1.1, 0.5), Point(0.8, 0.9, 0.6), Point(1.1, 0.4, 0.4)]
     for path in (Path.line(*places), Path.swing(*((atan2(x, y), (x * x + y * y) ** 0.5, z) for x, y, z in places))):
         vias = path.vias(MAYA)
@@ -122,7 +122,7 @@ def test_ends_and_vias_are_told_as_joints() -> None:
         assert [MAYA.fk(via) for via in vias] == [pytest.approx(place) for place in places]
 
 
-def test_a_path_can_begin_a_little_beside_its_start() -> None:
+def test_path_can_begin_slightly_off_its_start() -> None:
     path = Path.line(Point(0.4, 1.1, 0.5), Point(0.8, 0.9, 0.6))
     here = path.start(MAYA)._replace(a=0.351)
     moved = path.begun_at(MAYA, here)

@@ -81,7 +81,7 @@ def test_full_speed_again_is_risen_to_at_va() -> None:
     assert again.at(7.5)[0] == pytest.approx(5537.5 + 0.95 * 500.0 + 0.5 * 750.0)
 
 
-def test_a_pause_stands_where_vd_brings_it_to_rest() -> None:
+def test_pause_rests_at_the_deceleration_of_vd() -> None:
     paused = LONG.changed(6.0, 0.0)
     assert paused.duration == inf
     assert paused.at(6.1) == pytest.approx((5550.0, 0.0))
@@ -90,7 +90,7 @@ def test_a_pause_stands_where_vd_brings_it_to_rest() -> None:
     assert paused.changed(100.0, 1.0).duration == pytest.approx(100.0 + 1.0 + 4.45 + 0.1)
 
 
-def test_a_pause_before_the_first_count_stands_at_the_start() -> None:
+def test_pause_before_the_first_count_rests_at_the_start() -> None:
     paused = LONG.changed(0.0, 0.0)
     assert (paused.duration, paused.at(5.0)) == (inf, (0.0, 0.0))
     assert paused.changed(5.0, 1.0).duration == pytest.approx(5.0 + LONG.duration)
@@ -119,7 +119,7 @@ def test_a_way_behind_a_pause_is_never_reached_and_one_before_was() -> None:
     assert paused.when(125.0) == pytest.approx(0.5)
 
 
-def test_a_late_target_is_no_reason_to_pass_what_later_segments_need() -> None:
+def test_late_target_does_not_delay_later_segments() -> None:
     # 1000 cannot be braked to 0 within 5 counts at 10 000: the speed before is held to √(2·10⁴·5).
     profile = SpeedProfile.along([(1000.0, 1000.0, 1000.0), (5.0, 1000.0, 0.0)], va=1e4, vd=1e4)
     assert profile.at(profile.when(1000.0))[1] == pytest.approx(sqrt(1e5))
@@ -132,7 +132,7 @@ segments = st.tuples(st.floats(1e-3, 1e5), st.floats(2.0, 5e4), st.floats(0.0, 1
 
 
 @given(st.lists(segments, max_size=30), st.floats(100.0, 1e4), st.floats(1.0, 20.0), st.sampled_from((1.0, 0.5, 0.01)))
-def test_all_segments_at_once_are_what_they_are_one_by_one(
+def test_all_segments_at_once_equal_one_by_one(
     asked: list[tuple[float, float, float]], va: float, harder: float, ratio: float
 ) -> None:
     at_once = SpeedProfile.along(asked, va, va * harder, ratio)
@@ -146,19 +146,19 @@ def test_all_segments_at_once_are_what_they_are_one_by_one(
 
 
 def slowing(steps: int) -> list[tuple[float, float, float]]:
-    """Return a slow-down in so many stairs: every one is entered at the mean of the speeds before it."""
+    """Return a slow-down in `count` steps: every one is entered at the mean of the speeds before it."""
     speeds = [1000.0 * (steps - step) / steps for step in range(steps + 1)]
     return [(500.0, 0.5 * (before + after), after) for before, after in pairwise(speeds)]
 
 
-def test_a_slow_down_in_stairs_is_worked_out_at_once() -> None:
+def test_slow_down_in_steps_is_computed_at_once() -> None:
     # The first stair begins at rest; all others brake by 20 at once, go on evenly, and brake by 20 again.
     profile = SpeedProfile.along(slowing(25), va=1e6, vd=1e6)
     assert [piece.acceleration for piece in profile.pieces] == [1e6, 0.0, -1e6] + [-1e6, 0.0, -1e6] * 24
     assert profile.course == pytest.approx(profile.changed(0.0, 1.0).course)
 
 
-def test_an_end_speed_that_cannot_be_reached_holds_back_the_next_ones_too() -> None:
+def test_unreachable_end_speed_limits_the_next_ones_too() -> None:
     # From rest at 1000 counts/s² 2 and 6 and 10 counts lead to √4000 and √16000 and √36000.
     asked = [(2.0, 1000.0, 900.0), (6.0, 1000.0, 900.0), (10.0, 1000.0, 900.0), (1e4, 1000.0, 0.0)]
     profile = SpeedProfile.along(asked, va=1000.0, vd=1000.0)

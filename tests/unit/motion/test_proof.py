@@ -1,4 +1,4 @@
-"""Knots of a path: which of them may lie outside, which are waypoints, and what a refusal says."""
+"""Knots of a path: those that may lie outside, the waypoints, and the text of a refusal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_a_curve_in_the_middle_is_accepted() -> None:
     prove(WORKSPACE, level(WORKSPACE, 1.0, 0.5, 2.1, 101))
 
 
-def test_a_curve_that_leaves_between_its_waypoints_is_refused_with_how_far_it_has_come() -> None:
+def test_curve_that_leaves_between_waypoints_is_refused_with_its_progress() -> None:
     # Both lines carry 5 loads at z = 2.0624, radius 0.93; at z = 2.07 it is too high from 1.07 to 1.53.
     path = level(WORKSPACE, 2.065, 0.90, 1.70, 81)
     with pytest.raises(PathRefused, match="times the load, more than the 5 allowed") as refused:
@@ -41,7 +41,7 @@ def test_a_curve_that_leaves_between_its_waypoints_is_refused_with_how_far_it_ha
     assert f"{share:.0%} of the way there" in str(refused.value)
 
 
-def test_the_same_place_asked_for_cannot_be_reached() -> None:
+def test_unreachable_waypoint_is_refused_as_unreachable() -> None:
     path = level(WORKSPACE, 2.065, 0.90, 1.70, 81)
     with pytest.raises(Unreachable, match="times the load"):
         prove(WORKSPACE, path, vias=[40])
@@ -85,7 +85,7 @@ def test_knots_on_the_edge_that_counts_have_rounded_outside_are_accepted() -> No
         prove(WORKSPACE, path + np.array((0.0, 2e-6, 0.0)))
 
 
-def test_a_start_outside_and_knots_that_are_no_numbers_are_named() -> None:
+def test_outside_start_and_non_finite_knots_are_named() -> None:
     good = np.array([(0.0, 1.5, 1.7)] * 3)
     start = good.copy()
     start[0] = 0.0, 0.575, 2.30
@@ -142,7 +142,7 @@ def test_a_waypoint_outside_is_named() -> None:
         prove_ways(WORKSPACE, here, Joints(0.3, 2.4, 1.7), here)
 
 
-def test_a_waypoint_that_is_no_number_is_named() -> None:
+def test_non_finite_waypoint_is_named() -> None:
     with pytest.raises(Unreachable, match="it must be a number"):
         prove_ways(WORKSPACE, Joints(0.3, 1.5, 1.7), Joints(nan, 1.5, 1.7))
 

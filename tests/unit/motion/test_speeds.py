@@ -76,7 +76,7 @@ def test_a_chord_alone_has_its_peak_in_the_middle() -> None:
     assert peaks(chords, budget, np.array([500.0]), np.zeros(2))[0][0] == 500.0**2
 
 
-def test_the_controller_is_an_axis_of_its_own() -> None:
+def test_controller_is_a_separate_axis() -> None:
     chords = through((0, 0, 0), (0, 1000, 0), (0, 4000, 0))
     found = knot_squares(chords, Budget.of(chords, LIMITS, 1024.0, 2048.0), np.array([0.0, 45_000.0, 0.0]))
     assert found.tolist() == pytest.approx([0.0, 2 * 1024 * 1000.0, 0.0])

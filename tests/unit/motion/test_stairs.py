@@ -1,4 +1,4 @@
-"""How the fastest way is cut into segments, worked by hand."""
+"""Segmentation of the fastest motion, worked by hand."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def cut(along: Chords, speeds: Ramps, va: float = VA) -> list[Segment]:
     return list(segments(along, speeds, SLEW, va))
 
 
-def test_a_rise_at_va_is_no_stair_and_a_fall_one_for_every_two_per_cent() -> None:
+def test_rise_at_va_is_no_step_and_a_fall_one_for_every_two_per_cent() -> None:
     # 45 000 to rest in steps of 900; each piece is driven at the mean of its speeds.
     found = cut(chords((0, 0, 0), (0, 600_000, 0)), ramps((0.0, 45_000.0, 0.0)))
     assert len(found) == 1 + 50
@@ -50,21 +50,21 @@ def test_a_rise_at_va_is_no_stair_and_a_fall_one_for_every_two_per_cent() -> Non
     assert sum(segment.counts[1] for segment in found) == 600_000
 
 
-def test_stairs_take_as_long_as_the_ramp_they_stand_for() -> None:
+def test_steps_take_as_long_as_the_ramp_they_replace() -> None:
     found = segments(chords((0, 0, 0), (0, 600_000, 0)), ramps((0.0, 45_000.0, 0.0)), SLEW, VA)
     taken = SpeedProfile.over(found.lengths, found.speeds, found.end_speeds, VA, 51_200.0).duration
     # Two ramps of 8.79 s; between them 600 000 − 395 508 counts at 45 000.
     assert taken == pytest.approx(2 * 45_000 / 5120 + (600_000 - 45_000**2 / 5120) / 45_000, rel=2e-3)
 
 
-def test_a_rise_gentler_than_va_goes_in_as_many_stairs_as_keep_it_within_a_step() -> None:
+def test_rise_gentler_than_va_is_cut_into_steps_of_its_limit() -> None:
     # At half of VA the controller runs ahead by half of the rise: 22 500 in steps of 900.
     found = cut(chords((0, 0, 0), (0, 900_000, 0)), ramps((0.0, 45_000.0, 0.0), up=2560.0))
     assert len(found) == 25 + 1 + 50
     assert all(before.speed < behind.speed for before, behind in pairwise(found[:26]))
 
 
-def test_a_small_fall_beside_a_level_stretch_is_its_own_end() -> None:
+def test_small_fall_next_to_a_level_span_is_its_own_end() -> None:
     # 45 000 to 44 550 take 3936 of the 100 000 counts, at 225 less than the top: a mean of 8.9 less.
     found = cut(
         chords((0, 0, 0), (0, 100_000, 0), (0, 400_000, 0)),
@@ -92,7 +92,7 @@ def test_pieces_end_on_whole_counts_of_the_farthest_axis_and_keep_the_direction(
     assert np.abs(places[:, 0] - 0.0035 * places[:, 1]).max() <= 0.5
 
 
-def test_no_axis_is_faster_than_its_slew_speed_where_rounding_turns_a_piece() -> None:
+def test_rounding_keeps_every_axis_within_its_slew_speed() -> None:
     found = cut(chords((0, 0, 0), (3, 100, 100), (6, 200, 210)), ramps((0.0, 1000.0, 1000.0), (1000.0, 1000.0, 0.0)))
     for segment in found:
         shares = np.abs(segment.counts) / segment.length
@@ -105,7 +105,7 @@ def test_the_last_segment_ends_at_rest() -> None:
     assert found[-1].speed <= 900
 
 
-def test_what_is_too_long_for_one_segment_goes_in_equal_parts() -> None:
+def test_too_long_segment_is_cut_into_equal_parts() -> None:
     found = cut(chords((0, 0, 0), (0, 3 * LONGEST, 3)), ramps((0.0, 900.0, 0.0)))
     assert max(abs(count) for segment in found for count in segment.counts) <= LONGEST
     assert np.sum([segment.counts for segment in found], axis=0).tolist() == [0, 3 * LONGEST, 3]

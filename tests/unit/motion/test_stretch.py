@@ -1,4 +1,4 @@
-"""What the axes do between two rests, against numbers worked by hand."""
+"""Motion of the axes between two rests, against numbers worked by hand."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_the_window_is_as_long_as_the_jerk_asks_for() -> None:
     assert smooth.accelerations.max() == pytest.approx(100.0)
 
 
-def test_a_peak_is_cut_only_where_the_window_is_no_wider() -> None:
+def test_peak_is_cut_only_if_the_window_is_no_wider() -> None:
     one, up = stretch((0, 0, 4000)), ramps(up=100.0, top=sqrt(400_000.0))
     assert one.level(up, 1.0) == pytest.approx((-2.5 + sqrt(2.5**2 + 4 * 4000 / 100)) / (2 / 100))
     assert one.level(up, 1.5) == inf

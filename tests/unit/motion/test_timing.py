@@ -66,7 +66,7 @@ def test_acceleration_and_stop_registers_are_the_axes_own() -> None:
         assert (found.va, found.vd) == (va, vd)
 
 
-def test_axes_with_the_greatest_registers_ask_for_no_more_than_the_controller_takes() -> None:
+def test_axes_with_the_greatest_registers_stay_within_the_controllers_range() -> None:
     registers = ("acceleration_counts", "deceleration_counts", "stop_deceleration_counts", "limit_deceleration_counts")
     axis = dict.fromkeys(registers, STEEPEST) | {"speed_counts": FASTEST}
     config = parse({"axes": dict.fromkeys("abc", axis)})
@@ -134,7 +134,7 @@ def test_a_tiny_speed_scale_still_moves() -> None:
     assert crawl.duration == pytest.approx(crawl.profile.length / 2, rel=1e-3)
 
 
-def test_ways_longer_than_a_segment_may_be_are_split() -> None:
+def test_paths_longer_than_a_segment_are_split() -> None:
     fine = configuration(scale={"pulses_per_metre": 1e8})
     units = Units.of(fine)
     found = plan(straight(units, (HERE, HERE._replace(b=2.2, c=1.2))), Limits.of(fine), units)
@@ -150,7 +150,7 @@ def test_at_a_sharp_corner_it_is_next_to_rest() -> None:
     assert found.end == found.start
 
 
-def test_straight_on_is_no_corner() -> None:
+def test_straight_waypoint_is_no_corner() -> None:
     halves = move(HERE, shifted(b=100_000), shifted(b=200_000))
     whole = move(HERE, shifted(b=200_000))
     assert halves.duration == pytest.approx(whole.duration, rel=1e-3)

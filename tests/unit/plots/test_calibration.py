@@ -49,7 +49,7 @@ def test_an_outlier_is_crossed_out_within_every_panel(result: Calibration) -> No
         assert low < value[0] < high
 
 
-def test_good_residuals_fill_the_panels_whatever_an_outlier_does(result: Calibration) -> None:
+def test_good_residuals_fill_the_panels_despite_an_outlier(result: Calibration) -> None:
     for axis, row in enumerate(panels(result)[0]):
         shown = np.abs(np.stack([result.residuals_before, result.residuals_after])[:, result.inliers, axis]).max()
         assert row.get_ylim()[1] == pytest.approx(1.3 * shown * 1e3)

@@ -60,7 +60,7 @@ def test_positions_and_their_strokes_are_in_degrees_and_metres(drawn: Figure) ->
     assert limits(panel(drawn, "c [m]")) == [0.565, 2.3]
 
 
-def test_velocities_stand_against_the_slew_of_each_axis(drawn: Figure) -> None:
+def test_velocities_are_shown_with_the_slew_of_each_axis(drawn: Figure) -> None:
     assert curve(panel(drawn, "b [mm/s]")) == pytest.approx(VELOCITY[:, 1] * 1e3)
     # 1000 counts/s at 371.06 counts/° are 2.695 °/s; 45 000 at 1 000 000 counts/m are 45 mm/s.
     assert limits(panel(drawn, "a [°/s]")) == pytest.approx([-2.695, 2.695], abs=5e-4)
@@ -100,11 +100,11 @@ def test_every_zone_has_its_own_curve() -> None:
     assert drawn[17] == pytest.approx(box.clearance(WORKSPACE.mechanism, Joints(*JOINTS[17])), abs=1e-6)
 
 
-def test_phases_are_named_where_there_is_room_and_else_by_their_short_name(drawn: Figure) -> None:
+def test_phases_have_their_names_or_short_names_by_space(drawn: Figure) -> None:
     assert [text.get_text() for text in panel(drawn, "a [°]").texts] == ["up", "7", "on"]
 
 
-def test_the_way_is_drawn_from_above_and_from_the_side(drawn: Figure) -> None:
+def test_path_is_drawn_from_above_and_from_the_side(drawn: Figure) -> None:
     above, side = drawn.axes[-2:]
     lines = [line for axes in (above, side) for line in axes.lines if line.get_label() == "start"]
     starts = [np.asarray(line.get_xydata()) for line in lines]

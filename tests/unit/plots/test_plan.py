@@ -60,7 +60,7 @@ def test_the_sector_opens_clockwise_from_plus_y() -> None:
     assert {"+x", "+y", "α", "α = 0°", "α = 120°", "0.81 m", "1.73 m", "axis a"} <= said
 
 
-def test_the_boom_points_where_it_should() -> None:
+def test_boom_has_the_right_direction() -> None:
     with house_style():
         axes = blank().add_subplot()
         draw_plan(axes, WORKSPACE, 0.4, 0.5 * np.pi)

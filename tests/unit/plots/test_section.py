@@ -34,7 +34,7 @@ def manuals_grid() -> tuple[np.ndarray, np.ndarray]:
     return accepted, tension
 
 
-def test_the_outline_encloses_what_the_manuals_formulas_and_the_tension_allow() -> None:
+def test_outline_encloses_the_area_of_the_manuals_formulas_and_the_tension() -> None:
     d, z = outline(WORKSPACE)
     accepted, tension = manuals_grid()
     counted = np.count_nonzero(accepted & (tension <= 5.0)) * STEP * STEP
@@ -67,7 +67,7 @@ def test_the_manuals_listing_accepts_the_known_area_above_the_anchors() -> None:
     assert above == pytest.approx(0.18, abs=0.005)
 
 
-def test_lines_are_drawn_to_the_meeting_point_of_the_place_that_is_held() -> None:
+def test_lines_are_drawn_to_the_meeting_point_of_the_held_place() -> None:
     with house_style():
         axes = blank().add_subplot()
         draw_section(axes, WORKSPACE, 0.0, MarkedTarget.of(WORKSPACE, Point(0.0, 1.3, 1.0)))
@@ -77,7 +77,7 @@ def test_lines_are_drawn_to_the_meeting_point_of_the_place_that_is_held() -> Non
     assert (1.3, 1.2, 1.3, 1.0) in ends
 
 
-def test_curves_of_tension_stand_where_a_line_carries_so_much() -> None:
+def test_curves_of_tension_are_at_their_values() -> None:
     with house_style():
         axes = blank().add_subplot()
         draw_section(axes, WORKSPACE, 0.0)
@@ -91,7 +91,7 @@ def test_curves_of_tension_stand_where_a_line_carries_so_much() -> None:
     assert len(curves) == 10
 
 
-def test_labels_tell_the_strokes_of_the_configuration() -> None:
+def test_labels_have_the_configured_strokes() -> None:
     measured = Workspace.of(Config(), ((0.0, 1.0), (0.6, 2.2), (0.5, 2.25)))
     with house_style():
         axes = blank().add_subplot()

@@ -28,7 +28,7 @@ TARGET = Point(1.9, 0.9, 0.4)
         (WorkspaceView.ALL, ["From the side, boom at 60°", "From above, at z = 0.40 m", "In space"]),
     ],
 )
-def test_a_view_shows_what_it_is_called(view: WorkspaceView, titles: list[str]) -> None:
+def test_view_has_its_titles(view: WorkspaceView, titles: list[str]) -> None:
     figure = workspace_figure(WORKSPACE, 0.4, view)
     assert [axes.get_title(loc="left") for axes in figure.axes] == titles
     assert figure.legends == []
@@ -48,7 +48,7 @@ def test_a_target_out_of_reach_is_shown_with_the_nearest_place(view: WorkspaceVi
 @pytest.mark.parametrize(
     ("view", "named"), [(WorkspaceView.ALL, True), (WorkspaceView.PLAN, True), (WorkspaceView.SPACE, False)]
 )
-def test_how_zones_are_drawn_is_explained_where_they_are_cut(view: WorkspaceView, named: bool) -> None:
+def test_legend_explains_zones_that_are_cut(view: WorkspaceView, named: bool) -> None:
     workspace = WORKSPACE.with_zones([Box("rack", Point(0.4, 0.9, 0.0), Point(0.8, 1.3, 0.6))])
     zones = ["zone", "where the gripper would be too near to it"] if named else []
     alone, marked = (workspace_figure(workspace, 0.4, view, at).legends for at in (None, Point(0.5, 1.2, 1.0)))
@@ -65,7 +65,7 @@ def test_a_target_in_reach_is_one_mark() -> None:
 
 
 @pytest.mark.parametrize(("view", "across"), [(WorkspaceView.SECTION, 1.4), (WorkspaceView.PLAN, -1.4)])
-def test_a_target_beside_the_machine_is_inside_the_picture_and_one_far_off_is_not(
+def test_target_next_to_the_machine_is_inside_the_picture_and_one_far_off_is_not(
     view: WorkspaceView, across: float
 ) -> None:
     near, far = (workspace_figure(WORKSPACE, 0.4, view, Point(-1.4 * size, 0.0, 0.4)).axes[0] for size in (1, 9))

@@ -41,7 +41,7 @@ def test_a_box_has_six_faces_of_the_right_size() -> None:
     assert sorted(areas) == pytest.approx(sorted([0.12, 0.12, 0.21, 0.21, 0.28, 0.28]))
 
 
-def test_a_plane_is_drawn_as_far_as_the_picture_goes() -> None:
+def test_plane_is_drawn_to_the_edges_of_the_picture() -> None:
     (wall,) = faces(HalfSpace("wall", Point(0.0, 1.9, 0.0), Point(0.0, -1.0, 0.0)))
     assert {tuple(corner) for corner in wall} == {(0, 1.9, 0), (2, 1.9, 0), (2, 1.9, 2), (0, 1.9, 2)}
     # Through the middle of the picture and across all three axes a plane cuts a hexagon out of a cube.
@@ -51,7 +51,7 @@ def test_a_plane_is_drawn_as_far_as_the_picture_goes() -> None:
     assert sides == pytest.approx(np.full(6, np.sqrt(0.5)))
 
 
-def test_a_plane_beside_the_picture_is_not_drawn() -> None:
+def test_plane_next_to_the_picture_is_not_drawn() -> None:
     assert faces(HalfSpace("far", Point(0.0, 5.0, 0.0), Point(0.0, -1.0, 0.0))) == []
 
 

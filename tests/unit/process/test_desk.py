@@ -1,4 +1,4 @@
-"""What a worker works out of jobs is what the loop would, and a stop does not wait for it."""
+"""A worker computes jobs like the loop, and a stop does not wait for it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ async def worked(robot: Stack) -> tuple[bytes, bytes, bytes]:
     return preview, detail, to_json([(step.predicted, step.end_counts) for step in report.steps])
 
 
-async def test_a_worker_tells_and_does_what_the_loop_would() -> None:
+async def test_worker_returns_the_same_as_the_loop() -> None:
     async with stack(Config(), live=False) as robot:
         here = await worked(robot)
     with staff() as kept:
@@ -74,7 +74,7 @@ async def test_a_worker_refuses_in_the_words_of_the_loop(job: object) -> None:
     assert (str(there.value), there.value.details) == (str(here.value), here.value.details)
 
 
-async def test_a_stop_while_a_step_is_planned_keeps_it_from_beginning() -> None:
+async def test_stop_while_a_step_is_planned_prevents_it() -> None:
     with staff() as kept:
         async with stack(Config(), live=False, staff=kept) as robot:
             await robot.controller.home()

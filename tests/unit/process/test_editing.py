@@ -1,4 +1,4 @@
-"""What several people change in the queue at the same instant, and jobs that depend on others that go with them."""
+"""Simultaneous changes of the queue by several people, and dependent jobs that change with others."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ import pytest
 
 from maya_un.errors import InvalidJob, InvalidValue
 from maya_un.schema.jobs import TaskState
-from tests.queues import Floor, Machine, asked, job
+from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
 
 
-def kept(floor: Floor, *numbers: int) -> list[TaskState]:
+def kept(floor: QueueBench, *numbers: int) -> list[TaskState]:
     """Return the states of jobs in the journal."""
     return [floor.journal.now(number)[0].state for number in numbers]
 
 
 @pytest.mark.parametrize("priority", [-3, 0, 3])
-async def test_what_depends_on_one_another_is_cleared_whatever_the_order(priority: int) -> None:
+async def test_dependent_jobs_are_cleared_in_any_order(priority: int) -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(HOME, asked(held=True))
-        await floor.process.submit(HOME, asked(depends_on=(1,), priority=priority))
-        await floor.process.submit(HOME, asked(depends_on=(1, 2), priority=2 * priority))
+        await floor.process.submit(HOME, submit_request(held=True))
+        await floor.process.submit(HOME, submit_request(depends_on=(1,), priority=priority))
+        await floor.process.submit(HOME, submit_request(depends_on=(1, 2), priority=2 * priority))
         await floor.process.clear()
         assert kept(floor, 1, 2, 3) == [TaskState.CANCELLED] * 3
         assert floor.states(2) == ["queued", "cancelled"]
@@ -35,27 +35,27 @@ async def test_what_depends_on_one_another_is_cleared_whatever_the_order(priorit
 async def test_a_long_chain_is_cleared_and_stays_cleared_after_a_restart() -> None:
     machine, count = Machine(), 450
     async with machine.running() as floor:
-        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, submit_request(held=True))
         for number in range(1, count):
-            await floor.process.submit(HOME, asked(depends_on=(number,), priority=number % 7))
+            await floor.process.submit(HOME, submit_request(depends_on=(number,), priority=number % 7))
         await floor.process.clear()
         assert set(kept(floor, *range(1, count + 1))) == {TaskState.CANCELLED}
     async with machine.running() as floor:
         assert (await floor.journal.unfinished()).jobs == ()
 
 
-async def test_who_cancels_the_first_of_a_chain_holds_the_next_only() -> None:
+async def test_cancelling_the_first_of_a_chain_holds_the_next_only() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(HOME, asked(held=True))
-        await floor.process.submit(HOME, asked(depends_on=(1,)))
-        await floor.process.submit(HOME, asked(depends_on=(2,)))
+        await floor.process.submit(HOME, submit_request(held=True))
+        await floor.process.submit(HOME, submit_request(depends_on=(1,)))
+        await floor.process.submit(HOME, submit_request(depends_on=(2,)))
         await floor.process.cancel(1)
         assert kept(floor, 1, 2, 3) == [TaskState.CANCELLED, TaskState.HELD, TaskState.QUEUED]
 
 
-async def test_two_who_change_one_job_lose_nothing_of_each_other() -> None:
+async def test_two_editors_of_one_job_keep_both_changes() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, submit_request(held=True))
         floor.journal.slow = 0.1
         await asyncio.gather(
             floor.process.change(1, {"priority": 5}),
@@ -66,10 +66,10 @@ async def test_two_who_change_one_job_lose_nothing_of_each_other() -> None:
         assert (options.priority, options.notes, options.retries) == (5, "before the visit", 2)
 
 
-async def test_two_who_have_jobs_wait_for_each_other_are_not_both_heard() -> None:
+async def test_mutual_dependencies_are_refused_once() -> None:
     async with Machine().running() as floor:
         for _ in range(2):
-            await floor.process.submit(HOME, asked(held=True))
+            await floor.process.submit(HOME, submit_request(held=True))
         floor.journal.slow = 0.1
         answers = await asyncio.gather(
             floor.process.change(1, {"depends_on": [2]}),
@@ -86,7 +86,7 @@ async def test_two_who_have_jobs_wait_for_each_other_are_not_both_heard() -> Non
 
 async def test_steps_that_begin_while_a_change_waits_for_its_turn_stay_as_they_are() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"), asked(stepwise=True))
+        await floor.process.submit(job("home", "home"), submit_request(stepwise=True))
         await elapse(1000.0)
         floor.journal.slow = 0.5
         note = asyncio.create_task(floor.process.change(1, {"notes": "slow"}))
@@ -98,10 +98,10 @@ async def test_steps_that_begin_while_a_change_waits_for_its_turn_stay_as_they_a
 
 
 @pytest.mark.parametrize("last", [True, False])
-async def test_who_moves_a_job_to_an_end_finds_it_however_others_move(last: bool) -> None:
+async def test_job_moved_to_an_end_is_there_however_others_move(last: bool) -> None:
     async with Machine().running() as floor:
         for _ in range(3):
-            await floor.process.submit(HOME, asked(held=True))
+            await floor.process.submit(HOME, submit_request(held=True))
         floor.journal.slow = 0.1
         end = 3 if last else 1
         await asyncio.gather(floor.process.cancel(end), floor.process.move_to(2, last=last))

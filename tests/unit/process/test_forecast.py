@@ -1,4 +1,4 @@
-"""What waits is predicted from where the one before it ends, and again only where something has changed."""
+"""A waiting job is predicted from the end of the one before it, and again only after a change."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import pytest
 
 from maya_un.events import HomingBegun, HomingDone
 from maya_un.schema.jobs import JobLine
-from tests.queues import Floor, Machine, asked, job
+from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 MOVE = job({"approach": "cube"}, {"approach": "tray"})
 BACK = job({"approach": "tray"}, {"approach": "cube"})
 
 
-async def waiting(floor: Floor) -> list[JobLine]:
+async def waiting(floor: QueueBench) -> list[JobLine]:
     """Let the forecast do its work, and return what waits."""
     await elapse(0.0)
     for _ in range(40):
@@ -34,7 +34,7 @@ async def test_every_job_is_predicted_from_the_end_of_the_one_before() -> None:
         assert took == pytest.approx([first, second, third])
 
 
-async def test_what_does_not_change_is_not_worked_out_again() -> None:
+async def test_unchanged_prediction_is_not_computed_again() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         for one in (MOVE, BACK, MOVE):
@@ -42,12 +42,12 @@ async def test_what_does_not_change_is_not_worked_out_again() -> None:
         await waiting(floor)
         before = floor.controller.previews
         await floor.process.change(2, {"notes": "as before"})
-        await floor.process.submit(job("home"), asked(held=True))
+        await floor.process.submit(job("home"), submit_request(held=True))
         await waiting(floor)
         assert floor.controller.previews == before
 
 
-async def test_a_job_that_would_be_refused_is_not_predicted_nor_what_comes_after() -> None:
+async def test_job_that_would_be_refused_is_not_predicted_nor_its_successors() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         for one in (MOVE, job({"approach": [5.0, 5.0]}), MOVE):
@@ -86,11 +86,11 @@ async def test_a_slower_robot_is_later() -> None:
         assert half == pytest.approx(2.0 * full)
 
 
-async def test_what_is_held_does_not_count_nor_what_waits_for_it() -> None:
+async def test_held_jobs_and_their_dependents_do_not_count() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(MOVE)
-        await floor.process.submit(BACK, asked(held=True))
-        await floor.process.submit(MOVE, asked(depends_on=(2,)))
+        await floor.process.submit(BACK, submit_request(held=True))
+        await floor.process.submit(MOVE, submit_request(depends_on=(2,)))
         await floor.process.submit(BACK)
         await elapse(1.0)
         view = floor.process.shown.view()
@@ -105,7 +105,7 @@ async def test_what_is_held_does_not_count_nor_what_waits_for_it() -> None:
         assert 0.0 < etas[2] < etas[3] < etas[4]
 
 
-async def test_who_waits_for_a_later_job_comes_after_it() -> None:
+async def test_job_that_waits_for_a_later_one_comes_after_it() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(MOVE)
         await floor.process.submit(BACK)
@@ -116,7 +116,7 @@ async def test_who_waits_for_a_later_job_comes_after_it() -> None:
         assert 0.0 < etas[3] < etas[2]
 
 
-async def test_a_homing_is_estimated_by_a_bound_and_then_by_the_last_one_and_that_is_said() -> None:
+async def test_homing_is_estimated_by_a_bound_and_then_by_the_last_one() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(MOVE)
         await elapse(1.0)
@@ -129,7 +129,7 @@ async def test_a_homing_is_estimated_by_a_bound_and_then_by_the_last_one_and_tha
         assert await with_homing(floor) == pytest.approx(7.0)
 
 
-async def with_homing(floor: Floor) -> float:
+async def with_homing(floor: QueueBench) -> float:
     """Return what a homing that is queued now is estimated at [s]."""
     number = await floor.process.submit(job("home"))
     await elapse(0.5)

@@ -30,7 +30,7 @@ async def test_bands_follow_each_other_and_make_up_the_job() -> None:
     assert found.bands[-1].end == pytest.approx(found.preview.duration)
 
 
-async def test_motions_join_without_a_jump_and_end_where_the_preview_says() -> None:
+async def test_motions_join_without_a_jump_and_end_at_the_previewed_place() -> None:
     found = await inspected(STEPS)
     for before, after in zip(found.motions, found.motions[1:], strict=False):
         assert before.joints[-1] == pytest.approx(after.joints[0], abs=1e-9)
@@ -55,7 +55,7 @@ async def test_the_longest_stop_is_at_most_that_of_the_slew_speed() -> None:
     assert 0.0 < found.stop_distance < 0.05
 
 
-async def test_behind_a_refusal_nothing_is_told() -> None:
+async def test_nothing_is_shown_after_a_refusal() -> None:
     found = await inspected([STEPS[0], {"place": [3.0, 3.0]}])
     assert found.preview.refusal is not None
     assert {band.step for band in found.bands} == {1}

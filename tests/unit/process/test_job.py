@@ -61,14 +61,14 @@ def test_a_job_without_a_name_is_called_as_its_file(file: str, name: str, tmp_pa
     assert load_job(written(tmp_path, json.dumps(job()), file)).name == name
 
 
-def test_what_was_read_can_be_written_down_and_read_again() -> None:
+def test_parsed_job_is_written_and_read_again() -> None:
     loop = {"for_each": "box[1,*]", "do": [{"pick": "box[each]"}, {"move": "shelf"}, "home"]}
     read = Job.parse(job(pallets={"box": {**GRID, "full": True}}, steps=[loop, {"pick": "cube"}, "home"]))
     written = json.loads(json.dumps(read.model_dump(exclude_none=True, warnings=False)))
     assert Job.parse(written) == read
 
 
-def test_an_unknown_key_of_a_step_a_loop_a_pallet_is_told_those_that_are_known() -> None:
+def test_unknown_key_is_refused_with_the_known_ones() -> None:
     with pytest.raises(InvalidJob, match=r"steps\.0\.pik: .* known are home, pick, place"):
         Job.parse(job(steps=[{"pik": "cube"}]))
     with pytest.raises(InvalidJob, match=r"steps\.0\.as: .* known are for_each, do\."):
@@ -178,7 +178,7 @@ def test_broken_json_is_unreadable(tmp_path: Path, text: str, reason: str) -> No
         load_job(written(tmp_path, text, "job.json"))
 
 
-def test_what_is_no_text_file_is_unreadable(tmp_path: Path) -> None:
+def test_invalid_text_file_is_unreadable(tmp_path: Path) -> None:
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(b"\xff\xfe\x00")
     large = written(tmp_path, "#" * (MOST_BYTES + 1), "large.yaml")

@@ -26,7 +26,7 @@ async def leased(speed: float = 1.0) -> AsyncIterator[tuple[ControlLease, EventL
 
 
 def changes(events: EventLog) -> list[str]:
-    """Return what became of the lease, with whoever holds it then."""
+    """Return the end of the lease, with its next holder."""
     return [f"{event.detail['change']} {event.detail['holder']}".strip() for event in events.since(0)]
 
 
@@ -34,7 +34,7 @@ def held_by(lease: ControlLease) -> str:
     return "" if lease.holder is None else lease.holder.name
 
 
-async def test_one_takes_it_and_the_next_is_told_who() -> None:
+async def test_second_caller_learns_the_holder() -> None:
     async with leased() as (lease, events):
         ann = lease.take("ann", "10.0.0.1", note="calibrating")
         await elapse(7.0)
@@ -63,7 +63,7 @@ async def test_it_ends_when_it_is_not_renewed() -> None:
         assert refusal.value.details == {"reason": "expired"}
 
 
-async def test_patience_is_real_time_where_the_clock_is_fast() -> None:
+async def test_grace_time_is_real_time_with_a_fast_clock() -> None:
     async with leased(speed=50.0) as (lease, _):
         lease.take("ann", "", patience=4.0)
         await elapse(4.0 * 50.0 - 1.0)
@@ -84,7 +84,7 @@ async def test_a_lease_is_good_for_its_holder_only() -> None:
 
 
 @pytest.mark.parametrize("shown", ["x", "ñ", "\udcff", "0" * 10_000])
-async def test_what_is_no_lease_is_lost_whatever_it_is(shown: str) -> None:
+async def test_invalid_lease_is_lost(shown: str) -> None:
     async with leased() as (lease, _):
         with pytest.raises(LeaseLost):
             lease.require(shown, "ann")
@@ -93,7 +93,7 @@ async def test_what_is_no_lease_is_lost_whatever_it_is(shown: str) -> None:
             lease.require(shown, "ann")
 
 
-async def test_without_one_it_is_needed_or_somebody_elses() -> None:
+async def test_missing_lease_is_needed_or_held_by_another() -> None:
     async with leased() as (lease, _):
         with pytest.raises(LeaseNeeded):
             lease.require("", "ann")
@@ -126,7 +126,7 @@ async def test_an_offer_lapses() -> None:
             lease.take("sam", "")
 
 
-async def test_an_offer_stands_when_its_holder_has_gone() -> None:
+async def test_offer_survives_the_departure_of_its_holder() -> None:
     async with leased() as (lease, _):
         ann = lease.take("ann", "")
         lease.offer("sam", "ann")
@@ -134,7 +134,7 @@ async def test_an_offer_stands_when_its_holder_has_gone() -> None:
         assert lease.take("sam", "").lender == "ann"
 
 
-async def test_force_takes_it_from_anybody_and_ends_what_he_drives() -> None:
+async def test_force_takes_it_from_anyone_and_ends_his_motion() -> None:
     async with leased() as (lease, events):
         ann = lease.take("ann", "")
         by_lease, direct = lease.driving("ann", "", ann.id), lease.driving("ann", "", direct=True)
@@ -145,7 +145,7 @@ async def test_force_takes_it_from_anybody_and_ends_what_he_drives() -> None:
         assert changes(events) == ["taken ann", "broken root"]
 
 
-async def test_what_is_lost_is_cancelled_once() -> None:
+async def test_lost_command_is_cancelled_once() -> None:
     async with leased() as (lease, _):
         ended: list[str] = []
 
@@ -175,7 +175,7 @@ async def test_something_carried_after_the_loss_is_cancelled_too() -> None:
     assert task.cancelled()
 
 
-async def test_one_without_ceremony_drives_for_the_length_of_a_wish() -> None:
+async def test_caller_without_a_lease_drives_for_one_command() -> None:
     async with leased() as (lease, events):
         with lease.driving("local", "local", direct=True):
             assert lease.holder is not None
@@ -191,7 +191,7 @@ async def test_one_without_ceremony_drives_for_the_length_of_a_wish() -> None:
         assert changes(events) == ["taken local", "taken ann"]
 
 
-async def test_many_wishes_in_a_row_are_one_drive() -> None:
+async def test_consecutive_commands_are_one_drive() -> None:
     async with leased() as (lease, events):
         for _ in range(20):
             with lease.driving("local", "local"):
@@ -202,7 +202,7 @@ async def test_many_wishes_in_a_row_are_one_drive() -> None:
         assert changes(events) == ["taken local", "released"]
 
 
-async def test_wishes_of_one_name_overlap_and_the_last_one_ends_the_drive() -> None:
+async def test_commands_of_one_name_overlap_and_the_last_ends_the_drive() -> None:
     async with leased() as (lease, events):
         with lease.driving("local", "local"):
             with lease.driving("local", "local"):
@@ -213,7 +213,7 @@ async def test_wishes_of_one_name_overlap_and_the_last_one_ends_the_drive() -> N
         assert changes(events) == ["taken local", "released"]
 
 
-async def test_a_job_keeps_its_owner_driving_when_his_lease_expires() -> None:
+async def test_job_keeps_its_owner_driving_when_the_lease_expires() -> None:
     async with leased() as (lease, events):
         ann = lease.take("ann", "")
         with lease.driving("ann", "job 1") as job:
@@ -227,7 +227,7 @@ async def test_a_job_keeps_its_owner_driving_when_his_lease_expires() -> None:
         assert lease.take("bob", "").name == "bob"
 
 
-async def test_who_takes_the_lease_takes_the_job_over() -> None:
+async def test_taking_the_lease_takes_over_the_job() -> None:
     async with leased() as (lease, events):
         with lease.driving("ann", "job 1") as job:
             with pytest.raises(LeaseNeeded):
@@ -242,7 +242,7 @@ async def test_who_takes_the_lease_takes_the_job_over() -> None:
         assert changes(events) == ["taken ann", "taken bob", "released", "taken ann"]
 
 
-async def test_nothing_else_is_driven_beside_a_job_without_a_lease() -> None:
+async def test_without_a_lease_no_command_runs_beside_a_job() -> None:
     async with leased() as (lease, _):
         with lease.driving("ann", "job 1"):
             with pytest.raises(LeaseHeld), lease.driving("ros", "ros", direct=True):
@@ -250,7 +250,7 @@ async def test_nothing_else_is_driven_beside_a_job_without_a_lease() -> None:
             assert not lease.may_begin("bob")
 
 
-async def test_an_offer_is_taken_while_a_job_runs_and_stands_when_one_begins() -> None:
+async def test_offer_is_taken_during_a_job_and_survives_its_start() -> None:
     async with leased() as (lease, _):
         lease.offer("sam", "olga")
         with lease.driving("ann", "job 1") as job:
@@ -259,7 +259,7 @@ async def test_an_offer_is_taken_while_a_job_runs_and_stands_when_one_begins() -
             assert not job.lost
 
 
-async def test_his_own_is_taken_anew_only_by_force_and_stays_lent() -> None:
+async def test_own_lease_is_taken_again_only_by_force_and_stays_lent() -> None:
     async with leased() as (lease, events):
         lease.offer("sam", "olga")
         lease.take("sam", "laptop")
@@ -269,7 +269,7 @@ async def test_his_own_is_taken_anew_only_by_force_and_stays_lent() -> None:
         assert changes(events) == ["offered", "handed over sam", "taken sam"]
 
 
-async def test_whoever_may_not_drive_any_more_loses_it() -> None:
+async def test_caller_who_may_no_longer_drive_loses_it() -> None:
     async with leased() as (lease, events):
         lease.offer("ann", "olga")
         lease.drop("ann", "removed")
@@ -281,7 +281,7 @@ async def test_whoever_may_not_drive_any_more_loses_it() -> None:
         assert changes(events) == ["offered", "taken ann", "removed"]
 
 
-async def test_asking_is_heard_once_a_minute() -> None:
+async def test_requests_for_the_lease_are_reported_once_a_minute() -> None:
     async with leased() as (lease, events):
         for _ in range(100):
             lease.ask("sam")
@@ -292,7 +292,7 @@ async def test_asking_is_heard_once_a_minute() -> None:
         assert lease.asked_by is None
 
 
-async def test_everybody_is_told_of_a_change_also_where_one_fails() -> None:
+async def test_every_listener_is_notified_even_when_one_fails() -> None:
     async with leased() as (lease, _):
         told: list[str] = []
         unseen: list[object] = []
@@ -307,7 +307,7 @@ async def test_everybody_is_told_of_a_change_also_where_one_fails() -> None:
         assert [type(defect) for defect in unseen] == [ZeroDivisionError, ZeroDivisionError]
 
 
-async def test_one_who_is_told_may_drive_at_once() -> None:
+async def test_notified_caller_may_drive_at_once() -> None:
     """The queue begins the next job where the lease was given back."""
     async with leased() as (lease, events):
         drives: list[LeaseUse] = []
@@ -324,7 +324,7 @@ async def test_one_who_is_told_may_drive_at_once() -> None:
         assert changes(events) == ["taken ann", "released", "taken queue"]
 
 
-async def test_what_is_carried_may_be_a_future() -> None:
+async def test_driven_work_may_be_a_future() -> None:
     async with leased() as (lease, _):
         told: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         ann = lease.take("ann", "")

@@ -1,4 +1,4 @@
-"""What is announced was written before; what cannot be written begins nothing, and what happened is written later."""
+"""Announcements follow writes; an unwritable job does not begin, and past changes are written later."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced, StorageChang
 from maya_un.process.queue.changes import RETRY
 from maya_un.robot.primitives import Home
 from maya_un.schema.jobs import QueueMode, TaskState
-from tests.queues import Floor, Machine, asked, job
+from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
 LONG = 1000.0
 
 
-async def kept(floor: Floor, number: int) -> tuple[str, list[str]]:
+async def kept(floor: QueueBench, number: int) -> tuple[str, list[str]]:
     """Return the states of a job and its steps in the journal."""
     found = await floor.journal.job(number)
     assert found is not None
@@ -24,7 +24,7 @@ async def kept(floor: Floor, number: int) -> tuple[str, list[str]]:
     return row.state.value, [step.state.value for step in steps]
 
 
-async def test_what_cannot_be_written_is_not_accepted() -> None:
+async def test_unwritable_job_is_refused() -> None:
     async with Machine().running() as floor:
         floor.journal.broken = "the disk is full"
         with pytest.raises(StorageFailed, match="the disk is full"):
@@ -62,7 +62,7 @@ async def test_no_step_begins_that_cannot_be_written_and_the_end_of_the_last_is_
         assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
 
 
-async def test_a_job_whose_last_end_cannot_be_written_is_announced_when_it_can() -> None:
+async def test_unwritten_end_of_a_job_is_announced_when_it_is_written() -> None:
     async with Machine().running() as floor:
         number = await floor.process.submit(HOME)
         await floor.until(1, 1)
@@ -77,9 +77,9 @@ async def test_a_job_whose_last_end_cannot_be_written_is_announced_when_it_can()
         assert floor.process.shown.mode is QueueMode.RUNNING
 
 
-async def test_a_job_that_cannot_be_written_as_begun_does_not_begin() -> None:
+async def test_job_whose_start_cannot_be_written_does_not_begin() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, submit_request(held=True))
         await floor.process.release(1, "ana")
         floor.journal.broken = "the file may only be read"
         await elapse(LONG)
@@ -90,7 +90,7 @@ async def test_a_job_that_cannot_be_written_as_begun_does_not_begin() -> None:
         assert (await floor.process.result(1)).state is TaskState.DONE
 
 
-async def test_a_wish_for_now_that_cannot_begin_does_not_try_for_ever() -> None:
+async def test_immediate_command_that_cannot_begin_does_not_retry_for_ever() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(HOME)
@@ -104,7 +104,7 @@ async def test_a_wish_for_now_that_cannot_begin_does_not_try_for_ever() -> None:
 
 
 @pytest.mark.parametrize("wish", ["hold", "move", "change", "cancel", "clear"])
-async def test_what_somebody_wants_changed_is_changed_when_it_is_written_or_not_at_all(wish: str) -> None:
+async def test_change_is_applied_when_it_is_written_or_not_at_all(wish: str) -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.turns.pause("ana", now=False)
@@ -125,7 +125,7 @@ async def test_what_somebody_wants_changed_is_changed_when_it_is_written_or_not_
         floor.journal.broken = ""
 
 
-async def test_a_pause_holds_also_where_it_cannot_be_written() -> None:
+async def test_unwritable_pause_still_holds() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(job("home", "home"))
         await floor.until(1, 1)
@@ -146,7 +146,7 @@ async def test_everything_announced_was_in_the_journal_before() -> None:
         floor.check_announcements()
         await floor.process.submit(job("home", "home"))
         await floor.process.submit(job({"place": "tray"}))
-        await floor.process.submit(HOME, asked(depends_on=(2,)))
+        await floor.process.submit(HOME, submit_request(depends_on=(2,)))
         await floor.process.result(2)
         told = [event for kind in (JobAdvanced, StepAdvanced) for event in floor.told(kind)]
         assert len(told) == 3 + 4 + 3 + 1 + 2
@@ -154,7 +154,7 @@ async def test_everything_announced_was_in_the_journal_before() -> None:
         assert await kept(floor, 3) == ("held", [])
 
 
-async def test_what_is_paused_while_something_else_is_written_is_announced_all_the_same() -> None:
+async def test_pause_during_another_write_is_still_announced() -> None:
     machine = Machine()
     async with machine.running() as floor:
         machine.journal.slow = 1.0
@@ -169,7 +169,7 @@ async def test_what_is_paused_while_something_else_is_written_is_announced_all_t
         assert (kept_now.queue.paused, kept_now.queue.reason) == (True, "stop")
 
 
-async def test_who_cancels_is_answered_when_the_robot_is_at_rest_also_where_that_cannot_be_written() -> None:
+async def test_cancel_is_answered_at_rest_even_when_it_cannot_be_written() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.submit(job("home", "home"))

@@ -12,7 +12,7 @@ from maya_un.events import JobAdvanced
 from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner
 from maya_un.process.queue.entries import AT_HAND, QueueEntry
 from maya_un.schema.jobs import TaskState
-from tests.queues import Machine, asked, job
+from tests.queues import Machine, job, submit_request
 from tests.virtual_time import elapse
 
 MANY = 2000
@@ -73,7 +73,7 @@ async def test_memory_of_a_waiting_job_is_its_place() -> None:
     assert (await grown(10 * MANY) - few) / (9 * MANY) < BYTES_EACH
 
 
-async def test_clear_of_many_waiting_jobs_is_one_write_and_tells_every_end() -> None:
+async def test_clear_of_many_waiting_jobs_is_one_write_and_reports_every_end() -> None:
     machine = await full()
     written: list[str] = []
     async with machine.running() as floor:
@@ -101,7 +101,7 @@ async def test_clear_that_cannot_be_written_ends_nothing() -> None:
         assert floor.process.shown.view().counts == {}
 
 
-async def test_close_tells_every_end_before_it_returns() -> None:
+async def test_close_reports_every_end_before_it_returns() -> None:
     machine = await full()
     async with machine.running() as floor:
         await floor.process.clear()
@@ -125,7 +125,7 @@ async def test_a_job_far_behind_is_held_released_moved_changed_and_cancelled() -
         assert len(process.shown.lines()) == MANY
 
 
-async def test_who_waits_for_a_job_far_behind_hears_of_its_end() -> None:
+async def test_waiter_for_a_job_far_behind_learns_of_its_end() -> None:
     async with (await full()).running() as floor:
         waiting = [asyncio.ensure_future(floor.process.result(FAR)) for _ in range(3)]
         await elapse(1.0)
@@ -133,7 +133,7 @@ async def test_who_waits_for_a_job_far_behind_hears_of_its_end() -> None:
         assert {(await one).state for one in waiting} == {TaskState.CANCELLED}
 
 
-async def test_a_job_that_another_waits_for_is_ended_with_what_depends_on_it() -> None:
+async def test_ended_job_ends_its_dependents() -> None:
     dependent = row(MANY + 1, options=JobOptions(depends_on=(FAR,)))
     async with (await full(MANY, dependent)).running() as floor:
         await floor.process.cancel(FAR)
@@ -157,7 +157,7 @@ async def test_jobs_submitted_behind_many_stay_in_the_journal() -> None:
     async with machine.running() as floor:
         await elapse(1.0)
         before = whole(QueueEntry)
-        numbers = [await floor.process.submit(HOME, asked()) for _ in range(50)]
+        numbers = [await floor.process.submit(HOME, submit_request()) for _ in range(50)]
         assert whole(QueueEntry) - before <= 2
         assert [floor.process.shown.line(number).state for number in numbers] == [TaskState.QUEUED] * 50
 

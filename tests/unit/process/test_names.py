@@ -50,7 +50,7 @@ def test_a_cell_is_a_place() -> None:
     assert [task.label for task in (pick, place)] == ["pick tray[1,2]", "place box[1,3]"]
 
 
-def test_next_goes_on_in_every_round_and_counts_pick_and_place_apart() -> None:
+def test_next_continues_in_every_round_and_counts_pick_and_place_separately() -> None:
     assert labels({"pick": "tray[next]"}, {"place": "box[next]"}, repeat=3) == [
         *("pick tray[1,1]", "place box[1,1]", "pick tray[1,2]", "place box[1,2]", "pick tray[1,3]", "place box[1,3]")
     ]
@@ -94,7 +94,7 @@ def test_a_loop_may_go_through_a_row_a_column_a_cell(cells: str, gone_to: list[s
     assert labels({"for_each": cells, "do": [{"approach": each}]}) == [f"approach {cell}" for cell in gone_to]
 
 
-def test_a_full_pallet_has_a_part_on_every_cell_and_knows_where_each_goes() -> None:
+def test_full_pallet_has_a_part_and_a_target_for_every_cell() -> None:
     full = job(
         {"for_each": "box", "do": [{"pick": "box[each]"}, {"place": "tray[next]"}]},
         pallets={"tray": TRAY, "box": {**BOX, "full": True}},
@@ -111,7 +111,7 @@ def test_a_part_is_not_called_as_a_cell_of_a_full_pallet() -> None:
     assert error.details["key"] == "parts.box[1,2]"
 
 
-def test_a_cell_stays_where_it_is_when_its_part_is_taken_away() -> None:
+def test_cell_keeps_its_place_when_its_part_is_taken() -> None:
     full = {"tray": TRAY, "box": {**BOX, "full": True}}
     steps = ({"pick": "box[1,1]"}, {"place": "tray[1,1]"}, {"pick": "tray[1,1]"}, {"place": "box[1,1]"})
     assert [task.part for task in tasks(*steps, pallets=full)] == ["box[1,1]"] * 4
@@ -132,7 +132,7 @@ def test_a_taught_pose_is_a_place_and_a_goal() -> None:
     assert move.label == "move shelf"
 
 
-def test_what_the_job_names_comes_before_what_was_taught() -> None:
+def test_names_of_the_job_come_before_taught_names() -> None:
     (task,) = tasks({"pick": "shelf"}, places={"shelf": [1.0, 0.5]})
     assert task.primitive == Pick(Point(1.0, 0.5, 0.4))
 
@@ -144,7 +144,7 @@ def test_corners_may_be_places_and_taught_poses() -> None:
     assert task.primitive.target == pytest.approx((0.4, 1.1, 0.51))
 
 
-def test_what_was_taught_is_asked_for_only_where_the_job_does_not_explain_itself() -> None:
+def test_taught_poses_are_read_only_for_jobs_that_need_them() -> None:
     def broken() -> TaughtPlaces:
         raise AssertionError("nobody needed it")
 
@@ -168,7 +168,7 @@ def test_what_was_taught_is_asked_for_only_where_the_job_does_not_explain_itself
         ({"for_each": "box", "do": [{"pick": "tray[each]"}]}, "steps.0.do.0.pick", "a loop over tray"),
     ],
 )
-def test_what_is_no_cell_is_refused_at_its_key(step: dict[str, Any], key: str, reason: str) -> None:
+def test_invalid_cell_is_refused_at_its_key(step: dict[str, Any], key: str, reason: str) -> None:
     error = refusal(step)
     assert error.details["key"] == key
     with pytest.raises(InvalidJob, match=reason):
@@ -197,7 +197,7 @@ def test_corners_that_span_no_grid_are_refused_at_the_pallet() -> None:
     assert error.details["key"] == "pallets.tray.corners.1"
 
 
-def test_a_loop_may_not_come_to_too_many_tasks() -> None:
+def test_loop_with_too_many_tasks_is_refused() -> None:
     wide = {"tray": {**TRAY, "rows": 30, "columns": 30}}
     loop = {"for_each": "tray", "do": ["home", "home"]}
     assert len(tasks(loop, pallets=wide)) == 1800 <= MOST_TASKS

@@ -8,7 +8,7 @@ from maya_un.process.queue.editing import DEFAULT_OPTIONS, checked_options, read
 from maya_un.schema.jobs import OnFailure
 
 
-def test_what_is_not_said_stays() -> None:
+def test_missing_option_keeps_its_value() -> None:
     old = JobOptions(priority=3, notes="night", retries=1)
     assert read_options({"priority": 5, "depends_on": [4, 2, 4]}, old) == JobOptions(
         priority=5, notes="night", retries=1, depends_on=(4, 2)
@@ -40,7 +40,7 @@ def test_what_is_not_said_stays() -> None:
         ("stepwise", None),
     ],
 )
-def test_what_is_out_of_range_is_refused_by_name(key: str, value: object) -> None:
+def test_value_out_of_range_is_refused_by_name(key: str, value: object) -> None:
     with pytest.raises(InvalidValue, match=key):
         read_options({key: value})
 

@@ -15,7 +15,7 @@ OWNERS = ("ana", "ben", "eva")
 
 @dataclass
 class Told:
-    """What was told of a job."""
+    """Announcements of a job."""
 
     number: int
     priority: int

@@ -92,7 +92,7 @@ def test_the_cells_of_a_row_and_of_a_column_are_spaced_evenly(
 
 
 @pytest.mark.parametrize("cell", [Cell(0, 1), Cell(4, 1), Cell(1, 0), Cell(1, 5)])
-def test_a_cell_out_of_range_is_told_the_range(cell: Cell) -> None:
+def test_cell_out_of_range_is_refused_with_the_range(cell: Cell) -> None:
     with pytest.raises(ValueError, match="rows 1 to 3 and columns 1 to 4"):
         Pallet.spanned([FIRST, RIGHT, LOW], 3, 4).place(cell)
 
@@ -114,7 +114,7 @@ def test_a_cell_out_of_range_is_told_the_range(cell: Cell) -> None:
         ([FIRST, RIGHT, LOW, Point(0.4, 1.05, 0.4)], 2, 2, "span no grid"),
     ],
 )
-def test_what_is_no_grid_is_refused(corners: list[Point], rows: int, columns: int, reason: str) -> None:
+def test_invalid_grid_is_refused(corners: list[Point], rows: int, columns: int, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         Pallet.spanned(corners, rows, columns)
 

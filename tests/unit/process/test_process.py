@@ -55,7 +55,7 @@ async def test_a_job_runs_step_by_step_and_is_reported() -> None:
 
 
 @pytest.mark.parametrize(("step", "place"), [(1, None), (2, None), (3, Point(1.10, 0.50, 0.40)), (4, None)])
-async def test_a_cancelled_job_tells_of_the_parts_it_has_put_down(step: int, place: Point | None) -> None:
+async def test_cancelled_job_reports_its_placed_parts(step: int, place: Point | None) -> None:
     async with running() as (controller, process):
         number = await process.submit(job(*PICK_AND_PLACE, {"approach": [0.50, 1.10]}, {"pick": "cube"}))
         async for event in controller.events.follow():
@@ -73,7 +73,7 @@ async def test_a_refused_job_has_put_nothing_anywhere() -> None:
         assert (report.state.value, report.parts) == ("failed", {"cube": None})
 
 
-async def test_what_was_predicted_is_what_it_took() -> None:
+async def test_prediction_equals_the_measured_time() -> None:
     async with running() as (_, process):
         report = await process.result(await process.submit(job(*PICK_AND_PLACE, repeat=3)))
         assert [step.predicted for step in report.steps] == pytest.approx([step.duration for step in report.steps])
@@ -119,7 +119,7 @@ async def test_a_job_is_refused_whole_before_its_first_step() -> None:
     ("steps", "code"),
     [([{"pick": "cube"}, {"pick": "tray"}], 3001), ([{"place": "tray"}], 3002), ([{"move": [0.0, 0.6, 0.6]}], 2101)],
 )
-async def test_what_would_be_refused_later_is_refused_at_once(steps: list[Any], code: int) -> None:
+async def test_later_refusal_is_found_at_submission(steps: list[Any], code: int) -> None:
     async with running() as (controller, process):
         report = await process.result(await process.submit(job(*steps)))
         assert (report.state.value, report.code) == ("failed", code)
@@ -187,7 +187,7 @@ async def test_after_a_halt_no_further_step_begins() -> None:
 
 
 @pytest.mark.parametrize("instant", [0.0, 1e-9, 5.0, 22.5, 30.0, 50.0])
-async def test_cancelling_a_running_job_stops_it_and_the_next_one_goes_on(instant: float) -> None:
+async def test_cancelling_a_running_job_stops_it_and_starts_the_next(instant: float) -> None:
     async with running() as (controller, process):
         first, second = await process.submit(job(*PICK_AND_PLACE)), await process.submit(job("home"))
         await elapse(instant)
@@ -217,7 +217,7 @@ async def test_cancelling_at_once_ends_a_job_that_never_began() -> None:
         assert controller.names() == ["home", "at rest"]
 
 
-async def test_cancelling_what_has_ended_changes_nothing() -> None:
+async def test_cancelling_an_ended_job_changes_nothing() -> None:
     async with running() as (_, process):
         number = await process.submit(job("home"))
         done = await process.result(number)
@@ -243,7 +243,7 @@ async def test_unknown_names_and_numbers_are_refused() -> None:
             await process.shown.report(1)
 
 
-async def test_a_wish_is_a_job_of_one_step() -> None:
+async def test_command_is_a_job_of_one_step() -> None:
     async with running() as (_, process):
         report = await process.result(await process.wish(Pick(Point(0.5, 1.1, 0.4))))
         assert (report.name, [step.step for step in report.steps]) == ("pick", ["pick 0.5 1.1 0.4"])

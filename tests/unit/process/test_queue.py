@@ -21,14 +21,14 @@ from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.process.queue import runner
 from maya_un.robot.primitives import Gripper, Home
 from maya_un.schema.jobs import OnFailure, QueueMode, TaskState
-from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
+from tests.queues import PICK_AND_PLACE, Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
 LONG = 1000.0
 
 
-async def order_of(floor: Floor) -> list[int]:
+async def order_of(floor: QueueBench) -> list[int]:
     """Let everything run and return the order in which jobs began."""
     await elapse(LONG)
     return [int(str(e.detail["job"])) for e in floor.told(JobAdvanced) if e.detail["state"] == "running"]
@@ -37,7 +37,7 @@ async def order_of(floor: Floor) -> list[int]:
 async def test_the_greater_priority_goes_first_and_equals_in_the_order_they_came() -> None:
     async with Machine().running() as floor:
         for priority in (0, 0, 5, -5, 5, 0):
-            await floor.process.submit(HOME, asked(priority=priority))
+            await floor.process.submit(HOME, submit_request(priority=priority))
         assert [line.position for line in floor.process.shown.lines()] == [None, 3, 1, 5, 2, 4]
         assert await order_of(floor) == [1, 3, 5, 2, 6, 4]
 
@@ -46,7 +46,7 @@ async def test_a_held_job_lets_the_others_pass_until_it_is_released() -> None:
     async with Machine().running() as floor:
         process = floor.process
         for held in (False, True, False):
-            await process.submit(HOME, asked(held=held))
+            await process.submit(HOME, submit_request(held=held))
         assert await order_of(floor) == [1, 3]
         await process.release(2, "ben")
         assert await order_of(floor) == [1, 3, 2]
@@ -86,8 +86,8 @@ async def test_jobs_are_moved() -> None:
 async def test_a_job_waits_for_those_on_which_it_depends() -> None:
     async with Machine().running() as floor:
         await floor.process.submit(HOME)
-        await floor.process.submit(HOME, asked(held=True))
-        await floor.process.submit(HOME, asked(depends_on=(1, 2)))
+        await floor.process.submit(HOME, submit_request(held=True))
+        await floor.process.submit(HOME, submit_request(depends_on=(1, 2)))
         await floor.process.submit(HOME)
         assert await order_of(floor) == [1, 4]
         assert floor.process.shown.line(3).state is TaskState.QUEUED
@@ -96,13 +96,13 @@ async def test_a_job_waits_for_those_on_which_it_depends() -> None:
 
 
 @pytest.mark.parametrize("before", [True, False])
-async def test_what_depends_on_a_job_that_failed_is_held_with_the_reason(before: bool) -> None:
+async def test_dependent_of_a_failed_job_is_held_with_the_reason(before: bool) -> None:
     async with Machine().running() as floor:
         process = floor.process
         bad = await process.submit(job({"place": "tray"}))
         if not before:
             await elapse(1.0)
-        second = await process.submit(HOME, asked(depends_on=(bad,)))
+        second = await process.submit(HOME, submit_request(depends_on=(bad,)))
         await elapse(LONG)
         line = process.shown.line(second)
         assert (line.state, line.code) == (TaskState.HELD, 4017)
@@ -115,16 +115,16 @@ async def test_what_depends_on_a_job_that_failed_is_held_with_the_reason(before:
 async def test_only_jobs_that_exist_can_be_depended_on() -> None:
     async with Machine().running() as floor:
         with pytest.raises(InvalidValue, match="no such job"):
-            await floor.process.submit(HOME, asked(depends_on=(7,)))
+            await floor.process.submit(HOME, submit_request(depends_on=(7,)))
         for _ in range(3):
-            await floor.process.submit(HOME, asked(held=True))
+            await floor.process.submit(HOME, submit_request(held=True))
         await floor.process.change(2, {"depends_on": [1]})
         await floor.process.change(3, {"depends_on": [2]})
         with pytest.raises(InvalidValue, match="wait for itself"):
             await floor.process.change(1, {"depends_on": [3]})
 
 
-async def test_after_a_pause_no_step_begins_until_somebody_resumes() -> None:
+async def test_after_a_pause_no_step_begins_before_resume() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.submit(job(*PICK_AND_PLACE))
@@ -205,7 +205,7 @@ async def test_a_step_of_a_queue_that_runs_is_its_last() -> None:
 
 async def test_a_stepwise_job_pauses_after_every_step() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"), asked(stepwise=True))
+        await floor.process.submit(job("home", "home"), submit_request(stepwise=True))
         await elapse(LONG)
         assert (floor.process.shown.mode, floor.process.shown.reason) == (QueueMode.PAUSED, "step")
         assert floor.process.shown.line(1).done == 1
@@ -213,20 +213,20 @@ async def test_a_stepwise_job_pauses_after_every_step() -> None:
         assert (await floor.process.result(1)).state is TaskState.DONE
 
 
-async def test_a_wish_is_done_at_once_while_the_queue_is_paused() -> None:
+async def test_command_runs_at_once_while_the_queue_is_paused() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.turns.pause("ana", now=False)
         await process.submit(job(*PICK_AND_PLACE))
         report = await process.result(await process.wish(Home()))
         assert report.state is TaskState.DONE
-        queued = await process.wish(Home(), asked(notes="later"))
+        queued = await process.wish(Home(), submit_request(notes="later"))
         await elapse(LONG)
         assert process.shown.line(queued).state is TaskState.QUEUED
         assert process.shown.line(1).state is TaskState.QUEUED
 
 
-async def test_a_wish_for_now_does_not_outlive_a_stop() -> None:
+async def test_immediate_command_does_not_survive_a_stop() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.turns.pause("ana", now=False)
@@ -242,10 +242,10 @@ async def test_a_wish_for_now_does_not_outlive_a_stop() -> None:
         assert floor.controller.names().count("home") == 1
 
 
-async def test_what_does_no_harm_is_tried_again() -> None:
+async def test_harmless_failure_is_retried() -> None:
     async with Machine().running() as floor:
         floor.controller.fail_at = {1: Busy(doing="x"), 2: Busy(doing="x")}
-        report = await floor.process.result(await floor.process.submit(HOME, asked(retries=2)))
+        report = await floor.process.result(await floor.process.submit(HOME, submit_request(retries=2)))
         assert report.state is TaskState.DONE
         assert floor.controller.names() == ["home"] * 3
         tried = [(e.detail.get("attempt"), e.code) for e in floor.told(StepAdvanced) if e.detail["state"] == "running"]
@@ -256,7 +256,7 @@ async def test_what_does_no_harm_is_tried_again() -> None:
 async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
     async with Machine().running() as floor:
         floor.controller.fail_at = {1: Busy(doing="x")}
-        number = await floor.process.submit(HOME, asked(retries=2))
+        number = await floor.process.submit(HOME, submit_request(retries=2))
         await floor.until(1, 1)
         while not floor.controller.calls:
             await elapse(0.01)
@@ -269,20 +269,20 @@ async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
 
 
 @pytest.mark.parametrize("error", [Stopped(), PathRefused(target="y", reason="x")])
-async def test_a_pick_is_never_tried_again_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
+async def test_pick_is_never_retried_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
     async with Machine().running() as floor:
         floor.controller.fail_at = {1: error}
         step = "home" if isinstance(error, Stopped) else {"pick": "cube"}
-        report = await floor.process.result(await floor.process.submit(job(step), asked(retries=3)))
+        report = await floor.process.result(await floor.process.submit(job(step), submit_request(retries=3)))
         assert report.code == error.code
         assert len(floor.controller.calls) == 1
 
 
 @pytest.mark.parametrize(("policy", "mode"), [("continue", "running"), ("pause", "paused")])
-async def test_after_a_refusal_the_queue_does_what_was_asked(policy: str, mode: str) -> None:
+async def test_queue_obeys_requests_after_a_refusal(policy: str, mode: str) -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
-        await floor.process.submit(job({"place": "tray"}), asked(on_failure=OnFailure(policy)))
+        await floor.process.submit(job({"place": "tray"}), submit_request(on_failure=OnFailure(policy)))
         await floor.process.submit(HOME)
         await floor.process.turns.resume("ana")
         await elapse(1.0)
@@ -302,21 +302,21 @@ async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
             "skipped",
             "skipped",
         ]
-        again = await process.again(first, asked("ben"))
+        again = await process.again(first, submit_request("ben"))
         report = await process.result(again)
         assert [step.state.value for step in report.steps] == ["skipped", "done", "done", "done"]
         assert (report.line.owner, report.state) == ("ben", TaskState.DONE)
-        once_more = await process.result(await process.again(again, asked(), 4))
+        once_more = await process.result(await process.again(again, submit_request(), 4))
         assert [step.state.value for step in once_more.steps] == ["skipped"] * 3 + ["done"]
         with pytest.raises(InvalidValue, match="1 to 4"):
-            await process.again(again, asked(), 5)
+            await process.again(again, submit_request(), 5)
 
 
-async def test_what_has_not_ended_cannot_be_done_again() -> None:
+async def test_unfinished_job_cannot_be_run_again() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, submit_request(held=True))
         with pytest.raises(WrongState, match="held"):
-            await floor.process.again(1, asked())
+            await floor.process.again(1, submit_request())
 
 
 async def test_a_job_is_changed_while_it_waits() -> None:
@@ -339,11 +339,11 @@ async def test_a_job_is_changed_while_it_waits() -> None:
         assert (await process.shown.report(3)).line.done == 2
 
 
-async def test_of_a_paused_job_the_steps_that_have_not_begun_are_replaced() -> None:
+async def test_waiting_steps_of_a_paused_job_are_replaced() -> None:
     async with Machine().running() as floor:
         process = floor.process
         steps = ["home", {"gripper": "open"}, "home"]
-        await process.submit(job(*steps), asked(stepwise=True))
+        await process.submit(job(*steps), submit_request(stepwise=True))
         await elapse(LONG)
         with pytest.raises(InvalidJob, match="1 have begun"):
             await process.change(1, {"job": {"steps": [{"gripper": "open"}, "home"]}})
@@ -356,30 +356,30 @@ async def test_of_a_paused_job_the_steps_that_have_not_begun_are_replaced() -> N
 async def test_the_same_key_is_the_same_job() -> None:
     async with Machine().running() as floor:
         process = floor.process
-        same = [await process.submit(HOME, asked(key="k")) for _ in range(3)]
-        at_once = await asyncio.gather(*(process.submit(HOME, asked(key="l")) for _ in range(3)))
+        same = [await process.submit(HOME, submit_request(key="k")) for _ in range(3)]
+        at_once = await asyncio.gather(*(process.submit(HOME, submit_request(key="l")) for _ in range(3)))
         assert (same, at_once) == ([1, 1, 1], [2, 2, 2])
-        assert await process.submit(HOME, asked("ben", key="k")) == 3
+        assert await process.submit(HOME, submit_request("ben", key="k")) == 3
         with pytest.raises(KeyReused):
-            await process.submit(HOME, asked(key="k", priority=1))
+            await process.submit(HOME, submit_request(key="k", priority=1))
         with pytest.raises(KeyReused):
-            await process.submit(job("home", "home"), asked(key="k"))
+            await process.submit(job("home", "home"), submit_request(key="k"))
 
 
-async def test_only_whom_the_lease_lets_may_begin() -> None:
+async def test_only_a_caller_with_the_lease_may_begin() -> None:
     async with Machine().running() as floor:
         held = floor.lease.take("ben", "test", patience=1e5)
-        await floor.process.submit(HOME, asked("ana"))
-        await floor.process.submit(HOME, asked("ben"))
+        await floor.process.submit(HOME, submit_request("ana"))
+        await floor.process.submit(HOME, submit_request("ben"))
         assert await order_of(floor) == [2]
         floor.lease.release(held.id, "ben")
         assert await order_of(floor) == [2, 1]
 
 
-async def test_while_a_job_runs_its_owner_drives_until_somebody_takes_it_over() -> None:
+async def test_owner_drives_while_his_job_runs_until_it_is_taken_over() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"), asked("ana"))
-        await floor.process.submit(HOME, asked("ana"))
+        await floor.process.submit(job("home", "home"), submit_request("ana"))
+        await floor.process.submit(HOME, submit_request("ana"))
         await elapse(1.0)
         holder = floor.lease.holder
         assert holder is not None
@@ -390,10 +390,10 @@ async def test_while_a_job_runs_its_owner_drives_until_somebody_takes_it_over() 
         assert floor.process.shown.line(2).state is TaskState.QUEUED
 
 
-async def test_a_job_that_is_half_done_goes_on_under_another_driver() -> None:
+async def test_half_done_job_continues_under_another_driver() -> None:
     async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"), asked("ana", stepwise=True))
-        await floor.process.submit(HOME, asked("eva"))
+        await floor.process.submit(job("home", "home"), submit_request("ana", stepwise=True))
+        await floor.process.submit(HOME, submit_request("eva"))
         await elapse(LONG)
         floor.lease.take("eva", "test", patience=1e5)
         await floor.process.turns.resume("eva")
@@ -417,13 +417,13 @@ async def test_clear_cancels_all_that_waits() -> None:
     async with Machine().running() as floor:
         process = floor.process
         for held in (False, False, True):
-            await process.submit(HOME, asked(held=held))
+            await process.submit(HOME, submit_request(held=held))
         await process.clear()
         assert [line.state.value for line in process.shown.lines()] == ["running", "cancelled", "cancelled"]
         assert (await process.result(1)).state is TaskState.DONE
 
 
-async def test_a_pause_that_nobody_asked_for_ends_with_what_it_protects() -> None:
+async def test_automatic_pause_ends_with_its_cause() -> None:
     async with Machine().running() as floor:
         process = floor.process
         await process.submit(HOME)
@@ -441,7 +441,7 @@ async def test_a_pause_that_nobody_asked_for_ends_with_what_it_protects() -> Non
         assert process.shown.mode is QueueMode.PAUSED
 
 
-async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> None:
+async def test_request_before_a_stop_does_not_begin_after_it() -> None:
     machine = Machine()
     async with machine.running() as floor:
         machine.journal.slow = 5.0
@@ -454,13 +454,13 @@ async def test_what_was_asked_for_before_a_stop_does_not_begin_after_it() -> Non
 
 
 @pytest.mark.parametrize("wish", ["hold", "clear", "cancel", "pause"])
-async def test_what_is_said_while_a_job_is_about_to_begin_is_heard(wish: str) -> None:
-    """The journal is slow: another change is being written, and both the beginning and the wish wait behind it."""
+async def test_request_while_a_job_is_about_to_begin_is_obeyed(wish: str) -> None:
+    """The journal is slow: another change is being written, and both the beginning and the request wait behind it."""
     machine = Machine()
     async with machine.running() as floor:
         process = floor.process
-        await process.submit(HOME, asked(held=True))
-        await process.submit(HOME, asked(held=True))
+        await process.submit(HOME, submit_request(held=True))
+        await process.submit(HOME, submit_request(held=True))
         machine.journal.slow = 5.0
         first = asyncio.create_task(process.change(2, {"notes": "slow"}))
         await elapse(1.0)
@@ -480,7 +480,7 @@ async def test_what_is_said_while_a_job_is_about_to_begin_is_heard(wish: str) ->
         assert floor.controller.calls == []
 
 
-async def test_a_job_that_is_held_between_its_choice_and_its_beginning_does_not_begin() -> None:
+async def test_job_held_between_selection_and_start_does_not_begin() -> None:
     machine = Machine()
     async with machine.running() as floor:
         process = floor.process
@@ -497,7 +497,7 @@ async def test_a_job_that_is_held_between_its_choice_and_its_beginning_does_not_
         assert floor.states(1)[-1] == "held"
 
 
-async def test_whoever_leaves_while_his_job_is_written_has_submitted_it() -> None:
+async def test_job_is_submitted_when_its_caller_leaves_during_the_write() -> None:
     machine = Machine()
     async with machine.running() as floor:
         machine.journal.slow = 5.0
@@ -508,7 +508,7 @@ async def test_whoever_leaves_while_his_job_is_written_has_submitted_it() -> Non
         assert floor.process.shown.line(1).state is TaskState.DONE
 
 
-async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> None:
+async def test_end_of_the_queue_is_predicted_from_the_end_of_each_job() -> None:
     async with Machine().running() as floor:
         process = floor.process
         for _ in range(3):
@@ -523,7 +523,7 @@ async def test_the_end_of_the_queue_is_predicted_from_where_each_job_ends() -> N
         assert view.finish_at == f"{sum(took):.3f}"
 
 
-async def test_while_it_is_paused_nobody_knows_when_the_queue_ends() -> None:
+async def test_paused_queue_has_no_predicted_end() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
         await floor.process.submit(job(*PICK_AND_PLACE))
@@ -533,11 +533,11 @@ async def test_while_it_is_paused_nobody_knows_when_the_queue_ends() -> None:
         assert view.waiting[0].predicted is not None
 
 
-async def test_a_wish_keeps_its_words() -> None:
+async def test_command_keeps_its_text() -> None:
     async with Machine().running() as floor:
-        number = await floor.process.wish(Gripper(True), asked(held=True))
+        number = await floor.process.wish(Gripper(True), submit_request(held=True))
         assert await floor.process.shown.body(number) == {"wish": {"command": "gripper", "open": True}}
-        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, submit_request(held=True))
         assert await floor.process.shown.body(2) == {
             "name": "home",
             "parts": {"cube": [0.5, 1.1]},

@@ -1,4 +1,4 @@
-"""What becomes of an interrupted job: nothing is assumed of the gripper that a person has to see."""
+"""Recovery of an interrupted job: no assumption about a gripper that a person has to inspect."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ DONE, QUEUED, SKIPPED, CANCELLED = TaskState.DONE, TaskState.QUEUED, TaskState.S
         ("", "abort", None, None),
     ],
 )
-def test_a_choice_does_what_it_says(command: str, choice: str, holding: bool | None, step: TaskState | None) -> None:
+def test_choice_does_its_action(command: str, choice: str, holding: bool | None, step: TaskState | None) -> None:
     found = decide(RecoverySituation(command, (), None), choice, holding)
     assert (found.step, found.goes_on) == (step, choice != "abort")
 
@@ -62,7 +62,7 @@ def test_a_choice_does_what_it_says(command: str, choice: str, holding: bool | N
         ("pick", ("place",), "abort", None, False),
     ],
 )
-def test_a_person_is_asked_where_it_matters(
+def test_question_is_asked_only_for_relevant_facts(
     command: str, rest: tuple[str, ...], choice: str, seen: bool | None, needed: bool
 ) -> None:
     situation = RecoverySituation(command, rest, seen)
@@ -76,7 +76,7 @@ def test_a_person_is_asked_where_it_matters(
 
 
 @given(situations, st.sampled_from(("resume", "redo", "skip", "abort")), answers)
-def test_every_decision_follows_the_table_and_from_what_is_known(
+def test_every_decision_follows_the_table_and_the_known_facts(
     situation: RecoverySituation, choice: str, holding: bool | None
 ) -> None:
     offered = {one.name: one for one in choices(situation)}
@@ -109,18 +109,18 @@ def test_without_an_answer_nothing_counts_as_done(situation: RecoverySituation) 
 
 
 @given(situations)
-def test_every_choice_says_what_it_means(situation: RecoverySituation) -> None:
+def test_every_choice_has_a_description(situation: RecoverySituation) -> None:
     offered = choices(situation)
     assert [one.name for one in offered if one.name in {"resume", "abort"}] == ["resume", "abort"]
     assert all(one.meaning for one in offered)
 
 
-def test_what_is_no_choice_is_refused_with_those_that_are() -> None:
+def test_invalid_choice_is_refused_with_the_valid_ones() -> None:
     with pytest.raises(InvalidValue, match="resume, abort"):
         decide(RecoverySituation("", (), None), "redo", None)
 
 
-def test_whoever_contradicts_the_machine_is_told() -> None:
+def test_contradiction_of_the_machine_is_reported() -> None:
     with pytest.raises(InvalidValue, match="the gripper is open"):
         decide(RecoverySituation("place", (), False), "redo", True)
     assert decide(RecoverySituation("place", (), None), "redo", True) == RecoveryDecision(

@@ -1,4 +1,4 @@
-"""After the program was killed or ended: what was under way is shown, and nothing moves before a person has chosen."""
+"""After the program was killed or ended: interrupted work is shown, and nothing moves before a person has chosen."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from maya_un.errors import (
 from maya_un.process.computation import JobComputer
 from maya_un.robot.primitives import Home
 from maya_un.schema.jobs import QueueMode, TaskState
-from tests.queues import PICK_AND_PLACE, Floor, Machine, asked, job
+from tests.queues import PICK_AND_PLACE, Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
@@ -54,7 +54,7 @@ async def test_nothing_moves_after_a_restart() -> None:
         assert [step.state.value for step in report.steps] == ["interrupted", "queued", "queued"]
 
 
-async def test_what_was_done_is_known_without_a_worker_too(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_finished_steps_are_known_without_a_worker_too(monkeypatch: pytest.MonkeyPatch) -> None:
     async def failed(*_: object, **__: object) -> None:
         raise WorkerFailed(reason="no memory")
 
@@ -84,7 +84,9 @@ async def test_a_queue_in_which_a_restart_left_something_is_not_resumed_unasked(
         assert floor.controller.calls == []
 
 
-async def recover(floor: Floor, choice: str, *, holding: bool | None = None, resume_queue: bool = True) -> list[str]:
+async def recover(
+    floor: QueueBench, choice: str, *, holding: bool | None = None, resume_queue: bool = True
+) -> list[str]:
     """Choose, let everything run, and return the states of the first job's steps."""
     await floor.process.recover(choice, holding, resume_queue=resume_queue, by="ana")
     await elapse(LONG)
@@ -100,7 +102,7 @@ async def test_a_pick_that_did_not_take_the_part_is_done_again(choice: str) -> N
         assert floor.states(1) == ["interrupted", "queued", "running", "done"]
 
 
-async def test_a_pick_whose_part_is_in_the_gripper_counts_as_done() -> None:
+async def test_pick_whose_part_is_in_the_gripper_counts_as_done() -> None:
     machine = await killed_at(1)
     machine.closed = True
     async with machine.running() as floor:
@@ -131,7 +133,7 @@ async def test_redoing_a_pick_with_the_part_in_the_gripper_is_refused_and_still_
         assert floor.controller.calls == []
 
 
-async def test_a_place_is_never_taken_for_done_without_a_word() -> None:
+async def test_place_is_never_assumed_done_silently() -> None:
     machine = await killed_at(2)
     machine.closed = False
     async with machine.running() as floor:
@@ -181,7 +183,7 @@ async def test_a_choice_without_going_on_leaves_the_queue_paused() -> None:
         assert floor.process.shown.line(1).state is TaskState.DONE
 
 
-async def test_a_robot_that_is_not_homed_is_homed_first_by_a_wish() -> None:
+async def test_robot_that_is_not_homed_is_homed_first_by_a_command() -> None:
     machine = await killed_at(1)
     machine.homed = False
     async with machine.running() as floor:
@@ -191,7 +193,7 @@ async def test_a_robot_that_is_not_homed_is_homed_first_by_a_wish() -> None:
         assert await recover(floor, "redo") == ["done"] * 3
 
 
-async def test_a_paused_queue_stays_paused_for_its_own_reason() -> None:
+async def test_paused_queue_keeps_its_own_reason() -> None:
     machine = Machine()
     async with machine.running() as floor:
         await floor.process.turns.pause("ben", now=False)
@@ -214,7 +216,7 @@ async def test_an_empty_queue_runs_after_a_restart() -> None:
         assert [step.step for step in (await floor.process.shown.report(1)).steps] == ["home"]
 
 
-async def test_ending_the_program_interrupts_the_job_and_keeps_what_waits() -> None:
+async def test_shutdown_interrupts_the_job_and_keeps_waiting_ones() -> None:
     machine = Machine()
     floor = await machine.started()
     await floor.process.submit(job("home", "home"))
@@ -258,10 +260,10 @@ async def test_a_step_that_is_held_is_not_waited_for_at_the_end() -> None:
     assert floor.process.shown.line(1).state is TaskState.INTERRUPTED
 
 
-async def test_whoever_waits_is_told_when_the_program_ends() -> None:
+async def test_waiters_are_notified_when_the_program_ends() -> None:
     machine = Machine()
     async with machine.running() as floor:
-        number = await floor.process.submit(HOME, asked(held=True))
+        number = await floor.process.submit(HOME, submit_request(held=True))
         waiting = floor.process.result(number)
         await floor.process.close()
         assert (await waiting).state is TaskState.HELD
@@ -271,9 +273,9 @@ async def test_dependencies_and_holds_outlive_a_restart() -> None:
     machine = Machine()
     async with machine.running() as floor:
         await floor.process.turns.pause("ana", now=False)
-        await floor.process.submit(HOME, asked(held=True))
-        await floor.process.submit(HOME, asked(depends_on=(1,)))
-        await floor.process.submit(HOME, asked(priority=7))
+        await floor.process.submit(HOME, submit_request(held=True))
+        await floor.process.submit(HOME, submit_request(depends_on=(1,)))
+        await floor.process.submit(HOME, submit_request(priority=7))
         await floor.process.hold(2)
     async with machine.running() as floor:
         await floor.process.turns.resume("ana")
@@ -288,7 +290,7 @@ async def test_dependencies_and_holds_outlive_a_restart() -> None:
 async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
     machine = Machine()
     floor = await machine.started()
-    await floor.process.submit(job("home", "home"), asked(stepwise=True))
+    await floor.process.submit(job("home", "home"), submit_request(stepwise=True))
     await elapse(LONG)
     await floor.process.wish(Home())
     await elapse(1.0)

@@ -1,4 +1,4 @@
-"""Long lists are made a slice at a time: whoever else uses the loop waits for one slice, not for the list."""
+"""Long lists are made a slice at a time: other users of the loop wait for one slice, not for the list."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import asyncio
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.queue.report import SLICE, Slices
 from maya_un.schema.jobs import TaskState
-from tests.queues import Machine, asked, job
+from tests.queues import Machine, job, submit_request
 from tests.virtual_time import elapse
 
 STEPS = 10 * SLICE
@@ -51,7 +51,7 @@ async def test_slices_of_two_readers_leave_a_turn_between_any_two() -> None:
 async def test_report_of_a_long_job_leaves_the_loop_to_others() -> None:
     async with Machine().running() as floor:
         floor.process.turns.pause_by_itself("asked")
-        number = await floor.process.submit(job({"gripper": "open"}, repeat=STEPS), asked(held=True))
+        number = await floor.process.submit(job({"gripper": "open"}, repeat=STEPS), submit_request(held=True))
         async with Turns() as turns:
             before = turns.count
             report = await floor.process.shown.report(number)
@@ -61,7 +61,7 @@ async def test_report_of_a_long_job_leaves_the_loop_to_others() -> None:
 
 async def test_report_of_a_running_job_counts_every_change_of_a_step() -> None:
     async with Machine().running() as floor:
-        number = await floor.process.submit(job("home", {"gripper": "open"}, repeat=5), asked())
+        number = await floor.process.submit(job("home", {"gripper": "open"}, repeat=5), submit_request())
         await floor.until(number, 4)
         report = await floor.process.shown.report(number)
         done = sum(step.state is TaskState.DONE for step in report.steps)
@@ -73,11 +73,11 @@ async def test_report_of_a_running_job_counts_every_change_of_a_step() -> None:
         assert (await floor.process.shown.report(number)).line.done == 10
 
 
-async def test_page_of_many_waiting_jobs_reads_no_job_by_itself() -> None:
+async def test_page_of_many_waiting_jobs_reads_no_single_job() -> None:
     machine = Machine()
     async with machine.running() as floor:
         for _ in range(300):
-            await floor.process.submit(job("home"), asked(held=True))
+            await floor.process.submit(job("home"), submit_request(held=True))
         statements: list[str] = []
         machine.journal.trace(statements.append)
         lines = await floor.process.shown.page(Filter(limit=1000))

@@ -15,7 +15,7 @@ grid = st.integers(0, 30).map(lambda number: number * 5e-5)
 places = st.builds(Point, grid, grid, grid)
 
 
-def test_a_part_is_where_it_was_put_last() -> None:
+def test_part_is_at_its_last_place() -> None:
     standing = PartMap({"cube": CUBE})
     assert (standing.at(CUBE), standing.at(TRAY)) == ("cube", None)
     standing.put("cube", TRAY)
@@ -36,9 +36,7 @@ def test_of_parts_in_one_place_it_is_the_first_that_was_named() -> None:
 
 
 @given(st.lists(places, min_size=1, max_size=20), places, hair, hair, hair)
-def test_it_finds_what_looking_at_every_part_finds(
-    parts: list[Point], place: Point, x: float, y: float, z: float
-) -> None:
+def test_part_map_agrees_with_a_linear_search(parts: list[Point], place: Point, x: float, y: float, z: float) -> None:
     named: dict[str, Point | None] = {f"part{number}": part for number, part in enumerate(parts)}
     wanted = Point(place.x + x, place.y + y, place.z + z)
     found = [name for name, part in named.items() if part is not None and dist(part, wanted) < SAME_PLACE]

@@ -21,7 +21,7 @@ def test_the_table_is_obeyed(old: TaskState, new: TaskState) -> None:
             advance(old, new)
 
 
-def test_what_has_ended_stays_so() -> None:
+def test_ended_state_is_final() -> None:
     assert {state for state in TaskState if state.ended} == {
         TaskState.DONE,
         TaskState.FAILED,

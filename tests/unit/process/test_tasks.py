@@ -24,23 +24,23 @@ def test_names_become_points() -> None:
     assert [task.primitive for task in tasks] == [Home(), Pick(CUBE), Place(TRAY), Approach(BIN)]
 
 
-def test_steps_without_names_stay_what_they_are() -> None:
+def test_steps_without_names_are_unchanged() -> None:
     tasks = expanded({"gripper": "open"}, {"gripper": "close"}, {"move": [0.4, 1.6, 1.3]}).tasks
     assert [task.primitive for task in tasks] == [Gripper(True), Gripper(False), MoveJoints(Joints(0.4, 1.6, 1.3))]
 
 
-def test_a_placed_part_is_where_it_was_placed() -> None:
+def test_placed_part_is_at_its_place() -> None:
     done = expanded({"pick": "cube"}, {"place": "tray"}, {"pick": "cube"}, {"place": "bin"})
     assert [task.primitive for task in done.tasks] == [Pick(CUBE), Place(TRAY), Pick(TRAY), Place(BIN)]
     assert done.parts == {"cube": BIN}
 
 
-def test_a_part_is_also_found_by_the_place_it_stands_on() -> None:
+def test_part_is_also_found_by_its_place() -> None:
     done = expanded({"pick": "cube"}, {"place": "tray"}, {"pick": "tray"}, {"place": "bin"})
     assert done.parts == {"cube": BIN}
 
 
-def test_a_repeated_job_goes_on_where_it_left_the_parts() -> None:
+def test_repeated_job_continues_with_the_parts_in_place() -> None:
     tasks = expanded({"pick": "cube"}, {"place": "tray"}, repeat=3).tasks
     assert [task.primitive for task in tasks] == [Pick(CUBE), Place(TRAY), *(Pick(TRAY), Place(TRAY)) * 2]
     assert [task.index for task in tasks] == [1, 2, 3, 4, 5, 6]
@@ -54,7 +54,7 @@ def test_a_dropped_part_is_lost() -> None:
     assert caught.value.details["key"] == "steps.2.pick"
 
 
-def test_a_task_tells_what_it_does_to_the_parts() -> None:
+def test_task_lists_its_effects_on_the_parts() -> None:
     steps = ({"pick": "cube"}, {"approach": "tray"}, {"place": "tray"}, {"pick": "tray"}, {"gripper": "open"}, "home")
     parts = [(task.part, task.put) for task in expanded(*steps).tasks]
     assert parts == [("cube", None), (None, None), ("cube", TRAY), ("cube", None), ("cube", None), (None, None)]
@@ -65,6 +65,6 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
         expanded({"pick": "cub"})
 
 
-def test_a_direct_wish_is_one_task_that_names_itself() -> None:
+def test_direct_command_is_one_task_named_after_itself() -> None:
     labels = [single(primitive).tasks[0].label for primitive in (Home(), Pick(CUBE), Gripper(True))]
     assert labels == ["home", "pick 0.5 1.1 0.4", "gripper open"]

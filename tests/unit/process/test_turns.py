@@ -1,4 +1,4 @@
-"""What is said at the very instant in which a job begins, pauses or ends."""
+"""Requests at the very instant in which a job begins, pauses or ends."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from maya_un.errors import RequestError, Stopped
 from maya_un.events import JobAdvanced
 from maya_un.schema.jobs import TaskState
-from tests.queues import Machine, asked, job
+from tests.queues import Machine, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
@@ -19,11 +19,11 @@ LONG = 1000.0
 
 @pytest.mark.parametrize("stepwise", [False, True])
 @pytest.mark.parametrize("tenths", range(0, 40, 3))
-async def test_whenever_motion_is_held_and_let_go_on_every_step_is_done_once(tenths: int, stepwise: bool) -> None:
+async def test_every_step_is_done_once_despite_holds_at_any_instant(tenths: int, stepwise: bool) -> None:
     async with Machine().running() as floor:
         floor.journal.slow = 0.4
         turns = floor.process.turns
-        await floor.process.submit(job("home", "home"), asked(stepwise=stepwise))
+        await floor.process.submit(job("home", "home"), submit_request(stepwise=stepwise))
         await elapse(0.1 * tenths)
         notes = [asyncio.create_task(floor.process.change(1, {"notes": str(n)})) for n in range(2)]
         wishes = [turns.pause_motion, turns.resume_motion, turns.pause_motion, turns.resume_motion]
@@ -41,7 +41,7 @@ async def test_whenever_motion_is_held_and_let_go_on_every_step_is_done_once(ten
 async def test_a_job_that_is_made_to_wait_as_it_is_about_to_begin_waits() -> None:
     async with Machine().running() as floor:
         for _ in range(2):
-            await floor.process.submit(HOME, asked(held=True))
+            await floor.process.submit(HOME, submit_request(held=True))
         floor.journal.slow = 0.5
         slow = asyncio.create_task(floor.process.change(2, {"notes": "slow"}))
         releasing = asyncio.create_task(floor.process.release(1, "ana"))
@@ -52,10 +52,10 @@ async def test_a_job_that_is_made_to_wait_as_it_is_about_to_begin_waits() -> Non
         assert floor.controller.calls == []
 
 
-async def test_a_wish_for_now_that_is_made_to_wait_holds_nothing_up() -> None:
+async def test_delayed_immediate_command_blocks_nothing() -> None:
     async with Machine().running() as floor:
         await floor.process.turns.pause("ana", now=False)
-        await floor.process.submit(HOME, asked(held=True))
+        await floor.process.submit(HOME, submit_request(held=True))
         floor.journal.slow = 0.5
         slow = asyncio.create_task(floor.process.change(1, {"notes": "slow"}))
         number = await floor.process.wish({"command": "home"})
@@ -65,7 +65,7 @@ async def test_a_wish_for_now_that_is_made_to_wait_holds_nothing_up() -> None:
 
 
 @pytest.mark.parametrize(("why", "paused"), [("expired", True), ("ana was removed", True), ("released", False)])
-async def test_where_a_driver_is_lost_nothing_more_begins(why: str, paused: bool) -> None:
+async def test_lost_driver_prevents_further_starts(why: str, paused: bool) -> None:
     async with Machine().running() as floor:
         floor.lease.take("ana", "test", patience=1e5)
         await floor.process.submit(job("home", "home"))
@@ -79,7 +79,7 @@ async def test_where_a_driver_is_lost_nothing_more_begins(why: str, paused: bool
 
 async def test_a_stop_ends_the_check_of_a_long_job_at_once() -> None:
     async with Machine().running() as floor:
-        number = await floor.process.submit(job({"gripper": "open"}, repeat=1000), asked())
+        number = await floor.process.submit(job({"gripper": "open"}, repeat=1000), submit_request())
         async for event in floor.controller.events.follow():
             if isinstance(event, JobAdvanced) and event.detail["state"] == "running":
                 break
@@ -89,5 +89,5 @@ async def test_a_stop_ends_the_check_of_a_long_job_at_once() -> None:
         assert {step.predicted for step in report.steps} == {None}
         assert floor.controller.calls == []
         await floor.process.turns.resume("ana")
-        again = await floor.process.submit(job({"gripper": "open"}), asked())
+        again = await floor.process.submit(job({"gripper": "open"}), submit_request())
         assert (await floor.process.result(again)).state is TaskState.DONE

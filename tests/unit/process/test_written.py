@@ -42,7 +42,7 @@ def primitives(body: dict[str, object]) -> list[Primitive]:
     return [task.primitive for task in expanded(json.loads(json.dumps(body)), HEIGHT).tasks]
 
 
-def test_what_is_named_is_kept_with_the_job() -> None:
+def test_names_are_stored_with_the_job() -> None:
     written = write_job(Job.parse(JOB), HEIGHT, lambda: BOOK)
     assert set(written.body["taught"]["poses"]) == {"shelf", "corner", "edge"}
     assert set(written.body["taught"]["pallets"]) == {"box"}
@@ -50,7 +50,7 @@ def test_what_is_named_is_kept_with_the_job() -> None:
     assert len(written.expansion.tasks) == 7
 
 
-def test_a_job_that_names_nothing_taught_is_kept_as_it_is_and_asks_for_no_book() -> None:
+def test_job_without_taught_names_is_stored_as_is_without_the_pose_store() -> None:
     def broken() -> TaughtPlaces:
         raise AssertionError("nobody asked for it")
 
@@ -60,7 +60,7 @@ def test_a_job_that_names_nothing_taught_is_kept_as_it_is_and_asks_for_no_book()
     assert primitives(written.body) == [Home(), Pick(Point(0.5, 1.1, 0.4))] * 2
 
 
-def test_what_is_told_is_what_somebody_wrote() -> None:
+def test_shown_job_is_the_written_one() -> None:
     written = write_job(Job.parse(JOB), HEIGHT, lambda: BOOK)
     assert Job.parse(as_written(written.body)) == Job.parse(JOB)
 
@@ -68,19 +68,19 @@ def test_what_is_told_is_what_somebody_wrote() -> None:
 @pytest.mark.parametrize(
     "wish", [{"command": "home"}, {"command": "pick", "target": [0.5, 1.1]}, {"command": "gripper", "open": True}]
 )
-def test_a_wish_is_kept_with_its_numbers(wish: dict[str, object]) -> None:
+def test_command_is_stored_with_its_numbers(wish: dict[str, object]) -> None:
     written = write_command(wish, HEIGHT, TaughtPlaces)
     assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
     assert written.name == wish["command"]
 
 
-def test_a_wish_for_a_taught_place_is_kept_with_the_place() -> None:
+def test_command_for_a_taught_place_is_stored_with_the_place() -> None:
     written = write_command({"command": "pick", "target": "shelf"}, HEIGHT, lambda: BOOK)
     assert as_written(written.body) == {"wish": {"command": "pick", "target": "shelf"}}
     assert primitives(written.body) == [Pick(Point(0.5, 1.1, 0.4))]
 
 
-def test_what_is_no_wish_is_refused() -> None:
+def test_invalid_command_is_refused() -> None:
     with pytest.raises(InvalidRequest):
         write_command({"command": "pick"}, HEIGHT, TaughtPlaces)
     with pytest.raises(UnknownName):

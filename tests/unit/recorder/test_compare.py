@@ -1,4 +1,4 @@
-"""Two runs are compared: what is another is named, what may differ between two runs is not."""
+"""Comparison of two runs: differences are named, normal variations are not."""
 
 from __future__ import annotations
 

@@ -13,11 +13,11 @@ from maya_un.recorder.exchanges import QUIET, talk
 RECORD = encode(DataRecord(axes=(AxisRecord(position=5),) * 3))
 
 
-def said(time: float, data: bytes, link: int = 1) -> WirePiece:
+def sent(time: float, data: bytes, link: int = 1) -> WirePiece:
     return WirePiece(time, link, "client", data)
 
 
-def heard(time: float, data: bytes, link: int = 1) -> WirePiece:
+def received(time: float, data: bytes, link: int = 1) -> WirePiece:
     return WirePiece(time, link, "controller", data)
 
 
@@ -29,11 +29,11 @@ def test_answers_belong_to_commands_in_order_however_the_bytes_are_cut() -> None
     found = talk(
         [
             opened(),
-            said(1.0, b"TP;QR\rBG"),
-            heard(1.1, b" 1, 2, 3\r"),
-            heard(1.2, b"\n:" + RECORD[:50]),
-            said(1.3, b"A\r"),
-            heard(1.4, RECORD[50:] + b":?"),
+            sent(1.0, b"TP;QR\rBG"),
+            received(1.1, b" 1, 2, 3\r"),
+            received(1.2, b"\n:" + RECORD[:50]),
+            sent(1.3, b"A\r"),
+            received(1.4, RECORD[50:] + b":?"),
         ]
     )
     assert [(one.time, one.command, one.reply, one.answered) for one in found.exchanges] == [
@@ -44,29 +44,29 @@ def test_answers_belong_to_commands_in_order_however_the_bytes_are_cut() -> None
     assert found.unpaired == []
 
 
-def test_a_download_is_one_command_and_what_ends_it() -> None:
-    found = talk([opened(), said(0.0, b"DL\r#A;MG 1\rEN\r\\TC1\r"), heard(0.1, b":: 0\r\n:")])
+def test_download_is_one_command_with_its_end() -> None:
+    found = talk([opened(), sent(0.0, b"DL\r#A;MG 1\rEN\r\\TC1\r"), received(0.1, b":: 0\r\n:")])
     assert [one.command for one in found.exchanges] == ["DL", "\\", "TC1"]
     assert all(one.reply is not None for one in found.exchanges)
 
 
-def test_messages_of_programs_are_told_with_their_time() -> None:
+def test_messages_of_programs_have_their_time() -> None:
     message = bytes(byte | 0x80 for byte in b"MAYA limit\r\n")
-    found = talk([opened(), said(1.0, b"TP\r"), heard(2.0, message[:4]), heard(2.5, message[4:] + b" 1\r\n:")])
+    found = talk([opened(), sent(1.0, b"TP\r"), received(2.0, message[:4]), received(2.5, message[4:] + b" 1\r\n:")])
     assert found.messages == [(2.5, "MAYA limit")]
     assert found.exchanges[0].reply == Reply(True, " 1")
 
 
-def test_connections_are_kept_apart_and_datagrams_are_left_out() -> None:
+def test_connections_are_separate_and_datagrams_are_omitted() -> None:
     found = talk(
         [
             opened(1),
             opened(2),
-            said(1.0, b"TP\r", 1),
-            said(1.1, b"TIME=?\r", 2),
+            sent(1.0, b"TP\r", 1),
+            sent(1.1, b"TIME=?\r", 2),
             WirePiece(1.15, -3, "controller", RECORD),
-            heard(1.2, b" 9.0\r\n:", 2),
-            heard(1.3, b" 1\r\n:", 1),
+            received(1.2, b" 9.0\r\n:", 2),
+            received(1.3, b" 1\r\n:", 1),
         ]
     )
     assert [(one.link, one.command, one.reply) for one in found.exchanges] == [
@@ -75,31 +75,31 @@ def test_connections_are_kept_apart_and_datagrams_are_left_out() -> None:
     ]
 
 
-def test_in_the_middle_it_begins_where_nothing_was_outstanding() -> None:
+def test_pairing_in_the_middle_begins_without_outstanding_commands() -> None:
     found = talk(
         [
-            heard(0.99, b"1, 2, 3\r\n:"),
-            said(1.0, b"MG 1\r"),
-            heard(1.001, b":"),  # of a command before the recording
-            heard(1.002, b" 1.0000\r\n:"),
-            said(1.1, b"QR\r"),
-            heard(1.1, RECORD + b":"),
+            received(0.99, b"1, 2, 3\r\n:"),
+            sent(1.0, b"MG 1\r"),
+            received(1.001, b":"),  # of a command before the recording
+            received(1.002, b" 1.0000\r\n:"),
+            sent(1.1, b"QR\r"),
+            received(1.1, RECORD + b":"),
         ]
     )
     assert [(one.command, one.reply) for one in found.exchanges] == [("QR", RecordReply(RECORD))]
     assert found.unpaired == []
 
 
-def test_bytes_that_answer_nothing_are_told_and_pairing_goes_on_behind_them() -> None:
+def test_unmatched_bytes_are_reported_and_pairing_goes_on_after_them() -> None:
     """The command SHA is missing from the recording: its prompt takes the place of the record's."""
     found = talk(
         [
             opened(),
-            said(0.0, b"TP\r"),
-            heard(0.0, b" 1\r\n:"),
-            heard(0.5, b":"),
-            said(1.0, b"TP\r"),
-            heard(1.0, b" 2\r\n:"),
+            sent(0.0, b"TP\r"),
+            received(0.0, b" 1\r\n:"),
+            received(0.5, b":"),
+            sent(1.0, b"TP\r"),
+            received(1.0, b" 2\r\n:"),
         ]
     )
     assert [(one.time, one.data) for one in found.unpaired] == [(0.5, b":")]
@@ -116,8 +116,8 @@ def test_wherever_a_quiet_conversation_is_cut_the_rest_is_paired_rightly(
 ) -> None:
     pieces = [opened()]
     for number, command in enumerate(commands):
-        pieces.append(said(number * 2 * QUIET, f"{command}\r".encode()))
-        pieces.append(heard(number * 2 * QUIET + 0.001, ANSWERS[command]))
+        pieces.append(sent(number * 2 * QUIET, f"{command}\r".encode()))
+        pieces.append(received(number * 2 * QUIET + 0.001, ANSWERS[command]))
     cut = data.draw(st.integers(1, len(pieces) - 1))
     found = talk(pieces[cut:])
     whole = {one.time: one for one in talk(pieces).exchanges}

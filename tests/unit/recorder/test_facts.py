@@ -1,4 +1,4 @@
-"""What records say that happened."""
+"""Facts in the records."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def resting(reference: int) -> DataRecord:
     return replace(REST, axes=(AxisRecord(), axis, axis))
 
 
-def test_records_are_found_among_the_answers_and_broken_ones_passed_over() -> None:
+def test_records_are_found_among_the_answers_and_broken_ones_skipped() -> None:
     exchanges = [
         RecordedExchange(1.0, 1, "TP", Reply(True, "1"), 1.0),
         RecordedExchange(2.0, 1, "QR", RecordReply(encode(REST)), 2.0),
@@ -50,7 +50,7 @@ def test_a_motion_is_from_its_first_record_to_the_first_at_rest() -> None:
     assert motions([]) == []
 
 
-def test_what_changes_at_switches_motors_and_outputs_is_a_fact() -> None:
+def test_changes_of_switches_motors_and_outputs_are_facts() -> None:
     at_limit = AxisRecord(switches=AxisSwitches.REVERSE_INACTIVE)
     off = AxisRecord(status=AxisStatus.MOTOR_OFF)
     records = [

@@ -1,4 +1,4 @@
-"""The head of a recording says where it is from, and no more than that."""
+"""The header of a recording gives its origin, and no more."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_it_names_the_software_and_not_the_host() -> None:
 
 
 @pytest.mark.parametrize("change", [{"format": "diary"}, {"version": 2}, {"saved": "late"}])
-def test_what_is_no_header_of_ours_is_refused(change: dict[str, object]) -> None:
+def test_invalid_header_is_refused(change: dict[str, object]) -> None:
     text = json.dumps(json.loads(header().to_json()) | change)
     with pytest.raises(ValueError, match=r"it is no maya-recording of version 1|its header is none"):
         Header.from_json(text)
@@ -50,7 +50,7 @@ def test_dates_are_counted_back_from_the_instant_of_saving() -> None:
     assert fast.utc_at(90.0) == UTC - 200_000_000
 
 
-def test_details_of_events_become_what_json_can_say() -> None:
+def test_details_of_events_become_json() -> None:
     assert plain({"axis": 1, "far": 0.5, "yes": True, "no": None, "name": "b", "all": (1, 2)}) == {
         "axis": 1,
         "far": 0.5,

@@ -1,4 +1,4 @@
-"""What is written as MCAP is read back as it was, by us and by the library alone."""
+"""MCAP files are read back unchanged, by us and by the library alone."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_a_recording_is_read_back_as_it_was(file: Path) -> None:
 
 
 @given(st.lists(pieces | events, max_size=20))
-def test_any_bytes_on_the_wire_come_back_in_their_order(wire: list[WirePiece]) -> None:
+def test_any_bytes_on_the_wire_are_read_back_in_order(wire: list[WirePiece]) -> None:
     wire.sort(key=lambda piece: piece.time)
     recording = replace(RECORDING, wire=tuple(wire))
     assert mcap_file.read_from(io.BytesIO(written(recording))) == recording
@@ -102,7 +102,7 @@ def test_joints_are_foxglove_s_once_homed(file: Path) -> None:
     assert second[0] == UTC - 100_000_000
 
 
-def test_commands_stand_with_their_answers(file: Path) -> None:
+def test_commands_are_paired_with_their_answers(file: Path) -> None:
     found = [content for _, content in messages(file.read_bytes(), "/exchanges")]
     assert [(one["command"], one["ok"], one["reply"]) for one in found] == [
         ("MG TIME", True, " 5.0000"),
@@ -134,7 +134,7 @@ def test_a_damaged_file_is_refused_as_one_or_read_and_breaks_nothing(tmp_path: P
             continue
 
 
-def test_another_mcap_and_no_file_are_no_recordings(tmp_path: Path) -> None:
+def test_other_mcap_and_missing_file_are_no_recordings(tmp_path: Path) -> None:
     from mcap.writer import Writer
 
     path = tmp_path / "other.mcap"

@@ -16,7 +16,7 @@ from maya_un.recorder.recording import Recording
 from maya_un.schema.robot import Kept
 from maya_un.testing import faults
 from maya_un.values import Joints
-from tests.recorded import UTC, Recorded, recorded, shelf
+from tests.recorded import UTC, Recorded, recorded, recording_store
 from tests.virtual_time import elapse
 
 THERE = Joints(0.4, 1.45, 1.35)
@@ -32,11 +32,11 @@ def read(robot: Recorded, kept: Kept) -> Recording:
     return mcap_file.read(robot.recorder.shelf.path(kept.name))
 
 
-def told(robot: Recorded) -> list[Event]:
+def events_of(robot: Recorded) -> list[Event]:
     return [event for event in robot.controller.events.since(0) if isinstance(event, RecordingSaved)]
 
 
-async def test_states_events_and_the_wire_are_kept_as_they_come() -> None:
+async def test_states_events_and_the_wire_are_recorded() -> None:
     async with recorded() as robot:
         await robot.controller.move(THERE)
         await elapse(1.0)
@@ -56,14 +56,14 @@ async def test_states_events_and_the_wire_are_kept_as_they_come() -> None:
     assert taken.header.firmware == "DMC4133 Rev 1.3k"
 
 
-async def test_asked_for_it_is_saved_and_told(tmp_path: Path) -> None:
+async def test_requested_recording_is_saved_and_announced(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         await elapse(1.0)
         turn = sys.getswitchinterval()
         kept = await robot.recorder.save()
         assert sys.getswitchinterval() == turn
         assert saved(robot) == [kept]
-        (event,) = told(robot)
+        (event,) = events_of(robot)
         assert kept is not None
         assert event.detail == {"reason": "asked", "name": kept.name, "bytes": kept.bytes}
         taken = read(robot, kept)
@@ -106,16 +106,16 @@ async def test_faults_that_follow_each_other_are_one_recording(tmp_path: Path) -
         assert len(saved(robot)) == 2
 
 
-async def test_an_endless_row_of_faults_is_saved_all_the_same(tmp_path: Path) -> None:
+async def test_endless_series_of_faults_is_saved(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         for _ in range(40):
             robot.controller.events.emit(FaultEntered(message="again", code=2305))
             await elapse(1.0)
         assert len(saved(robot)) == 1
-        assert told(robot)[0].time < 31.0
+        assert events_of(robot)[0].time < 31.0
 
 
-async def test_what_is_no_error_is_not_saved(tmp_path: Path) -> None:
+async def test_event_without_an_error_is_not_saved(tmp_path: Path) -> None:
     async with recorded(tmp_path) as robot:
         await robot.controller.stop()
         robot.controller.events.emit(JobAdvanced(1, "refused", "failed", "ana", code=2102))
@@ -135,17 +135,17 @@ async def test_a_defect_that_ends_the_program_is_saved(tmp_path: Path) -> None:
         async with recorded(tmp_path):
             await elapse(3.0)
             raise ZeroDivisionError("of ours")
-    (kept,) = shelf(tmp_path).list()
+    (kept,) = recording_store(tmp_path).list()
     assert kept.reason == "crash"
-    cause = mcap_file.read(shelf(tmp_path).path(kept.name)).header.cause
+    cause = mcap_file.read(recording_store(tmp_path).path(kept.name)).header.cause
     assert (cause.kind, cause.message) == ("ZeroDivisionError", "of ours")
 
 
-async def test_a_refusal_that_ends_the_program_is_no_crash(tmp_path: Path) -> None:
+async def test_refusal_that_ends_the_program_is_no_crash(tmp_path: Path) -> None:
     with pytest.raises(InternalError):
         async with recorded(tmp_path):
             raise InternalError(reason="told already")
-    assert shelf(tmp_path).list() == []
+    assert recording_store(tmp_path).list() == []
 
 
 async def test_without_a_folder_nothing_is_saved() -> None:
@@ -153,22 +153,22 @@ async def test_without_a_folder_nothing_is_saved() -> None:
         assert await robot.recorder.save() is None
         robot.controller.events.emit(FaultEntered(message="…", code=2305))
         await elapse(30.0)
-        assert told(robot) == []
+        assert events_of(robot) == []
 
 
-async def test_a_disk_that_takes_nothing_is_told_and_harms_nobody(tmp_path: Path) -> None:
+async def test_full_disk_is_reported_and_harms_nothing(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     async with recorded(tmp_path / "file" / "recordings") as robot:
         robot.controller.events.emit(FaultEntered(message="…", code=2305))
         await elapse(6.0)
-        (event,) = told(robot)
+        (event,) = events_of(robot)
         assert event.code == FileUnwritable.code
         with pytest.raises(FileUnwritable):
             await robot.recorder.save()
         await robot.controller.move(THERE)
 
 
-async def test_a_defect_of_the_recorder_harms_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_defect_of_the_recorder_harms_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(_: Recording, __: object) -> None:
         raise ZeroDivisionError("of the recorder")
 
@@ -178,10 +178,10 @@ async def test_a_defect_of_the_recorder_harms_nobody(tmp_path: Path, monkeypatch
         await elapse(6.0)
         with pytest.raises(InternalError, match="of the recorder"):
             await robot.recorder.save()
-        assert [event.code for event in told(robot)] == [InternalError.code] * 2
+        assert [event.code for event in events_of(robot)] == [InternalError.code] * 2
         await robot.controller.move(THERE)
         robot.controller.events.emit(FaultEntered(message="at the end", code=2305))
-    assert [event.code for event in told(robot)] == [InternalError.code] * 3
+    assert [event.code for event in events_of(robot)] == [InternalError.code] * 3
     assert saved(robot) == []
 
 
@@ -213,7 +213,7 @@ async def test_datagrams_are_kept_under_negative_numbers() -> None:
     assert [piece.data or piece.event for piece in pieces] == ["open", b"\x87record", "end"]
 
 
-async def test_what_a_killed_process_left_is_removed_at_the_next_start(tmp_path: Path) -> None:
+async def test_remains_of_a_killed_process_are_removed_at_the_next_start(tmp_path: Path) -> None:
     draft = tmp_path / "2026-11-21T19-25-20Z-limit.mcap.part"
     draft.write_bytes(b"half")
     async with recorded(tmp_path):

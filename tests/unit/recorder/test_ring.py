@@ -47,7 +47,7 @@ def state(time: float) -> State:
 
 
 @given(steps)
-async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[tuple[str, int, float]]) -> None:
+async def test_ring_keeps_the_newest_within_its_bounds(steps: list[tuple[str, int, float]]) -> None:
     ring = RecorderRing(30.0, MOST)
     came: list[tuple[float, object, int]] = []
     for number, (kind, length, pause) in enumerate(steps):
@@ -80,7 +80,7 @@ async def test_whatever_comes_it_keeps_the_newest_within_its_bounds(steps: list[
         assert too_old or too_much, "it let go of something that there was room for"
 
 
-async def test_what_is_older_than_its_time_goes_when_something_new_comes() -> None:
+async def test_expired_data_is_removed_with_the_next_write() -> None:
     ring = RecorderRing(10.0, 1_000_000)
     for second in range(30):
         ring.piece(SENT, b"TP\r")
@@ -93,7 +93,7 @@ async def test_what_is_older_than_its_time_goes_when_something_new_comes() -> No
     assert ring.contents().whole == 19.0
 
 
-async def test_a_ring_that_let_go_of_nothing_is_whole_from_its_beginning() -> None:
+async def test_ring_that_dropped_nothing_is_complete() -> None:
     await elapse(5.0)
     ring = RecorderRing(10.0, 1_000_000)
     await elapse(2.0)
@@ -113,8 +113,8 @@ async def test_entries_taken_before_can_be_sorted_out_later() -> None:
     assert ring.contents().states == (state(0.0),)
 
 
-async def test_its_memory_is_what_it_counts() -> None:
-    """Real records and answers, kept by reference: what Python takes for them stays below what is counted."""
+async def test_memory_stays_below_its_count() -> None:
+    """Real records and answers, kept by reference: Python's memory for them stays below the counted size."""
     most = 4 << 20
     ring = RecorderRing(1e9, most)
     tracemalloc.start()
@@ -132,7 +132,7 @@ async def test_its_memory_is_what_it_counts() -> None:
 
 
 def _fresh(time: float) -> State:
-    """Return a state whose parts nobody else holds, as the controller floor makes them."""
+    """Return a state that shares no parts with others, as the controller makes them."""
     one = time + 1e6
     return State(
         time=one,

@@ -10,8 +10,8 @@ from maya_un.errors import LinkLost
 from maya_un.recorder.capture import RecordedDatagrams, RecordedTransport, WireDirection
 
 
-class Book:
-    """Keeps what it is told."""
+class ByteLog:
+    """Stores its input."""
 
     def __init__(self) -> None:
         self.pieces: list[tuple[int, Side, bytes, str]] = []
@@ -21,7 +21,7 @@ class Book:
 
 
 async def test_bytes_of_both_sides_and_the_end_are_written_down() -> None:
-    book = Book()
+    book = ByteLog()
     host, controller = loopback_pair("10.0.0.5:23")
     transport = RecordedTransport(host, book, 3)
     assert transport.peer == "10.0.0.5:23"
@@ -40,8 +40,8 @@ async def test_bytes_of_both_sides_and_the_end_are_written_down() -> None:
     ]
 
 
-async def test_an_end_of_the_other_side_is_told_once_and_as_its_own() -> None:
-    book = Book()
+async def test_end_by_the_other_side_is_recorded_once_as_its_own() -> None:
+    book = ByteLog()
     host, controller = loopback_pair()
     transport = RecordedTransport(host, book, 1)
     await controller.close()
@@ -65,8 +65,8 @@ class Broken:
         return
 
 
-async def test_what_a_broken_link_raises_passes_and_what_wfrom_sentence_stays() -> None:
-    book = Book()
+async def test_error_of_a_broken_link_is_raised_and_the_record_stays() -> None:
+    book = ByteLog()
     transport = RecordedTransport(Broken(), book, 1)
     with pytest.raises(LinkLost):
         await transport.read()
@@ -76,7 +76,7 @@ async def test_what_a_broken_link_raises_passes_and_what_wfrom_sentence_stays() 
 
 
 async def test_datagrams_are_written_down_read_or_delivered() -> None:
-    book = Book()
+    book = ByteLog()
     host, controller = datagram_pair("10.0.0.5:60007")
     way = RecordedDatagrams(host, book, -2)
     assert way.peer == "10.0.0.5:60007"

@@ -31,7 +31,7 @@ primitives: st.SearchStrategy[Primitive] = st.one_of(
 
 
 @given(primitives)
-def test_what_is_written_is_read_back(primitive: Primitive) -> None:
+def test_written_primitive_is_read_back(primitive: Primitive) -> None:
     assert from_dict(to_dict(primitive), 0.4) == primitive
 
 

@@ -54,7 +54,7 @@ EXTREMES = (FARTHEST, -FARTHEST, 1e-320, 0.0, 1.0)
 
 
 @pytest.mark.parametrize("skill", [Pick, Place, Approach, Line, lambda target: MoveJoints(Joints(*target))])
-async def test_whatever_can_be_wished_for_is_planned_or_refused_in_a_short_sentence(
+async def test_every_command_is_planned_or_refused_in_a_short_sentence(
     skill: Callable[[Point], Primitive],
 ) -> None:
     _, robot = made()
@@ -65,7 +65,7 @@ async def test_whatever_can_be_wished_for_is_planned_or_refused_in_a_short_sente
             assert len(str(refused)) < 300, target
 
 
-async def test_pick_comes_from_above_goes_down_closes_and_lifts() -> None:
+async def test_pick_approaches_from_above_goes_down_closes_and_lifts() -> None:
     controller, robot = made()
     phases: list[str] = []
     await robot.run(Pick(HERE), phases.append)
@@ -85,7 +85,7 @@ async def test_a_pick_opens_a_gripper_that_is_not_open_before_it_sets_out() -> N
     assert controller.names() == ["gripper", "follow", "gripper", "follow"]
 
 
-async def test_place_comes_from_above_goes_down_opens_and_lifts() -> None:
+async def test_place_approaches_from_above_goes_down_opens_and_lifts() -> None:
     controller, robot = made(closed=True)
     phases: list[str] = []
     await robot.run(Place(THERE), phases.append)
@@ -107,7 +107,7 @@ async def test_every_phase_is_an_event() -> None:
     assert phases == ["approach", "down", "close", "up"]
 
 
-async def test_going_to_where_the_robot_is_is_left_out() -> None:
+async def test_move_to_the_current_position_is_omitted() -> None:
     _, robot = made()
     await robot.run(Approach(HERE))
     phases: list[str] = []
@@ -130,7 +130,7 @@ async def test_a_stop_on_the_way_down_is_left_straight_up() -> None:
 @pytest.mark.parametrize(
     "primitive", [Home(), Approach(HERE), Pick(HERE), Gripper(False), MoveJoints(Joints(0.4, 1.6, 1.3))]
 )
-async def test_what_is_previewed_is_what_runs(primitive: Primitive) -> None:
+async def test_preview_equals_the_run(primitive: Primitive) -> None:
     _, robot = made()
     loop = asyncio.get_running_loop()
     preview = robot.preview(primitive, robot.pose)
@@ -203,7 +203,7 @@ async def test_a_plan_that_a_new_zone_slows_down_is_timed_again() -> None:
         (MoveJoints(Joints(0.0, 0.6, 0.6)), False, Unreachable),
     ],
 )
-async def test_a_refused_wish_moves_nothing(primitive: Primitive, closed: bool, error: type[MayaError]) -> None:
+async def test_refused_command_moves_nothing(primitive: Primitive, closed: bool, error: type[MayaError]) -> None:
     controller, robot = made(closed=closed)
     with pytest.raises(error):
         await robot.run(primitive)
@@ -212,7 +212,7 @@ async def test_a_refused_wish_moves_nothing(primitive: Primitive, closed: bool, 
 
 @pytest.mark.parametrize("kind", [Approach, Pick, Place])
 @pytest.mark.parametrize("homed", [True, False])
-async def test_a_refusal_names_what_was_asked_for_and_a_nearest_that_is_accepted(
+async def test_refusal_names_the_target_and_a_nearest_accepted_one(
     kind: type[Approach | Pick | Place], homed: bool, campaign: Campaign
 ) -> None:
     rng, refused = campaign.rng(), 0
@@ -237,7 +237,7 @@ async def test_a_refusal_names_what_was_asked_for_and_a_nearest_that_is_accepted
     assert controller.calls == []
 
 
-async def test_a_refusal_says_where_it_is_that_the_robot_cannot_go() -> None:
+async def test_refusal_names_the_unreachable_place() -> None:
     _, robot = made()
     with pytest.raises(Unreachable, match=r"its approach point is 100 mm higher, and there ") as caught:
         robot.preview(Pick(HERE._replace(z=2.00)), robot.pose)
@@ -261,7 +261,7 @@ async def test_a_way_that_is_refused_is_named_by_its_target(monkeypatch: pytest.
     ("mode", "error"),
     [(Mode.NOT_HOMED, NotHomed), (Mode.DISCONNECTED, NotConnected), (Mode.FAULT, Faulted), (Mode.MOVING, Busy)],
 )
-async def test_preconditions_are_asked_first(mode: Mode, error: type[MayaError]) -> None:
+async def test_preconditions_are_checked_first(mode: Mode, error: type[MayaError]) -> None:
     controller, robot = made()
     controller.state = state_of(None, mode=mode)
     for primitive in (Pick(HERE), CanTeleop()):
@@ -276,7 +276,7 @@ async def test_the_gripper_needs_no_homing() -> None:
     assert controller.state.gripper_closed
 
 
-async def test_one_wish_at_a_time() -> None:
+async def test_second_command_is_refused() -> None:
     _, robot = made()
     first = asyncio.create_task(robot.run(Pick(HERE)))
     await elapse(1.0)
@@ -312,7 +312,7 @@ async def test_a_stop_ends_the_primitive() -> None:
     assert controller.names() == ["follow", "stop"]
 
 
-async def test_holding_is_what_a_pick_did_and_nobody_undid() -> None:
+async def test_holding_follows_the_picks_and_places() -> None:
     controller, robot = made()
     assert robot.holding is False
     await robot.run(Pick(HERE))
@@ -341,7 +341,7 @@ async def test_a_gripper_closed_by_command_may_hold_something() -> None:
         await robot.run(Pick(HERE))
 
 
-async def test_a_gripper_whose_closing_was_interrupted_may_hold_something() -> None:
+async def test_gripper_interrupted_while_closing_may_hold_something() -> None:
     controller, robot = made(homed=False)
     await robot.run(Home())
     controller.fail_at[len(controller.calls) + 2] = Stopped()
@@ -360,7 +360,7 @@ async def test_a_gripper_found_closed_under_a_homing_taken_over_may_hold_somethi
     assert robot.pose.gripper is GripperState.CLOSED
 
 
-async def test_a_person_who_has_looked_at_the_closed_gripper_is_believed_until_it_moves() -> None:
+async def test_inspected_closed_gripper_is_trusted_until_it_moves() -> None:
     controller, robot = made(closed=True)
     assert robot.holding is None
     robot.seen(holding=True)
@@ -391,7 +391,7 @@ async def test_a_line_goes_straight() -> None:
     assert controller.state.point == pytest.approx((0.4, 0.9, 0.8), abs=COUNT)
 
 
-async def test_a_line_through_what_cannot_be_reached_is_refused() -> None:
+async def test_line_through_unreachable_points_is_refused() -> None:
     _, robot = made()
     behind = Pose(robot.pose.joints, GripperState.OPEN)
     with pytest.raises(Unreachable, match="anchors"):

@@ -55,7 +55,7 @@ def test_at_one_height_above_the_floor_it_is_one_swing() -> None:
     assert np.ptp(places(found.path)[:, 2]) < 1e-9
 
 
-def test_below_the_floor_everything_is_straight_up_or_down() -> None:
+def test_below_the_floor_all_motion_is_straight_up_or_down() -> None:
     found = crossed(at(0.2, 1.0, 0.40), at(1.0, 1.3, 0.30))
     for angle, distance, height in places(found.path):
         above = (angle, distance) == pytest.approx((0.2, 1.0), abs=1e-9) or (angle, distance) == pytest.approx(
@@ -108,7 +108,7 @@ def test_over_an_obstacle_the_way_is_higher() -> None:
     assert found.preview.highest >= 0.8
 
 
-def test_what_the_check_refuses_every_time_is_refused_with_its_first_reason() -> None:
+def test_transfer_that_every_check_refuses_is_refused_with_its_first_reason() -> None:
     def never(way: Route) -> Preview:
         raise PathRefused(target="there", reason="the check says no")
 
@@ -116,7 +116,7 @@ def test_what_the_check_refuses_every_time_is_refused_with_its_first_reason() ->
         SMOOTH.plan(never, at(0.2, 1.0, FLOOR), at(0.9, 1.0, FLOOR), FLOOR)
 
 
-def test_a_floor_above_the_anchors_is_refused() -> None:
+def test_floor_above_the_anchors_is_refused() -> None:
     with pytest.raises((Unreachable, PathRefused)):
         SMOOTH.plan(check, at(0.2, 1.0, FLOOR), at(0.9, 1.0, FLOOR), 2.4)
 
@@ -127,7 +127,7 @@ starts = st.sampled_from((FLOOR, 0.42, 0.7, 1.0))
 
 
 @given(angles, distances, starts, angles, distances)
-def test_no_crossing_comes_low_but_straight_above_its_ends(
+def test_no_transfer_is_low_except_straight_above_its_ends(
     a: float, d: float, z: float, to_a: float, to_d: float
 ) -> None:
     start, goal = at(a, d, z), at(to_a, to_d, 0.4)

@@ -39,7 +39,7 @@ async def test_parameters_are_laid_over_the_file_and_all_of_it_is_written() -> N
     assert await parameters.get(CONFIG) == {"controller": {"stream_rate": 40.0}}
 
 
-async def test_what_a_node_wrote_that_was_killed_is_not_laid_over_the_file(file: Path) -> None:
+async def test_file_of_a_killed_node_is_not_used(file: Path) -> None:
     parameters = Bus().node("n").parameters
     killed = configured(parameters)
     await killed.__aenter__()
@@ -49,7 +49,7 @@ async def test_what_a_node_wrote_that_was_killed_is_not_laid_over_the_file(file:
     assert await parameters.get(CONFIG, "none") == "none"
 
 
-async def test_what_is_given_wrongly_is_refused_by_its_key() -> None:
+async def test_wrong_value_is_refused_by_its_key() -> None:
     parameters = Bus().node("n").parameters
     await parameters.set(CONFIG, {"controller": {"stream_rates": 1.0}})
     with pytest.raises(InvalidConfig) as refused:
@@ -59,7 +59,7 @@ async def test_what_is_given_wrongly_is_refused_by_its_key() -> None:
 
 
 @pytest.mark.parametrize("given", [0, 7, [1], "fast"])
-async def test_what_is_no_group_of_keys_is_refused(given: object) -> None:
+async def test_invalid_group_of_keys_is_refused(given: object) -> None:
     parameters = Bus().node("n").parameters
     await parameters.set(CONFIG, given)
     with pytest.raises(InvalidConfig) as refused:
@@ -74,13 +74,13 @@ def test_an_address_is_taken_as_it_is(address: str) -> None:
 
 
 @pytest.mark.parametrize("address", ["", "::::", "box:0", "box:x", [1]])
-def test_what_is_no_address_is_refused_by_its_name(address: object) -> None:
+def test_invalid_address_is_refused_by_its_name(address: object) -> None:
     with pytest.raises(InvalidValue) as refused:
         checked(address)
     assert refused.value.details["key"] == "address"
 
 
-async def test_floors_above_wait_until_it_is_settled_and_say_so_once() -> None:
+async def test_upper_layers_wait_for_the_configuration_and_report_it_once() -> None:
     parameters = Bus().node("n").parameters
     await parameters.set(CONFIG, {"controller": {"stream_rate": 40.0}})
     said: list[str] = []

@@ -28,7 +28,7 @@ def test_without_a_configuration_they_are_the_manuals() -> None:
     assert constants(parse({})) == MANUAL
 
 
-def test_what_the_configuration_changes_is_changed() -> None:
+def test_configuration_changes_the_constants() -> None:
     machine = parse({"geometry": {"height": 2.5}, "axes": {"c": {"maximum": 2.2}}})
     changed = {name: value for name, value in constants(machine).items() if value != MANUAL[name]}
     assert changed == {"MAYA_HEIGHT": 2.5, "C_MAX": 2.2}
@@ -44,7 +44,7 @@ def test_they_are_printed_for_other_pythons(tmp_path: Path) -> None:
     assert json.loads(told.stdout) == {**MANUAL, "MAYA_HEIGHT": 2.5}
 
 
-def test_a_broken_configuration_is_said(
+def test_broken_configuration_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("MAYA_CONFIG", str(tmp_path / "missing.toml"))

@@ -48,7 +48,7 @@ def test_a_configuration_that_is_wrong_is_refused_with_its_code(
     assert "geometry.height" in told.err
 
 
-def test_without_xacro_it_says_what_is_missing(
+def test_missing_xacro_is_reported(
     config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config.write_text("", encoding="utf-8")
@@ -59,7 +59,7 @@ def test_without_xacro_it_says_what_is_missing(
     assert "xacro" in told
 
 
-def test_where_nobody_reads_it_any_more_it_ends_without_a_word(config: Path) -> None:
+def test_closed_output_ends_it_silently(config: Path) -> None:
     config.write_text("", encoding="utf-8")
     script = MACROS.parents[1] / "src" / "maya_controller" / "describe.py"
     reading, writing = os.pipe()

@@ -10,7 +10,7 @@ from maya_un.errors import FileUnreadable, InvalidValue
 from maya_un.values import Point
 
 
-def test_parts_stand_where_parameters_and_a_job_file_say(tmp_path: Path) -> None:
+def test_parts_are_at_the_positions_of_parameters_and_job_file(tmp_path: Path) -> None:
     job = tmp_path / "job.yaml"
     job.write_text("parts:\n  red: [0.5, 1.2]\nsteps:\n  - pick: red\n")
     table = parts_on_table(Config(), str(job), {"blue": [0.9, 0.9, 0.4]})
@@ -22,7 +22,7 @@ def test_without_either_the_table_is_empty() -> None:
 
 
 @pytest.mark.parametrize("parts", [["part"], {"part": [0.5, 1.2]}, {"part": "here"}, {"part": [0.5, "y", 0.4]}, 5])
-def test_what_is_no_place_is_refused(parts: object) -> None:
+def test_invalid_place_is_refused(parts: object) -> None:
     with pytest.raises(InvalidValue):
         parts_on_table(Config(), "", parts)
 

@@ -95,7 +95,7 @@ def test_graph_has_the_role_of_its_token_and_drives_as_an_operator(role: Role) -
     run(main())
 
 
-def test_token_that_has_expired_is_none() -> None:
+def test_expired_token_is_invalid() -> None:
     async def main() -> None:
         await keep(somebody(Role.ADMIN, expires="2001-01-01T00:00:00+00:00"))
         assert code_of(await seen(), Operation.WISH) == 4101
@@ -130,7 +130,7 @@ def found_kept(of: GraphRights) -> bool:
 
 
 @pytest.mark.parametrize(("mode", "text"), [(0o644, SHOWN.text), (0o600, "")])
-def test_token_file_that_is_no_secret_is_refused(
+def test_token_file_readable_by_others_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: int, text: str
 ) -> None:
     file = tmp_path / "token"

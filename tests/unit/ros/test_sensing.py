@@ -35,7 +35,7 @@ def event(word: str, mode: Mode, *, homed: bool) -> dict[str, Any]:
 
 
 @asynccontextmanager
-async def heard() -> AsyncIterator[tuple[SensedController, BusNode]]:
+async def sensed() -> AsyncIterator[tuple[SensedController, BusNode]]:
     bus = Bus()
     box = bus.node("box")
     floor = SensedController(CONFIG)
@@ -43,15 +43,15 @@ async def heard() -> AsyncIterator[tuple[SensedController, BusNode]]:
         yield floor, box
 
 
-async def told(box: BusNode, topic: str, kind: str, message: dict[str, Any]) -> None:
+async def publish(box: BusNode, topic: str, kind: str, message: dict[str, Any]) -> None:
     box.advertise(topic, kind).publish(message)
     await elapse(0.01)
 
 
 async def test_before_homing_the_counts_say_nothing_about_lengths() -> None:
-    async with heard() as (floor, box):
-        await told(box, EVENT.name, EVENT.type, event("not_homed", Mode.NOT_HOMED, homed=False))
-        await told(box, SENSORS.name, SENSORS.type, raw(moving=[False, True, False], motor_off=[True, False, False]))
+    async with sensed() as (floor, box):
+        await publish(box, EVENT.name, EVENT.type, event("not_homed", Mode.NOT_HOMED, homed=False))
+        await publish(box, SENSORS.name, SENSORS.type, raw(moving=[False, True, False], motor_off=[True, False, False]))
         state = floor.state
         assert (state.joints, state.point, state.mode, state.moving) == (None, None, Mode.NOT_HOMED, True)
         assert (state.counts, state.motors_on) == (Units.of(CONFIG).to_counts(JOINTS), (False, True, True))
@@ -59,9 +59,9 @@ async def test_before_homing_the_counts_say_nothing_about_lengths() -> None:
 
 
 async def test_once_homed_they_are_joints_and_a_place_in_the_measured_workspace() -> None:
-    async with heard() as (floor, box):
-        await told(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
-        await told(box, SENSORS.name, SENSORS.type, raw(velocity=[0.0, 45000.0, 0.0]))
+    async with sensed() as (floor, box):
+        await publish(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
+        await publish(box, SENSORS.name, SENSORS.type, raw(velocity=[0.0, 45000.0, 0.0]))
         state = floor.state
         expected = Units.of(CONFIG).to_joints(Units.of(CONFIG).to_counts(JOINTS))
         assert (state.joints, state.point) == (expected, Mechanism.of(CONFIG).fk(expected))
@@ -72,23 +72,23 @@ async def test_once_homed_they_are_joints_and_a_place_in_the_measured_workspace(
 
 
 async def test_lines_that_cannot_meet_have_no_place() -> None:
-    async with heard() as (floor, box):
-        await told(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
-        await told(box, SENSORS.name, SENSORS.type, raw(position=[0, 100_000, 100_000]))
+    async with sensed() as (floor, box):
+        await publish(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
+        await publish(box, SENSORS.name, SENSORS.type, raw(position=[0, 100_000, 100_000]))
         assert floor.state.joints is not None
         assert floor.state.point is None
 
 
-async def test_what_is_no_event_of_ours_says_nothing() -> None:
-    async with heard() as (floor, box):
-        await told(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
-        await told(box, EVENT.name, EVENT.type, {"data": "hello"})
-        await told(box, SENSORS.name, SENSORS.type, raw())
+async def test_unknown_event_sends_nothing() -> None:
+    async with sensed() as (floor, box):
+        await publish(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
+        await publish(box, EVENT.name, EVENT.type, {"data": "hello"})
+        await publish(box, SENSORS.name, SENSORS.type, raw())
         assert floor.state.homed
 
 
-async def test_who_watches_sees_what_is_measured_from_now_on_the_newest_first() -> None:
-    async with heard() as (floor, box):
+async def test_new_subscriber_gets_current_measurements_newest_first() -> None:
+    async with sensed() as (floor, box):
         seen: list[State] = []
 
         async def watch() -> None:
@@ -100,7 +100,7 @@ async def test_who_watches_sees_what_is_measured_from_now_on_the_newest_first() 
         await elapse(0.5)
         assert seen == []
         for count in range(3):
-            await told(box, SENSORS.name, SENSORS.type, raw(position=[count, 0, 0]))
+            await publish(box, SENSORS.name, SENSORS.type, raw(position=[count, 0, 0]))
         await elapse(3.0)
         watching.cancel()
         await asyncio.wait({watching})

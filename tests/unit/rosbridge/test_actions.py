@@ -11,7 +11,7 @@ from maya_ros.graph.outcome import failure
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
 from maya_ros.rosbridge.limits import UNDER_WAY
 from maya_un.errors import Busy, NotHomed
-from tests.rosbridging import Room, Said, Talker, room, settled
+from tests.rosbridging import BusClient, ClientBus, Said, client_bus, settled
 
 TASK = "maya_robot/Task"
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
@@ -19,9 +19,9 @@ DONE = {"success": True, "code": "", "message": ""}
 
 
 class Acting:
-    """Serves /task; how a goal ends stands in its command."""
+    """Serves /task; a command contains the end of its goal."""
 
-    def __init__(self, one: Room) -> None:
+    def __init__(self, one: ClientBus) -> None:
         self.begun = 0
         self.cancelled = 0
         self.finishes = asyncio.Event()
@@ -53,7 +53,7 @@ def goal(command: str) -> Said:
 
 
 async def test_a_goal_has_feedback_and_a_result() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         Acting(one)
         told = await one.talker().ask("send_action_goal", id="g", feedback=True, **goal("home"))
         feedback, result = told
@@ -64,8 +64,8 @@ async def test_a_goal_has_feedback_and_a_result() -> None:
         }  # fmt: skip
 
 
-async def test_feedback_comes_only_to_who_asked_for_it_and_the_type_of_a_row_is_known() -> None:
-    async with room() as one:
+async def test_feedback_goes_only_to_its_client_and_the_type_of_a_row_is_known() -> None:
+    async with client_bus() as one:
         Acting(one)
         told = await one.talker().ask("send_action_goal", action="task", args=goal("home")["args"])
         assert [message["op"] for message in told] == ["action_result"]
@@ -73,14 +73,14 @@ async def test_feedback_comes_only_to_who_asked_for_it_and_the_type_of_a_row_is_
 
 
 async def test_a_goal_that_fails_says_why() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         Acting(one)
         (told,) = await one.talker().ask("send_action_goal", id="g", **goal("fails"))
         assert (told["status"], told["result"], told["values"]["code"]) == (ABORTED, True, "2103")
 
 
 async def test_a_goal_that_is_refused_was_not_carried_out() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         Acting(one)
         (told,) = await one.talker().ask("send_action_goal", id="g", **goal("refused"))
         assert (told["result"], told["status"]) == (False, 0)
@@ -88,7 +88,7 @@ async def test_a_goal_that_is_refused_was_not_carried_out() -> None:
 
 
 async def test_a_goal_that_is_cancelled_ends_as_its_server_says() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         acting, talker = Acting(one), one.talker()
         assert await talker.ask("send_action_goal", id="g", **goal("waits")) == []
         (told,) = await talker.ask("cancel_action_goal", action="/task", id="g")
@@ -96,8 +96,8 @@ async def test_a_goal_that_is_cancelled_ends_as_its_server_says() -> None:
         assert acting.cancelled == 1
 
 
-async def test_a_cancel_that_comes_too_late_is_told_as_the_success_that_it_was() -> None:
-    async with room() as one:
+async def test_late_cancel_is_answered_with_the_success() -> None:
+    async with client_bus() as one:
         Acting(one)
         talker = one.talker()
         await talker.ask("send_action_goal", id="g", **goal("too late"))
@@ -106,15 +106,15 @@ async def test_a_cancel_that_comes_too_late_is_told_as_the_success_that_it_was()
 
 
 async def test_goals_of_a_client_that_goes_are_cancelled() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         acting, talker = Acting(one), one.talker()
         await talker.ask("send_action_goal", **goal("waits"))
         await one.leave(talker)
         assert acting.cancelled == 1
 
 
-async def test_a_goal_that_nobody_carries_out_is_told() -> None:
-    async with room() as one:
+async def test_goal_without_a_server_is_reported() -> None:
+    async with client_bus() as one:
         (told,) = await one.talker().ask("send_action_goal", id="g", **goal("home"))
         assert (told["op"], told["result"]) == ("action_result", False)
         assert told["values"].startswith("1011: ")
@@ -131,8 +131,8 @@ async def test_a_goal_that_nobody_carries_out_is_told() -> None:
         ("cancel_action_goal", {"action": "/home", "id": "g"}, "status"),
     ],
 )
-async def test_what_is_no_goal_is_told_and_begins_nothing(op: str, message: Said, kind: str) -> None:
-    async with room() as one:
+async def test_invalid_goal_is_reported_and_begins_nothing(op: str, message: Said, kind: str) -> None:
+    async with client_bus() as one:
         acting, talker = Acting(one), one.talker()
         await talker.ask("send_action_goal", id="g", **goal("waits"))
         assert [told["op"] for told in await talker.ask(op, **message)] == [kind]
@@ -140,7 +140,7 @@ async def test_what_is_no_goal_is_told_and_begins_nothing(op: str, message: Said
 
 
 async def test_a_second_goal_of_the_same_name_is_refused_and_the_first_unharmed() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         acting, talker = Acting(one), one.talker()
         await talker.ask("send_action_goal", id="g", **goal("waits"))
         assert [told["code"] for told in await talker.ask("send_action_goal", id="g", **goal("home"))] == [4005]
@@ -148,7 +148,7 @@ async def test_a_second_goal_of_the_same_name_is_refused_and_the_first_unharmed(
 
 
 async def test_a_client_has_only_so_many_goals_under_way() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         Acting(one)
         talker = one.talker()
         for number in range(UNDER_WAY + 1):
@@ -157,18 +157,18 @@ async def test_a_client_has_only_so_many_goals_under_way() -> None:
         assert (told["id"], told["result"]) == (UNDER_WAY, False)
 
 
-async def carrying_out(one: Room) -> Talker:
+async def carrying_out(one: ClientBus) -> BusClient:
     server = one.talker()
     assert await server.ask("advertise_action", action="/mine", type=TASK) == []
     return server
 
 
-def wished(one: Room, feedback: Feedback | None = None) -> asyncio.Task[GoalResult]:
+def wished(one: ClientBus, feedback: Feedback | None = None) -> asyncio.Task[GoalResult]:
     return asyncio.ensure_future(one.robot.do("/mine", TASK, {"task": {"command": "pick"}}, feedback))
 
 
 async def test_a_client_carries_a_goal_out_for_others() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         server, feedbacks = await carrying_out(one), list[Message]()
         ended = wished(one, feedbacks.append)
         (told,) = await server.told()
@@ -193,8 +193,8 @@ async def test_a_client_carries_a_goal_out_for_others() -> None:
         ({"values": {"success": False}}, GoalStatus.ABORTED),
     ],
 )
-async def test_a_client_tells_how_a_goal_ended(answer: Said, outcome: GoalStatus) -> None:
-    async with room() as one:
+async def test_client_reports_the_end_of_a_goal(answer: Said, outcome: GoalStatus) -> None:
+    async with client_bus() as one:
         server = await carrying_out(one)
         ended = wished(one)
         (told,) = await server.told()
@@ -203,8 +203,8 @@ async def test_a_client_tells_how_a_goal_ended(answer: Said, outcome: GoalStatus
         assert (await ended).outcome is outcome
 
 
-async def test_a_client_is_told_that_its_goal_is_cancelled_and_waited_for() -> None:
-    async with room() as one:
+async def test_client_learns_that_its_goal_is_cancelled_and_awaited() -> None:
+    async with client_bus() as one:
         server = await carrying_out(one)
         ended = wished(one)
         (begun,) = await server.told()
@@ -220,8 +220,8 @@ async def test_a_client_is_told_that_its_goal_is_cancelled_and_waited_for() -> N
 
 
 @pytest.mark.parametrize("leaves", [True, False])
-async def test_who_waits_for_a_client_that_carries_out_no_more_is_told(leaves: bool) -> None:
-    async with room() as one:
+async def test_caller_learns_that_the_serving_client_left(leaves: bool) -> None:
+    async with client_bus() as one:
         server = await carrying_out(one)
         ended = wished(one)
         await settled()
@@ -234,11 +234,11 @@ async def test_who_waits_for_a_client_that_carries_out_no_more_is_told(leaves: b
 
 
 @pytest.mark.parametrize("name", ["/task", "/home", "/theirs"])
-async def test_what_others_carry_out_cannot_be_taken_from_them(name: str) -> None:
+async def test_action_of_another_server_cannot_be_taken(name: str) -> None:
     async def never(_: Message, __: Feedback) -> Message:
         return {}
 
-    async with room() as one:
+    async with client_bus() as one:
         one.robot.act("/theirs", TASK, never)
         told = await one.talker().ask("advertise_action", action=name, type=TASK)
         assert [status["code"] for status in told] == [4005]
@@ -253,7 +253,7 @@ async def test_what_others_carry_out_cannot_be_taken_from_them(name: str) -> Non
         ("advertise_action", {"action": "/new", "type": "maya_robot/Nothing"}),
     ],
 )
-async def test_what_belongs_to_no_goal_is_told(op: str, message: dict[str, Any]) -> None:
-    async with room() as one:
+async def test_message_for_an_unknown_goal_is_reported(op: str, message: dict[str, Any]) -> None:
+    async with client_bus() as one:
         server = await carrying_out(one)
         assert [status["level"] for status in await server.ask(op, **message)] == ["error"]

@@ -58,7 +58,7 @@ async def served(edge: OriginPolicy | None = None, most: int = 10) -> AsyncItera
 Story = Callable[[Served], Awaitable[None]]
 
 
-def told(story: Story, edge: OriginPolicy | None = None, most: int = 10) -> None:
+def run_story(story: Story, edge: OriginPolicy | None = None, most: int = 10) -> None:
     async def main() -> None:
         async with served(edge, most) as one:
             await story(one)
@@ -79,7 +79,7 @@ def test_clients_talk_to_each_other_by_topics() -> None:
             await second.say("publish", topic="/t", msg={"data": "x"})
             assert await first.hear() == {"op": "publish", "topic": "/t", "msg": {"data": "x"}}
 
-    told(story)
+    run_story(story)
 
 
 def test_messages_may_be_binary_or_cut_into_frames_by_the_websocket() -> None:
@@ -91,7 +91,7 @@ def test_messages_may_be_binary_or_cut_into_frames_by_the_websocket() -> None:
             await client.connection.send([text[:10], text[10:20], text[20:]])
             assert (await client.hear())["id"] == "x"
 
-    told(story)
+    run_story(story)
 
 
 def test_a_message_that_is_too_long_ends_the_connection_and_only_that_one() -> None:
@@ -104,7 +104,7 @@ def test_a_message_that_is_too_long_ends_the_connection_and_only_that_one() -> N
             assert ended.value.rcvd.code == 1009
             assert await is_well(other)
 
-    told(story)
+    run_story(story)
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_pages_from_elsewhere_and_other_names_are_not_let_in(headers: dict[str, 
             await opened(one.port, headers)
         assert refused.value.response.status_code == code
 
-    told(story)
+    run_story(story)
 
 
 @pytest.mark.parametrize("origin", ["http://localhost:8000", "http://127.0.0.1", "https://panel.example.org"])
@@ -129,7 +129,7 @@ def test_pages_of_this_machine_and_those_that_are_named_may_command(origin: str)
     async def story(one: Served) -> None:
         await opened(one.port, {"Origin": origin})
 
-    told(story, OriginPolicy(origins=frozenset({"https://panel.example.org"})))
+    run_story(story, OriginPolicy(origins=frozenset({"https://panel.example.org"})))
 
 
 async def opened(port: int, headers: dict[str, str]) -> None:
@@ -146,7 +146,7 @@ def test_refusals_are_in_the_language_of_the_client() -> None:
             await opened(one.port, {"Origin": "http://evil.example.org", "Accept-Language": "es"})
         assert b"4005: La petici" in (refused.value.response.body or b"")
 
-    told(story)
+    run_story(story)
 
 
 def test_more_clients_than_there_are_places_are_not_let_in() -> None:
@@ -157,7 +157,7 @@ def test_more_clients_than_there_are_places_are_not_let_in() -> None:
         await gone(one)
         await opened(one.port, {})
 
-    told(story, most=2)
+    run_story(story, most=2)
 
 
 async def gone(one: Served) -> None:
@@ -166,7 +166,7 @@ async def gone(one: Served) -> None:
         await turn()
 
 
-def test_client_count_tells_how_many_clients_there_are() -> None:
+def test_client_count_is_the_number_of_clients() -> None:
     async def story(one: Served) -> None:
         counts: list[int] = []
         one.robot.subscribe("/client_count", "std_msgs/Int32", lambda message: counts.append(message["data"]))
@@ -178,10 +178,10 @@ def test_client_count_tells_how_many_clients_there_are() -> None:
             await turn()
         assert counts == [0, 1, 2, 1, 0]
 
-    told(story)
+    run_story(story)
 
 
-def test_what_is_no_websocket_is_answered_and_harms_nobody() -> None:
+def test_invalid_websocket_is_answered_and_harms_nothing() -> None:
     async def story(one: Served) -> None:
         for request in (
             b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
@@ -197,10 +197,10 @@ def test_what_is_no_websocket_is_answered_and_harms_nobody() -> None:
         async with web(one.url) as client:
             assert await is_well(client)
 
-    told(story)
+    run_story(story)
 
 
-def test_who_vanishes_leaves_nothing_behind() -> None:
+def test_client_that_vanishes_leaves_nothing_behind() -> None:
     async def story(one: Served) -> None:
         async with web(one.url) as client:
             await client.say("advertise_service", service="/mine", type="std_srvs/Trigger")
@@ -210,10 +210,10 @@ def test_who_vanishes_leaves_nothing_behind() -> None:
         await gone(one)
         assert await one.bus.directory.services() == {}
 
-    told(story)
+    run_story(story)
 
 
-def test_who_is_there_when_the_service_ends_is_told_so() -> None:
+def test_clients_are_notified_when_the_service_ends() -> None:
     async def main() -> None:
         async with served() as one:
             client = await connect(one.url)
@@ -231,7 +231,7 @@ def test_a_client_that_closes_is_answered() -> None:
             await client.connection.close(4321, "enough")
             assert client.connection.protocol.close_rcvd == Close(4321, "enough")
 
-    told(story)
+    run_story(story)
 
 
 def test_a_client_that_is_dead_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -253,10 +253,10 @@ def test_a_client_that_is_dead_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
         writer.close()
         await gone(one)
 
-    told(story)
+    run_story(story)
 
 
-def test_who_says_nothing_at_all_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_client_is_disconnected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(wire, "HANDSHAKE", 0.01)
 
     async def story(one: Served) -> None:
@@ -266,10 +266,10 @@ def test_who_says_nothing_at_all_is_cut(monkeypatch: pytest.MonkeyPatch) -> None
                 raise ConnectionResetError
         writer.close()
 
-    told(story)
+    run_story(story)
 
 
-def test_a_client_that_does_not_read_slows_nobody_and_finds_the_newest() -> None:
+def test_client_that_does_not_read_slows_no_other_and_finds_the_newest() -> None:
     text = "x" * 20_000
 
     async def story(one: Served) -> None:
@@ -288,7 +288,7 @@ def test_a_client_that_does_not_read_slows_nobody_and_finds_the_newest() -> None
             assert numbers[-1] == count - 1
             slow.close()
 
-    told(story)
+    run_story(story)
 
 
 async def slow_reader(port: int) -> socket.socket:

@@ -26,7 +26,7 @@ def test_a_name_is_whole_with_a_slash_before_it(said: str, whole: str) -> None:
 
 
 @pytest.mark.parametrize("said", ["", "/", "~private", "/9", "a b", "//a", "/a/", "ä", "/x" * 200, "/a\n"])
-def test_what_is_no_name_of_a_graph_is_refused(said: str) -> None:
+def test_invalid_graph_name_is_refused(said: str) -> None:
     with pytest.raises(InvalidRequest) as refused:
         resolved(said, "topic")
     assert refused.value.details["key"] == "topic"
@@ -37,7 +37,7 @@ def test_a_type_is_understood_in_the_newer_way_too() -> None:
 
 
 @pytest.mark.parametrize("said", ["", "String", "/std_msgs/String", "a/b/c/d", "std_msgs/", "x" * 300])
-def test_what_is_no_type_is_refused(said: str) -> None:
+def test_invalid_type_is_refused(said: str) -> None:
     with pytest.raises(InvalidRequest):
         type_of(said, "type")
 
@@ -85,14 +85,14 @@ def test_fields_that_are_not_as_they_should_be_are_refused(wrong: Any) -> None:
     "text",
     ["", "{", "[]", "3", '"x"', "NaN", "[" * 100_000, '{"a": "\\ud800"}', b"\xff{}"],
 )
-def test_what_is_no_object_in_json_is_refused(text: str | bytes) -> None:
+def test_json_that_is_no_object_is_refused(text: str | bytes) -> None:
     with pytest.raises(InvalidRequest) as refused:
         decoded(text)
     assert refused.value.details["key"] == "message"
 
 
 @pytest.mark.parametrize(("text", "value"), [("NaN", math.nan), ("Infinity", math.inf), ("-Infinity", -math.inf)])
-def test_words_for_what_is_no_number_are_understood(text: str, value: float) -> None:
+def test_words_for_non_finite_numbers_are_understood(text: str, value: float) -> None:
     assert decoded(f'{{"a": {text}}}') == {"a": pytest.approx(value, nan_ok=True)}
 
 
@@ -109,7 +109,7 @@ def test_objects_are_found_however_texts_cut_them(messages: list[Said], between:
     assert not objects.incomplete
 
 
-def test_objects_give_up_what_grows_beyond_a_message() -> None:
+def test_objects_are_bounded_by_the_message_size() -> None:
     objects = Objects()
     assert objects.add('{"a": "') == []
     with pytest.raises(InvalidRequest):
@@ -122,11 +122,11 @@ def test_a_whole_character_in_two_halves_is_understood() -> None:
     assert decoded('{"a": "\\ud83e\\udd16"}') == {"a": "🤖"}
 
 
-def test_what_is_short_enough_is_not_cut() -> None:
+def test_short_message_is_not_fragmented() -> None:
     assert incoming.cut("0123456789", 10) == ["0123456789"]
 
 
-def test_fragments_are_put_together_in_whatever_order_they_come() -> None:
+def test_fragments_are_joined_in_any_order() -> None:
     text = json.dumps({"op": "publish", "msg": {"data": "ä🤖" * 50}}, ensure_ascii=False)
     pieces = [json.loads(piece) for piece in incoming.cut(text, 33, "m")]
     assert [piece["num"] for piece in pieces] == list(range(len(pieces)))
@@ -170,7 +170,7 @@ def test_a_fragment_that_does_not_fit_ends_its_message(wrong: Fields) -> None:
         gathering.add(wrong, "fragment", 0.0)
 
 
-def test_only_so_many_messages_may_be_incomplete_and_old_ones_are_forgotten() -> None:
+def test_incomplete_messages_are_limited_and_old_ones_forgotten() -> None:
     gathering = FragmentCollector()
     for number in range(GATHERED):
         gathering.add(piece(number, "1", 0, 2), "fragment", 0.0)

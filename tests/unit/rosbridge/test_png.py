@@ -54,7 +54,7 @@ def test_a_picture_of_others_is_read(text: str) -> None:
     assert outgoing.decoded(as_rosbridge_writes(text), MOST) == text
 
 
-def test_whatever_filters_a_writer_chose_the_text_is_the_same(campaign: Campaign) -> None:
+def test_every_filter_of_a_writer_gives_the_same_text(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=40, long=1000)):
         draw = campaign.rng(case)
         text = "".join(chr(draw.choice((65, 66, 67, 120, 233))) for _ in range(draw.randrange(1, 3000)))
@@ -124,7 +124,7 @@ GOOD = base64.b64decode(outgoing.encoded("a text of some length"))
         saved(Image.frombytes("RGB", (2, 1), b"\xff\xfe\xfd\xfc\xfb\xfa")),
     ],
 )
-def test_what_is_no_picture_of_a_text_is_refused(data: str) -> None:
+def test_picture_without_a_text_is_refused(data: str) -> None:
     with pytest.raises(InvalidRequest):
         outgoing.decoded(data, MOST)
 

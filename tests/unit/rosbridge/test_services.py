@@ -12,7 +12,7 @@ from maya_ros.graph.protocol import Message
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.limits import UNDER_WAY
 from maya_un.errors import ServiceFailed
-from tests.rosbridging import Room, Said, room, settled
+from tests.rosbridging import ClientBus, Said, client_bus, settled
 from tests.virtual_time import elapse
 
 SET_BOOL = "std_srvs/SetBool"
@@ -21,7 +21,7 @@ SET_BOOL = "std_srvs/SetBool"
 class Service:
     """Answers /s once `answers` is set; counts what was begun and what was cancelled."""
 
-    def __init__(self, one: Room) -> None:
+    def __init__(self, one: ClientBus) -> None:
         self.answers = asyncio.Event()
         self.asked: list[Message] = []
         self.cancelled = 0
@@ -38,7 +38,7 @@ class Service:
 
 
 async def test_a_service_is_called_under_the_name_and_id_that_the_client_used() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         assert await talker.ask("call_service", service="s", id="c", args={"data": True}) == []
         service.answers.set()
@@ -48,8 +48,8 @@ async def test_a_service_is_called_under_the_name_and_id_that_the_client_used() 
 
 
 @pytest.mark.parametrize("args", [None, [], {}, [{}], [{"data": False}], [False]])
-async def test_arguments_may_be_left_out_or_stand_in_a_list(args: Any) -> None:
-    async with room() as one:
+async def test_arguments_may_be_omitted_or_given_as_a_list(args: Any) -> None:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         service.answers.set()
         (told,) = await talker.ask("call_service", service="/s", args=args)
@@ -58,8 +58,8 @@ async def test_arguments_may_be_left_out_or_stand_in_a_list(args: Any) -> None:
         assert service.asked == [{"data": False}]
 
 
-async def test_a_client_goes_on_talking_while_its_calls_are_under_way_and_answers_come_as_they_are_there() -> None:
-    async with room() as one:
+async def test_client_continues_during_its_calls_and_gets_answers_as_they_are_ready() -> None:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         talker.say("call_service", service="/s", id="slow", args={"data": True})
         (told,) = await talker.ask("call_service", service="/rosapi/get_time", id="quick")
@@ -84,7 +84,7 @@ async def test_a_client_goes_on_talking_while_its_calls_are_under_way_and_answer
     ],
 )
 async def test_a_call_that_fails_is_answered_so(message: Said, code: str) -> None:
-    async with room() as one:
+    async with client_bus() as one:
         Service(one)
         (told,) = await one.talker().ask("call_service", id=1, **message)
         assert (told["op"], told["id"], told["service"], told["result"]) == (
@@ -94,13 +94,13 @@ async def test_a_call_that_fails_is_answered_so(message: Said, code: str) -> Non
 
 
 @pytest.mark.parametrize("message", [{}, {"service": 5}, {"service": "/s", "id": ["x"]}])
-async def test_a_call_that_is_none_is_told_as_a_status(message: Said) -> None:
-    async with room() as one:
+async def test_invalid_call_is_reported_as_a_status(message: Said) -> None:
+    async with client_bus() as one:
         assert [status["code"] for status in await one.talker().ask("call_service", **message)] == [4005]
 
 
-async def test_whoever_waits_only_so_long_is_told_and_the_wish_is_cancelled() -> None:
-    async with room() as one:
+async def test_call_with_a_timeout_is_reported_and_its_command_cancelled() -> None:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         assert await talker.ask("call_service", service="/s", timeout=2.5) == []
         await elapse(2.0)
@@ -112,7 +112,7 @@ async def test_whoever_waits_only_so_long_is_told_and_the_wish_is_cancelled() ->
 
 
 async def test_a_timeout_of_nothing_is_for_ever() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         Service(one)
         talker = one.talker()
         await talker.ask("call_service", service="/s", timeout=0)
@@ -120,8 +120,8 @@ async def test_a_timeout_of_nothing_is_for_ever() -> None:
         assert await talker.told() == []
 
 
-async def test_what_a_client_called_is_cancelled_when_it_goes() -> None:
-    async with room() as one:
+async def test_calls_of_a_client_are_cancelled_when_it_leaves() -> None:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         await talker.ask("call_service", service="/s")
         await one.leave(talker)
@@ -129,7 +129,7 @@ async def test_what_a_client_called_is_cancelled_when_it_goes() -> None:
 
 
 async def test_a_client_has_only_so_many_calls_under_way() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         for number in range(UNDER_WAY):
             talker.say("call_service", service="/s", id=number)
@@ -141,7 +141,7 @@ async def test_a_client_has_only_so_many_calls_under_way() -> None:
 
 
 async def test_an_answer_may_come_as_a_picture_or_in_fragments() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         service.answers.set()
         (told,) = await talker.ask("call_service", service="/s", compression="png")
@@ -153,21 +153,21 @@ async def test_an_answer_may_come_as_a_picture_or_in_fragments() -> None:
 
 @pytest.mark.parametrize("compression", ["cbor", "cbor-raw"])
 async def test_call_service_that_asks_for_cbor_is_answered_in_json(compression: str) -> None:
-    async with room() as one:
+    async with client_bus() as one:
         service, talker = Service(one), one.talker()
         service.answers.set()
         (told,) = await talker.ask("call_service", service="/s", args={"data": True}, compression=compression)
         assert told["values"] == {"success": True, "message": "done"}
 
 
-async def served_by_a_client(one: Room) -> Any:
+async def served_by_a_client(one: ClientBus) -> Any:
     server = one.talker()
     assert await server.ask("advertise_service", service="mine", type=SET_BOOL) == []
     return server
 
 
 async def test_a_service_of_a_client_is_answered_by_it() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         server = await served_by_a_client(one)
         call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
         (request,) = await server.told()
@@ -177,7 +177,7 @@ async def test_a_service_of_a_client_is_answered_by_it() -> None:
 
 
 async def test_clients_call_each_other() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         server, other = await served_by_a_client(one), one.talker()
         other.say("call_service", service="/mine", id="c", args={"data": False})
         (request,) = await server.told()
@@ -194,8 +194,8 @@ async def test_clients_call_each_other() -> None:
         ({"result": True, "values": {"success": "yes"}}, "success"),
     ],
 )
-async def test_a_client_that_fails_fails_whoever_asked(answer: Said, reason: str) -> None:
-    async with room() as one:
+async def test_failing_client_fails_its_callers(answer: Said, reason: str) -> None:
+    async with client_bus() as one:
         server = await served_by_a_client(one)
         call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
         (request,) = await server.told()
@@ -205,8 +205,8 @@ async def test_a_client_that_fails_fails_whoever_asked(answer: Said, reason: str
 
 
 @pytest.mark.parametrize("end", ["unadvertise", "leave", "advertise anew"])
-async def test_who_waits_for_a_client_that_answers_no_more_is_told(end: str) -> None:
-    async with room() as one:
+async def test_caller_learns_that_the_serving_client_stopped(end: str) -> None:
+    async with client_bus() as one:
         server = await served_by_a_client(one)
         call = asyncio.ensure_future(one.robot.call("/mine", {"data": True}))
         await settled()
@@ -222,8 +222,8 @@ async def test_who_waits_for_a_client_that_answers_no_more_is_told(end: str) -> 
 
 
 @pytest.mark.parametrize("name", ["/maya_command", "/gripper", "/task", "/s"])
-async def test_what_others_serve_cannot_be_taken_from_them(name: str) -> None:
-    async with room() as one:
+async def test_service_of_another_server_cannot_be_taken(name: str) -> None:
+    async with client_bus() as one:
         service, thief = Service(one), one.talker()
         service.answers.set()
         assert [status["code"] for status in await thief.ask("advertise_service", service=name, type=SET_BOOL)] == [
@@ -242,8 +242,8 @@ async def test_what_others_serve_cannot_be_taken_from_them(name: str) -> None:
         ("advertise_service", {"service": "/new"}),
     ],
 )
-async def test_what_answers_nothing_or_serves_nothing_is_told(op: str, message: Said) -> None:
-    async with room() as one:
+async def test_response_without_a_call_or_service_is_reported(op: str, message: Said) -> None:
+    async with client_bus() as one:
         server = await served_by_a_client(one)
         assert [status["level"] for status in await server.ask(op, **message)] == ["error"]
         assert list(await one.bus.directory.services()) == ["/mine"]

@@ -1,4 +1,4 @@
-"""One client as a whole: order, wrapping, refusals, and nothing that it says does any harm."""
+"""One client as a whole: order, wrapping, refusals; none of its messages does any harm."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_ros.graph.protocol import Message
 from maya_ros.rosbridge import incoming, outgoing
 from maya_ros.rosbridge.limits import AT_ONCE
 from maya_un.http.log import log_path
-from tests.rosbridging import Said, Talker, room, settled
+from tests.rosbridging import BusClient, Said, client_bus, settled
 from tests.virtual_time import elapse
 
 STRING = "std_msgs/String"
@@ -44,8 +44,8 @@ def wrapped(text: str, *how: str) -> list[str]:
 
 
 @pytest.mark.parametrize("how", [(), ("png",), ("fragment",), ("png", "fragment"), ("png in pieces",), ("png", "png")])
-async def test_messages_come_whole_in_pieces_and_as_pictures(how: tuple[str, ...]) -> None:
-    async with room() as one:
+async def test_messages_arrive_whole_in_fragments_and_as_pictures(how: tuple[str, ...]) -> None:
+    async with client_bus() as one:
         talker = one.talker()
         for text in wrapped(json.dumps({"op": "call_service", "service": "/rosapi/get_time", "id": "t"}), *how):
             talker.session.take(text)
@@ -53,7 +53,7 @@ async def test_messages_come_whole_in_pieces_and_as_pictures(how: tuple[str, ...
 
 
 async def test_a_message_is_wrapped_only_so_often() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         text = json.dumps({"op": "set_level", "level": "info"})
         for _ in range(5):
@@ -62,8 +62,8 @@ async def test_a_message_is_wrapped_only_so_often() -> None:
         assert [status["code"] for status in await talker.told()] == [4005]
 
 
-async def test_what_is_said_is_carried_out_in_order_also_where_something_has_to_be_asked_for() -> None:
-    async with room() as one:
+async def test_operations_run_in_order_even_when_one_must_wait() -> None:
+    async with client_bus() as one:
         one.robot.advertise("/t", STRING, latch=True).publish({"data": "a"})
         talker = one.talker()
         for _ in range(3):
@@ -89,8 +89,8 @@ async def test_what_is_said_is_carried_out_in_order_also_where_something_has_to_
         "\x00",
     ],
 )
-async def test_what_is_not_understood_is_told_and_the_session_goes_on(text: str) -> None:
-    async with room() as one:
+async def test_invalid_operation_is_reported_and_the_session_goes_on(text: str) -> None:
+    async with client_bus() as one:
         talker = one.talker()
         talker.session.take(text)
         (told,) = await talker.told()
@@ -115,14 +115,14 @@ def asked(name: str) -> str:
     ],
 )
 async def test_several_messages_in_a_text_and_one_over_several_are_carried_out(texts: list[str | bytes]) -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         talker.session.take(*texts)
         assert [message.get("id") for message in await talker.told()] == ["a", "b"]
 
 
 async def test_an_incomplete_message_is_given_up_when_the_next_one_begins() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         talker.session.take(asked("lost")[:20], asked("b"))
         refused, answered = await talker.told()
@@ -131,7 +131,7 @@ async def test_an_incomplete_message_is_given_up_when_the_next_one_begins() -> N
 
 
 async def test_auth_while_no_users_are_kept_changes_nothing() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         assert await talker.ask("auth", mac="x", client="y", dest="z", rand="r", t=1, level="a", end=2) == []
         (told,) = await talker.ask("auth", mac="", client="y", dest="z", rand="r", t=1, level="a", end=2)
@@ -141,18 +141,18 @@ async def test_auth_while_no_users_are_kept_changes_nothing() -> None:
 
 
 async def test_sentences_are_in_the_language_of_the_client() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         talker.client._language = "es"
         (told,) = await talker.ask("subscribe", topic="/nothing")
         assert told["msg"].startswith("4019: No hay")
 
 
-async def test_a_defect_is_told_in_one_sentence_and_written_to_the_log() -> None:
+async def test_defect_is_one_sentence_and_written_to_the_log() -> None:
     async def broken(_: Message) -> Message:
         raise ZeroDivisionError("a defect")
 
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         one.robot.serve("/s", "std_srvs/Trigger", broken)
         (told,) = await talker.ask("call_service", service="/s")
@@ -161,7 +161,7 @@ async def test_a_defect_is_told_in_one_sentence_and_written_to_the_log() -> None
 
 
 async def test_a_client_that_says_much_at_once_lets_others_have_their_turn() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         loud, other, heard = one.talker(), one.talker(), list[str]()
         one.robot.subscribe("/t", STRING, lambda message: heard.append(message["data"]), queue_size=0)
         await loud.ask("advertise", topic="/t", type=STRING)
@@ -181,7 +181,7 @@ async def test_a_client_that_says_much_at_once_lets_others_have_their_turn() -> 
 
 
 async def test_after_its_end_a_session_does_nothing() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         await talker.session.close()
         await talker.ask("advertise", topic="/t", type=STRING)
@@ -237,7 +237,7 @@ TEXTS = MESSAGES.map(json.dumps) | MESSAGES.map(json.dumps).flatmap(
 
 @given(st.lists(TEXTS, max_size=12))
 async def test_nothing_that_a_client_says_harms_the_session_or_anybody_else(texts: list[str]) -> None:
-    async with room() as one:
+    async with client_bus() as one:
         witness, talker = one.talker(), one.talker()
         one.robot.serve("/s", "std_srvs/SetBool", _yes)
         await witness.ask("subscribe", topic="/well", type=STRING)
@@ -256,7 +256,7 @@ async def _yes(_: Message) -> Message:
     return {"success": True}
 
 
-async def is_well(talker: Talker) -> bool:
+async def is_well(talker: BusClient) -> bool:
     """Tell whether a client is still answered."""
     told: list[Said] = []
     for _ in range(5):

@@ -1,4 +1,4 @@
-"""Topics that clients subscribe to: what comes, how often, in which form, and what happens to who does not read."""
+"""Subscriptions of clients: content, rate, form, and slow readers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from maya_ros.graph.types import default, serialize
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.limits import REQUESTS, TOPICS, WAITING
-from tests.rosbridging import DATE, Room, Said, Talker, room, settled
+from tests.rosbridging import DATE, BusClient, ClientBus, Said, client_bus, settled
 from tests.virtual_time import elapse
 
 STRING = "std_msgs/String"
@@ -25,7 +25,7 @@ def data_of(said: list[Said]) -> list[Any]:
 class Source:
     """Publishes numbers as texts on /t."""
 
-    def __init__(self, one: Room, *, latch: bool = False) -> None:
+    def __init__(self, one: ClientBus, *, latch: bool = False) -> None:
         self._publisher = one.robot.advertise("/t", STRING, latch=latch)
         self._count = 0
 
@@ -35,8 +35,8 @@ class Source:
             self._count += 1
 
 
-async def test_a_client_hears_a_topic_under_the_name_that_it_used() -> None:
-    async with room() as one:
+async def test_client_gets_a_topic_under_the_name_that_it_used() -> None:
+    async with client_bus() as one:
         source, first, other = Source(one), one.talker(), one.talker()
         first.say("subscribe", topic="/t", type=STRING)
         other.say("subscribe", topic="t")
@@ -46,8 +46,8 @@ async def test_a_client_hears_a_topic_under_the_name_that_it_used() -> None:
         assert await other.told() == [{"op": "publish", "topic": "t", "msg": {"data": "0"}}]
 
 
-async def test_after_unsubscribing_nothing_comes() -> None:
-    async with room() as one:
+async def test_unsubscribed_client_gets_nothing() -> None:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="a")
         await talker.ask("subscribe", topic="/t", type=STRING, id="b")
@@ -60,7 +60,7 @@ async def test_after_unsubscribing_nothing_comes() -> None:
 
 
 async def test_unsubscribing_without_an_id_ends_all_subscriptions_of_the_topic() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         for name in ("a", "b"):
             await talker.ask("subscribe", topic="/t", type=STRING, id=name)
@@ -69,8 +69,8 @@ async def test_unsubscribing_without_an_id_ends_all_subscriptions_of_the_topic()
         assert data_of(await talker.told()) == []
 
 
-async def test_who_goes_is_told_nothing_and_listens_no_more() -> None:
-    async with room() as one:
+async def test_client_that_leaves_gets_nothing_and_is_unsubscribed() -> None:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING)
         await one.leave(talker)
@@ -94,8 +94,8 @@ async def test_who_goes_is_told_nothing_and_listens_no_more() -> None:
         ({"topic": "/t", "compression": "zip"}, 4005),
     ],
 )
-async def test_a_subscription_that_cannot_be_is_told_and_leaves_nothing(message: Said, code: int) -> None:
-    async with room() as one:
+async def test_impossible_subscription_is_reported_and_leaves_nothing(message: Said, code: int) -> None:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         told = await talker.ask("subscribe", id="s", **message)
         assert [(status["op"], status["level"], status["id"], status["code"]) for status in told] == [
@@ -107,7 +107,7 @@ async def test_a_subscription_that_cannot_be_is_told_and_leaves_nothing(message:
 
 
 async def test_a_second_subscription_of_another_type_is_refused_and_the_first_goes_on() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING)
         assert (await talker.ask("subscribe", topic="/t", type="std_msgs/Empty", id="2"))[0]["code"] == 4005
@@ -115,8 +115,8 @@ async def test_a_second_subscription_of_another_type_is_refused_and_the_first_go
         assert data_of(await talker.told()) == ["0"]
 
 
-async def test_messages_come_no_oftener_than_the_throttle_allows() -> None:
-    async with room() as one:
+async def test_messages_are_no_more_frequent_than_the_throttle() -> None:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, throttle_rate=125)
         for _ in range(40):
@@ -126,7 +126,7 @@ async def test_messages_come_no_oftener_than_the_throttle_allows() -> None:
 
 
 async def test_with_a_queue_the_newest_wait_for_the_throttle_and_older_ones_are_dropped() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, throttle_rate=100, queue_length=3)
         source.tell(10)
@@ -139,7 +139,7 @@ async def test_with_a_queue_the_newest_wait_for_the_throttle_and_older_ones_are_
 
 
 async def test_of_several_subscriptions_the_least_throttle_and_queue_count() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="slow", throttle_rate=1000, queue_length=5)
         await talker.ask("subscribe", topic="/t", type=STRING, id="fast", throttle_rate=100)
@@ -154,16 +154,16 @@ async def test_of_several_subscriptions_the_least_throttle_and_queue_count() -> 
         assert data_of(await talker.told()) == ["5"]
 
 
-async def test_who_comes_late_to_a_latched_topic_is_told_its_last_message() -> None:
-    async with room() as one:
+async def test_late_subscriber_of_a_latched_topic_gets_its_last_message() -> None:
+    async with client_bus() as one:
         source, talker = Source(one, latch=True), one.talker()
         source.tell(3)
         await settled()
         assert data_of(await talker.ask("subscribe", topic="/t", type=STRING)) == ["2"]
 
 
-async def test_a_second_reader_in_one_client_is_told_what_is_latched_on_a_topic_of_the_table() -> None:
-    async with room() as one:
+async def test_second_subscription_of_one_client_gets_the_latched_message() -> None:
+    async with client_bus() as one:
         events, talker = one.robot.advertise("/maya_event", STRING, latch=True), one.talker()
         events.publish({"data": "homed {}"})
         assert data_of(await talker.ask("subscribe", topic="/maya_event", id="a")) == ["homed {}"]
@@ -171,8 +171,8 @@ async def test_a_second_reader_in_one_client_is_told_what_is_latched_on_a_topic_
         assert data_of(await talker.ask("subscribe", topic="/maya_event", id="b")) == [], "that is no new one"
 
 
-async def test_a_message_is_put_into_a_form_once_for_all_who_want_that() -> None:
-    async with room() as one:
+async def test_message_is_encoded_once_for_all_subscribers_of_a_form() -> None:
+    async with client_bus() as one:
         source, talkers = Source(one), [one.talker() for _ in range(5)]
         sent: list[bytes] = []
         for talker in talkers:
@@ -185,8 +185,8 @@ async def test_a_message_is_put_into_a_form_once_for_all_who_want_that() -> None
         assert all(frames is sent[0] for frames in sent)
 
 
-async def test_long_messages_come_in_fragments_and_the_smallest_size_counts() -> None:
-    async with room() as one:
+async def test_long_messages_are_fragmented_at_the_smallest_size() -> None:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, id="a", fragment_size=500)
         await talker.ask("subscribe", topic="/t", type=STRING, id="b", fragment_size=40)
@@ -198,8 +198,8 @@ async def test_long_messages_come_in_fragments_and_the_smallest_size_counts() ->
         assert whole == {"op": "publish", "topic": "/t", "msg": {"data": "0" + "x" * 100}}
 
 
-async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
-    async with room() as one:
+async def test_picture_may_be_requested_whole_or_in_fragments() -> None:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         await talker.ask("subscribe", topic="/t", type=STRING, compression="png")
         source.tell(text="x" * 500)
@@ -213,8 +213,8 @@ async def test_a_picture_may_be_asked_for_whole_or_in_fragments() -> None:
         assert json.loads(outgoing.decoded(picture["data"], 10_000))["msg"] == {"data": "1" + "y" * 500}
 
 
-async def test_the_strongest_compression_that_was_asked_for_is_taken() -> None:
-    async with room() as one:
+async def test_strongest_requested_compression_is_used() -> None:
+    async with client_bus() as one:
         source, talker = Source(one), one.talker()
         for compression in ("none", "cbor-raw", "cbor", "png"):
             await talker.ask("subscribe", topic="/t", type=STRING, id=compression, compression=compression)
@@ -227,7 +227,7 @@ async def test_the_strongest_compression_that_was_asked_for_is_taken() -> None:
 
 
 async def test_in_cbor_arrays_of_numbers_are_packed_and_bytes_are_bytes() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         kind, talker = "maya_controller/RawSensorData", one.talker()
         publisher = one.robot.advertise("/raw", kind)
         await talker.ask("subscribe", topic="/raw", compression="cbor")
@@ -239,8 +239,8 @@ async def test_in_cbor_arrays_of_numbers_are_packed_and_bytes_are_bytes() -> Non
         assert b"stop_code\x43\x01\x02\xff" in content
 
 
-async def test_in_json_bytes_are_base64_and_what_is_no_number_is_null() -> None:
-    async with room() as one:
+async def test_json_has_bytes_as_base64_and_non_finite_numbers_as_null() -> None:
+    async with client_bus() as one:
         kind, talker = "maya_controller/RawSensorData", one.talker()
         publisher = one.robot.advertise("/raw", kind)
         await talker.ask("subscribe", topic="/raw")
@@ -251,8 +251,8 @@ async def test_in_json_bytes_are_base64_and_what_is_no_number_is_null() -> None:
         assert told["position"] == [0, 0, 0]
 
 
-async def test_who_does_not_read_keeps_the_newest_and_slows_nobody() -> None:
-    async with room() as one:
+async def test_client_that_does_not_read_keeps_the_newest_and_slows_no_other() -> None:
+    async with client_bus() as one:
         source, slow, well = Source(one), one.talker(), one.talker()
         for talker in (slow, well):
             await talker.ask("subscribe", topic="/t", type=STRING)
@@ -262,26 +262,26 @@ async def test_who_does_not_read_keeps_the_newest_and_slows_nobody() -> None:
             await settled()
         assert data_of(await well.told()) == [str(number) for number in range(3 * WAITING)]
         assert slow.mouth.frames == []
-        slow.mouth.room()
+        slow.mouth.take_more()
         assert data_of(slow.mouth.taken()) == [str(number) for number in range(2 * WAITING, 3 * WAITING)]
         source.tell()
         assert data_of(await slow.told()) == [str(3 * WAITING)]
 
 
-async def test_who_asked_for_a_queue_keeps_as_many() -> None:
-    async with room() as one:
+async def test_requested_queue_length_is_kept() -> None:
+    async with client_bus() as one:
         source, slow = Source(one), one.talker()
         await slow.ask("subscribe", topic="/t", type=STRING, queue_length=2)
         slow.mouth.full = True
         for _ in range(9):
             source.tell()
             await settled()
-        slow.mouth.room()
+        slow.mouth.take_more()
         assert data_of(slow.mouth.taken()) == ["7", "8"]
 
 
 async def test_a_client_has_only_so_many_topics_and_subscriptions() -> None:
-    async with room() as one:
+    async with client_bus() as one:
         talker = one.talker()
         for number in range(TOPICS):
             talker.say("subscribe", topic=f"/t{number}", type=STRING)
@@ -292,12 +292,12 @@ async def test_a_client_has_only_so_many_topics_and_subscriptions() -> None:
         assert [status["code"] for status in await talker.told()] == [4005]
 
 
-async def _level(talker: Talker, level: str) -> list[Said]:
+async def _level(talker: BusClient, level: str) -> list[Said]:
     return await talker.ask("set_level", level=level)
 
 
-async def test_successes_are_told_to_who_wants_to_know() -> None:
-    async with room() as one:
+async def test_successes_are_reported_at_the_level_that_asks_for_them() -> None:
+    async with client_bus() as one:
         talker = one.talker()
         assert await _level(talker, "info") == []
         (told,) = await talker.ask("subscribe", topic="/t", type=STRING, id="s")

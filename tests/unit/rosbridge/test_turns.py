@@ -10,7 +10,7 @@ import pytest
 from maya_ros.graph.protocol import Message
 from maya_ros.rosbridge.client import MessageScheduler
 from maya_ros.rosbridge.limits import AT_ONCE, LONGEST_TURN
-from tests.rosbridging import room
+from tests.rosbridging import client_bus
 from tests.virtual_time import turn
 
 HOPS = 10
@@ -29,7 +29,7 @@ def saying(said: list[str], name: str, count: int) -> Callable[[], bool]:
     return step
 
 
-async def test_what_is_little_is_done_at_once() -> None:
+async def test_small_work_is_done_at_once() -> None:
     said = list[str]()
     turns = MessageScheduler()
     turns.give(saying(said, "a", 2))
@@ -38,7 +38,7 @@ async def test_what_is_little_is_done_at_once() -> None:
 
 
 async def by_turn(said: list[str], count: int) -> list[list[str]]:
-    """Return what is said in each of the loop's turns from the next on, until so much has been said."""
+    """Return the messages of each of the loop's turns from the next on, until there are enough."""
     loop, begun, found = asyncio.get_running_loop(), len(said), list[list[str]]()
 
     def look() -> None:
@@ -79,7 +79,7 @@ async def test_a_turn_that_takes_long_does_one_thing_only() -> None:
 
 
 @pytest.mark.parametrize("flooding", [5, 50])
-async def test_a_stop_overtakes_all_that_others_have_said(flooding: int) -> None:
+async def test_stop_overtakes_messages_of_other_clients(flooding: int) -> None:
     async def stop(_request: Message) -> Message:
         for _ in range(HOPS):
             await turn()
@@ -88,7 +88,7 @@ async def test_a_stop_overtakes_all_that_others_have_said(flooding: int) -> None
     async def nothing(_: Message) -> Message:
         return {"success": True}
 
-    async with room() as one:
+    async with client_bus() as one:
         one.robot.serve("/controller/stop", "std_srvs/Trigger", stop)
         one.robot.serve("/nothing", "std_srvs/Trigger", nothing)
         loud, other = [one.talker() for _ in range(flooding)], one.talker()

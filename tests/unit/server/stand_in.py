@@ -30,7 +30,7 @@ class Now:
     state: State = REST
 
 
-class StandIn:
+class ServiceStandIn:
     """Answers like a service, notes what it was asked, and fails on demand."""
 
     def __init__(self) -> None:
@@ -129,8 +129,8 @@ class StandIn:
         return self.log.follow(seq)
 
 
-def door(
-    service: StandIn,
+def app_client(
+    service: ServiceStandIn,
     *,
     parts: bool = False,
     edge: OriginPolicy | None = None,

@@ -13,7 +13,7 @@ from maya_un.events import FaultEntered, HomingBegun, HomingDone
 from maya_un.http.middleware import BODY_LIMIT
 from maya_un.process.journal.protocol import Filter
 from maya_un.values import Point
-from tests.unit.server.stand_in import StandIn, door, problem
+from tests.unit.server.stand_in import ServiceStandIn, app_client, problem
 from tests.virtual_time import elapse
 
 
@@ -51,21 +51,21 @@ from tests.virtual_time import elapse
 async def test_each_path_asks_the_service_one_thing(
     method: str, path: str, body: object, asked: tuple[object, ...], status: int
 ) -> None:
-    service = StandIn()
-    async with door(service) as client:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         response = await client.request(method, path, json=body)
     assert (response.status_code, service.asked) == (status, [asked])
 
 
 async def test_stop_answers_how_long_and_how_far() -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         answer = (await client.post("/v1/stop")).json()
     assert answer == {"was_moving": True, "duration": 0.5, "distance": [0.0, 0.01, 0.02]}
 
 
-async def test_stop_is_served_while_a_wish_waits() -> None:
-    service = StandIn()
-    async with door(service) as client:
+async def test_stop_is_served_while_a_command_waits() -> None:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         waiting = asyncio.create_task(client.post("/v1/tasks?wait=true", json={"command": "home"}))
         response = await client.post("/v1/stop")
         assert response.status_code == 200 and not waiting.done()
@@ -74,10 +74,10 @@ async def test_stop_is_served_while_a_wish_waits() -> None:
 
 
 async def test_events_are_given_by_number() -> None:
-    service = StandIn()
+    service = ServiceStandIn()
     service.log.emit(HomingBegun())
     service.log.emit(FaultEntered("stuck", code=2302, more={"axis": "b"}))
-    async with door(service) as client:
+    async with app_client(service) as client:
         events = (await client.get("/v1/events?since=1")).json()
     assert events == [
         {"seq": 2, "time": 0.0, "kind": "fault", "code": 2302, "detail": {"message": "stuck", "axis": "b"}}
@@ -86,10 +86,10 @@ async def test_events_are_given_by_number() -> None:
 
 @pytest.mark.parametrize(("run", "numbers"), [(3, [1, 2]), (2, [])])
 async def test_events_are_those_of_a_run(run: int, numbers: list[int]) -> None:
-    service = StandIn()
+    service = ServiceStandIn()
     service.log.emit(HomingBegun())
     service.log.emit(HomingDone())
-    async with door(service) as client:
+    async with app_client(service) as client:
         events = (await client.get(f"/v1/events?run={run}&wait=1")).json()
         first = (await client.get("/v1/events?limit=1")).json()
     assert [event["seq"] for event in events] == numbers
@@ -97,26 +97,26 @@ async def test_events_are_those_of_a_run(run: int, numbers: list[int]) -> None:
 
 
 async def test_a_patient_client_gets_the_next_event() -> None:
-    service = StandIn()
+    service = ServiceStandIn()
     asyncio.get_running_loop().call_later(3.0, service.log.emit, HomingDone())
-    async with door(service) as client:
+    async with app_client(service) as client:
         events = (await client.get("/v1/events?since=0&wait=10")).json()
     assert [event["kind"] for event in events] == ["homed"]
 
 
 async def test_patience_ends() -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         assert (await client.get("/v1/events?wait=10")).json() == []
     await elapse(0.0)  # the word that nobody waits any more travels from one loop to the other
 
 
-async def test_the_twin_tells_where_its_parts_stand() -> None:
-    async with door(StandIn(), parts=True) as client:
+async def test_twin_reports_the_positions_of_its_parts() -> None:
+    async with app_client(ServiceStandIn(), parts=True) as client:
         assert (await client.get("/v1/twin")).json() == {"parts": {"cube": [0.5, 1.0, 0.4]}}
 
 
 async def test_a_real_machine_has_no_twin() -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         assert problem(await client.get("/v1/twin"))["code"] == NotFound.code
 
 
@@ -133,27 +133,27 @@ async def test_a_real_machine_has_no_twin() -> None:
     ],
 )
 async def test_an_error_keeps_its_code_words_and_details(error: MayaError, status: int) -> None:
-    service = StandIn()
+    service = ServiceStandIn()
     service.error = error
-    async with door(service) as client:
+    async with app_client(service) as client:
         body = problem(await client.get("/v1/jobs/7"))
     assert (body["status"], body["code"], body["detail"]) == (status, error.code, str(error))
     assert body["details"].keys() == error.details.keys()
 
 
 async def test_an_error_speaks_the_clients_language() -> None:
-    service = StandIn()
+    service = ServiceStandIn()
     service.error = Busy(doing="x")
-    async with door(service) as client:
+    async with app_client(service) as client:
         body = problem(await client.get("/v1/status", headers={"Accept-Language": "es-CO"}))
     assert body["detail"] == service.error.text("es")
 
 
-async def test_what_nobody_foresaw_is_one_sentence(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_unexpected_error_is_one_sentence(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    service = StandIn()
+    service = ServiceStandIn()
     service.error = ZeroDivisionError("surprise")
-    async with door(service) as client:
+    async with app_client(service) as client:
         body = problem(await client.get("/v1/status"))
     assert (body["status"], body["code"]) == (500, 5999)
     assert "surprise" in (tmp_path / "maya" / "maya.log").read_text()
@@ -193,8 +193,8 @@ async def test_what_nobody_foresaw_is_one_sentence(tmp_path: Any, monkeypatch: p
     ],
 )
 async def test_a_bad_body_is_refused_and_never_reaches_the_service(path: str, content: bytes) -> None:
-    service = StandIn()
-    async with door(service) as client:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         body = problem(await client.post(path, content=content))
     assert body["code"] in {4001, 4005}
     assert service.asked == []
@@ -215,15 +215,15 @@ async def test_a_bad_body_is_refused_and_never_reaches_the_service(path: str, co
     ],
 )
 async def test_unknown_paths_and_values_are_refused(method: str, path: str, status: int) -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         content = b'{"command": "home"}' if method == "POST" else None
         body = problem(await client.request(method, path, content=content))
     assert (body["status"], body["code"]) == (status, 4005)
 
 
 async def test_a_body_too_long_is_refused() -> None:
-    service = StandIn()
-    async with door(service) as client:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         body = problem(await client.post("/v1/jobs", content=json.dumps({"name": "x" * BODY_LIMIT})))
     assert body["status"] == 413
     assert service.asked == []
@@ -237,14 +237,14 @@ _BRACKETS = [{"Host": "[::1"}, {"Origin": "http://[::1"}]
     [{"Host": "maya.example.org"}, {"Host": "127.0.0.1.example.org"}, {"Origin": "https://example.org"}, *_BRACKETS],
 )
 async def test_only_this_machine_may_command(headers: dict[str, str]) -> None:
-    service = StandIn()
-    async with door(service) as client:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         assert problem(await client.post("/v1/stop", headers=headers))["status"] == 403
     assert service.asked == []
 
 
 @pytest.mark.parametrize("name", ["localhost", "127.0.0.1:80", "[::1]:4133"])
 async def test_every_name_of_loopback_is_accepted(name: str) -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         response = await client.get("/v1/health", headers={"Host": name, "Origin": f"http://{name}"})
     assert response.status_code == 200

@@ -23,7 +23,7 @@ def test_the_log_has_the_traceback_and_the_sentence_has_the_log() -> None:
     assert "Traceback" in log_path().read_text()
 
 
-def test_a_log_that_cannot_be_written_is_no_second_error(tmp_path: Path) -> None:
+def test_unwritable_log_raises_no_second_error(tmp_path: Path) -> None:
     (tmp_path / "maya").write_text("in the way")
     assert "cannot be written" in str(written_down(ValueError("first")))
 
@@ -33,7 +33,7 @@ def test_half_a_character_is_written_down_too() -> None:
     assert "ud800" in log_path().read_text()
 
 
-def test_what_nobody_waits_for_goes_to_the_log(capsys: pytest.CaptureFixture[str]) -> None:
+def test_error_of_an_unawaited_task_goes_to_the_log(capsys: pytest.CaptureFixture[str]) -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()
         keep_quiet(loop)

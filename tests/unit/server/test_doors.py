@@ -1,4 +1,4 @@
-"""Doors and their bounds: real sockets, so these tests run in real loops and threads."""
+"""Listeners and their limits: real sockets, so these tests run in real loops and threads."""
 
 from __future__ import annotations
 
@@ -25,15 +25,18 @@ from maya_un.http.middleware import OriginPolicy
 from maya_un.http.protocol import ConnectionSlots
 from maya_un.http.thread import LOOPBACK, ListeningSocket, bound_socket, far_socket, served, tls_of
 from maya_un.service.service import Service
-from tests.unit.server.stand_in import StandIn
+from tests.unit.server.stand_in import ServiceStandIn
 
 T = TypeVar("T")
 
 
 def serving(
-    work: Callable[[str], T], *far: ListeningSocket, near: ListeningSocket | None = None, service: StandIn | None = None
+    work: Callable[[str], T],
+    *far: ListeningSocket,
+    near: ListeningSocket | None = None,
+    service: ServiceStandIn | None = None,
 ) -> T:
-    """Return what `work` returns in a thread of its own while a server is at its doors; it gets the first one's URL."""
+    """Return the result of `work` in another thread while a server listens; it gets the URL of the first listener."""
 
     async def main() -> T:
         loop = asyncio.get_running_loop()
@@ -52,7 +55,7 @@ def connected(url: str) -> socket.socket:
 
 
 def health(connection: http.client.HTTPConnection) -> tuple[int, Any]:
-    """Return what the server says of itself, and hang up."""
+    """Return the description of the server, and disconnect."""
     try:
         connection.request("GET", "/v1/health")
         response = connection.getresponse()
@@ -71,7 +74,7 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return cert, key
 
 
-def test_one_door_speaks_tls_and_the_other_does_not(certificate: tuple[Path, Path]) -> None:
+def test_one_listener_uses_tls_and_the_other_does_not(certificate: tuple[Path, Path]) -> None:
     far = far_socket(LOOPBACK, 0, tls_of(*certificate))
     trusting = ssl.create_default_context(cafile=str(certificate[0]))
 
@@ -91,9 +94,7 @@ def test_old_tls_is_not_spoken(certificate: tuple[Path, Path]) -> None:
 
 
 @pytest.mark.parametrize("broken", ["missing", "no certificate", "another's key"])
-def test_a_certificate_that_is_none_is_told_at_once(
-    broken: str, certificate: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_invalid_certificate_is_reported_at_once(broken: str, certificate: tuple[Path, Path], tmp_path: Path) -> None:
     cert, key = certificate
     if broken == "missing":
         cert = tmp_path / "nowhere.pem"
@@ -107,7 +108,7 @@ def test_a_certificate_that_is_none_is_told_at_once(
         tls_of(cert, key)
 
 
-def test_a_key_with_a_password_asks_nobody_for_it(certificate: tuple[Path, Path], tmp_path: Path) -> None:
+def test_key_with_a_password_prompts_for_none(certificate: tuple[Path, Path], tmp_path: Path) -> None:
     key = tmp_path / "key.pem"
     line = ["openssl", "ec", "-in", str(certificate[1]), "-out", str(key), "-aes128", "-passout", "pass:secret"]
     subprocess.run(line, check=True, capture_output=True)
@@ -115,7 +116,7 @@ def test_a_key_with_a_password_asks_nobody_for_it(certificate: tuple[Path, Path]
         tls_of(certificate[0], key)
 
 
-def test_a_port_that_is_taken_and_an_address_of_somebody_else() -> None:
+def test_taken_port_and_foreign_address_are_refused() -> None:
     with bound_socket(0) as door, pytest.raises(AddressInUse):
         door.listen()
         bound_socket(door.getsockname()[1])
@@ -130,14 +131,14 @@ def test_a_port_is_taken_from_the_instant_it_is_given_also_before_anybody_is_ser
         bound_socket(first.getsockname()[1])
 
 
-def test_a_door_has_so_many_places_for_one_address_and_in_all() -> None:
+def test_listener_limits_connections_per_address_and_in_all() -> None:
     places = ConnectionSlots(most=3, most_each=2)
     assert [places.take(address) for address in ("a", "a", "a", "b", "c")] == [True, True, False, True, False]
     places.give_back("a")
     assert [places.take(address) for address in ("c", "a")] == [True, False]
 
 
-def test_who_has_all_places_of_one_door_keeps_nobody_from_the_other() -> None:
+def test_full_listener_does_not_block_the_other() -> None:
     far = ListeningSocket(bound_socket(0), most=2, most_each=2)
 
     def ask(url: str) -> tuple[int, int]:
@@ -154,9 +155,9 @@ def test_who_has_all_places_of_one_door_keeps_nobody_from_the_other() -> None:
 @pytest.mark.parametrize(
     "said", [b"", b"GET /v1/sta", b"POST /v1/stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\n"]
 )
-def test_who_says_stop_is_heard_however_many_connections_there_are(said: bytes) -> None:
+def test_stop_is_served_however_many_connections_there_are(said: bytes) -> None:
     near = ListeningSocket(bound_socket(0), most=4, most_each=4)
-    service = StandIn()
+    service = ServiceStandIn()
 
     def ask(url: str) -> list[int]:
         host = url.removeprefix("http://")
@@ -178,7 +179,7 @@ def test_who_says_stop_is_heard_however_many_connections_there_are(said: bytes) 
     assert [what for what, *_ in service.asked] == ["stop", "abort"]
 
 
-def test_who_stays_without_a_place_and_says_nothing_is_cut_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_connection_beyond_the_limit_is_closed_soon(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol, "STOP_PATIENCE", 0.05)
     near = ListeningSocket(bound_socket(0), most=1, most_each=1)
 
@@ -210,7 +211,7 @@ def test_a_place_is_free_again_after_its_connection() -> None:
 
 
 @pytest.mark.parametrize("said", [b"", b"GET /v1/health HTTP/1.1\r\nHost: local", b"\x16\x03\x01"])
-def test_a_request_that_does_not_come_to_its_point_is_cut(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_incomplete_request_is_cut(said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol, "HEAD_PATIENCE", 0.05)
 
     def ask(url: str) -> bytes:
@@ -224,7 +225,7 @@ def test_a_request_that_does_not_come_to_its_point_is_cut(said: bytes, monkeypat
     assert serving(ask) in {b"", b"HTTP/1.1 400"}
 
 
-def test_one_that_goes_on_drop_by_drop_after_a_good_request_is_cut_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_second_request_is_cut_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(protocol, "HEAD_PATIENCE", 0.2)
 
     def ask(url: str) -> bytes:
@@ -243,7 +244,7 @@ def test_one_that_goes_on_drop_by_drop_after_a_good_request_is_cut_too(monkeypat
     assert serving(ask) == b"HTTP/1.1 200"
 
 
-def test_what_is_no_http_is_refused_with_our_code() -> None:
+def test_invalid_http_is_refused_with_our_code() -> None:
     def ask(url: str) -> bytes:
         with connected(url) as line:
             line.sendall(b"TP\r\n\r\n")

@@ -18,7 +18,7 @@ def refused(edge: OriginPolicy, host: str, origin: str | None = None, *, local: 
 
 
 @pytest.mark.parametrize("host", ["localhost:4133", "127.0.0.1", "[::1]:4133", "LOCALHOST"])
-def test_loopback_has_names_of_its_own(host: str) -> None:
+def test_loopback_has_its_own_names(host: str) -> None:
     assert refused(OriginPolicy(), host) is None
     assert refused(REMOTE, host) is None
 
@@ -33,7 +33,7 @@ def test_other_machines_know_the_robot_by_its_names_and_addresses(host: str) -> 
     assert refused(REMOTE, host, local=False) is None
 
 
-def test_a_name_that_was_bent_to_our_address_is_none_of_ours() -> None:
+def test_foreign_name_that_resolves_to_us_is_refused() -> None:
     assert refused(REMOTE, "evil.example.org:4134", local=False) == "Host"
 
 
@@ -65,6 +65,6 @@ def test_an_origin_is_written_as_a_browser_sends_it() -> None:
 @pytest.mark.parametrize(
     "text", ["panel.example.org", "ftp://x", "https://", "https://x/page", "https://u@x", "http://["]
 )
-def test_what_is_no_origin_is_refused(text: str) -> None:
+def test_invalid_origin_is_refused(text: str) -> None:
     with pytest.raises(InvalidValue):
         origin_of(text)

@@ -1,4 +1,4 @@
-"""What stands before every request, HTTP and websockets alike."""
+"""Middleware for every request, HTTP and websockets alike."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from maya_un import __version__
 from maya_un.errors import Busy, MayaError, TooMuchAsked, WorkerFailed
 from maya_un.http import log, middleware
 from maya_un.http.middleware import OriginPolicy, Rate
-from tests.unit.server.stand_in import StandIn, door, problem
+from tests.unit.server.stand_in import ServiceStandIn, app_client, problem
 from tests.virtual_time import elapse
 
 FEW = OriginPolicy(near=Rate(1.0, 3.0), far=Rate(0.5, 1.0), remote=True)
@@ -25,23 +25,23 @@ FEW = OriginPolicy(near=Rate(1.0, 3.0), far=Rate(0.5, 1.0), remote=True)
     ("method", "path", "status"),
     [("GET", "/v1/health", 200), ("GET", "/nowhere", 404), ("PUT", "/v1/stop", 405), ("OPTIONS", "/v1/stop", 204)],
 )
-async def test_every_answer_says_whose_it_is(method: str, path: str, status: int) -> None:
-    async with door(StandIn()) as client:
+async def test_every_answer_has_the_version_and_a_request_id(method: str, path: str, status: int) -> None:
+    async with app_client(ServiceStandIn()) as client:
         first, second = [await client.request(method, path) for _ in range(2)]
     assert (first.status_code, first.headers["maya"]) == (status, __version__)
     assert first.headers["maya-request"] != second.headers["maya-request"]
 
 
-async def test_a_refusal_at_the_gate_says_so_too() -> None:
-    async with door(StandIn()) as client:
+async def test_refusal_by_the_middleware_has_an_id_too() -> None:
+    async with app_client(ServiceStandIn()) as client:
         refused = await client.get("/v1/health", headers={"Host": "elsewhere", "Accept-Language": "es"})
     assert (refused.status_code, refused.headers["maya"]) == (403, __version__)
     assert refused.headers["content-language"] == "es"
 
 
-async def test_who_asks_too_often_waits_and_stop_does_not() -> None:
-    service = StandIn()
-    async with door(service, edge=FEW) as client:
+async def test_throttled_client_waits_and_stop_does_not() -> None:
+    service = ServiceStandIn()
+    async with app_client(service, edge=FEW) as client:
         answers = [(await client.get("/v1/status")).status_code for _ in range(5)]
         refused = await client.get("/v1/status")
         stops = [(await client.post("/v1/stop")).status_code for _ in range(20)]
@@ -53,23 +53,23 @@ async def test_who_asks_too_often_waits_and_stop_does_not() -> None:
 
 
 async def test_other_machines_have_a_measure_of_their_own() -> None:
-    service = StandIn()
-    async with door(service, edge=FEW, source="192.168.1.7") as client:
+    service = ServiceStandIn()
+    async with app_client(service, edge=FEW, source="192.168.1.7") as client:
         assert [(await client.get("/v1/status")).status_code for _ in range(2)] == [200, 429]
-    async with door(service, edge=FEW) as client:
+    async with app_client(service, edge=FEW) as client:
         forwarded = {"X-Forwarded-For": "10.0.0.9"}
         assert [(await client.get("/v1/status", headers=forwarded)).status_code for _ in range(2)] == [200, 429]
 
 
 async def test_head_is_get_without_a_body() -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         whole, head = await client.get("/v1/health"), await client.head("/v1/health")
     assert (head.status_code, head.content) == (200, b"")
     assert head.headers["content-length"] == str(len(whole.content))
 
 
-async def test_options_and_a_wrong_method_tell_what_may_be_asked() -> None:
-    async with door(StandIn()) as client:
+async def test_options_and_a_wrong_method_list_the_allowed_ones() -> None:
+    async with app_client(ServiceStandIn()) as client:
         options, wrong = await client.options("/v1/jobs/7"), await client.put("/v1/jobs/7")
         nowhere = await client.options("/v1/nowhere")
     assert options.headers["allow"] == wrong.headers["allow"] == "DELETE, GET, HEAD, OPTIONS, PATCH"
@@ -80,7 +80,7 @@ PAGE = {"Origin": "http://localhost:3000"}
 
 
 async def test_a_page_that_may_command_may_read_the_answer() -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         asked = await client.options("/v1/jobs", headers=PAGE | {"Access-Control-Request-Method": "POST"})
         answer = await client.get("/v1/health", headers=PAGE)
         plain = await client.get("/v1/health")
@@ -121,9 +121,9 @@ def application(client: httpx.AsyncClient) -> Any:
     return transport.app
 
 
-async def test_a_body_that_does_not_come_is_not_waited_for() -> None:
-    service = StandIn()
-    async with door(service) as client:
+async def test_missing_body_is_not_awaited() -> None:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         beginning: Message = {"type": "http.request", "body": b"{", "more_body": True}
         began = asyncio.get_running_loop().time()
         sent = await asked_of(application(client), [beginning], scope_of("http", "/v1/jobs"))
@@ -132,9 +132,9 @@ async def test_a_body_that_does_not_come_is_not_waited_for() -> None:
     assert service.asked == []
 
 
-async def test_nothing_is_done_for_a_client_that_went_away_before_it_had_said_all() -> None:
-    service = StandIn()
-    async with door(service) as client:
+async def test_incomplete_request_of_a_closed_connection_does_nothing() -> None:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         said: list[Message] = [
             {"type": "http.request", "body": b'{"command": "home"}', "more_body": True},
             {"type": "http.disconnect"},
@@ -145,7 +145,7 @@ async def test_nothing_is_done_for_a_client_that_went_away_before_it_had_said_al
 
 @pytest.mark.parametrize("headers", [[(b"origin", b"https://elsewhere")], [(b"host", b"elsewhere")]])
 async def test_a_websocket_of_a_stranger_is_refused_before_it_is_one(headers: list[tuple[bytes, bytes]]) -> None:
-    async with door(StandIn()) as client:
+    async with app_client(ServiceStandIn()) as client:
         scope = scope_of("websocket", "/v1/stream", headers=headers, extensions={"websocket.http.response": {}})
         scope["headers"] = [*headers, *scope["headers"]]
         sent = await asked_of(application(client), [{"type": "websocket.connect"}], scope)
@@ -153,13 +153,11 @@ async def test_a_websocket_of_a_stranger_is_refused_before_it_is_one(headers: li
     assert (b"maya", __version__.encode()) in sent[0]["headers"]
 
 
-async def test_what_changes_something_or_is_refused_stands_in_the_log(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_changes_and_refusals_are_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path))
-    service = StandIn()
+    service = ServiceStandIn()
     with log.kept(people=False):
-        async with door(service) as client:
+        async with app_client(service) as client:
             await client.get("/v1/status")
             stop = await client.post("/v1/stop")
             service.error = Busy(doing="x")
@@ -174,9 +172,9 @@ async def test_what_changes_something_or_is_refused_stands_in_the_log(
 
 
 @pytest.mark.parametrize(("error", "status"), [(TooMuchAsked(most=4), 429), (WorkerFailed(reason="it ended"), 503)])
-async def test_refusal_by_the_worker_tells_when_to_try_again(error: MayaError, status: int) -> None:
-    service = StandIn()
+async def test_refusal_by_the_worker_has_a_retry_time(error: MayaError, status: int) -> None:
+    service = ServiceStandIn()
     service.error = error
-    async with door(service) as client:
+    async with app_client(service) as client:
         refused = await client.get("/v1/status")
     assert (refused.status_code, refused.headers["retry-after"]) == (status, "1")

@@ -25,7 +25,7 @@ def test_so_many_at_once_and_then_at_a_rate() -> None:
     assert taken(buckets, "a", 11.5) is True
 
 
-def test_whoever_is_refused_is_told_when_to_come_again() -> None:
+def test_refused_client_learns_when_to_retry() -> None:
     buckets = Buckets(Rate(per_second=0.25, burst=1.0))
     buckets.take("a", 0.0)
     with pytest.raises(TooManyRequests) as caught:
@@ -34,7 +34,7 @@ def test_whoever_is_refused_is_told_when_to_come_again() -> None:
     assert taken(buckets, "a", 4.0)
 
 
-def test_one_source_does_not_use_up_what_another_has() -> None:
+def test_one_source_does_not_use_up_the_limit_of_another() -> None:
     buckets = Buckets(Rate(1.0, 1.0))
     assert [taken(buckets, source, 0.0) for source in ("a", "b", "a")] == [True, True, False]
 

@@ -19,11 +19,11 @@ def own_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def lines() -> list[dict[str, Any]]:
-    """Return what the file says."""
+    """Return the content of the file."""
     return [json.loads(line) for line in log.log_path().read_text(encoding="utf-8").splitlines()]
 
 
-def test_a_line_is_json_with_fields_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+def test_log_line_is_json_with_its_own_fields(capsys: pytest.CaptureFixture[str]) -> None:
     with log.kept():
         log.note("http", logging.WARNING, "POST /v1/stop 409", request="a-1", code=1010)
     (line,) = lines()
@@ -39,7 +39,7 @@ def test_a_line_is_json_with_fields_of_its_own(capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().err == f"{date} warning maya.http: POST /v1/stop 409 (1010)\n"
 
 
-def test_what_happens_to_the_robot_is_written_and_single_motions_are_not() -> None:
+def test_robot_events_are_logged_and_single_motions_are_not() -> None:
     with log.kept(people=False):
         log.note_event(MotionBegun("x", seq=1))
         log.note_event(FaultEntered(seq=2, code=2302, more={"axis": "b"}))
@@ -52,7 +52,7 @@ def test_what_happens_to_the_robot_is_written_and_single_motions_are_not() -> No
 
 
 @pytest.mark.parametrize(("under_systemd", "told"), [(True, 2), (False, 1)])
-def test_people_are_told_of_trouble_and_systemd_of_everything(
+def test_terminal_shows_problems_and_systemd_gets_everything(
     under_systemd: bool, told: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.delenv("JOURNAL_STREAM", raising=False)
@@ -86,7 +86,7 @@ def test_the_file_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lines()[-1]["number"] == 399
 
 
-def test_where_nothing_can_be_written_nothing_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unwritable_log_fails_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "folder"))
     with log.kept(people=False):
@@ -103,7 +103,7 @@ def test_a_library_complains_to_the_file_and_not_to_the_screen(capsys: pytest.Ca
     assert capsys.readouterr() == ("", "")
 
 
-def test_nobody_waits_for_a_terminal_that_takes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_blocked_terminal_delays_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     reading, writing = os.pipe()
     stuck = os.fdopen(writing, "w")
     monkeypatch.setattr("sys.stderr", stuck)

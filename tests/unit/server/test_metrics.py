@@ -11,7 +11,7 @@ from maya_un.http.metrics import LOOK, JournalHealth, Metrics
 from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.schema.robot import Status
 from maya_un.values import Joints, Mode, State
-from tests.unit.server.stand_in import StandIn, door
+from tests.unit.server.stand_in import ServiceStandIn, app_client
 from tests.virtual_time import elapse
 
 STATE = State(
@@ -37,7 +37,7 @@ WELL = JournalHealth()
 QUEUE = QueueView(QueueMode.PAUSED, "stop", "ana", "", None, (), {"queued": 2, "held": 1}, None, None)
 
 
-def told(metrics: Metrics, storage: JournalHealth = WELL) -> dict[tuple[str, ...], float]:
+def metric_values(metrics: Metrics, storage: JournalHealth = WELL) -> dict[tuple[str, ...], float]:
     """Return what Prometheus reads: values by name and labels."""
     text = metrics.text(STATUS, QUEUE, storage).decode()
     samples = [sample for family in text_string_to_metric_families(text) for sample in family.samples]
@@ -46,8 +46,8 @@ def told(metrics: Metrics, storage: JournalHealth = WELL) -> dict[tuple[str, ...
     }
 
 
-def test_how_things_stand() -> None:
-    found = told(Metrics())
+def test_state_metrics() -> None:
+    found = metric_values(Metrics())
     assert found["maya_mode", "mode=moving"] == 1.0
     assert sum(value for key, value in found.items() if key[0] == "maya_mode") == 1.0
     assert (found["maya_homed",], found["maya_moving",], found["maya_speed_ratio",], found["maya_run",]) == (
@@ -60,11 +60,11 @@ def test_how_things_stand() -> None:
     assert found["maya_queue_mode", "mode=paused"] == 1.0
     assert [found["maya_jobs", f"state={state}"] for state in ("queued", "held", "running")] == [2, 1, 0]
     assert found["maya_storage_failing",] == 0.0
-    storage = told(Metrics(), JournalHealth("no room", 12))
+    storage = metric_values(Metrics(), JournalHealth("no room", 12))
     assert (storage["maya_storage_failing",], storage["maya_storage_commits",]) == (1.0, 12.0)
 
 
-def test_what_happened_is_counted() -> None:
+def test_events_are_counted() -> None:
     metrics = Metrics()
     events = [
         *(JobAdvanced(1, "sort", state, "ana") for state in ("running", "done")),
@@ -77,7 +77,7 @@ def test_what_happened_is_counted() -> None:
     ]
     for event in events:
         metrics.happened(event)
-    found = told(metrics)
+    found = metric_values(metrics)
     assert found["maya_jobs_ended_total", "state=done"] == 1.0
     assert ("maya_jobs_ended_total", "state=running") not in found
     assert found["maya_steps_ended_total", "state=done"] == found["maya_steps_ended_total", "state=cancelled"] == 1.0
@@ -86,15 +86,15 @@ def test_what_happened_is_counted() -> None:
 
 
 async def test_requests_are_counted_by_the_path_as_declared() -> None:
-    service, metrics = StandIn(), Metrics()
-    async with door(service, metrics=metrics) as client:
+    service, metrics = ServiceStandIn(), Metrics()
+    async with app_client(service, metrics=metrics) as client:
         for number in range(3):
             await client.get(f"/v1/jobs/{number + 1}")
         await client.get("/v1/jobs/seven")
         for number in range(50):
             await client.get(f"/v1/{number}")
         await client.request("BREW", "/v1/status")
-    found = told(metrics)
+    found = metric_values(metrics)
     paths = {key for key in found if key[0] == "maya_http_requests_total"}
     assert paths == {
         ("maya_http_requests_total", "method=GET", "path=/v1/jobs/{job}", "status=200"),
@@ -116,7 +116,7 @@ async def test_a_loop_that_is_late_is_seen(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.undo()
     watching.cancel()
     await asyncio.wait({watching})
-    found = told(metrics)
+    found = metric_values(metrics)
     assert found["maya_loop_lag_seconds_bucket", "le=0.0005"] == 1.0
     assert found["maya_loop_lag_seconds_count",] == 2.0
     assert found["maya_loop_lag_seconds_bucket", "le=0.2"] == 1.0
@@ -128,11 +128,11 @@ async def test_replies_of_the_controller_are_timed() -> None:
     tap = metrics.timer(speed=10.0)
     tap("rx", b"unasked")
     tap("tx", b"TP\r")
-    await elapse(0.1)  # 10 ms for whoever watches a clock ten times as fast
+    await elapse(0.1)  # 10 ms for a client of a clock ten times as fast
     tap("tx", b"QR\r")
     await elapse(0.05)
     tap("rx", b"1,2,3\r\n:")
     tap("rx", b"the rest")
-    found = told(metrics)
+    found = metric_values(metrics)
     assert found["maya_link_seconds_count",] == 1.0
     assert found["maya_link_seconds_sum",] == pytest.approx(0.015)

@@ -35,7 +35,7 @@ def references(value: Any) -> set[str]:
     return own.union(*map(references, value.values()))
 
 
-def test_every_path_is_in_the_document_under_a_name_of_its_own() -> None:
+def test_every_path_is_in_the_document_under_its_own_name() -> None:
     declared = {(method.lower(), route.path_format) for route, _ in ruled(APP) for method in route.methods or ()}
     assert {(method, path) for method, path, _ in OPERATIONS} == declared
     names = Counter(operation["operationId"] for _, _, operation in OPERATIONS)
@@ -43,7 +43,7 @@ def test_every_path_is_in_the_document_under_a_name_of_its_own() -> None:
     assert all(name.isidentifier() and name.islower() for name in names)
 
 
-def test_what_is_referred_to_is_there() -> None:
+def test_references_have_a_target() -> None:
     for reference in references(DOCUMENT):
         found: Any = DOCUMENT
         for part in reference.removeprefix("#/").split("/"):
@@ -53,9 +53,7 @@ def test_what_is_referred_to_is_there() -> None:
 @pytest.mark.parametrize(
     ("method", "path", "operation"), OPERATIONS, ids=lambda one: one if isinstance(one, str) else ""
 )
-def test_every_operation_says_what_it_does_and_how_it_refuses(
-    method: str, path: str, operation: dict[str, Any]
-) -> None:
+def test_every_operation_has_a_description_and_its_errors(method: str, path: str, operation: dict[str, Any]) -> None:
     assert operation["summary"] and operation["tags"] and operation["responses"]
     wishes = [Operation(name) for name in operation["x-maya-operations"]]
     assert ("401" in operation["responses"]) == bool(wishes) or path == "/v1/session"
@@ -68,7 +66,7 @@ def test_every_operation_says_what_it_does_and_how_it_refuses(
             assert codes and set(codes) <= set(by_code())
 
 
-def test_stop_needs_no_token_and_what_drives_needs_the_lease() -> None:
+def test_stop_needs_no_token_and_driving_needs_the_lease() -> None:
     security = {operation["operationId"]: operation["security"] for _, _, operation in OPERATIONS}
     assert security["stop"] == security["abort"] == [{}, {"token": []}]
     assert security["jog"] == [{"token": [], "lease": []}]

@@ -38,7 +38,7 @@ async def test_all_readers_together_have_their_share_of_the_time(readers: int, s
     assert sum(used) == pytest.approx(0.2 * 20.0, rel=0.25)
 
 
-async def test_who_comes_when_nobody_was_there_waits_for_nothing() -> None:
+async def test_first_comer_waits_for_nothing() -> None:
     share, loop = LoopShare(), asyncio.get_running_loop()
     async with share.turn():
         await elapse(0.1)

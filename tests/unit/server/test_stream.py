@@ -22,13 +22,13 @@ from maya_un.http.stream import messages, server, session
 from maya_un.http.stream.messages import LONGEST_MESSAGE
 from maya_un.http.thread import bound_socket
 from maya_un.service.access.operations import LOCAL
-from tests.streaming import Client, Sluggard, Watched, connected, streamed
+from tests.streaming import Client, SlowReader, Watched, connected, streamed
 from tests.virtual_time import turn
 
 Story = Callable[[Watched, Client], Awaitable[None]]
 
 
-def told(story: Story, *, before: int = 0, run_number: int = 1, speed: float = 1.0) -> None:
+def run_story(story: Story, *, before: int = 0, run_number: int = 1, speed: float = 1.0) -> None:
     """Have one client live through `story` at a service that had so many events before."""
 
     async def main() -> None:
@@ -40,7 +40,7 @@ def told(story: Story, *, before: int = 0, run_number: int = 1, speed: float = 1
     run(main(), partial(ScaledLoop, speed) if speed != 1.0 else None)
 
 
-def test_a_client_is_greeted_with_versions_run_last_event_and_who_it_is() -> None:
+def test_greeting_has_versions_run_last_event_and_caller() -> None:
     async def story(_: Watched, client: Client) -> None:
         assert client.got == [
             {
@@ -53,10 +53,10 @@ def test_a_client_is_greeted_with_versions_run_last_event_and_who_it_is() -> Non
             }
         ]
 
-    told(story, before=3, run_number=4)
+    run_story(story, before=3, run_number=4)
 
 
-def test_what_is_not_understood_is_answered_and_the_client_stays() -> None:
+def test_invalid_message_is_answered_and_the_client_stays() -> None:
     async def story(_: Watched, client: Client) -> None:
         for text in ("[]", "{", '{"type": "dance", "id": 7}', '{"type": "subscribe", "state": {"rate": 1000}}'):
             await client.connection.send(text)
@@ -64,7 +64,7 @@ def test_what_is_not_understood_is_answered_and_the_client_stays() -> None:
             assert (answer["type"], answer["code"]) == ("error", 4005)
         assert (await client.ask("ping"))["type"] == "pong"
 
-    told(story)
+    run_story(story)
 
 
 def test_an_error_is_in_the_language_of_the_request() -> None:
@@ -82,11 +82,11 @@ def test_a_message_that_is_too_long_ends_the_connection() -> None:
             await client.until("nothing")
         assert client.connection.close_code == 1009
 
-    told(story)
+    run_story(story)
 
 
 @pytest.mark.parametrize("speed", [1.0, 100.0])
-def test_states_events_and_the_queue_come_as_they_are_subscribed_to(speed: float) -> None:
+def test_states_events_and_the_queue_follow_the_subscription(speed: float) -> None:
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", state={"rate": 50}, events={"since": 0}, queue=True)
         assert (await client.until("state"))["state"]["counts"] == [0, 0, 0]
@@ -97,7 +97,7 @@ def test_states_events_and_the_queue_come_as_they_are_subscribed_to(speed: float
         assert await client.events_to(5) == [1, 2, 3, 4, 5]
         assert "queue" in {message["type"] for message in client.got}
 
-    told(story, before=2, speed=speed)
+    run_story(story, before=2, speed=speed)
 
 
 def test_events_are_without_a_gap_from_the_past_into_the_present() -> None:
@@ -108,7 +108,7 @@ def test_events_are_without_a_gap_from_the_past_into_the_present() -> None:
             await turn()
         assert await client.events_to(2300) == list(range(18, 2301))
 
-    told(story, before=2000)
+    run_story(story, before=2000)
 
 
 def test_without_a_number_events_are_those_from_now_on() -> None:
@@ -117,10 +117,10 @@ def test_without_a_number_events_are_those_from_now_on() -> None:
         watched.happen()
         assert await client.events_to(6) == [6]
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
-def test_events_can_be_ended_and_begun_again_behind_any_number() -> None:
+def test_events_can_be_ended_and_restarted_after_any_number() -> None:
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", events={"since": 3})
         await client.events_to(5)
@@ -129,7 +129,7 @@ def test_events_can_be_ended_and_begun_again_behind_any_number() -> None:
         await client.ask("subscribe", events={"since": 1})
         assert await client.events_to(7) == [4, 5, 2, 3, 4, 5, 6, 7]
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
 def test_a_number_that_is_not_there_yet_is_refused() -> None:
@@ -137,10 +137,10 @@ def test_a_number_that_is_not_there_yet_is_refused() -> None:
         answer = await client.ask("subscribe", events={"since": 6})
         assert (answer["code"], answer["details"]["key"]) == (4005, "events.since")
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
-def test_events_that_are_forgotten_are_told_as_such() -> None:
+def test_forgotten_events_are_reported() -> None:
     async def story(watched: Watched, client: Client) -> None:
         watched.forgotten = 3
         await client.say("subscribe", events={"since": 1})
@@ -149,20 +149,20 @@ def test_events_that_are_forgotten_are_told_as_such() -> None:
         await client.ask("subscribe", events={"since": 3})
         assert await client.events_to(5) == [4, 5]
 
-    told(story, before=5)
+    run_story(story, before=5)
 
 
-def test_a_client_of_another_run_is_told_and_gets_everything_of_this_one() -> None:
+def test_client_of_another_run_is_notified_and_gets_this_run() -> None:
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", events={"since": 900, "run": 1})
         assert await client.until("restart") == {"type": "restart", "run": 2}
         watched.happen()
         assert await client.events_to(4) == [1, 2, 3, 4]
 
-    told(story, before=3, run_number=2)
+    run_story(story, before=3, run_number=2)
 
 
-def test_one_that_falls_too_far_behind_is_told_where_it_was_and_goes_on_from_there() -> None:
+def test_client_too_far_behind_is_notified_and_goes_on_from_there() -> None:
     async def main() -> None:
         watched = Watched()
         async with streamed(watched, most_behind=100) as url, connected(url) as well:
@@ -174,17 +174,17 @@ def test_one_that_falls_too_far_behind_is_told_where_it_was_and_goes_on_from_the
                     await well.events_to(20 * round_)
                 with pytest.raises(ConnectionClosed):
                     await slow.until("nothing")
-            told = slow.got[-1]
-            assert (told["type"], told["code"], slow.connection.close_code) == ("error", 4016, 4016)
-            assert slow.numbers == list(range(1, told["details"]["since"] + 1))
+            run_story = slow.got[-1]
+            assert (run_story["type"], run_story["code"], slow.connection.close_code) == ("error", 4016, 4016)
+            assert slow.numbers == list(range(1, run_story["details"]["since"] + 1))
             async with connected(url) as again:
-                await again.say("subscribe", events={"since": told["details"]["since"], "run": 1})
+                await again.say("subscribe", events={"since": run_story["details"]["since"], "run": 1})
                 assert slow.numbers + await again.events_to(1600) == list(range(1, 1601))
 
     run(main())
 
 
-def test_many_clients_come_and_go_and_the_service_is_looked_at_only_while_there_are_any() -> None:
+def test_service_is_watched_only_while_there_are_clients() -> None:
     async def main() -> None:
         watched = Watched()
         before = asyncio.all_tasks()
@@ -221,11 +221,11 @@ def test_a_service_that_fails_ends_its_clients_with_a_code(
         assert (client.got[-1]["type"], client.got[-1]["code"]) == ("error", 5999)
         assert client.connection.close_code == 1011
 
-    told(story)
+    run_story(story)
     assert "Traceback" in next(tmp_path.rglob("maya.log")).read_text(encoding="utf-8")
 
 
-def test_the_end_of_the_server_is_told_to_its_clients(capfd: pytest.CaptureFixture[str]) -> None:
+def test_clients_are_notified_of_the_end_of_the_server(capfd: pytest.CaptureFixture[str]) -> None:
     async def main() -> int | None:
         watched = Watched()
         async with streamed(watched) as url:
@@ -256,7 +256,7 @@ def test_a_flood_of_messages_is_answered_in_order_and_not_faster_than_the_robot_
         assert answers == list(range(300))
         assert asyncio.get_running_loop().time() - began >= (300 - session.BURST - 1) / session.MOST_MESSAGES
 
-    told(story)
+    run_story(story)
 
 
 def test_a_message_in_bytes_is_a_message() -> None:
@@ -264,7 +264,7 @@ def test_a_message_in_bytes_is_a_message() -> None:
         await client.connection.send(json.dumps({"type": "ping"}).encode())
         assert (await client.hear())["type"] == "pong"
 
-    told(story)
+    run_story(story)
 
 
 async def guarded(watched: Watched) -> tuple[str, str]:
@@ -274,7 +274,7 @@ async def guarded(watched: Watched) -> tuple[str, str]:
     return admin.token, viewer.token
 
 
-def test_who_shows_a_token_by_header_is_greeted_by_name() -> None:
+def test_token_in_the_header_is_greeted_by_name() -> None:
     async def main() -> None:
         watched = Watched()
         _, viewer = await guarded(watched)
@@ -309,7 +309,7 @@ def test_a_browser_shows_its_token_by_the_first_message() -> None:
         ({"type": "what"}, 4005),
     ],
 )
-def test_who_shows_nothing_that_is_right_is_told_why_and_let_go(first: dict[str, Any], code: int) -> None:
+def test_wrong_token_is_refused_with_the_reason_and_closed(first: dict[str, Any], code: int) -> None:
     async def main() -> None:
         watched = Watched()
         await guarded(watched)
@@ -324,7 +324,7 @@ def test_who_shows_nothing_that_is_right_is_told_why_and_let_go(first: dict[str,
     run(main())
 
 
-def test_who_says_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_client_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "INTRODUCTION", 0.05)
 
     async def main() -> None:
@@ -377,7 +377,7 @@ def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest
     run(main())
 
 
-def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stream_without_a_token_ends_when_the_first_user_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
 
     async def story(watched: Watched, client: Client) -> None:
@@ -387,10 +387,10 @@ def test_stream_without_a_token_ends_when_users_come_to_be_kept(monkeypatch: pyt
         with pytest.raises(ConnectionClosed):
             await client.hear()
 
-    told(story)
+    run_story(story)
 
 
-def test_stream_of_somebody_demoted_goes_on_with_the_lesser_role() -> None:
+def test_stream_of_a_demoted_user_goes_on_with_the_lower_role() -> None:
     async def main() -> None:
         watched = Watched()
         admin, _ = await guarded(watched)
@@ -402,7 +402,7 @@ def test_stream_of_somebody_demoted_goes_on_with_the_lesser_role() -> None:
     run(main())
 
 
-def test_who_asks_for_the_past_again_and_again_is_heard_less_and_less() -> None:
+def test_repeated_requests_for_the_past_are_throttled() -> None:
     async def main() -> float:
         loop = asyncio.get_running_loop()
         async with streamed(Watched()) as url, connected(url) as client:
@@ -443,7 +443,7 @@ def test_a_client_that_does_not_answer_pings_is_cut_off(monkeypatch: pytest.Monk
     async def main() -> None:
         watched, loop = Watched(), asyncio.get_running_loop()
         async with streamed(watched) as url:
-            dead = await loop.run_in_executor(None, Sluggard, url)
+            dead = await loop.run_in_executor(None, SlowReader, url)
             got = await loop.run_in_executor(None, dead.read_on)
             assert [message["type"] for message in got] == ["hello"]
             dead.close()

@@ -22,7 +22,7 @@ async def soon() -> None:
 
 
 class Ear:
-    """What a reader's frames go to; it can stop to take them."""
+    """Receives a reader's frames; it can stop taking them."""
 
     def __init__(self) -> None:
         self.on_room: Callable[[], None] | None = None
@@ -51,7 +51,7 @@ class Ear:
 
     @property
     def counts(self) -> list[int]:
-        """What the states count."""
+        """The count in the states."""
         return [message["state"]["counts"][0] for message in self.heard if message["type"] == "state"]
 
     @property
@@ -109,7 +109,7 @@ async def scene(*, speed: float = 1.0, most: int = 1000, before: int = 0) -> Asy
         await asyncio.gather(task, return_exceptions=True)
 
 
-async def test_the_state_of_now_comes_at_once_and_a_new_one_when_it_is_published() -> None:
+async def test_current_state_is_sent_at_once_and_new_ones_when_published() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 10.0)
@@ -120,7 +120,7 @@ async def test_the_state_of_now_comes_at_once_and_a_new_one_when_it_is_published
         assert ear.counts == [0, 1]
 
 
-async def test_states_come_at_most_as_often_as_wanted_and_the_last_one_always() -> None:
+async def test_states_are_throttled_and_the_last_one_is_always_sent() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 5.0)
@@ -133,7 +133,7 @@ async def test_states_come_at_most_as_often_as_wanted_and_the_last_one_always() 
         assert ear.counts[-1] == 1000
 
 
-async def test_states_at_just_the_rate_wanted_are_shown_as_they_come() -> None:
+async def test_states_at_the_requested_rate_are_sent_unthrottled() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 20.0)
@@ -144,7 +144,7 @@ async def test_states_at_just_the_rate_wanted_are_shown_as_they_come() -> None:
             assert ear.counts[-1] == shown
 
 
-async def test_what_says_nothing_new_is_sent_as_a_slow_heartbeat_only() -> None:
+async def test_unchanged_state_is_sent_as_a_slow_heartbeat_only() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_states(reader, 50.0)
@@ -157,7 +157,7 @@ async def test_what_says_nothing_new_is_sent_as_a_slow_heartbeat_only() -> None:
         assert ear.heard[1]["state"]["time"] == pytest.approx(HEARTBEAT, abs=0.2)
 
 
-async def test_a_state_that_goes_and_comes_back_is_seen_as_it_is_in_the_end() -> None:
+async def test_state_that_changes_back_is_sent_in_its_final_form() -> None:
     async with scene() as here:
         slow_ear, slow = here.reader()
         fast_ear, fast = here.reader()
@@ -237,7 +237,7 @@ async def test_one_that_takes_little_at_a_time_loses_no_event() -> None:
         assert ear.numbers == list(range(1, 2801))
 
 
-async def test_one_that_is_too_far_behind_is_lost_and_nobody_else() -> None:
+async def test_reader_too_far_behind_is_dropped_alone() -> None:
     async with scene(most=10) as here:
         slow, _ = here.following()
         well, _ = here.following()
@@ -254,7 +254,7 @@ async def test_one_that_is_too_far_behind_is_lost_and_nobody_else() -> None:
         assert well.numbers == list(range(1, 17))
 
 
-async def test_events_go_on_behind_those_that_were_seen_before() -> None:
+async def test_events_continue_after_the_last_seen_one() -> None:
     async with scene(before=7) as here:
         here.watched.happen(5)
         await soon()
@@ -264,15 +264,15 @@ async def test_events_go_on_behind_those_that_were_seen_before() -> None:
         assert ear.numbers == [10, 11, 12, 13]
 
 
-async def test_an_event_that_the_reader_knows_already_does_not_come_again() -> None:
+async def test_known_event_is_not_sent_again() -> None:
     async with scene() as here:
-        ear, _ = here.following(since=2)  # told of by another way, faster than by the tap
+        ear, _ = here.following(since=2)  # published by another way, faster than by the tap
         here.watched.happen(3)
         await soon()
         assert ear.numbers == [3]
 
 
-async def test_events_of_one_turn_are_handed_over_together() -> None:
+async def test_events_of_one_turn_are_sent_together() -> None:
     async with scene() as here:
         ear, _ = here.following()
         before = len(here.batches)
@@ -298,7 +298,7 @@ async def test_the_queue_is_shown_now_and_when_it_changes_but_not_oftener_than_i
         assert ear.modes[-1] == "99"
 
 
-async def test_nobody_looks_at_the_queue_unless_somebody_wants_to_see_it() -> None:
+async def test_queue_is_read_only_for_subscribers() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.watched.happen(event=JobAdvanced(1, "sort", "done", "ana"))
@@ -327,7 +327,7 @@ async def test_a_queue_that_looks_the_same_is_not_shown_again() -> None:
         assert (here.watched.views, ear.modes) == (6, ["running"])
 
 
-async def test_a_prediction_that_comes_without_an_event_is_seen_soon() -> None:
+async def test_prediction_without_an_event_is_sent_soon() -> None:
     async with scene() as here:
         ear, reader = here.reader()
         here.hub.show_queue(reader, wanted=True)
@@ -337,7 +337,7 @@ async def test_a_prediction_that_comes_without_an_event_is_seen_soon() -> None:
         assert ear.modes == ["running", "predicted"]
 
 
-async def test_who_comes_later_sees_the_queue_at_once() -> None:
+async def test_late_subscriber_gets_the_queue_at_once() -> None:
     async with scene() as here:
         _, first = here.reader()
         here.hub.show_queue(first, wanted=True)

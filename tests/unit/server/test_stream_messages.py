@@ -1,4 +1,4 @@
-"""What clients of the stream may say, and what they are told."""
+"""Messages from clients of the stream, and their answers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tests.streaming import REST
 from tests.unit.server.frames import texts
 
 
-def said(frame: bytes) -> dict[str, Any]:
+def message_of(frame: bytes) -> dict[str, Any]:
     """Return the message of one frame."""
     (text,) = texts(frame)
     message: dict[str, Any] = json.loads(text)
@@ -49,7 +49,7 @@ def said(frame: bytes) -> dict[str, Any]:
         (b"\xff\xfe", "body"),
     ],
 )
-def test_what_is_no_message_is_refused_by_key(text: str | bytes, key: str) -> None:
+def test_invalid_message_is_refused_by_key(text: str | bytes, key: str) -> None:
     with pytest.raises(InvalidRequest) as refused:
         kind_of(decoded(text))
     assert refused.value.details["key"] == key
@@ -71,13 +71,13 @@ def test_what_is_no_message_is_refused_by_key(text: str | bytes, key: str) -> No
         ({"queue": 1}, "queue"),
     ],
 )
-def test_a_wrong_wish_is_refused_by_key(message: dict[str, Any], key: str) -> None:
+def test_invalid_command_is_refused_by_key(message: dict[str, Any], key: str) -> None:
     with pytest.raises(InvalidRequest) as refused:
         subscription({"type": "subscribe", **message})
     assert refused.value.details["key"] == key
 
 
-def test_a_subscription_names_what_it_changes() -> None:
+def test_subscription_names_its_changes() -> None:
     wanted = subscription({"type": "subscribe", "state": {"rate": 30}, "events": {"since": 4, "run": 2}})
     assert (wanted.named, wanted.rate, wanted.past) == ({"state", "events"}, 30.0, ReplayStart(4, 2))
     assert subscription({"type": "subscribe", "state": {}}).rate == 10.0
@@ -86,26 +86,26 @@ def test_a_subscription_names_what_it_changes() -> None:
     assert (ended.named, ended.rate, ended.past, ended.queue) == ({"state", "events", "queue"}, None, None, False)
 
 
-def test_states_differ_by_what_they_say_not_by_their_time() -> None:
+def test_states_differ_by_content_not_by_time() -> None:
     assert content(REST) == content(replace(REST, time=9.0))
     assert content(REST) != content(replace(REST, gripper_closed=True))
 
 
-def test_every_message_says_what_it_is() -> None:
+def test_every_message_has_a_type() -> None:
     event = EventMessage(7, 1.5, "phase", 0, {"name": "down"})
-    assert said(state_frame(3, REST))["state"]["mode"] == "idle"
-    assert said(event_frame(3, event)) == {
+    assert message_of(state_frame(3, REST))["state"]["mode"] == "idle"
+    assert message_of(event_frame(3, event)) == {
         "type": "event",
         "run": 3,
         "event": {"seq": 7, "time": 1.5, "kind": "phase", "code": 0, "detail": {"name": "down"}},
     }
-    assert said(queue_frame({"mode": "paused"})) == {"type": "queue", "queue": {"mode": "paused"}}
-    assert said(plain_frame("pong", {"type": "ping", "id": 5})) == {"type": "pong", "id": 5}
+    assert message_of(queue_frame({"mode": "paused"})) == {"type": "queue", "queue": {"mode": "paused"}}
+    assert message_of(plain_frame("pong", {"type": "ping", "id": 5})) == {"type": "pong", "id": 5}
 
 
-def test_an_error_has_code_words_details_and_the_id_of_what_it_answers() -> None:
+def test_error_has_code_words_details_and_the_id_of_its_request() -> None:
     error = Unreachable(target="(0, 0)", reason="too near", nearest="none", excess=float("nan"))
-    told = said(error_frame(error, "es", {"id": "a"}))
+    told = message_of(error_frame(error, "es", {"id": "a"}))
     assert told["type"] == "error"
     assert (told["id"], told["code"], told["message"]) == ("a", 2101, error.text("es"))
     assert told["details"] == {"target": "(0, 0)", "reason": "too near", "nearest": "none", "excess": "nan"}

@@ -24,13 +24,13 @@ def test_an_empty_ring_begins_behind_the_last_event() -> None:
     assert ring.after(41, 100) == (41, b"")
 
 
-def test_events_come_in_order_behind_any_number_that_it_reaches() -> None:
+def test_events_are_in_order_after_any_available_number() -> None:
     ring = filled(10, 3)
     assert ring.after(10, 1000) == (13, b"<11><12><13>")
     assert ring.after(12, 1000) == (13, b"<13>")
 
 
-def test_what_is_read_at_once_is_bounded_and_goes_on_where_it_ended() -> None:
+def test_one_read_is_bounded_and_the_next_goes_on_there() -> None:
     ring = filled(0, 5)
     assert ring.after(0, 4) == (2, b"<1><2>")
     assert ring.after(2, 4) == (4, b"<3><4>")
@@ -42,14 +42,14 @@ def test_readers_that_are_equally_far_get_the_very_same_bytes() -> None:
     assert ring.after(1, 1000)[1] is ring.after(1, 1000)[1]
 
 
-def test_an_event_that_comes_later_is_not_hidden_by_what_was_read_before() -> None:
+def test_later_event_is_not_hidden_by_an_earlier_read() -> None:
     ring = filled(0, 1)
     assert ring.after(0, 1000) == (1, b"<1>")
     ring.add(b"<2>")
     assert ring.after(0, 1000) == (2, b"<1><2>")
 
 
-def test_the_oldest_go_where_there_are_too_many() -> None:
+def test_oldest_events_are_dropped_beyond_the_count() -> None:
     ring = filled(0, 5, most=3)
     assert (ring.first, ring.last) == (3, 5)
     assert ring.reaches(2)
@@ -57,7 +57,7 @@ def test_the_oldest_go_where_there_are_too_many() -> None:
     assert ring.after(2, 1000) == (5, b"<3><4><5>")
 
 
-def test_the_oldest_go_where_they_are_too_long() -> None:
+def test_oldest_events_are_dropped_beyond_the_size() -> None:
     ring = filled(0, 5, most_bytes=7)
     assert ring.after(ring.first - 1, 1000) == (5, b"<4><5>")
 
@@ -67,9 +67,7 @@ def test_the_oldest_go_where_they_are_too_long() -> None:
     most=st.integers(1, 8),
     chunk=st.integers(1, 20),
 )
-def test_a_reader_gets_every_event_once_in_order_or_is_told_that_it_is_too_late(
-    steps: list[int], most: int, chunk: int
-) -> None:
+def test_reader_gets_every_event_once_in_order_or_learns_it_is_late(steps: list[int], most: int, chunk: int) -> None:
     ring, seen, got, added = EventRing(0, most), 0, b"", 0
     for step in steps:
         for _ in range(step):

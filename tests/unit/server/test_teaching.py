@@ -22,7 +22,7 @@ GRID = {"corners": ["shelf", [0.6, 1.0, 0.4]], "rows": 1, "columns": 4}
 
 
 @asynccontextmanager
-async def door(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, httpx.AsyncClient]]:
+async def http_client(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, httpx.AsyncClient]]:
     controller = FakeController(homed=homed)
     robot, book = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
     process = Process(robot, controller, controller.config, book.taught)
@@ -34,7 +34,7 @@ async def door(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, htt
 
 
 async def test_a_pose_is_put_read_renamed_and_deleted() -> None:
-    async with door() as (controller, client):
+    async with http_client() as (controller, client):
         put = await client.put("/v1/poses/shelf")
         assert put.status_code == 200
         pose = put.json()
@@ -50,7 +50,7 @@ async def test_a_pose_is_put_read_renamed_and_deleted() -> None:
 
 
 async def test_a_pallet_is_put_read_renamed_and_deleted() -> None:
-    async with door() as (controller, client):
+    async with http_client() as (controller, client):
         await client.put("/v1/poses/shelf")
         pallet = (await client.put("/v1/pallets/tray", json=GRID)).json()
         assert (pallet["name"], pallet["rows"], pallet["columns"]) == ("tray", 1, 4)
@@ -64,14 +64,14 @@ async def test_a_pallet_is_put_read_renamed_and_deleted() -> None:
 
 
 async def test_a_taught_name_is_a_target() -> None:
-    async with door() as (_, client):
+    async with http_client() as (_, client):
         await client.put("/v1/poses/shelf")
         report = await client.post("/v1/tasks?wait=true", json={"command": "approach", "target": "shelf"})
         assert (report.status_code, report.json()["state"]) == (200, "done")
 
 
-async def test_teaching_anew_has_to_be_said() -> None:
-    async with door() as (_, client):
+async def test_overwriting_a_taught_pose_must_be_requested() -> None:
+    async with http_client() as (_, client):
         await client.put("/v1/poses/shelf")
         again = await client.put("/v1/poses/shelf")
         assert (again.status_code, again.json()["code"]) == (409, 4011)
@@ -96,10 +96,10 @@ async def test_teaching_anew_has_to_be_said() -> None:
         ("POST", "/v1/poses/shelf", None, 405, 4005),
     ],
 )
-async def test_what_cannot_be_is_refused_with_its_code(
+async def test_impossible_request_is_refused_with_its_code(
     method: str, path: str, body: object, status: int, code: int
 ) -> None:
-    async with door() as (_, client):
+    async with http_client() as (_, client):
         await client.put("/v1/poses/shelf")
         response = await client.request(method, path, json=body)
         assert (response.status_code, response.json()["code"]) == (status, code)
@@ -107,14 +107,14 @@ async def test_what_cannot_be_is_refused_with_its_code(
 
 
 async def test_nothing_is_taught_before_homing() -> None:
-    async with door(homed=False) as (_, client):
+    async with http_client(homed=False) as (_, client):
         response = await client.put("/v1/poses/shelf")
         assert (response.status_code, response.json()["code"]) == (409, 2103)
 
 
 @pytest.mark.parametrize("name", ["", "a%2Fb", "%ed%b3%bf", "a%20b"])
-async def test_what_is_no_name_gets_the_same_answer_however_it_is_written(name: str) -> None:
-    async with door() as (_, client):
+async def test_invalid_name_gets_one_answer_in_any_spelling(name: str) -> None:
+    async with http_client() as (_, client):
         refused = await client.put(f"/v1/poses/{name}")
         unknown = await client.delete(f"/v1/pallets/{name}")
     assert (refused.status_code, refused.json()["code"]) == (422, 4001)

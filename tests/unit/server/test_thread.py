@@ -52,7 +52,7 @@ def test_the_server_serves_a_scaled_loop_and_ends_with_the_block() -> None:
     assert b'"time"' in status[1]
 
 
-def said(url: str, request: bytes) -> bytes:
+def answer_to(url: str, request: bytes) -> bytes:
     """Return all that is answered to raw bytes, to the end of the connection."""
     host, port = url.removeprefix("http://").split(":")
     with socket.create_connection((host, int(port)), timeout=10.0) as connection:
@@ -65,11 +65,11 @@ async def say(request: bytes) -> bytes:
     loop = asyncio.get_running_loop()
     with bound_socket(0) as door:
         async with served(create_app(Bridge(loop, cast("Service", Clock()))), door) as url:
-            return await loop.run_in_executor(None, said, url, request)
+            return await loop.run_in_executor(None, answer_to, url, request)
 
 
 @pytest.mark.parametrize("request_", [b"\x00\xff garbage\r\n\r\n", b"GET /v1/health HTTP/1.1\r\n\r\n"])
-def test_what_is_not_http_is_answered_with_a_code(request_: bytes) -> None:
+def test_invalid_http_is_answered_with_a_code(request_: bytes) -> None:
     head, _, body = run(say(request_)).partition(b"\r\n\r\n")
     assert head.startswith(b"HTTP/1.1 400")
     assert json.loads(body)["code"] == 4005

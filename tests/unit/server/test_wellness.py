@@ -17,38 +17,38 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.robot import Readiness
 from maya_un.service.service import Service
 from maya_un.values import Mode
-from tests.unit.server.stand_in import Now, StandIn, door
+from tests.unit.server.stand_in import Now, ServiceStandIn, app_client
 from tests.virtual_time import elapse
 
 
-def bridge_to(service: StandIn, journal: SqliteJournal | None = None) -> Bridge:
+def bridge_to(service: ServiceStandIn, journal: SqliteJournal | None = None) -> Bridge:
     """Return the bridge to a stand-in, within the running loop."""
     return Bridge(asyncio.get_running_loop(), cast("Service", service), journal=journal)
 
 
-async def test_a_robot_that_can_be_asked_is_ready() -> None:
-    assert await readiness(bridge_to(StandIn()), "en") == Readiness(True, ())
+async def test_responsive_robot_is_ready() -> None:
+    assert await readiness(bridge_to(ServiceStandIn()), "en") == Readiness(True, ())
 
 
 @pytest.mark.parametrize(("language", "word"), [("en", "connection"), ("es", "conexión")])
 async def test_without_a_link_it_is_not(language: str, word: str) -> None:
-    service = StandIn()
+    service = ServiceStandIn()
     service.now = Now(state=replace(Now().state, mode=Mode.DISCONNECTED))
     found = await readiness(bridge_to(service), language)
     assert (found.ready, [reason.code for reason in found.reasons]) == (False, [1010])
     assert word in found.reasons[0].message
 
 
-async def test_without_a_floor_that_it_needs_it_is_not() -> None:
-    bridge = bridge_to(StandIn())
+async def test_missing_layer_makes_it_not_ready() -> None:
+    bridge = bridge_to(ServiceStandIn())
     bridge.missing = lambda: [NodeGone(node="robot_controller")]
     found = await readiness(bridge, "en")
     assert (found.ready, [reason.code for reason in found.reasons]) == (False, [1011])
     assert found.reasons[0].message.startswith("robot_controller is not running")
 
 
-async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:
-    service = StandIn()
+async def test_hanging_loop_is_not_ready_and_reported_in_time() -> None:
+    service = ServiceStandIn()
     service.hangs = True
     began = asyncio.get_running_loop().time()
     found = await readiness(bridge_to(service), "en")
@@ -60,7 +60,7 @@ async def test_with_a_loop_that_hangs_it_is_not_and_says_so_in_time() -> None:
 async def test_with_a_journal_that_cannot_be_written_it_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SqliteJournal, "failing", property(lambda _: "no room is left"))
     monkeypatch.setattr(SqliteJournal, "commits", property(lambda _: 7))
-    service = StandIn()
+    service = ServiceStandIn()
     service.failing = "no room is left"
     bridge = bridge_to(service, object.__new__(SqliteJournal))
     found = await readiness(bridge, "en")
@@ -70,8 +70,8 @@ async def test_with_a_journal_that_cannot_be_written_it_is_not(monkeypatch: pyte
 
 
 async def test_a_probe_reads_it_from_the_status() -> None:
-    service = StandIn()
-    async with door(service) as client:
+    service = ServiceStandIn()
+    async with app_client(service) as client:
         good = await client.get("/v1/ready")
         service.now = Now(state=replace(Now().state, mode=Mode.DISCONNECTED))
         bad = await client.get("/v1/ready", headers={"Accept-Language": "es"})
@@ -82,7 +82,7 @@ async def test_a_probe_reads_it_from_the_status() -> None:
 def test_process_lives_and_is_not_ready_while_the_loop_of_the_robot_hangs() -> None:
     loop, hanging = asyncio.new_event_loop(), threading.Event()
     loop.call_soon(hanging.wait)
-    bridge = Bridge(loop, cast("Service", StandIn()))
+    bridge = Bridge(loop, cast("Service", ServiceStandIn()))
 
     async def asked() -> tuple[httpx.Response, httpx.Response, Readiness]:
         transport = httpx.ASGITransport(create_app(bridge), client=("127.0.0.1", 50_000))

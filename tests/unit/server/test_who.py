@@ -28,11 +28,11 @@ def test_this_machine_is_known_by_its_address(address: str, local: bool) -> None
     assert source_of(connection(address)) == address
 
 
-def test_who_has_no_address_is_not_from_here() -> None:
+def test_client_without_an_address_is_not_local() -> None:
     assert not is_local(connection(None))
     assert source_of(connection(None)) == ""
 
 
 @pytest.mark.parametrize("header", ["forwarded", "x_forwarded_for", "x_real_ip"])
-def test_what_was_forwarded_is_not_from_here(header: str) -> None:
+def test_forwarded_request_is_not_local(header: str) -> None:
     assert not is_local(connection("127.0.0.1", **{header: "127.0.0.1"}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from typing import Any
 
-from tests.unit.server.test_teaching import door
+from tests.unit.server.test_teaching import http_client
 from tests.virtual_time import elapse
 
 CRATE: dict[str, Any] = {"kind": "box", "low": [0.3, 0.9, 0.0], "high": [0.7, 1.3, 0.5]}
@@ -13,7 +13,7 @@ WHOLE = {**CRATE, "name": "crate", "margin": 0.05, "lines": True}
 
 
 async def test_a_zone_is_put_listed_and_deleted() -> None:
-    async with door() as (controller, client):
+    async with http_client() as (controller, client):
         assert (await client.get("/v1/zones")).json() == []
         put = await client.put("/v1/zones/crate", json=CRATE)
         assert (put.status_code, put.json()) == (200, WHOLE)
@@ -25,13 +25,13 @@ async def test_a_zone_is_put_listed_and_deleted() -> None:
 
 
 async def test_a_zone_that_is_not_there_is_not_found() -> None:
-    async with door() as (_, client):
+    async with http_client() as (_, client):
         answer = await client.delete("/v1/zones/crate")
         assert (answer.status_code, answer.json()["code"]) == (404, 4004)
 
 
-async def test_what_is_no_zone_is_refused_by_its_key() -> None:
-    async with door() as (_, client):
+async def test_invalid_zone_is_refused_by_its_key() -> None:
+    async with http_client() as (_, client):
         for body, key in (
             ({}, "kind"),
             (CRATE | {"low": [0.3, 0.9]}, "low.2"),
@@ -46,8 +46,8 @@ async def test_what_is_no_zone_is_refused_by_its_key() -> None:
         assert (await client.get("/v1/zones")).json() == []
 
 
-async def test_a_wish_into_a_zone_is_refused_by_its_name() -> None:
-    async with door() as (_, client):
+async def test_command_into_a_zone_is_refused_by_the_zones_name() -> None:
+    async with http_client() as (_, client):
         await client.put("/v1/zones/crate", json=CRATE)
         wish = {"command": "approach", "target": [0.5, 1.1, 0.4]}
         report = (await client.post("/v1/tasks?wait=true", json=wish)).json()
@@ -56,7 +56,7 @@ async def test_a_wish_into_a_zone_is_refused_by_its_name() -> None:
 
 
 async def test_while_a_job_runs_zones_stay() -> None:
-    async with door() as (_, client):
+    async with http_client() as (_, client):
         wish = {"command": "approach", "target": [0.5, 1.1, 0.4]}
         job = asyncio.create_task(client.post("/v1/tasks?wait=true", json=wish))
         await elapse(1.0)

@@ -64,7 +64,7 @@ def test_a_deadline_is_some_time(tmp_path: Path, deadline: object) -> None:
         load_process(written(tmp_path, HOME, deadline=deadline))
 
 
-def test_a_file_that_is_no_process_is_refused(tmp_path: Path) -> None:
+def test_invalid_process_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
         load_process(tmp_path / "none.yaml")
     path = tmp_path / "list.yaml"
@@ -73,7 +73,7 @@ def test_a_file_that_is_no_process_is_refused(tmp_path: Path) -> None:
         load_process(path)
 
 
-def test_only_its_steps_tell_a_process_from_another(tmp_path: Path) -> None:
+def test_processes_differ_only_by_their_steps(tmp_path: Path) -> None:
     first = load_process(written(tmp_path, HOME))
     assert load_process(written(tmp_path, HOME, name="other")).digest == first.digest
     assert load_process(written(tmp_path, HOME | {"robot": "MAYA2"})).digest != first.digest

@@ -13,7 +13,7 @@ DONE = StepEnd("1", None, None, "x", "y")
 FAILED = StepEnd("2", "too far", "2101", "x", "y")
 
 
-def test_a_record_is_what_was_written_after_any_end(tmp_path: Path) -> None:
+def test_record_is_intact_after_any_end(tmp_path: Path) -> None:
     path = tmp_path / "state"
     with recorded(path, PROCESS) as record:
         record.sent("a", "1", "text 1")
@@ -44,7 +44,7 @@ def test_a_record_is_what_was_written_after_any_end(tmp_path: Path) -> None:
         assert record.finished
 
 
-def test_an_aborted_process_stays_aborted_until_it_begins_anew(tmp_path: Path) -> None:
+def test_aborted_process_stays_aborted_until_a_restart(tmp_path: Path) -> None:
     path = tmp_path / "state"
     with recorded(path, PROCESS) as record:
         record.abort()
@@ -70,7 +70,7 @@ OF_NO_STEP = f'{{"digest": "{PROCESS.digest}"}}\n{{"step": "z"}}\n'
 
 
 @pytest.mark.parametrize("text", ["hello\n", "[1]\n", "7\n", OF_NO_STEP])
-def test_a_file_that_is_no_record_is_left_as_it_is(tmp_path: Path, text: str) -> None:
+def test_invalid_record_file_is_unchanged(tmp_path: Path, text: str) -> None:
     path = tmp_path / "state"
     path.write_text(text)
     with pytest.raises((FileUnreadable, ProcessChanged)), recorded(path, PROCESS):

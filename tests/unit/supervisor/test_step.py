@@ -47,7 +47,7 @@ def result(error: str | None = None, code: str | None = None, warnings: tuple[st
     return StepEnd("1", error, code, "a", "b", warnings)
 
 
-def test_every_command_of_robots_is_among_the_good_ones() -> None:
+def test_every_command_of_robots_is_valid() -> None:
     assert {command for command, _ in GOOD} == set(ARGUMENTS)
 
 
@@ -83,7 +83,7 @@ def test_the_schemas_are_schemas(schema: dict[str, Any]) -> None:
         ("connection", {"connection": "online"}),
     ],
 )
-def test_the_schemas_refuse_what_does_not_cross(kind: str, data: dict[str, Any]) -> None:
+def test_schemas_refuse_invalid_messages(kind: str, data: dict[str, Any]) -> None:
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(data, SCHEMAS[kind])
 
@@ -96,7 +96,7 @@ def test_a_failed_step_raises_the_robots_error() -> None:
     assert isinstance(error_of(result(error="gone", code="9999"), "MAYA"), StepFailed)
 
 
-def test_what_a_robot_publishes_is_read_back() -> None:
+def test_published_report_of_a_robot_is_read_back() -> None:
     one = result(error="no", code="2101", warnings=("args.w was ignored",))
     assert result_of(json.loads(one.text)) == one
     report = StepProgress("1", StepState.EXECUTING, "2026-01-31T12:00:00Z")
@@ -109,7 +109,7 @@ def test_what_a_robot_publishes_is_read_back() -> None:
     assert progress_of({"id": "1", "state": "resting", "date": ""}) is None
 
 
-def test_reports_come_once_and_in_order_to_everybody() -> None:
+def test_reports_reach_every_reader_once_and_in_order() -> None:
     async def story() -> None:
         step = Step("1", "MAYA", "")
 

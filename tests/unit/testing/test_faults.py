@@ -74,7 +74,7 @@ async def test_blocks_of_one_kind_nest() -> None:
     await virtual.close()
 
 
-async def test_a_fault_that_would_be_over_by_now_does_not_come_back() -> None:
+async def test_expired_fault_does_not_return() -> None:
     virtual = made()
     virtual.faults.inject("drop", seconds=1.0)
     with faults.drop(virtual):
@@ -91,7 +91,7 @@ async def test_switches_of_two_axes_stick_side_by_side() -> None:
     await virtual.close()
 
 
-async def test_while_it_is_cut_nobody_connects() -> None:
+async def test_cut_network_refuses_connections() -> None:
     virtual = made()
     host = virtual.loopback()
     with faults.cut(virtual):

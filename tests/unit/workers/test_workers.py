@@ -1,4 +1,4 @@
-"""A worker process: what it answers, what bounds it, whose turn it is, and how it is replaced."""
+"""A worker process: its answers, limits, order of callers, and replacement."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_a_worker_prepared_once_answers_with_value_and_parts() -> None:
     run(main())
 
 
-def test_an_error_of_the_house_crosses_with_its_details() -> None:
+def test_error_of_ours_crosses_with_its_details() -> None:
     async def main() -> None:
         with working() as workers:
             with pytest.raises(InvalidJob, match=r"steps\.3") as told:
@@ -76,7 +76,7 @@ def test_a_worker_that_dies_is_replaced_and_only_the_deadly_is_refused() -> None
     run(main())
 
 
-def test_everybody_has_a_turn_and_nobody_too_many_requests() -> None:
+def test_every_caller_has_a_turn_and_none_too_many_requests() -> None:
     async def main() -> None:
         with working(ComputeLimits(seconds=60.0, most=8, each=3)) as workers:
             hostile = [asyncio.ensure_future(workers.run(tasks.endless, whose="eva")) for _ in range(3)]
@@ -92,7 +92,7 @@ def test_everybody_has_a_turn_and_nobody_too_many_requests() -> None:
     run(main())
 
 
-def test_a_jumping_clock_stands_while_a_worker_works() -> None:
+def test_jumping_clock_stops_while_a_worker_works() -> None:
     async def main() -> float:
         with working() as workers:
             loop = asyncio.get_running_loop()
@@ -148,7 +148,7 @@ def test_worker_that_hangs_delays_others_and_refuses_none_of_them() -> None:
     run(main())
 
 
-def test_defect_at_reading_an_answer_is_told_and_the_next_request_is_done() -> None:
+def test_defect_while_reading_an_answer_is_reported_and_the_next_request_runs() -> None:
     async def main() -> None:
         with working() as workers:
             async with asyncio.timeout(60.0):

@@ -16,7 +16,7 @@ def tried(attempts: Attempts, source: str, now: float) -> bool:
     return True
 
 
-def test_so_many_within_a_minute_whatever_their_spacing() -> None:
+def test_attempts_per_minute_are_limited_at_any_spacing() -> None:
     attempts = Attempts()
     let_in = [now for now in range(0, 600) if tried(attempts, "a", float(now))]
     for start in range(600):
@@ -32,7 +32,7 @@ def test_one_that_was_right_does_not_count() -> None:
     attempts.succeeded("never seen")
 
 
-def test_a_fast_clock_changes_nothing_for_whoever_asks() -> None:
+def test_fast_clock_does_not_change_the_limit() -> None:
     attempts = Attempts(scale=50.0)
     assert [tried(attempts, "a", 0.0) for _ in range(LIMIT + 1)] == [True] * LIMIT + [False]
     with pytest.raises(TooManyRequests) as refusal:
@@ -54,7 +54,7 @@ def test_a_machine_with_a_whole_network_of_addresses_is_one() -> None:
 @pytest.mark.parametrize(
     "others", [["127.0.0.1", "127.0.0.2", "127.255.3.4", "::1", "::ffff:127.0.0.9"], ["10.0.0.1", "::ffff:10.0.0.1"]]
 )
-def test_attempts_of_one_machine_count_together_whatever_its_address(others: list[str]) -> None:
+def test_attempts_of_one_machine_count_together_for_all_its_addresses(others: list[str]) -> None:
     attempts = Attempts()
     found = [tried(attempts, others[n % len(others)], 0.0) for n in range(LIMIT + 1)]
     assert found == [True] * LIMIT + [False]

@@ -10,7 +10,7 @@ import pytest
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.service.access.callers import FAILURE_COSTS, LIMIT, WINDOW, new, parse
 from maya_un.service.access.operations import Caller, Role
-from tests.entrances import House, house
+from tests.entrances import CallerRegistry, caller_registry
 from tests.virtual_time import elapse, turn
 
 WRONG = [
@@ -27,31 +27,35 @@ WRONG = [
 ]
 
 
-async def sat_here(owner: House, header: str | None = None, *, stopping: bool = False, lease: str = "") -> Caller:
+async def sat_here(
+    owner: CallerRegistry, header: str | None = None, *, stopping: bool = False, lease: str = ""
+) -> Caller:
     return await owner.entrance.callers.resolve(header, lease, "127.0.0.1", loopback=True, stopping=stopping)
 
 
-async def refusal(owner: House, header: str | None, source: str = "10.0.0.9", *, stopping: bool = False) -> MayaError:
+async def refusal(
+    owner: CallerRegistry, header: str | None, source: str = "10.0.0.9", *, stopping: bool = False
+) -> MayaError:
     with pytest.raises(MayaError) as found:
         await owner.entrance.callers.resolve(header, "", source, loopback=False, stopping=stopping)
     return found.value
 
 
-async def test_while_no_users_are_kept_who_sits_at_the_machine_may_everything() -> None:
-    owner = house()
+async def test_without_users_a_local_caller_has_full_access() -> None:
+    owner = caller_registry()
     caller = await sat_here(owner, lease="abc")
     assert caller == Caller("local", Role.ADMIN, "127.0.0.1", "abc", implicit=True)
 
 
 @pytest.mark.parametrize("header", WRONG)
 @pytest.mark.parametrize("stopping", [False, True])
-async def test_while_no_users_are_kept_nobody_else_is_let_in(header: str | None, stopping: bool) -> None:
-    assert isinstance(await refusal(house(), header, stopping=stopping), NotSignedIn)
+async def test_without_users_a_remote_caller_is_refused(header: str | None, stopping: bool) -> None:
+    assert isinstance(await refusal(caller_registry(), header, stopping=stopping), NotSignedIn)
 
 
 @pytest.mark.parametrize("header", WRONG)
 async def test_once_users_are_kept_a_valid_token_is_needed_everywhere(header: str | None) -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.admin()
     assert isinstance(await refusal(owner, header), NotSignedIn)
     with pytest.raises(NotSignedIn):
@@ -60,7 +64,7 @@ async def test_once_users_are_kept_a_valid_token_is_needed_everywhere(header: st
 
 @pytest.mark.parametrize("header", WRONG)
 async def test_here_a_stop_needs_nothing_and_waits_for_nothing(header: str | None) -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.admin()
     before = asyncio.get_running_loop().time()
     for _ in range(3 * LIMIT):
@@ -69,14 +73,14 @@ async def test_here_a_stop_needs_nothing_and_waits_for_nothing(header: str | Non
     assert asyncio.get_running_loop().time() == before
 
 
-async def test_a_stop_here_is_put_down_to_whoever_shows_a_token_that_is_known() -> None:
-    owner = house()
+async def test_local_stop_is_attributed_to_the_owner_of_a_known_token() -> None:
+    owner = caller_registry()
     made = await owner.people.add("root", "admin")
     assert (await sat_here(owner, f"Bearer {made.token}", stopping=True)).name == "root"
 
 
-async def test_a_token_says_who_asks() -> None:
-    owner = house()
+async def test_token_identifies_the_caller() -> None:
+    owner = caller_registry()
     await owner.admin()
     made = await owner.people.add("sam", "student")
     for header in (f"Bearer {made.token}", f"bearer   {made.token} ", f"BEARER {made.token}"):
@@ -86,7 +90,7 @@ async def test_a_token_says_who_asks() -> None:
 
 async def test_a_token_of_an_earlier_run_is_found_by_its_hash() -> None:
     """Another `Callers` of the same register has never seen the token."""
-    owner, other = house(), house()
+    owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
     other.entrance.register.users.update(owner.entrance.register.users)
     other.entrance.register.tokens.update(owner.entrance.register.tokens)
@@ -96,8 +100,8 @@ async def test_a_token_of_an_earlier_run_is_found_by_its_hash() -> None:
     assert isinstance(await refusal(other, f"Bearer {nearly}"), NotSignedIn)
 
 
-async def test_a_revoked_or_expired_token_is_good_no_more() -> None:
-    owner = house()
+async def test_revoked_or_expired_token_is_refused() -> None:
+    owner = caller_registry()
     root = await owner.admin()
     made = await owner.people.token("root", expires="2026-11-22", by=root)
     owner.days.today += timedelta(hours=14, minutes=59)
@@ -110,7 +114,7 @@ async def test_a_revoked_or_expired_token_is_good_no_more() -> None:
 
 
 async def test_a_token_that_is_revoked_while_it_is_looked_at_is_not_let_in() -> None:
-    owner, other = house(), house()
+    owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
     other.entrance.register.users.update(owner.entrance.register.users)
     other.entrance.register.tokens.update(owner.entrance.register.tokens)
@@ -122,7 +126,7 @@ async def test_a_token_that_is_revoked_while_it_is_looked_at_is_not_let_in() -> 
 
 
 async def test_the_role_is_that_of_now() -> None:
-    owner = house()
+    owner = caller_registry()
     root = await owner.admin()
     made = await owner.people.add("sam", "operator")
     await owner.people.change("sam", role="viewer", by=root)
@@ -130,7 +134,7 @@ async def test_the_role_is_that_of_now() -> None:
 
 
 async def test_failed_attempts_cost_time_and_are_counted_by_source() -> None:
-    owner = house()
+    owner = caller_registry()
     await owner.admin()
     began = asyncio.get_running_loop().time()
     for _ in range(LIMIT):
@@ -144,16 +148,16 @@ async def test_failed_attempts_cost_time_and_are_counted_by_source() -> None:
     assert isinstance(await refusal(owner, "Bearer nonsense"), NotSignedIn)
 
 
-async def test_many_attempts_at_a_time_are_no_more_than_one_after_the_other() -> None:
-    owner = house()
+async def test_simultaneous_attempts_count_like_consecutive_ones() -> None:
+    owner = caller_registry()
     await owner.admin()
     found = await asyncio.gather(*(refusal(owner, f"Bearer nonsense {n}") for n in range(5 * LIMIT)))
     assert sum(isinstance(error, NotSignedIn) for error in found) == LIMIT
 
 
-async def test_who_is_right_is_let_in_wherever_others_are_wrong() -> None:
+async def test_right_token_works_while_others_are_wrong() -> None:
     """Also with a token that was not seen in this run: somebody behind the same address must be able to say stop."""
-    owner, other = house(), house()
+    owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
     other.entrance.register.users.update(owner.entrance.register.users)
     other.entrance.register.tokens.update(owner.entrance.register.tokens)
@@ -164,9 +168,9 @@ async def test_who_is_right_is_let_in_wherever_others_are_wrong() -> None:
         assert (await other.resolve(made.token, source="10.0.0.1")).name == "root"
 
 
-async def test_what_is_made_up_keeps_no_token_waiting() -> None:
+async def test_invented_tokens_delay_no_right_token() -> None:
     """40 made-up tokens from as many addresses are being looked at when a true one comes."""
-    owner, other = house(), house()
+    owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
     other.entrance.register.users.update(owner.entrance.register.users)
     other.entrance.register.tokens.update(owner.entrance.register.tokens)
@@ -186,8 +190,8 @@ async def test_what_is_made_up_keeps_no_token_waiting() -> None:
     assert len(looked_at) == 41
 
 
-async def test_failures_stand_in_the_audit_log() -> None:
-    owner = house()
+async def test_failures_are_in_the_audit_log() -> None:
+    owner = caller_registry()
     made = await owner.people.add("root", "admin")
     await refusal(owner, "Bearer nonsense")
     await refusal(owner, f"Bearer maya_{made.id}_{'0' * 48}")

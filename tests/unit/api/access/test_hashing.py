@@ -22,12 +22,12 @@ async def test_a_secret_matches_its_hash_and_no_other(secret: str) -> None:
 
 
 @pytest.mark.parametrize("hashed", ["", "x", "$argon2id$v=19$m=8,t=1,p=1$"])
-async def test_nothing_matches_what_is_no_hash(hashed: str) -> None:
+async def test_invalid_hash_matches_nothing(hashed: str) -> None:
     for secret in ("", "x", hashed):
         assert not await CHEAP.matches(hashed, secret)
 
 
-async def test_what_was_hashed_at_another_cost_still_matches() -> None:
+async def test_hash_of_another_cost_still_matches() -> None:
     assert await CHEAP.matches(Hasher().hash_now("secret"), "secret")
 
 
@@ -35,7 +35,7 @@ async def test_the_cost_is_the_one_that_is_meant() -> None:
     assert "$m=12288,t=3,p=1$" in Hasher().hash_now("secret")
 
 
-def test_the_loop_goes_on_meanwhile() -> None:
+def test_loop_continues_while_hashing() -> None:
     """In an ordinary loop: other things get their turn while a hash is worked out."""
 
     async def counted() -> int:

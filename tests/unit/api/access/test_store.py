@@ -38,7 +38,7 @@ async def filled(path: Path) -> None:
     await store.close()
 
 
-async def test_what_goes_in_comes_out(tmp_path: Path) -> None:
+async def test_stored_user_is_read_back(tmp_path: Path) -> None:
     path = tmp_path / "maya.db"
     assert await kept(path) == ([], [])
     await filled(path)
@@ -84,7 +84,7 @@ async def test_it_was_there_before_the_queue(tmp_path: Path) -> None:
     assert await kept(path) == ([ROOT, SAM], [FIRST, SECOND])
 
 
-async def test_what_is_written_survives_a_copy_of_the_disk(tmp_path: Path) -> None:
+async def test_written_user_survives_a_copy_of_the_disk(tmp_path: Path) -> None:
     """Taken right after `apply`, with the connection still open, as a power cut would."""
     path, copy = tmp_path / "disk" / "maya.db", tmp_path / "copy"
     path.parent.mkdir()
@@ -109,7 +109,7 @@ async def test_all_of_a_change_is_kept_or_nothing(tmp_path: Path) -> None:
     assert await kept(path) == ([ROOT, SAM], [FIRST, SECOND])
 
 
-async def test_a_change_goes_on_where_whoever_asked_is_gone(tmp_path: Path) -> None:
+async def test_change_completes_when_its_caller_is_gone(tmp_path: Path) -> None:
     path = tmp_path / "maya.db"
     store = FileStore(path)
     await store.load()
@@ -131,7 +131,7 @@ async def test_a_newer_file_is_left_alone(tmp_path: Path) -> None:
         await kept(path)
 
 
-async def test_what_is_no_database_is_said_to_be_damaged(tmp_path: Path) -> None:
+async def test_invalid_database_is_reported_as_damaged(tmp_path: Path) -> None:
     path = tmp_path / "maya.db"
     path.write_bytes(b"not a database" * 1000)
     with pytest.raises(StorageDamaged):

@@ -1,4 +1,4 @@
-"""`maya calibrate collect` against a service that says what the test wants, and a person who types what it wants."""
+"""`maya calibrate collect` with a scripted service and a scripted person."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ HOME = Joints(0.035, 1.5, 1.3)
 Capture = pytest.CaptureFixture[str]
 
 
-class Door:
-    """A robot that is at once where it is told to be, and what it was told."""
+class ScriptedRobot:
+    """A robot that reaches each target at once, and its requests."""
 
     def __init__(self) -> None:
         self.config = CONFIG
@@ -40,7 +40,7 @@ class Door:
         self.at = HOME
         self.told: list[Joints] = []
         self.refuse: dict[int, tuple[MayaError, bool]] = {}
-        """By number of the wish: the error, and whether it comes at once or as the end of the job."""
+        """By number of the command: the error, and whether it comes at once or as the end of the job."""
         self._ended: dict[str, Any] = {}
 
     def says(self, method: str, path: str, body: Any) -> tuple[int, object]:
@@ -72,8 +72,8 @@ class Door:
 
 
 @pytest.fixture
-def door() -> Iterator[Door]:
-    found = Door()
+def scripted_robot() -> Iterator[ScriptedRobot]:
+    found = ScriptedRobot()
     with http_service(found.says) as url:
         runtime.publish(runtime.Running(url, os.getpid(), None))
         yield found
@@ -104,144 +104,158 @@ def refused_path() -> PathRefused:
     return PathRefused(target="there", reason="it leaves the workspace")
 
 
-def test_what_is_typed_is_written_with_the_counts_of_the_pose(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+def test_typed_values_are_written_with_the_counts_of_the_pose(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     typed = "{x} {y} {z}\n{x_mm}mm, {y_mm}mm, {z_mm}mm\n {x_mm}mm {y}m   {z} \n{x},{y},{z}\n"
     assert collect(monkeypatch, file, typed, "--points", "4") == 0
     seen = points.read(file, CONFIG).observations
-    expected = [MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(pose))) for pose in door.told]
+    expected = [MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(pose))) for pose in scripted_robot.told]
     assert seen.points == pytest.approx(np.array(expected), abs=1e-6)
-    assert [tuple(row) for row in seen.counts.tolist()] == [UNITS.to_counts(pose) for pose in door.told]
+    assert [tuple(row) for row in seen.counts.tolist()] == [UNITS.to_counts(pose) for pose in scripted_robot.told]
     assert f"4 points in {file}" in capsys.readouterr().out
 
 
-def test_poses_are_inside_the_workspace_and_tell_something_new(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch
+def test_poses_are_inside_the_workspace_and_informative(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     collect(monkeypatch, file, THERE * 10, "--points", "10")
     collect(monkeypatch, file, THERE * 10, "--points", "16")
-    assert len(door.told) == 16
-    assert all(Workspace.of(CONFIG).contains(pose) for pose in door.told)
-    assert len({tuple(round(value, 6) for value in pose) for pose in door.told}) == 16
-    assert min(MECHANISM.fk(pose).z for pose in door.told) >= 0.25 - 1e-9
+    assert len(scripted_robot.told) == 16
+    assert all(Workspace.of(CONFIG).contains(pose) for pose in scripted_robot.told)
+    assert len({tuple(round(value, 6) for value in pose) for pose in scripted_robot.told}) == 16
+    assert min(MECHANISM.fk(pose).z for pose in scripted_robot.told) >= 0.25 - 1e-9
 
 
-def test_a_file_that_is_full_moves_nothing(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_full_moves_nothing(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     collect(monkeypatch, file, THERE * 5, "--points", "5")
-    del door.told[:]
+    del scripted_robot.told[:]
     assert collect(monkeypatch, file, "", "--points", "5") == 0
-    assert door.told == []
+    assert scripted_robot.told == []
 
 
-def test_a_pose_is_skipped_and_the_rest_is_left(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pose_is_skipped_and_the_rest_is_left(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert collect(monkeypatch, file, f"s\n{THERE}SKIP\nq\n", "--points", "9") == 0
-    assert len(door.told) == 4
+    assert len(scripted_robot.told) == 4
     (kept,) = points.read(file, CONFIG).observations.counts
-    assert tuple(kept.tolist()) == UNITS.to_counts(door.told[1])
+    assert tuple(kept.tolist()) == UNITS.to_counts(scripted_robot.told[1])
 
 
-def test_who_ends_the_input_ends_the_round(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_end_of_input_ends_the_round(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert collect(monkeypatch, file, THERE) == 0
-    assert (len(door.told), len(points.read(file, CONFIG).observations)) == (2, 1)
+    assert (len(scripted_robot.told), len(points.read(file, CONFIG).observations)) == (2, 1)
 
 
 def test_a_round_that_brought_nothing_can_be_gone_on_with(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     collect(monkeypatch, file, "q\n")
     collect(monkeypatch, file, THERE, "--points", "4")
     assert len(points.read(file, CONFIG).observations) == 1
-    assert len(door.told) == 3
+    assert len(scripted_robot.told) == 3
 
 
 @pytest.mark.parametrize(
     "wrong", ["1 1", "1 1 1 1", "here", "1 1 1deg", "1 1 nan", "1100 700 800", "2 2 2", "{x} -{y} {z}", ""]
 )
-def test_what_is_not_understood_is_asked_again(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, wrong: str
+def test_invalid_input_is_asked_again(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, wrong: str
 ) -> None:
     collect(monkeypatch, file, f"{wrong}\n{THERE}q\n")
-    place = MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(door.told[0])))
+    place = MECHANISM.fk(UNITS.to_joints(UNITS.to_counts(scripted_robot.told[0])))
     assert points.read(file, CONFIG).observations.points == pytest.approx(np.array([place]), abs=1e-6)
     assert "Enter it again" in capsys.readouterr().out
-    assert len(door.told) == 2
+    assert len(scripted_robot.told) == 2
 
 
 @pytest.mark.parametrize("at_once", [True, False])
 def test_a_way_that_is_refused_is_tried_over_the_middle(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, at_once: bool
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, at_once: bool
 ) -> None:
-    door.refuse[1] = refused_path(), at_once
+    scripted_robot.refuse[1] = refused_path(), at_once
     collect(monkeypatch, file, f"{THERE}q\n")
-    first, middle, again, _ = door.told
+    first, middle, again, _ = scripted_robot.told
     assert first == again
     assert middle == pytest.approx(Joints(first.a, 1.5, 1.3))
     assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(first))
 
 
 def test_a_pose_that_cannot_be_reached_at_all_is_left_out(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    door.refuse = {
+    scripted_robot.refuse = {
         1: (refused_path(), False),
         2: (Unreachable(target="it", reason="a zone", nearest="none"), True),
     }
     collect(monkeypatch, file, f"{THERE}q\n")
     assert "Left out: The path to there leaves the workspace" in capsys.readouterr().out
-    assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(door.told[2]))
+    assert points.read(file, CONFIG).observations.counts[0].tolist() == list(UNITS.to_counts(scripted_robot.told[2]))
 
 
 def test_a_motion_that_fails_ends_the_round_and_keeps_the_points(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    door.refuse[3] = EndNotReached(axis="b", distance="3 mm"), False
+    scripted_robot.refuse[3] = EndNotReached(axis="b", distance="3 mm"), False
     assert collect(monkeypatch, file, THERE * 3) == 1
     assert "error 2308" in capsys.readouterr().err
     assert len(points.read(file, CONFIG).observations) == 2
 
 
-def test_ctrl_c_while_it_asks_ends_the_round(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_it_asks_ends_the_round(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     class Impatient(io.StringIO):
         def readline(self, size: int | None = -1, /) -> str:
             raise KeyboardInterrupt
 
     monkeypatch.setattr("sys.stdin", Impatient())
     assert main(["calibrate", "collect", str(file)]) == 130
-    assert len(door.told) == 1
+    assert len(scripted_robot.told) == 1
 
 
-def test_a_motion_that_ctrl_c_ends_is_cancelled(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_motion_that_ctrl_c_ends_is_cancelled(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def interrupted(*_: object) -> tuple[dict[str, object], bool]:
         return {"state": "cancelled", "code": 2202, "message": "", "steps": []}, True
 
     monkeypatch.setattr("maya_un.cli.calibrate.points.follow", interrupted)
     assert collect(monkeypatch, file, THERE) == 130
-    assert len(door.told) == 1
+    assert len(scripted_robot.told) == 1
 
 
 def test_a_file_that_cannot_be_read_is_not_gone_on_with(
-    door: Door, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    scripted_robot: ScriptedRobot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     assert collect(monkeypatch, tmp_path, THERE) == 2
     assert "error 4007" in capsys.readouterr().err
-    assert door.told == []
+    assert scripted_robot.told == []
 
 
-def test_as_json_only_the_end_is_said(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+def test_json_output_has_only_the_result(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
     collect(monkeypatch, file, f"{THERE}s\nq\n", "--json")
     assert json.loads(capsys.readouterr().out) == {"path": str(file), "points": 1, "written": 1}
 
 
-def test_spanish_is_spoken(door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+def test_spanish_is_spoken(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
     collect(monkeypatch, file, f"{THERE}q\n", "--lang", "es")
     assert "x y z medidos" in capsys.readouterr().out
 
 
 def test_a_robot_that_is_not_homed_is_refused(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
-    door.homed = False
+    scripted_robot.homed = False
     assert collect(monkeypatch, file, "") == 1
     assert "error 2103" in capsys.readouterr().err
     assert not file.exists()
@@ -251,13 +265,19 @@ def test_a_robot_that_is_not_homed_is_refused(
     ("section", "key", "value"), [("geometry", "height", 2.36), ("scale", "pulses_per_metre", 1.001e6)]
 )
 def test_a_robot_that_runs_with_other_constants_is_refused(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, section: str, key: str, value: float
+    scripted_robot: ScriptedRobot,
+    file: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capture,
+    section: str,
+    key: str,
+    value: float,
 ) -> None:
     changed = getattr(CONFIG, section).model_copy(update={key: value})
-    door.config = CONFIG.model_copy(update={section: changed})
+    scripted_robot.config = CONFIG.model_copy(update={section: changed})
     assert collect(monkeypatch, file, THERE) == 2
     assert "another configuration" in capsys.readouterr().err
-    assert door.told == []
+    assert scripted_robot.told == []
 
 
 @pytest.mark.parametrize(
@@ -269,19 +289,19 @@ def test_a_robot_that_runs_with_other_constants_is_refused(
     ],
     ids=["other head", "other datum", "no datum"],
 )
-def test_a_file_of_somebody_else_is_not_gone_on_with(
-    door: Door, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, text: str
+def test_foreign_file_is_not_continued(
+    scripted_robot: ScriptedRobot, file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture, text: str
 ) -> None:
     file.write_text(text)
     assert collect(monkeypatch, file, THERE) == 2
     assert "begin another file" in capsys.readouterr().err
-    assert (file.read_text(), door.told) == (text, [])
+    assert (file.read_text(), scripted_robot.told) == (text, [])
 
 
-def test_without_a_running_robot_nothing_is_begun(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_running_robot_nothing_begins(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert collect(monkeypatch, file, THERE) == 1
     assert not file.exists()
 
 
-def test_fewer_points_than_a_calibration_needs_are_not_asked_for(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_few_points_are_refused(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert collect(monkeypatch, file, "", "--points", "3") == 2

@@ -35,19 +35,19 @@ def points(tmp_path: Path) -> str:
     return written(tmp_path, Observations(seen.counts, places))
 
 
-def said(capsys: Capture, *arguments: str, code: int = 0) -> str:
+def output_of(capsys: Capture, *arguments: str, code: int = 0) -> str:
     assert main(list(arguments)) == code
     out, err = capsys.readouterr()
     return out if code == 0 else err
 
 
 def data(capsys: Capture, *arguments: str) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(said(capsys, *arguments, "--json"))
+    found: dict[str, Any] = json.loads(output_of(capsys, *arguments, "--json"))
     return found
 
 
-def test_the_table_shows_what_is_what_it_should_be_and_how_sure_that_is(points: str, capsys: Capture) -> None:
-    shown = said(capsys, "calibrate", points)
+def test_table_shows_target_values_and_uncertainty(points: str, capsys: Capture) -> None:
+    shown = output_of(capsys, "calibrate", points)
     rows = {line[:18].strip(): line[18:].split() for line in shown.splitlines()[1:10]}
     assert rows["height (H)"][:2] == ["mm", "2350.00"]
     assert float(rows["height (H)"][2]) == pytest.approx(2362.0, abs=5.0)
@@ -74,32 +74,32 @@ def test_as_json_it_is_si(points: str, capsys: Capture) -> None:
 
 
 def test_spanish_is_spoken(points: str, capsys: Capture) -> None:
-    shown = said(capsys, "calibrate", points, "--lang", "es")
+    shown = output_of(capsys, "calibrate", points, "--lang", "es")
     assert "29 de 30 puntos" in shown
     assert "Descartados como atípicos" in shown
 
 
-def test_fit_may_be_said_or_left_out(points: str, capsys: Capture) -> None:
-    assert said(capsys, "calibrate", "fit", points) == said(capsys, "calibrate", points)
+def test_fit_option_may_be_given_or_omitted(points: str, capsys: Capture) -> None:
+    assert output_of(capsys, "calibrate", "fit", points) == output_of(capsys, "calibrate", points)
 
 
-def test_what_is_held_is_shown_so(points: str, capsys: Capture) -> None:
+def test_held_parameter_is_shown_as_held(points: str, capsys: Capture) -> None:
     found = data(capsys, "calibrate", points, "--hold", "H", "--hold", "zero-b")
     assert [constant["name"] for constant in found["constants"] if constant["held"]] == ["height", "zero_b"]
 
 
 def test_applied_and_taken_back(points: str, capsys: Capture) -> None:
-    said(capsys, "calibrate", points, "--apply", "--author", "ana")
+    output_of(capsys, "calibrate", points, "--apply", "--author", "ana")
     height = load().geometry.height
     assert height == pytest.approx(2.362, abs=5e-3)
     assert load().axes.a.minimum == pytest.approx(0.01, abs=2e-3)
     (step,) = data(capsys, "calibrate", "history")["steps"]
     assert (step["author"], step["points"], step["used"], step["in_force"]) == ("ana", points, 29, True)
-    assert "applied, in force" in said(capsys, "calibrate", "history")
-    said(capsys, "calibrate", "--revert", "--author", "ben")
+    assert "applied, in force" in output_of(capsys, "calibrate", "history")
+    output_of(capsys, "calibrate", "--revert", "--author", "ben")
     assert load().geometry.height == 2.35
-    assert "reverted 1" in said(capsys, "calibrate", "history")
-    assert "error 5006" in said(capsys, "calibrate", "--revert", code=2)
+    assert "reverted 1" in output_of(capsys, "calibrate", "history")
+    assert "error 5006" in output_of(capsys, "calibrate", "--revert", code=2)
 
 
 @pytest.mark.parametrize("head", ["a,b,c,x,y,z", "# datum 0 575000 565000\na,b,c,x,y,z"])
@@ -111,7 +111,7 @@ def test_points_that_are_applied_already_say_nothing_new(tmp_path: Path, capsys:
     again = data(capsys, "calibrate", file, "--apply")
     assert (again["keys"], again["applied"]) == ({}, None)
     assert again["rms_before"] == pytest.approx(again["rms_after"], rel=1e-4)
-    assert "has these values already" in said(capsys, "calibrate", file, "--apply")
+    assert "has these values already" in output_of(capsys, "calibrate", file, "--apply")
 
 
 def test_joints_applied_already_say_nothing_new_either(tmp_path: Path, capsys: Capture) -> None:
@@ -119,7 +119,7 @@ def test_joints_applied_already_say_nothing_new_either(tmp_path: Path, capsys: C
     seen = measured(TRUTH, random_counts(rng, 20), rng)
     joints = seen.counts / np.array([371.06 * 180.0 / np.pi, 1e6, 1e6])
     file = written(tmp_path, Observations(joints, seen.points), "a_rad,b_m,c_m,x,y,z")
-    said(capsys, "calibrate", file, "--apply")
+    output_of(capsys, "calibrate", file, "--apply")
     again = data(capsys, "calibrate", file)
     assert again["rms_before"] == pytest.approx(again["rms_after"], rel=1e-3)
 
@@ -130,23 +130,23 @@ def test_a_result_that_makes_no_machine_is_not_applied(tmp_path: Path, capsys: C
     high = "[cell]\ngrasp_height = 2.04\n"
     default_path().write_text(high)
     file = written(tmp_path, measured(TRUTH._replace(height=2.33), random_counts(rng, 20), rng))
-    assert "cell.grasp_height" in said(capsys, "calibrate", file, "--apply", code=2)
+    assert "cell.grasp_height" in output_of(capsys, "calibrate", file, "--apply", code=2)
     assert default_path().read_text() == high
-    assert "No calibration was ever applied" in said(capsys, "calibrate", "history")
+    assert "No calibration was ever applied" in output_of(capsys, "calibrate", "history")
 
 
-def test_points_that_cannot_tell_are_refused_with_what_to_measure(tmp_path: Path, capsys: Capture) -> None:
+def test_insufficient_points_are_refused_with_points_to_measure(tmp_path: Path, capsys: Capture) -> None:
     rng = np.random.default_rng(25)
     counts = random_counts(rng, 20)
     counts[:, 0] = 20_000.0
-    error = said(capsys, "calibrate", written(tmp_path, measured(TRUTH, counts, rng)), code=2)
+    error = output_of(capsys, "calibrate", written(tmp_path, measured(TRUTH, counts, rng)), code=2)
     assert "error 4009" in error
     assert "counts per degree and zero of a" in error
     assert "angles of the boom farther apart" in error
 
 
-def test_a_picture_is_drawn(points: str, tmp_path: Path, capsys: Capture) -> None:
-    assert "Written" in said(capsys, "calibrate", points, "--plot", str(tmp_path / "left.svg"))
+def test_picture_is_written(points: str, tmp_path: Path, capsys: Capture) -> None:
+    assert "Written" in output_of(capsys, "calibrate", points, "--plot", str(tmp_path / "left.svg"))
     assert (tmp_path / "left.svg").read_text().startswith("<?xml")
 
 
@@ -163,11 +163,11 @@ def test_a_picture_is_drawn(points: str, tmp_path: Path, capsys: Capture) -> Non
         (["--revert"], "5006"),
     ],
 )
-def test_what_cannot_be_done_is_refused(points: str, capsys: Capture, arguments: list[str], code: str) -> None:
+def test_impossible_fit_is_refused(points: str, capsys: Capture, arguments: list[str], code: str) -> None:
     asked = [points if word == "POINTS" else word for word in arguments]
-    assert f"error {code}" in said(capsys, "calibrate", *asked, code=2)
+    assert f"error {code}" in output_of(capsys, "calibrate", *asked, code=2)
 
 
 def test_all_that_is_needed_to_know_is_in_the_help(capsys: Capture) -> None:
-    assert "collect" in said(capsys, "calibrate", "--help")
-    assert "--revert" in said(capsys, "calibrate", "fit", "--help")
+    assert "collect" in output_of(capsys, "calibrate", "--help")
+    assert "--revert" in output_of(capsys, "calibrate", "fit", "--help")

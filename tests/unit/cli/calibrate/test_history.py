@@ -48,7 +48,7 @@ def values(file: Path) -> tuple[float, float, float]:
     return found.geometry.height, found.geometry.delta, found.axes.b.minimum
 
 
-def test_applying_changes_the_file_and_keeps_what_people_wrote(config: Path) -> None:
+def test_applying_changes_the_file_and_keeps_handwritten_text(config: Path) -> None:
     step = history.apply(config, KEYS, about())
     assert values(config) == (2.36, 0.31, 0.58)
     assert "# ours" in config.read_text()
@@ -58,7 +58,7 @@ def test_applying_changes_the_file_and_keeps_what_people_wrote(config: Path) -> 
     assert step.after == KEYS
 
 
-def test_a_step_is_kept_with_who_when_and_from_what(config: Path) -> None:
+def test_step_is_stored_with_user_time_and_origin(config: Path) -> None:
     history.apply(config, KEYS, about())
     (kept,) = steps(config)
     assert kept == about().model_copy(update={"number": 1, "before": kept.before, "after": KEYS})
@@ -90,7 +90,7 @@ def test_calibrations_are_taken_back_one_by_one(config: Path) -> None:
         history.revert(config, "later", "ben")
 
 
-def test_what_somebody_changed_since_is_not_taken_back(config: Path) -> None:
+def test_value_changed_since_is_not_reverted(config: Path) -> None:
     history.apply(config, KEYS, about())
     changed = config.read_text().replace("2.36", "2.35")
     config.write_text(changed)
@@ -125,13 +125,13 @@ def test_values_that_make_no_machine_are_refused_and_nothing_is_written(config: 
     assert steps(config) == []
 
 
-def test_a_file_that_is_no_toml_is_refused(config: Path) -> None:
+def test_invalid_toml_is_refused(config: Path) -> None:
     config.write_text("[geometry\n")
     with pytest.raises(FileUnreadable):
         history.apply(config, KEYS, about())
 
 
-def test_where_the_step_cannot_be_written_the_configuration_stays(config: Path) -> None:
+def test_unwritable_step_leaves_the_configuration(config: Path) -> None:
     history.folder(config).write_text("in the way")
     with pytest.raises(FileUnwritable):
         history.apply(config, KEYS, about())
@@ -227,7 +227,7 @@ def test_the_configuration_before_a_calibration_is_found_by_its_points(config: P
     assert history.before(config, "d2") is None
 
 
-def test_of_two_who_apply_at_once_no_step_is_lost(config: Path) -> None:
+def test_simultaneous_applies_lose_no_step(config: Path) -> None:
     def applied(number: int) -> int:
         with suppress(FileUnwritable):
             return history.apply(config, {"geometry.height": 2.35 + number * 1e-4}, about(f"d{number}")).number
@@ -240,7 +240,7 @@ def test_of_two_who_apply_at_once_no_step_is_lost(config: Path) -> None:
     assert load(config).geometry.height == steps(config)[-1].after["geometry.height"]
 
 
-def test_a_step_whose_configuration_cannot_be_written_is_none(config: Path, tmp_path: Path) -> None:
+def test_step_whose_configuration_cannot_be_written_is_not_stored(config: Path, tmp_path: Path) -> None:
     (tmp_path / ".maya.toml.new").mkdir()
     with pytest.raises(FileUnwritable):
         history.apply(config, KEYS, about())
@@ -248,7 +248,7 @@ def test_a_step_whose_configuration_cannot_be_written_is_none(config: Path, tmp_
     assert config.read_text() == MINE
 
 
-def test_what_is_no_number_any_more_was_changed(config: Path) -> None:
+def test_value_that_is_no_longer_a_number_counts_as_changed(config: Path) -> None:
     history.apply(config, KEYS, about())
     config.write_text(config.read_text().replace("2.36", "'high'"))
     with pytest.raises(NothingToRevert, match=r"geometry\.height was changed"):
@@ -256,7 +256,7 @@ def test_what_is_no_number_any_more_was_changed(config: Path) -> None:
 
 
 @pytest.mark.parametrize("place", [".", "/", "x" * 300])
-def test_what_is_no_file_has_no_history(place: str) -> None:
+def test_missing_file_has_no_history(place: str) -> None:
     with pytest.raises(FileUnreadable):
         steps(Path(place))
     with pytest.raises((FileUnreadable, FileUnwritable)):

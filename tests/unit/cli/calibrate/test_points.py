@@ -44,7 +44,7 @@ def test_joints_become_the_counts_that_the_configuration_reads_them_from(tmp_pat
     assert seen.counts == pytest.approx(np.array([[371.06 * 180.0 / np.pi, 1.5e6, 1.4e6]]))
 
 
-def test_columns_stand_in_any_order_and_rows_have_the_names_of_their_lines(tmp_path: Path) -> None:
+def test_columns_may_have_any_order_and_rows_have_line_numbers(tmp_path: Path) -> None:
     text = f"# a note\n\nsigma,x,y,z,c,b,a\n0.001,1.1,0.7,0.8,1400000,1500000,21261\n\n# {ROW}\n.002,1,1,1,1e6,2e6,0\n"
     seen = read(file(tmp_path, text), CONFIG).observations
     assert seen.rows == (4, 7)
@@ -65,7 +65,7 @@ def test_counts_move_with_the_switches(tmp_path: Path) -> None:
     assert measured.observations.counts.tolist() == [[21251.0, 1501000.0, 1399999.5]]
 
 
-def test_the_datum_is_where_the_short_ends_are() -> None:
+def test_datum_is_at_the_short_ends() -> None:
     assert datum_of(CONFIG) == pytest.approx((0.0, 575_000.0, 565_000.0))
 
 
@@ -104,13 +104,13 @@ def test_the_same_text_has_the_same_fingerprint_and_another_one_has_not(tmp_path
         ("# datum 0 575000 565000\na_rad,b_m,c_m,x,y,z\n1.0,1.5,1.4,1.1,0.7,0.8\n", "holds counts"),
     ],
 )
-def test_what_is_wrong_is_named_by_row_and_column(tmp_path: Path, text: str, said: str) -> None:
+def test_error_is_named_by_row_and_column(tmp_path: Path, text: str, said: str) -> None:
     assert said in refusal(tmp_path, text)
     assert "points.csv" in refusal(tmp_path, text)
 
 
 @given(st.text(alphabet="abcxyz,.-+e0123456789\"'#; \n\t_", max_size=200), st.booleans())
-def test_whatever_stands_in_a_file_it_is_read_or_refused(text: str, headed: bool) -> None:
+def test_any_file_is_read_or_refused(text: str, headed: bool) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "points.csv"
         path.write_text(f"a,b,c,x,y,z\n{text}" if headed else text)
@@ -141,7 +141,7 @@ def test_bytes_are_read_or_refused(content: bytes) -> None:
         (b"#" * (points.MOST_BYTES + 1), "larger than"),
     ],
 )
-def test_what_is_no_table_is_refused(tmp_path: Path, content: bytes, reason: str) -> None:
+def test_invalid_table_is_refused(tmp_path: Path, content: bytes, reason: str) -> None:
     with pytest.raises(FileUnreadable, match=reason):
         read(file(tmp_path, content), CONFIG)
 
@@ -176,12 +176,12 @@ def test_a_last_line_without_its_end_is_ended_first(tmp_path: Path) -> None:
     assert len(read(path, CONFIG).observations) == 2
 
 
-def test_a_place_that_cannot_be_written_is_said(tmp_path: Path) -> None:
+def test_unwritable_place_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
         PointNotebook(tmp_path / "no" / "points.csv", CONFIG)
 
 
-def test_a_row_that_does_not_fit_is_not_begun(tmp_path: Path) -> None:
+def test_invalid_row_is_not_begun(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     notebook = PointNotebook(path, CONFIG)
     notebook.add((-2, 1_500_001, 1_400_001), Point(-0.1, 0.7, 0.8))
@@ -196,6 +196,6 @@ def test_a_row_that_does_not_fit_is_not_begun(tmp_path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_a_name_that_no_file_can_have_is_told(tmp_path: Path) -> None:
+def test_name_impossible_for_a_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
         PointNotebook(tmp_path / ("x" * 300), CONFIG)

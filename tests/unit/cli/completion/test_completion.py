@@ -42,7 +42,7 @@ def all_commands() -> tuple[tree.CompletionCommand, ...]:
     return tuple(tree.commands(typer.main.get_command(app.app)))
 
 
-def test_the_tree_has_every_command_and_what_may_follow() -> None:
+def test_tree_has_every_command_and_its_options() -> None:
     known = {command.path: command for command in all_commands()}
     assert {"maya", "maya status", "maya stop", "maya job show", "maya dmc gclib run"} <= known.keys()
     assert known["maya job show"].arguments == (tree.JOBS,)
@@ -74,7 +74,7 @@ def test_bash_offers(line: str, offered: set[str], tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(BASH is None, reason="there is no bash")
-def test_bash_offers_files_where_a_file_is_meant(tmp_path: Path) -> None:
+def test_bash_offers_files_for_file_arguments(tmp_path: Path) -> None:
     (tmp_path / "my job.yaml").touch()
     test_bash_offers("run my", {"my", "job.yaml"}, tmp_path)
 
@@ -98,7 +98,7 @@ def test_zsh_reads_the_script(tmp_path: Path) -> None:
     assert "_maya" in done.stdout
 
 
-def test_values_are_asked_of_the_running_robot(capsys: pytest.CaptureFixture[str]) -> None:
+def test_values_are_from_the_running_robot(capsys: pytest.CaptureFixture[str]) -> None:
     def says(_: str, path: str, __: object) -> tuple[int, object]:
         return 200, [{"id": 8}, {"id": 7}] if path.startswith("/v1/jobs") else [{"name": "shelf"}]
 
@@ -110,12 +110,12 @@ def test_values_are_asked_of_the_running_robot(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize("kind", [["jobs"], ["what"], []])
-def test_where_nobody_can_be_asked_there_are_no_values(kind: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_service_there_are_no_values(kind: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert values.run(kind) == 0
     assert capsys.readouterr() == ("", "")
 
 
-def test_who_presses_tab_waits_for_no_parser() -> None:
+def test_completion_loads_no_parser() -> None:
     ask = (
         "import sys; from maya_un.cli.main import main; main(['completion', 'values', 'jobs']); "
         "print(sorted({'typer', 'asyncio', 'pydantic', 'numpy'} & sys.modules.keys()))"

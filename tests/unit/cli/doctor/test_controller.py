@@ -16,12 +16,12 @@ from tests.ports import free_port
 from tests.served import ServedTwin, served
 
 
-def asked(address: str, config: Config | None = None) -> dict[str, Finding]:
+def findings(address: str, config: Config | None = None) -> dict[str, Finding]:
     found = asyncio.run(controller.findings(address, config or Config(), "en"))
     return {finding.key: finding for finding in found}
 
 
-def said(twin: ServedTwin, *commands: str) -> None:
+def send(twin: ServedTwin, *commands: str) -> None:
     """Say commands to a controller by a handle of one's own."""
 
     async def say() -> None:
@@ -35,8 +35,8 @@ def said(twin: ServedTwin, *commands: str) -> None:
 
 def test_one_that_is_well_is_well_in_everything_but_its_motors() -> None:
     with served() as twin:
-        said(twin, "TM 1000", "CN -1")
-        found = asked(twin.address)
+        send(twin, "TM 1000", "CN -1")
+        found = findings(twin.address)
     assert found["firmware"].details["firmware"].startswith("DMC4133")
     assert {key for key, finding in found.items() if finding.outcome is not FindingOutcome.OK} == {"motors_off"}
     assert {"handles_free", "limits_quiet", "level_same", "program_none", "memory_sound", "controller_clock"} <= set(
@@ -44,37 +44,37 @@ def test_one_that_is_well_is_well_in_everything_but_its_motors() -> None:
     )
 
 
-def test_only_questions_are_asked() -> None:
+def test_only_queries_are_sent() -> None:
     with served() as twin:
-        asked(twin.address)
+        findings(twin.address)
         commands = {command for command, _ in twin.said}
     assert {command.split()[0] for command in commands if command[:1].isalpha()} <= {"MG", "TH", "WH", "QR"}
     assert twin.refused == []
 
 
-def test_what_somebody_changed_is_told() -> None:
+def test_changed_settings_are_reported() -> None:
     with served() as twin:
-        said(twin, "CN 1", "TM 500", "SHABC")
-        found = asked(twin.address)
+        send(twin, "CN 1", "TM 500", "SHABC")
+        found = findings(twin.address)
     assert (found["level_differs"].details["found"], found["level_differs"].details["wanted"]) == ("1", -1)
     assert found["controller_clock_off"].details["period"] == 500.0
     assert "motors_on" in found
 
 
-def test_torque_limit_that_a_killed_program_left_is_told() -> None:
+def test_torque_limit_left_by_a_killed_program_is_reported() -> None:
     """It left its token too, which beats no more."""
     with served() as twin:
-        said(twin, "ZAB=77", *registers.commands(Torque(Config()).rest))
-        found = asked(twin.address)
+        send(twin, "ZAB=77", *registers.commands(Torque(Config()).rest))
+        found = findings(twin.address)
         assert (found["torque_low"].outcome, found["torque_low"].details["found"]) == (
             FindingOutcome.WARN,
             "TLB=0.12, TLC=0.12",
         )
-        said(twin, *registers.commands(Torque(Config()).most))
-        assert "torque_low" not in asked(twin.address)
+        send(twin, *registers.commands(Torque(Config()).most))
+        assert "torque_low" not in findings(twin.address)
 
 
-def test_a_program_that_runs_is_told_by_its_thread() -> None:
+def test_running_program_is_reported_by_its_thread() -> None:
     async def download(twin: ServedTwin) -> None:
         driver = await Driver.open(await TcpTransport.connect(twin.host, twin.port, 5.0), timeout=5.0)
         await driver.download("#LOOP\nWT 10\nJP #LOOP\nEN\n")
@@ -83,10 +83,10 @@ def test_a_program_that_runs_is_told_by_its_thread() -> None:
 
     with served() as twin:
         asyncio.run(download(twin))
-        assert asked(twin.address)["program_runs"].details == {"threads": "2"}
+        assert findings(twin.address)["program_runs"].details == {"threads": "2"}
 
 
-def test_handles_that_run_short_are_told_with_who_has_them() -> None:
+def test_scarce_handles_are_reported_with_their_holders() -> None:
     async def with_many(twin: ServedTwin) -> list[Finding]:
         others = [await TcpTransport.connect(twin.host, twin.port, 5.0) for _ in range(6)]
         try:
@@ -102,20 +102,20 @@ def test_handles_that_run_short_are_told_with_who_has_them() -> None:
     assert "IHA TCP 127.0.0.1:" in short["others"]
 
 
-def test_one_that_is_silent_or_something_else_is_told() -> None:
-    assert asked(f"127.0.0.1:{free_port()}").keys() == {"controller_silent"}
+def test_silent_or_other_device_is_reported() -> None:
+    assert findings(f"127.0.0.1:{free_port()}").keys() == {"controller_silent"}
     with served(axes=2) as twin:
-        assert asked(twin.address).keys() == {"controller_wrong"}
+        assert findings(twin.address).keys() == {"controller_wrong"}
 
 
 def test_its_handle_is_given_back() -> None:
     with served() as twin:
-        asked(twin.address)
+        findings(twin.address)
 
         def handles(host: VirtualController) -> int:
             return len(asyncio.all_tasks())
 
         before = twin.do(handles)
         for _ in range(10):
-            assert "handles_free" in asked(twin.address)
+            assert "handles_free" in findings(twin.address)
         assert twin.do(handles) <= before + 1

@@ -1,4 +1,4 @@
-"""What can be known of this computer without asking any robot."""
+"""Checks of this computer without a robot."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_storage_that_is_well_is_looked_at_whole(folder: Path) -> None:
     assert only(host.storage(OutputSettings(), served_by=7)).key == "storage_in_use"
 
 
-def test_storage_that_is_damaged_is_told_as_such(folder: Path) -> None:
+def test_damaged_storage_is_reported_as_damaged(folder: Path) -> None:
     keep(folder)
     file = folder / "maya.db"
     data = bytearray(file.read_bytes())
@@ -75,7 +75,7 @@ def test_storage_that_is_damaged_is_told_as_such(folder: Path) -> None:
     assert only(host.storage(OutputSettings(), served_by=0)).outcome is FindingOutcome.FAIL
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folder_that_cannot_be_made_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "kept"))
     assert only(host.storage(OutputSettings(), served_by=0)).key == "storage_unwritable"
@@ -92,7 +92,7 @@ class _Usage(NamedTuple):
     [(5e9, FindingOutcome.OK), (1e9, FindingOutcome.WARN), (1e8, FindingOutcome.FAIL), (0.0, FindingOutcome.FAIL)],
 )
 @pytest.mark.usefixtures("folder")
-def test_room_on_the_disk(free: float, outcome: FindingOutcome, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_free_space_on_the_disk(free: float, outcome: FindingOutcome, monkeypatch: pytest.MonkeyPatch) -> None:
     def usage(_: Path) -> _Usage:
         return _Usage(0, 0, int(free))
 
@@ -100,7 +100,7 @@ def test_room_on_the_disk(free: float, outcome: FindingOutcome, monkeypatch: pyt
     assert only(host.disk()).outcome is outcome
 
 
-def test_ports_are_free_ours_or_somebody_elses() -> None:
+def test_ports_are_free_ours_or_taken() -> None:
     there = [
         ListeningProcess(4133, 12, "python"),
         ListeningProcess(9090, 0, ""),
@@ -119,7 +119,7 @@ def test_ports_are_free_ours_or_somebody_elses() -> None:
     assert next(one for one in host.ports(there) if one.details["port"] == 4133).key == "port_ours"
 
 
-def test_who_listens_is_told_by_the_system() -> None:
+def test_listening_program_is_named_by_the_system() -> None:
     with socket.create_server(("127.0.0.1", 0)) as door:
         port = door.getsockname()[1]
         (found,) = [one for one in listeners() if one.port == port]
@@ -128,7 +128,7 @@ def test_who_listens_is_told_by_the_system() -> None:
     assert not [one for one in listeners() if one.port == port]
 
 
-def test_a_system_that_does_not_tell_has_no_listeners(tmp_path: Path) -> None:
+def test_system_without_that_information_has_no_listeners(tmp_path: Path) -> None:
     assert listeners(tmp_path) == []
 
 

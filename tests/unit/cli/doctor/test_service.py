@@ -1,4 +1,4 @@
-"""What the running service is asked, and how one that cannot answer is told."""
+"""Requests to the running service, and reports about one that cannot answer."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def state(**changes: object) -> dict[str, Any]:
     return {"/v1/status": {"version": __version__, "address": "sim", "state": STATE | changes}}
 
 
-def test_where_none_runs_that_is_no_trouble() -> None:
+def test_missing_service_is_no_problem() -> None:
     running, (finding,) = service.found("en")
     assert (running, finding.key, finding.outcome) == (None, "service_none", FindingOutcome.SKIPPED)
 
@@ -91,7 +91,7 @@ def test_one_that_is_well_is_well_in_everything() -> None:
         ({"/v1/status": (401, {"code": 4101, "details": {"reason": "none"}})}, "service_refuses", FindingOutcome.WARN),
     ],
 )
-def test_what_is_wrong_is_told(changes: dict[str, Any], key: str, outcome: FindingOutcome) -> None:
+def test_problems_are_reported(changes: dict[str, Any], key: str, outcome: FindingOutcome) -> None:
     assert keys(changes)[key] is outcome
 
 

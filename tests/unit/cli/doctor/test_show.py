@@ -1,4 +1,4 @@
-"""`maya doctor` as a command: what it prints, its exit code, and that every finding has its words."""
+"""`maya doctor` as a command: its output, its exit code, and a text for every finding."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from maya_un.cli.main import main
 from tests.ports import free_port
 
 
-def test_everything_is_looked_at_and_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_check_runs_and_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     code = main(["doctor"])
     lines = capsys.readouterr().out.splitlines()
     named = {line.split()[1].rstrip(":") for line in lines if not line.startswith(" ")}
@@ -25,7 +25,7 @@ def test_everything_is_looked_at_and_said(capsys: pytest.CaptureFixture[str]) ->
     assert code == int(any(line.startswith("FAIL") for line in lines))
 
 
-def test_what_fails_is_the_exit_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_failed_check_sets_the_exit_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     address = f"127.0.0.1:{free_port()}"
     assert main(["doctor", "--address", address, "--json"]) == 1
     found = json.loads(capsys.readouterr().out)["findings"]

@@ -17,7 +17,7 @@ def texts(log: LogReader) -> list[str]:
     return [entry.text for entry in log.read()]
 
 
-def test_what_came_since_is_read_once(tmp_path: Path) -> None:
+def test_new_lines_are_read_once(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     log = LogReader(path)
     assert texts(log) == []
@@ -32,7 +32,7 @@ def test_what_came_since_is_read_once(tmp_path: Path) -> None:
     assert texts(log) == []
 
 
-def test_older_files_come_first(tmp_path: Path) -> None:
+def test_older_files_are_first(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     path.write_text(line("newest"))
     for number in (1, 2, 10):
@@ -41,7 +41,7 @@ def test_older_files_come_first(tmp_path: Path) -> None:
     assert texts(LogReader(path)) == ["10 ago", "2 ago", "1 ago", "newest"]
 
 
-def test_nothing_is_lost_where_a_new_file_is_begun(tmp_path: Path) -> None:
+def test_nothing_is_lost_when_a_new_file_begins(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     path.write_text(line("one"))
     log = LogReader(path)
@@ -62,7 +62,7 @@ def test_lines_that_are_not_ours_are_left_out(tmp_path: Path) -> None:
     assert texts(LogReader(path)) == ["ours"]
 
 
-def test_what_the_journal_has_too_is_left_out_unless_it_is_wanted(tmp_path: Path) -> None:
+def test_entries_of_the_journal_are_omitted_unless_requested(tmp_path: Path) -> None:
     path = tmp_path / "maya.log"
     path.write_text(line("homed", "maya.events") + line("GET /v1/status 200"))
     assert texts(LogReader(path)) == ["GET /v1/status 200"]

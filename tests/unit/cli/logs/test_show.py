@@ -43,23 +43,23 @@ def logged(folder: Path, second: int, message: str, level: str = "info", **more:
         file.write(json.dumps(about | more) + "\n")
 
 
-def said(capsys: pytest.CaptureFixture[str], line: str, code: int = 0) -> list[str]:
+def output_of(capsys: pytest.CaptureFixture[str], line: str, code: int = 0) -> list[str]:
     """Carry a command line out and return the lines that it prints."""
     assert main(line.split()) == code
     return capsys.readouterr().out.splitlines()
 
 
-def test_events_and_the_log_are_told_in_one_order(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_events_and_the_log_are_shown_in_one_order(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept(folder, event(1, "homed", 1), event(2, "fault", 3, 2306, message="The motor of axis b is off."))
     logged(folder, 2, "POST /v1/tasks 202")
-    lines = said(capsys, "logs")
+    lines = output_of(capsys, "logs")
     assert [line.split()[3] for line in lines] == ["homed", "http", "fault"]
     assert lines[-1].endswith("The motor of axis b is off. (2306)")
 
 
 def test_as_json_every_entry_is_one_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept(folder, event(7, "job", 1, job=3, state="done"))
-    (entry,) = map(json.loads, said(capsys, "logs --json"))
+    (entry,) = map(json.loads, output_of(capsys, "logs --json"))
     assert (entry["run"], entry["seq"], entry["kind"], entry["level"]) == (1, 7, "job", "info")
     assert entry["detail"] == {"job": 3, "state": "done"}
 
@@ -69,7 +69,7 @@ def test_entries_are_chosen_by_kind_gravity_number_and_date(folder: Path, capsys
     kept(folder, *(event(number, kind, number) for number, kind in enumerate(kinds, 1)))
 
     def told(options: str) -> list[int]:
-        return [json.loads(line)["seq"] for line in said(capsys, f"logs --json {options}")]
+        return [json.loads(line)["seq"] for line in output_of(capsys, f"logs --json {options}")]
 
     assert told("") == [2, 3, 4, 5]
     assert told("--level debug") == [1, 2, 3, 4, 5]
@@ -79,7 +79,7 @@ def test_entries_are_chosen_by_kind_gravity_number_and_date(folder: Path, capsys
     assert told("--since 2026-11-21T10:00:04Z") == [4, 5]
 
 
-def test_where_nothing_was_kept_that_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_logs_are_reported(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["logs"]) == 2
     assert str(folder) in capsys.readouterr().err
 
@@ -93,12 +93,12 @@ def test_a_damaged_journal_does_not_hide_the_log(folder: Path, capsys: pytest.Ca
     assert "5008" in printed.err
 
 
-def test_a_defect_is_told_with_its_traceback(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_defect_is_shown_with_its_traceback(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logged(folder, 1, "ZeroDivisionError: division by zero", "error", traceback="Traceback:\n  1 / 0")
-    assert said(capsys, "logs")[1:] == ["    Traceback:", "      1 / 0"]
+    assert output_of(capsys, "logs")[1:] == ["    Traceback:", "      1 / 0"]
 
 
-def test_what_comes_is_told_as_it_comes_until_ctrl_c(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_new_entries_are_shown_as_they_come_until_ctrl_c(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept(folder, event(1, "homed", 1))
     turns = iter(range(3))
 
@@ -118,7 +118,7 @@ def test_what_comes_is_told_as_it_comes_until_ctrl_c(folder: Path, capsys: pytes
 def test_dates_have_one_form_wherever_they_are_from(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept(folder, event(1, "homed", 1))
     logged(folder, 2, "POST /v1/tasks 202")
-    times = [json.loads(line)["time"] for line in said(capsys, "logs --json")]
+    times = [json.loads(line)["time"] for line in output_of(capsys, "logs --json")]
     assert times == ["2026-11-21T10:00:01.000Z", "2026-11-21T10:00:02.500Z"]
 
 
@@ -126,5 +126,5 @@ def test_a_kind_that_there_is_not_is_refused(folder: Path, capsys: pytest.Captur
     kept(folder, event(1, "homed", 1), event(2, "novel", 2))
     assert main(["logs", "--kind", "falt"]) == 2
     assert "'falt' is not known. Known:" in capsys.readouterr().err
-    assert len(said(capsys, "logs --kind novel")) == 1
-    assert said(capsys, "logs --kind fault") == []
+    assert len(output_of(capsys, "logs --kind novel")) == 1
+    assert output_of(capsys, "logs --kind fault") == []

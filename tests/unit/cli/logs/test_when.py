@@ -32,6 +32,6 @@ def test_a_date_without_a_zone_is_this_places() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "soon", "10", "10w", "-5m", "2026-13-01", "99999999999d"])
-def test_what_is_no_moment_is_refused(text: str) -> None:
+def test_invalid_time_is_refused(text: str) -> None:
     with pytest.raises(InvalidValue, match="--since"):
         moment(text, NOW)

@@ -92,7 +92,7 @@ def test_a_letter_goes_forth_and_its_capital_back() -> None:
         (WORKSPACE.require(Point(0.8, 0.8, 2.05)), "tension", "× load"),
     ],
 )
-def test_the_nearest_limit_comes_first(joints: Joints, name: str, text: str) -> None:
+def test_nearest_limit_is_first(joints: Joints, name: str, text: str) -> None:
     first = distances(WORKSPACE, joints)[0]
     assert first.name.startswith(name)
     assert text in str(first)
@@ -137,7 +137,7 @@ def test_a_step_waits_for_the_one_before_and_is_stopped_at_the_end() -> None:
         assert session.notes[-1] == "Stopping: at rest within 0.88 s."
 
 
-def test_what_ends_a_step_is_noted() -> None:
+def test_end_of_a_step_is_noted() -> None:
     async def press(session: PendantSession, robot: Robot) -> None:
         session.move("b", 1)
         await session.settled()
@@ -178,7 +178,7 @@ def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch)
     assert session.trouble in picture(session)
 
 
-def test_the_picture_tells_mode_step_place_and_limits() -> None:
+def test_picture_shows_mode_step_place_and_limits() -> None:
     session = PendantSession(ServiceClient("http://127.0.0.1:1"), WORKSPACE, "en")
     assert "unknown until homed" not in picture(session), "nobody has been asked yet"
     session.status = {"state": state(None, "not_homed")}

@@ -1,4 +1,4 @@
-"""A service with a queue, scripted: what it shows, and what it was asked."""
+"""A service with a queue, scripted: its queue, and its requests."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ OFFER: dict[str, Any] = {
         {"name": "wave", "meaning": "wave a hand", "needs_answer": False},
     ],
 }  # fmt: skip
-"""What is offered for an interrupted job."""
+"""Choices for an interrupted job."""
 
 
 class Service:
@@ -85,7 +85,7 @@ class Service:
 
     @property
     def said(self) -> list[tuple[str, str, Any]]:
-        """What was asked that changes something."""
+        """Requests that change something."""
         return [asked for asked in self.asked if asked[0] != "GET"]
 
 

@@ -45,9 +45,7 @@ def file(tmp_path: Path) -> str:
     return str(place)
 
 
-def test_a_job_is_submitted_with_what_wfrom_sentence_of_it(
-    serve: Serve, capsys: pytest.CaptureFixture[str], file: str
-) -> None:
+def test_job_is_submitted_with_its_options(serve: Serve, capsys: pytest.CaptureFixture[str], file: str) -> None:
     service = serve(**{"/v1/jobs": {"id": 7, "name": "mine", "steps": 1}})
     line = "--priority 5 --held --after 3 --after 4 --notes a&b --on-failure pause --retries 2 --stepwise"
     assert printed(["job", "submit", file, *line.split()], capsys) == "Job 7, mine: 1 steps.\n"
@@ -59,7 +57,7 @@ def test_a_job_is_submitted_with_what_wfrom_sentence_of_it(
     assert body["steps"] == [{"home": True}]
 
 
-def test_a_submission_that_does_not_begin_by_itself_says_why(
+def test_submission_that_does_not_begin_by_itself_gives_the_reason(
     serve: Serve, capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
     proposal = {**LINE, "state": "held", "proposal": True}
@@ -71,15 +69,13 @@ def test_a_submission_that_does_not_begin_by_itself_says_why(
     ]
 
 
-def test_where_nothing_is_said_nothing_is_asked_for(
-    serve: Serve, capsys: pytest.CaptureFixture[str], file: str
-) -> None:
+def test_default_submission_sends_no_options(serve: Serve, capsys: pytest.CaptureFixture[str], file: str) -> None:
     service = serve(**{"/v1/jobs": {"id": 7, "name": "mine", "steps": 1}})
     printed(["job", "submit", file], capsys)
     assert service.said[0][1] == "/v1/jobs"
 
 
-def test_a_submission_can_be_followed_and_tells_what_it_waits_for(
+def test_submission_can_be_followed_and_shows_its_dependencies(
     serve: Serve, capsys: pytest.CaptureFixture[str], file: str
 ) -> None:
     paused = {**VIEW, "mode": "paused", "reason": "asked", "by": "berta", "waiting": [LINE]}
@@ -123,16 +119,14 @@ def test_every_reason_to_wait_has_its_words(
     assert words in printed(["home"], capsys)
 
 
-def test_a_wish_that_goes_on_by_itself_says_nothing_of_waiting(
-    serve: Serve, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_automatic_continuation_prints_nothing_of_waiting(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     news = [{"seq": 41, "time": 0.0, "kind": "job", "code": 0, "detail": {"job": 7}}]
     reports = [Several({**REPORT, "state": "queued"}), Several(REPORT)]
     serve(**{"POST /v1/tasks": REPORT, "/v1/jobs/7": reports, "/v1/events": news})
     assert printed(["home"], capsys) == "Done.\n"
 
 
-def test_a_job_is_shown_step_by_step_with_who_asked_for_it(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_job_is_shown_step_by_step_with_its_submitter(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve(**{"/v1/jobs/7": REPORT})
     said = printed(["job", "show", "7"], capsys)
     assert "two cubes: done in 63.5 s; gripper between 0.400 m and 0.900 m" in said
@@ -160,7 +154,7 @@ def test_a_job_is_shown_step_by_step_with_who_asked_for_it(serve: Serve, capsys:
         ),
     ],
 )
-def test_a_job_is_told(
+def test_job_is_printed(
     serve: Serve, capsys: pytest.CaptureFixture[str], line: str, asked: tuple[str, str, Any], said: str
 ) -> None:
     service = serve(**{asked[1]: {**LINE, "state": "held"}})
@@ -181,12 +175,14 @@ def test_a_proposal_is_approved_as_it_was_seen(
     assert service.said == [("POST", f"/v1/jobs/7/release?version={version}", None)]
 
 
-def test_what_was_held_is_released_without_many_words(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_held_job_is_released_with_a_short_message(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve(**{"/v1/jobs/7": {**REPORT, "version": "ab12"}, "/v1/jobs/7/release": {**LINE, "state": "queued"}})
     assert printed(["job", "release", "7"], capsys) == "Job 7, two cubes: queued.\n"
 
 
-def test_of_a_proposal_it_is_said_how_just_this_is_approved(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_proposal_shows_the_command_that_approves_this_version(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
     line = {**LINE, "state": "held", "proposal": True}
     serve(**{"/v1/jobs/7": {**REPORT, "state": "held", "line": line, "version": "ab12"}})
     said = printed(["job", "show", "7"], capsys)
@@ -214,7 +210,7 @@ def test_without_options_a_job_is_opened_in_the_editor(
     assert changes["job"]["name"] == "mine"
 
 
-def test_what_is_left_as_it_was_changes_nothing(
+def test_unchanged_edit_changes_nothing(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     edited(monkeypatch, tmp_path, "exit 0")
@@ -242,7 +238,7 @@ def test_no_editor_is_opened_for_a_job_that_has_ended(
     assert not (tmp_path / "opened").exists()
 
 
-def test_no_editor_is_opened_where_nobody_sits(
+def test_without_a_terminal_no_editor_opens(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     edited(monkeypatch, tmp_path, f"touch {tmp_path}/opened")
@@ -259,7 +255,7 @@ PAST = [
 ]
 
 
-def test_the_history_tells_what_was_predicted_what_it_took_and_from_where(
+def test_history_shows_prediction_duration_and_origin(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(os.environ, "TZ", "UTC")
@@ -270,14 +266,14 @@ def test_the_history_tells_what_was_predicted_what_it_took_and_from_where(
     assert rows[1][-2:] == ["ana", "10.0.0.7"]
 
 
-def test_what_nobody_can_predict_is_not_shown_as_no_time(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unpredictable_time_is_not_shown_as_zero(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     homing = {**LINE, "state": "done", "predicted": 0.0, "duration": 65.0}
     serve(**{"/v1/jobs": [Several([homing]), Several([])]})
     row = printed(["history"], capsys).splitlines()[1].split()
     assert row[5:8] == ["–", "1:05", "min"]
 
 
-def test_the_history_is_asked_for_what_wfrom_sentence(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_history_is_requested_with_its_filters(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**{"/v1/jobs": [Several([])]})
     line = ["history", "5", "--owner", "ana", "--state", "done", "--state", "failed", "--text", "a b"]
     assert printed(line, capsys) == "Nothing has been done yet.\n"
@@ -285,7 +281,7 @@ def test_the_history_is_asked_for_what_wfrom_sentence(serve: Serve, capsys: pyte
 
 
 @pytest.mark.parametrize("option", ["--state", "--owner", "--text"])
-def test_history_option_with_bytes_that_are_no_utf8_is_asked_as_they_are(
+def test_history_option_with_invalid_utf8_is_sent_unchanged(
     option: str, serve: Serve, capsys: pytest.CaptureFixture[str]
 ) -> None:
     service = serve(**{"/v1/jobs": [Several([])]})
@@ -309,6 +305,6 @@ def test_as_csv_every_field_is_a_column(serve: Serve, capsys: pytest.CaptureFixt
     assert (row["id"], row["depends_on"], row["notes"]) == ("3", "1 2", 'a, "b"')
 
 
-def test_csv_and_json_are_two_ways_of_one_answer(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_csv_and_json_have_the_same_content(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
     assert json.loads(printed(["history", "--csv", "--json"], capsys, 2))["error"]["code"] == 4008

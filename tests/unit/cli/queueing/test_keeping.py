@@ -47,7 +47,7 @@ def test_a_backup_is_made_and_put_back(tmp_path: Path, capsys: pytest.CaptureFix
 
 
 @pytest.mark.usefixtures("written")
-def test_the_history_is_exported_as_what_the_ending_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_history_is_exported_in_the_format_of_the_file_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name, lines in (("all.csv", 3), ("all.jsonl", 2)):
         place = tmp_path / name
         assert printed(["queue", "export", str(place)], capsys) == f"{place}: 2 jobs.\n"
@@ -56,9 +56,7 @@ def test_the_history_is_exported_as_what_the_ending_says(tmp_path: Path, capsys:
 
 @pytest.mark.usefixtures("written")
 @pytest.mark.parametrize(("name", "code"), [("all.txt", 4001), ("none/all.csv", 5002)])
-def test_what_cannot_be_written_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, code: int
-) -> None:
+def test_unwritable_file_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, code: int) -> None:
     assert printed(["queue", "export", str(tmp_path / name)], capsys, 2).startswith(f"maya: error {code}:")
 
 

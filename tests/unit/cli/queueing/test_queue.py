@@ -28,14 +28,12 @@ def words(text: str) -> list[list[str]]:
     return [line.split() for line in text.splitlines() if line]
 
 
-def test_an_empty_queue_says_so(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_empty_queue_is_reported(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
     assert printed(["queue"], capsys) == "The queue is running.\n\nNo job is waiting.\n"
 
 
-def test_what_is_under_way_comes_first_with_its_end_by_the_clock_of_the_wall(
-    serve: Serve, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_running_job_comes_first_with_its_end_by_the_clock(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     under_way = {**LINE, "id": 6, "name": "one", "state": "running", "done": 2, "eta": 130.0, "position": None}
     waiting = {**LINE, "eta": 4000.0, "priority": 5, "notes": "please", "depends_on": [6]}
     view = {**VIEW, "running": under_way, "waiting": [waiting], "counts": {"running": 1, "queued": 3}}
@@ -48,7 +46,7 @@ def test_what_is_under_way_comes_first_with_its_end_by_the_clock_of_the_wall(
     assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "are", "waiting."]]
 
 
-def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_paused_queue_shows_the_reason_and_the_way_to_resume(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     view = {**VIEW, "mode": "paused", "reason": "stop", "by": "berta", "since": "2026-03-01T10:00:00+00:00"}
     serve(**{"/v1/queue": view})
     said = printed(["queue"], capsys)
@@ -56,7 +54,7 @@ def test_a_paused_queue_says_why_and_how_it_goes_on(serve: Serve, capsys: pytest
     assert "en pausa" in printed(["queue", "--lang", "es"], capsys)
 
 
-def test_queue_that_nobody_known_paused_names_nobody(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_queue_paused_by_an_unknown_caller_shows_no_name(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     view = {**VIEW, "mode": "paused", "reason": "stop", "by": "", "since": "2026-03-01T10:00:00+00:00"}
     serve(**{"/v1/queue": view})
     assert "(somebody stopped the robot)" in printed(["queue"], capsys)
@@ -70,19 +68,19 @@ def test_queue_that_nobody_known_paused_names_nobody(serve: Serve, capsys: pytes
         ({"queued": 1, "held": 1}, "All jobs but the held ones will have ended at "),
     ],
 )
-def test_what_is_held_does_not_end_by_itself(
+def test_held_job_shows_no_predicted_end(
     serve: Serve, capsys: pytest.CaptureFixture[str], counts: dict[str, int], said: str
 ) -> None:
     serve(**{"/v1/queue": {**VIEW, "counts": counts, "finish_at": "2026-03-01T10:00:00+00:00"}})
     assert said in printed(["queue"], capsys)
 
 
-def test_as_json_it_is_what_the_service_says(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_output_is_the_answer_of_the_service(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
     assert json.loads(printed(["queue", "--json"], capsys)) == VIEW
 
 
-def test_an_interrupted_job_is_told_with_where_the_machine_is_and_what_may_be_chosen(
+def test_interrupted_job_shows_the_machine_state_and_the_choices(
     serve: Serve, capsys: pytest.CaptureFixture[str]
 ) -> None:
     serve(**{"/v1/queue": {**VIEW, "mode": "paused", "reason": "restart", "recovery": OFFER}})
@@ -112,7 +110,7 @@ def test_one_interrupted_between_two_steps(serve: Serve, capsys: pytest.CaptureF
         ("step", ("POST", "/v1/queue/step", None)),
     ],
 )
-def test_the_queue_is_told(
+def test_queue_is_printed(
     serve: Serve, capsys: pytest.CaptureFixture[str], line: str, asked: tuple[str, str, Any]
 ) -> None:
     service = serve(**{asked[1]: VIEW})
@@ -120,7 +118,7 @@ def test_the_queue_is_told(
     assert service.said == [asked]
 
 
-def test_clearing_tells_how_many_jobs_that_were(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_clearing_shows_the_number_of_jobs(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve(
         **{
             "/v1/queue": {**VIEW, "counts": {"queued": 3, "running": 1}},
@@ -148,7 +146,7 @@ def test_a_job_is_put_somewhere_else(
 
 
 @pytest.mark.parametrize("line", ["7 first 9", "7 before", "7 sideways", "x first", "0 first"])
-def test_a_place_that_is_none_is_refused_before_anybody_is_asked(
+def test_invalid_place_is_refused_before_any_question(
     serve: Serve, capsys: pytest.CaptureFixture[str], line: str
 ) -> None:
     service = serve()
@@ -166,7 +164,7 @@ def at_terminal(monkeypatch: pytest.MonkeyPatch, said: str) -> None:
 OFFERED = {"/v1/queue": {**VIEW, "recovery": OFFER}, "/v1/queue/recovery": VIEW}
 
 
-def test_recover_tells_of_the_next_interrupted_job(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recover_mentions_the_next_interrupted_job(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     left = {**VIEW, "mode": "paused", "reason": "restart", "recovery": {**OFFER, "job": 8, "name": "the other"}}
     serve(**{**OFFERED, "/v1/queue/recovery": left})
     said = printed(["queue", "recover", "abort"], capsys)
@@ -174,7 +172,7 @@ def test_recover_tells_of_the_next_interrupted_job(serve: Serve, capsys: pytest.
     assert "redo    do the interrupted step again" in said
 
 
-def test_what_becomes_of_it_is_said_whole_on_the_command_line(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recovery_can_be_given_completely_on_the_command_line(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**OFFERED)
     printed(["queue", "recover", "redo", "--holding", "no", "--pause"], capsys)
     body = {"choice": "redo", "holding": False, "resume_queue": False}
@@ -193,7 +191,7 @@ def test_on_a_terminal_it_asks_until_it_is_answered(
     assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True})]
 
 
-def test_what_needs_no_answer_is_not_asked_for(
+def test_question_without_alternatives_is_not_asked(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     service = serve(**OFFERED)
@@ -202,7 +200,7 @@ def test_what_needs_no_answer_is_not_asked_for(
     assert service.said == [("POST", "/v1/queue/recovery", {"choice": "abort"})]
 
 
-def test_whoever_leaves_without_an_answer_has_chosen_nothing(
+def test_leaving_without_an_answer_chooses_nothing(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     service = serve(**OFFERED)
@@ -211,25 +209,23 @@ def test_whoever_leaves_without_an_answer_has_chosen_nothing(
     assert service.said == []
 
 
-def test_where_nobody_can_be_asked_the_choice_must_be_said(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_terminal_the_choice_must_be_an_option(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**OFFERED)
     assert "CHOICE is missing" in printed(["queue", "recover"], capsys, 2)
     assert service.said == []
 
 
-def test_where_nothing_was_interrupted_nothing_is_asked(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_an_interrupted_job_nothing_is_asked(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve()
     assert printed(["queue", "recover"], capsys) == "Nothing was interrupted.\n"
     assert service.said == []
 
 
-def test_without_a_service_it_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_service_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert printed(["queue"], capsys, 1).startswith("maya: error 1020")
 
 
-def test_a_finish_with_a_homing_in_it_is_said_to_be_an_estimate(
-    serve: Serve, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_end_after_a_homing_is_shown_as_an_estimate(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     view = {**VIEW, "counts": {"queued": 1}, "finish_at": "2026-03-01T10:00:00+00:00", "estimated": True}
     serve(**{"/v1/queue": view})
     assert "ended at about 2026-03-01 10:00 (with an estimated homing)." in printed(["queue"], capsys)
@@ -243,9 +239,7 @@ def test_a_finish_with_a_homing_in_it_is_said_to_be_an_estimate(
         ({"holder": "eva", "implicit": True, "yours": False}, ""),
     ],
 )
-def test_who_drives_is_said(
-    serve: Serve, capsys: pytest.CaptureFixture[str], lease: dict[str, object], said: str
-) -> None:
+def test_driver_is_shown(serve: Serve, capsys: pytest.CaptureFixture[str], lease: dict[str, object], said: str) -> None:
     serve(**{"/v1/lease": lease})
     shown = printed(["queue"], capsys)
     assert said in shown

@@ -40,11 +40,11 @@ def test_another_day_is_named_and_the_clock_is_the_one_here() -> None:
 
 
 @pytest.mark.usefixtures("bogota")
-def test_of_today_only_the_clock_is_told() -> None:
+def test_times_of_today_show_only_the_clock() -> None:
     noon = datetime.now(UTC).astimezone().replace(hour=12, minute=34, second=56)
     assert clock_text(noon.astimezone(UTC).isoformat()) == "12:34:56"
 
 
-def test_what_the_clock_will_show_is_so_much_later() -> None:
+def test_future_time_is_computed_from_the_duration() -> None:
     soon = datetime.now(UTC) + timedelta(days=3)
     assert clock_in(3 * 86_400.0)[:10] == soon.astimezone().strftime("%Y-%m-%d")

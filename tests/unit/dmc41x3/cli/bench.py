@@ -49,7 +49,7 @@ async def driven() -> AsyncIterator[Driver]:
 
 
 class Heard:
-    """Keeps what a session says, as (kind, text)."""
+    """Stores the output of a session, as (kind, text)."""
 
     def __init__(self) -> None:
         self.said: list[tuple[str, str]] = []
@@ -70,7 +70,7 @@ class Heard:
         self.said.append(("trouble", text))
 
     def all(self, kind: str) -> list[str]:
-        """Return what was said of one kind."""
+        """Return the output of one kind."""
         return [text for found, text in self.said if found == kind]
 
     @property

@@ -1,4 +1,4 @@
-"""The go-between over real sockets: what passes, and what is written down of it."""
+"""The proxy over real sockets: passed bytes, and their record."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_a_controller_that_is_not_there_ends_the_client_only() -> None:
     assert [piece.event for piece in captured(act)][:2] == ["open", "end"]
 
 
-async def test_what_was_captured_can_be_replayed() -> None:
+async def test_capture_can_be_replayed() -> None:
     pieces = [
         WirePiece(0.0, 1, "client", b"SHA;DP 5\rTP\r"),
         WirePiece(0.0, 1, "controller", b":: 5, 0, 0\r\n:"),

@@ -29,7 +29,7 @@ def test_watch_prints_one_json_line_a_sample(run: Run, capsys: pytest.CaptureFix
     assert [line["time"] for line in lines] == sorted(line["time"] for line in lines)
 
 
-def test_watch_shows_the_axes_where_nobody_says_what(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
+def test_watch_shows_the_axes_by_default(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["watch", "sim", "--for", "0.01"]) == 0
     line = capsys.readouterr().out.splitlines()[0]
     assert line.startswith("0.000  _TPA 0  _TEA 0  _TVA 0  _TTA 0  _TPB 0")
@@ -43,7 +43,7 @@ def test_scope_without_files_prints_the_table(run: Run, capsys: pytest.CaptureFi
     assert table[1] == ["0.000000", "0", "0"]
 
 
-def test_scope_says_what_it_wrote(run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_scope_names_its_file(run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = str(tmp_path / "a.csv")
     assert run(["scope", "sim", "--channels", "_TPA", "--for", "0.1", "--csv", file, "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
@@ -71,7 +71,7 @@ def test_a_label_that_is_not_there_is_the_controllers_refusal(
     assert json.loads(capsys.readouterr().out)["error"]["code"] == 1004
 
 
-def test_what_is_wrong_is_said_before_anything_is_sent(
+def test_error_is_reported_before_anything_is_sent(
     run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "a.dmc"

@@ -26,7 +26,7 @@ TALL = Vector("tall", (VectorStep("NO\r", ("?",)),), "G", "one", axes=(4, 8), gr
 
 
 def reply(command: bytes) -> bytes | None:
-    """Return what a small controller of three axes says; None ends the connection."""
+    """Return the answer of a small controller of three axes; None ends the connection."""
     fixed = {b"MG _BV{F1.0}": b" 3\r\n:", b'MG "fence"': b"fence\r\n:", b"IH": None, b"TC": b" 0\r\n:"}
     rest = {b"MG _BGA|_BGB|_BGC": b" 0.0000\r\n:", b"MG _BGA|_BGB|_BGC{F1.0}": b" 0\r\n:"}
     return (fixed | rest).get(command, b":")
@@ -87,7 +87,7 @@ def test_a_controller_without_differences_is_0(
 
 
 @pytest.mark.parametrize(("options", "asked"), [([], 2), (["--moves"], 3), (["--bench"], 4)])
-def test_nothing_more_is_asked_than_is_allowed(
+def test_no_more_than_allowed_is_sent(
     run: Run, table: list[Vector], options: list[str], asked: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with small_controller() as port:
@@ -97,7 +97,7 @@ def test_nothing_more_is_asked_than_is_allowed(
     assert sum(report["left_out"].values()) == 4 - asked
 
 
-def test_a_difference_is_1_and_shows_who_says_so(
+def test_difference_exits_with_1_and_shows_its_source(
     run: Run, table: list[Vector], capsys: pytest.CaptureFixture[str]
 ) -> None:
     table.append(WRONG)
@@ -120,7 +120,7 @@ def test_a_difference_is_1_and_shows_who_says_so(
     )
 
 
-def test_nobody_there(run: Run, table: list[Vector], capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_controller(run: Run, table: list[Vector], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["conform", f"127.0.0.1:{free_port()}"]) == 1
     assert "1002" in capsys.readouterr().err
 

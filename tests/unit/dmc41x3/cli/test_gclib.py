@@ -22,7 +22,7 @@ SETTINGS = OutputSettings()
 FOREIGN = '"""Python wrapper for Galil gclib."""\n'
 
 
-def told(capsys: pytest.CaptureFixture[str], site: Path) -> dict[str, object]:
+def status_of(capsys: pytest.CaptureFixture[str], site: Path) -> dict[str, object]:
     capsys.readouterr()
     assert gclib.status(OutputSettings(json=True), site=site) == 0
     return json.loads(capsys.readouterr().out)
@@ -30,9 +30,9 @@ def told(capsys: pytest.CaptureFixture[str], site: Path) -> dict[str, object]:
 
 def test_it_is_installed_found_and_taken_out_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / "gclib.py"
-    assert told(capsys, tmp_path) == {"path": None, "ours": False, "current": False}
+    assert status_of(capsys, tmp_path) == {"path": None, "ours": False, "current": False}
     assert gclib.install(SETTINGS, force=False, site=tmp_path) == 0
-    assert told(capsys, tmp_path) == {"path": str(place), "ours": True, "current": True}
+    assert status_of(capsys, tmp_path) == {"path": str(place), "ours": True, "current": True}
     code = "import gclib; print(gclib.py.__module__, issubclass(gclib.GclibError, Exception))"
     paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[3] / "src")])
     done = subprocess.run(
@@ -52,12 +52,12 @@ def test_an_older_one_of_ours_is_replaced(tmp_path: Path, capsys: pytest.Capture
     gclib.install(SETTINGS, force=False, site=tmp_path)
     place = tmp_path / "gclib.py"
     place.write_text(place.read_text(encoding="utf-8") + "\n# older\n", encoding="utf-8")
-    assert told(capsys, tmp_path)["current"] is False
+    assert status_of(capsys, tmp_path)["current"] is False
     gclib.install(SETTINGS, force=False, site=tmp_path)
-    assert told(capsys, tmp_path)["current"] is True
+    assert status_of(capsys, tmp_path)["current"] is True
 
 
-def test_somebody_elses_is_replaced_by_force_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_foreign_file_is_replaced_by_force_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     place = tmp_path / "gclib.py"
     place.write_text(FOREIGN, encoding="utf-8")
     with pytest.raises(FileNotOurs, match="--force"):
@@ -65,9 +65,9 @@ def test_somebody_elses_is_replaced_by_force_only(tmp_path: Path, capsys: pytest
     with pytest.raises(FileNotOurs):
         gclib.uninstall(SETTINGS, site=tmp_path)
     assert place.read_text(encoding="utf-8") == FOREIGN
-    assert told(capsys, tmp_path) == {"path": str(place), "ours": False, "current": False}
+    assert status_of(capsys, tmp_path) == {"path": str(place), "ours": False, "current": False}
     gclib.install(SETTINGS, force=True, site=tmp_path)
-    assert told(capsys, tmp_path)["ours"] is True
+    assert status_of(capsys, tmp_path)["ours"] is True
 
 
 def test_a_package_of_that_name_is_never_touched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -76,16 +76,16 @@ def test_a_package_of_that_name_is_never_touched(tmp_path: Path, capsys: pytest.
     package.write_text(FOREIGN, encoding="utf-8")
     with pytest.raises(FileNotOurs, match="remove that package"):
         gclib.install(SETTINGS, force=True, site=tmp_path)
-    assert told(capsys, tmp_path)["path"] == str(package)
+    assert status_of(capsys, tmp_path)["path"] == str(package)
     assert not (tmp_path / "gclib.py").exists()
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_unwritable_place_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnwritable):
         gclib.install(SETTINGS, force=False, site=tmp_path / "none")
 
 
-def test_one_of_ours_that_is_damaged_is_no_surprise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_damaged_copy_is_reported_as_outdated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     gclib.install(OutputSettings(), force=False, site=tmp_path)
     module = tmp_path / "gclib.py"
     module.write_bytes(module.read_bytes() + b"\xff\xfe")
@@ -93,7 +93,7 @@ def test_one_of_ours_that_is_damaged_is_no_surprise(tmp_path: Path, capsys: pyte
     assert '"current": false' in capsys.readouterr().out
 
 
-def test_status_says_what_to_do(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_status_gives_advice(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     for site, command in ((ALONE, "`dmc gclib install`"), (MAYA, "`maya dmc gclib install`")):
         gclib.status(OutputSettings(site=site), site=tmp_path)
         assert command in capsys.readouterr().out

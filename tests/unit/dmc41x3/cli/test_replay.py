@@ -38,12 +38,12 @@ async def test_a_tolerance_may_be_narrower() -> None:
     assert await replayed(SESSION, 5.0) == [AnswerDifference(5.0, 1, "TPA", "' 24990' became ' 25000'")]
 
 
-async def test_answers_that_differ_are_told_with_their_time() -> None:
+async def test_different_answers_are_shown_with_their_time() -> None:
     other = [piece._replace(data=piece.data.replace(b" 1.0000", b" 0.0000")) for piece in SESSION]
     assert await replayed(other) == [AnswerDifference(0.6, 1, "MG _BGA", "' 0.0000' became ' 1.0000'")]
 
 
-async def test_connections_are_kept_apart() -> None:
+async def test_connections_are_kept_separate() -> None:
     pieces = [
         WirePiece(0.0, 1, "client", b"WH\r"),
         WirePiece(0.0, 1, "controller", b"IHA\r\n:"),

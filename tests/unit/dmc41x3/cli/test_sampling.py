@@ -37,7 +37,7 @@ async def test_records_and_questions_make_one_sample() -> None:
         assert [sample.values for sample in found] == [(7.0, 22.0, 18.0)] * 3
 
 
-async def test_without_records_the_controllers_clock_is_asked() -> None:
+async def test_without_records_the_controllers_clock_is_read() -> None:
     async with driven() as driver:
         await driver.send("x=7")
         sent: list[bytes] = []
@@ -68,7 +68,7 @@ async def test_a_channel_that_does_not_exist_is_refused_at_once() -> None:
             await Sampler.prepare(driver, ["_TPA", "nothing"])
 
 
-async def test_a_channel_that_is_no_number_is_refused() -> None:
+async def test_invalid_channel_is_refused() -> None:
     async with driven() as driver:
         with pytest.raises(UnexpectedReply):
             await Sampler.prepare(driver, ['"words"'])
@@ -83,7 +83,7 @@ async def test_a_longer_sample_time_stretches_the_clock() -> None:
         assert (first.time, (await sampler.sample()).time) == (0.0, 2.0)
 
 
-async def test_ticks_that_come_too_late_are_left_out() -> None:
+async def test_late_ticks_are_omitted() -> None:
     seen: list[int] = []
     async for tick in ticks(10.0, 1.0):
         seen.append(tick)

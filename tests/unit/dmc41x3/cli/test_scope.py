@@ -65,7 +65,7 @@ async def test_a_trigger_the_controller_does_not_know_is_refused() -> None:
         await recorded(ScopeRequest(("_TPA",), 10.0, 0.1, "nothing>1"))
 
 
-def test_files_are_written_where_they_can_be(tmp_path: Path) -> None:
+def test_files_are_written_or_refused(tmp_path: Path) -> None:
     request = ScopeRequest(RECORDING.channels, csv=str(tmp_path / "a.csv"), png=str(tmp_path / "a.png"))
     scope.save(RECORDING, request)
     assert (tmp_path / "a.csv").read_text(encoding="utf-8") == scope.as_csv(RECORDING)

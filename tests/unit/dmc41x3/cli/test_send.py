@@ -1,4 +1,4 @@
-"""`maya dmc send`: what a controller answers, for people and for programs."""
+"""`maya dmc send`: answers of a controller, for people and for programs."""
 
 from __future__ import annotations
 

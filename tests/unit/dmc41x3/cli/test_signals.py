@@ -8,7 +8,7 @@ from dmc41x3.cli.signals import as_ctrl_c
 
 
 @pytest.mark.parametrize("kind", [signal.SIGTERM, signal.SIGHUP])
-def test_who_ends_a_command_interrupts_it(kind: signal.Signals) -> None:
+def test_termination_signal_interrupts_a_command(kind: signal.Signals) -> None:
     before = signal.signal(kind, signal.SIG_DFL)
     try:
         with pytest.raises(KeyboardInterrupt), as_ctrl_c():
@@ -18,7 +18,7 @@ def test_who_ends_a_command_interrupts_it(kind: signal.Signals) -> None:
         signal.signal(kind, before)
 
 
-def test_what_was_told_to_outlive_its_terminal_does() -> None:
+def test_command_that_ignores_hangups_outlives_its_terminal() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with as_ctrl_c():

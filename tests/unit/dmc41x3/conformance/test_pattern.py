@@ -25,7 +25,7 @@ from dmc41x3.conformance.runner import compiled, literal
         ("\u00e8\u008d", b"\xe8\x8d", b"h\r"),
     ],
 )
-def test_what_an_expected_reply_takes_and_refuses(text: str, right: bytes, wrong: bytes) -> None:
+def test_pattern_accepts_and_refuses_replies(text: str, right: bytes, wrong: bytes) -> None:
     pattern = compiled(text, 3)
     assert pattern.matches(right)
     assert not pattern.matches(wrong)
@@ -38,15 +38,15 @@ def test_two_ranges_belong_to_their_own_numbers() -> None:
 
 
 @pytest.mark.parametrize(("data", "end"), [(b": 4\r\n:", 1), (b":", 1), (b"?", -1), (b"", -1)])
-def test_where_a_reply_ends_at_the_beginning_of_more(data: bytes, end: int) -> None:
+def test_reply_ends_at_the_start_of_the_next(data: bytes, end: int) -> None:
     assert compiled(":", 3).begins(data) == end
 
 
-def test_a_name_that_stands_for_nothing_is_a_mistake_in_the_table() -> None:
+def test_undefined_name_is_an_error_in_the_table() -> None:
     with pytest.raises(ValueError, match="stands for nothing"):
         compiled("<nonsense>", 3)
 
 
-def test_what_is_literal() -> None:
+def test_literal_characters() -> None:
     assert literal(" 1.0000\r\n:")
     assert not literal("<n>\r\n:")

@@ -11,7 +11,7 @@ from tests.channels import Bench
 
 
 class Box:
-    """A controller that says what it is told to say: an answer for each thing that is sent, in pieces."""
+    """A controller with scripted answers: one for each command, in pieces."""
 
     def __init__(self, **answers: bytes | list[bytes]) -> None:
         self.answers = {'MG "fence"': b"fence\r\n:", "TC": b" 0\r\n:"} | answers
@@ -57,11 +57,11 @@ def test_a_wrong_answer_is_a_difference(answer: bytes) -> None:
 
 
 @pytest.mark.parametrize("pieces", [[b" 1\r\n:"], [b" ", b"1\r", b"\n", b":"]])
-def test_a_right_answer_is_none_in_any_pieces(pieces: list[bytes]) -> None:
+def test_right_answer_has_no_difference_in_any_pieces(pieces: list[bytes]) -> None:
     assert run(vector(VectorStep("NO\r", (" 2\r\n:", "<n>\r\n:"))), Box(NO=pieces).dial, 3) is None
 
 
-def test_the_first_difference_is_told_with_what_came() -> None:
+def test_first_difference_is_shown_with_the_reply() -> None:
     difference = run(vector(VectorStep("A\r", (":",)), VectorStep("B\r", ("?", "x"))), Box(B=b" 7\r\n:").dial, 3)
     assert difference is not None
     assert (difference.sent, difference.expected, difference.received) == ("B\r", ("?", "x"), b" 7\r\n:")
@@ -74,7 +74,7 @@ def test_a_message_is_waited_for_and_missed_in_the_end() -> None:
     assert box.waited == pytest.approx(UNASKED)
 
 
-def test_an_answer_is_asked_for_again_until_it_comes_or_time_is_up() -> None:
+def test_answer_is_polled_until_it_arrives_or_times_out() -> None:
     never = VectorStep("BG?\r", (" 0\r\n:",), special=Special.UNTIL, seconds=1.0)
     box = Box(**{"BG?": b" 1\r\n:"})
     assert run(vector(never), box.dial, 3) is not None
@@ -82,7 +82,7 @@ def test_an_answer_is_asked_for_again_until_it_comes_or_time_is_up() -> None:
     assert run(vector(never), Box(**{"BG?": b" 0\r\n:"}).dial, 3) is None
 
 
-def test_a_connection_that_stays_is_a_difference_where_an_end_is_expected() -> None:
+def test_open_connection_is_a_difference_if_an_end_is_expected() -> None:
     difference = run(vector(VectorStep(on="second", special=Special.CLOSED)), Bench(3).dial, 3)
     assert difference is not None
     assert difference.expected == ("the end of the connection",)
@@ -95,7 +95,7 @@ def test_a_wrong_record_is_a_difference(answer: bytes) -> None:
     assert run(vector(VectorStep("QR\r", special=Special.RECORD)), Box(QR=answer).dial, 3) is not None
 
 
-def test_fields_of_a_record_are_looked_at_where_their_bits_count() -> None:
+def test_fields_of_a_record_are_checked_by_their_mask() -> None:
     record = b"\x87\x07\xbe\x00" + bytes(46) + b"\x05" + bytes(139) + b":"
     assert len(record) == 191
     for low, mask, right in ((5, 0, True), (6, 0, False), (1, 1, True), (4, 4, True), (2, 2, False)):
@@ -103,13 +103,13 @@ def test_fields_of_a_record_are_looked_at_where_their_bits_count() -> None:
         assert (run(vector(step), Box(QR=record).dial, 3) is None) is right
 
 
-def test_registers_are_put_back_whatever_comes() -> None:
+def test_registers_are_restored_after_any_end() -> None:
     box = Box(**{"MG _SPA": b" 25000.0000\r\n:", "SPA=1": b"?"})
     assert run(vector(VectorStep("SPA=1\r", (":",)), keep=("SPA",), restore=("CW 2",)), box.dial, 3) is not None
     assert box.sent == ["MG _SPA", "SPA=1", "CW 2", "SPA=25000.0000", "TC"]
 
 
-def test_what_moves_is_brought_to_rest() -> None:
+def test_moving_axes_are_brought_to_rest() -> None:
     bench = Bench(3)
     step = VectorStep("SH;DC*=20480;JG*=5000;BG\r", ("::::",))
     assert run(vector(step, demands=frozenset({Demand.MOVES})), bench.dial, 3) is None
@@ -117,7 +117,7 @@ def test_what_moves_is_brought_to_rest() -> None:
 
 
 @pytest.mark.parametrize(("origin", "place"), [("DPA=0", 0), ("DPA=100", 600)])
-def test_an_axis_goes_back_to_where_it_was_found(origin: str, place: int) -> None:
+def test_axis_returns_to_its_initial_position(origin: str, place: int) -> None:
     bench = Bench(3)
     rest = VectorStep("MG _BGA\r", (" 0.0000\r\n:",), special=Special.UNTIL, seconds=5.0)
     steps = (VectorStep("PRA=500;BGA\r", ("::",)), rest)
@@ -126,7 +126,7 @@ def test_an_axis_goes_back_to_where_it_was_found(origin: str, place: int) -> Non
     assert axis.reference(bench.machine.now) == place
 
 
-def test_exchanges_are_joined_up_to_what_is_no_exchange() -> None:
+def test_consecutive_exchanges_are_joined() -> None:
     wait = VectorStep(special=Special.WAIT, seconds=1.0)
     steps = (
         VectorStep("A\r", (":", "?")),

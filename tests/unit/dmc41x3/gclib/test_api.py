@@ -43,7 +43,7 @@ def test_a_command_is_answered_without_blanks(g: gclib.py) -> None:
     assert g.GCommand("MG 1;SHA;MG 2;") == "1.0000\r\n2.0000"
 
 
-def test_threads_that_share_a_connection_get_each_its_own_answer(g: gclib.py) -> None:
+def test_threads_on_one_connection_get_their_own_answers(g: gclib.py) -> None:
     wrong: list[str] = []
 
     def ask(first: int) -> None:
@@ -63,7 +63,7 @@ def test_threads_that_share_a_connection_get_each_its_own_answer(g: gclib.py) ->
     assert wrong == []
 
 
-def test_a_refused_command_leaves_its_code_to_be_asked(g: gclib.py) -> None:
+def test_refused_command_leaves_its_code_readable(g: gclib.py) -> None:
     with pytest.raises(GclibError, match=r"^question mark returned by controller$") as caught:
         g.GCommand("BGA;spoilt=1")
     assert code_of(caught) == -10000
@@ -78,7 +78,7 @@ def test_commands_with_a_method_of_their_own_are_illegal(g: gclib.py, command: s
         g.GCommand(command)
 
 
-def test_listings_may_be_asked_for_by_their_command(g: gclib.py) -> None:
+def test_listings_are_available_by_their_command(g: gclib.py) -> None:
     g.GProgramDownload(PROGRAM)
     assert g.GCommand("UL").splitlines() == PROGRAM.splitlines()
 
@@ -91,7 +91,7 @@ def test_information(twin: ServedTwin, g: gclib.py) -> None:
     assert g.GIpRequests() == {}
 
 
-def test_what_is_not_offered_says_so(g: gclib.py) -> None:
+def test_unsupported_function_is_reported(g: gclib.py) -> None:
     for work, code in (
         (lambda: g.GAssign("10.0.0.1", "00:50:4c:00:00:01"), Code.UNSUPPORTED_FUNCTION),
         (lambda: g.GFirmwareDownload("f.hex"), Code.FIRMWARE_LOAD_NOT_SUPPORTED),
@@ -111,14 +111,14 @@ def test_nothing_works_without_a_connection() -> None:
     g.GClose()
 
 
-def test_nobody_at_the_address_is_told() -> None:
+def test_missing_controller_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as door:
         port = door.getsockname()[1]
     with pytest.raises(GclibError, match="device failed to open"):
         gclib.py().GOpen(f"127.0.0.1:{port}")
 
 
-def test_programs_go_down_and_come_up(g: gclib.py, tmp_path: Path) -> None:
+def test_programs_are_downloaded_and_uploaded(g: gclib.py, tmp_path: Path) -> None:
     g.GProgramDownload(f"REM for people\n{PROGRAM}", "--max 4")
     assert g.GProgramUpload() == PROGRAM.replace("\n", "\r\n")
     g.GProgramUploadFile(str(tmp_path / "a.dmc"))
@@ -165,7 +165,7 @@ def test_messages_of_a_program(g: gclib.py) -> None:
 
 
 @pytest.mark.parametrize("way", ["-u TCP", ""])
-def test_messages_come_on_the_first_socket_where_there_is_no_second(way: str) -> None:
+def test_messages_use_the_first_socket_without_a_second(way: str) -> None:
     with served(udp=False) as twin:
         g = gclib.py()
         g.GOpen(f"{twin.address} -s ALL {way}")
@@ -193,7 +193,7 @@ def test_waits_end(g: gclib.py) -> None:
         g.GTimeout(-2)
 
 
-def test_what_was_not_subscribed_is_not_to_be_had(twin: ServedTwin) -> None:
+def test_unsubscribed_data_is_refused(twin: ServedTwin) -> None:
     g = gclib.py()
     g.GOpen(twin.address)
     for work in (g.GMessage, g.GInterrupt, lambda: g.GRecord("DR"), lambda: g.GRecordRate(20)):
@@ -203,7 +203,7 @@ def test_what_was_not_subscribed_is_not_to_be_had(twin: ServedTwin) -> None:
     g.GClose()
 
 
-def test_records_asked_for_and_sent(twin: ServedTwin, g: gclib.py) -> None:
+def test_records_polled_and_pushed(twin: ServedTwin, g: gclib.py) -> None:
     g.GCommand("DPA=1234")
     for method in ("QR", gclib.G_QR):
         assert g.GRecord(method).axis_a_motor_position == 1234
@@ -218,7 +218,7 @@ def test_records_asked_for_and_sent(twin: ServedTwin, g: gclib.py) -> None:
         g.GRecord("XR")
 
 
-def test_a_rate_is_kept_within_what_the_controller_offers(twin: ServedTwin, g: gclib.py) -> None:
+def test_rate_is_kept_within_the_range_of_the_controller(twin: ServedTwin, g: gclib.py) -> None:
     g.GRecordRate(1)
     assert twin.look(lambda machine: machine.unit.records.period) == 8
     g.GRecordRate(1e6)
@@ -228,7 +228,7 @@ def test_a_rate_is_kept_within_what_the_controller_offers(twin: ServedTwin, g: g
             g.GRecordRate(period)
 
 
-def test_arrays_go_down_and_come_up(g: gclib.py, tmp_path: Path) -> None:
+def test_arrays_are_downloaded_and_uploaded(g: gclib.py, tmp_path: Path) -> None:
     g.GCommand("DM a[3],b[2]")
     g.GArrayDownload("a", -1, -1, [1, 2.5, -3])
     g.GArrayDownload("a", 1, 1, [7])
@@ -283,13 +283,13 @@ def test_closing_gives_both_handles_back_and_may_be_repeated(twin: ServedTwin) -
     del g
 
 
-def test_a_link_that_is_cut_is_told(twin: ServedTwin, g: gclib.py) -> None:
+def test_cut_link_is_reported(twin: ServedTwin, g: gclib.py) -> None:
     twin.do(lambda controller: controller.cut())
     with pytest.raises(GclibError, match="connection to hardware not established"):
         g.GCommand("TP")
 
 
-def test_a_late_answer_is_not_taken_for_the_next() -> None:
+def test_late_answer_is_not_taken_for_the_next() -> None:
     """The first connection never answers; after the timeout a new one serves."""
 
     def serve() -> None:
@@ -314,7 +314,7 @@ def test_a_late_answer_is_not_taken_for_the_next() -> None:
         g.GClose()
 
 
-def test_interrupts_come_as_status_bytes() -> None:
+def test_interrupts_are_status_bytes() -> None:
     """A controller that sends one by UDP; the twin has none."""
 
     def serve() -> None:

@@ -21,7 +21,7 @@ def test_names_may_have_brackets() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "a,b\n1\n", "a\n1,2\n", "a\nx\n", "a\n"])
-def test_what_is_no_table(text: str) -> None:
+def test_invalid_table(text: str) -> None:
     with pytest.raises(GclibError) as caught:
         api.table_of(text)
     assert caught.value.code is Code.FILE

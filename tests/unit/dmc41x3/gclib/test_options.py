@@ -23,7 +23,7 @@ ALL = frozenset({"MG", "DR", "EI"})
         ("box --unsolicited TCP -b 19200 --handshake NONE", AddressOptions("box", unsolicited="TCP")),
     ],
 )
-def test_what_an_address_says(address: str, options: AddressOptions) -> None:
+def test_address_options(address: str, options: AddressOptions) -> None:
     assert parse(address) == options
 
 
@@ -48,7 +48,7 @@ def test_what_an_address_says(address: str, options: AddressOptions) -> None:
         'box "-s',
     ],
 )
-def test_what_is_no_address(address: str) -> None:
+def test_invalid_address(address: str) -> None:
     with pytest.raises(GclibError, match="a bad address was specified in open") as caught:
         parse(address)
     assert caught.value.code is Code.ADDRESS

@@ -55,7 +55,7 @@ WHOLE = DataRecord(
 
 
 @pytest.mark.parametrize(("name", "offset"), OFFSETS.items())
-def test_a_field_lies_where_the_header_says(name: str, offset: int) -> None:
+def test_field_is_at_the_offset_of_the_header(name: str, offset: int) -> None:
     data = bytearray(370)
     data[offset] = 1
     record = GDataRecord(bytes(data))

@@ -51,7 +51,7 @@ def test_a_name_is_a_name(name: str) -> None:
 
 
 @pytest.mark.parametrize(("first", "count", "fits"), [(0, 5, True), (4, 1, True), (4, 2, False), (-1, 1, False)])
-def test_what_does_not_fit_is_refused(first: int, count: int, fits: bool) -> None:
+def test_invalid_array_is_refused(first: int, count: int, fits: bool) -> None:
     if fits:
         transfer.require_array_fit("a", first, count, 5.0)
         return
@@ -68,11 +68,11 @@ def test_what_does_not_fit_is_refused(first: int, count: int, fits: bool) -> Non
         ("", []),
     ],
 )
-def test_what_an_upload_prints(text: str, values: list[float]) -> None:
+def test_upload_text(text: str, values: list[float]) -> None:
     assert transfer.parse_array("QU a[]", text) == values
 
 
-def test_an_upload_that_is_no_numbers_is_not_understood() -> None:
+def test_invalid_upload_is_refused() -> None:
     with pytest.raises(UnexpectedReply):
         transfer.parse_array("QU a[]", " 1.0000\rwhat\r\n")
 

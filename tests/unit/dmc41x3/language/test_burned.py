@@ -1,4 +1,4 @@
-"""What _RS says."""
+"""Values of _RS."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_each_bit_is_a_memory(bits: int, damaged: tuple[str, ...]) -> None:
     assert Burned.of(bits).damaged == damaged
 
 
-def test_damage_is_an_error_where_soundness_is_required() -> None:
+def test_damage_is_an_error_when_soundness_is_required() -> None:
     Burned().require_sound()
     with pytest.raises(MemoryDamaged, match="program, variables"):
         Burned(program=False, variables=False).require_sound()

@@ -60,7 +60,7 @@ def test_a_record_holds_the_channel(channel: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("channel", ["_TPD", "_KPA", "@IN[0]", "@IN[81]", "@AN[1]", "TIME", "count", "_TPA+1", "_TP"])
-def test_what_a_record_lacks_is_asked_for(channel: str) -> None:
+def test_missing_channels_of_a_record_are_requested(channel: str) -> None:
     assert reading(channel, 3) is None
 
 
@@ -97,15 +97,15 @@ def test_quantities(channel: str, meant: str) -> None:
     assert quantity(channel) == meant
 
 
-def test_nobody_says_what_to_watch() -> None:
+def test_default_channels() -> None:
     assert columns(2) == ("_TPA", "_TEA", "_TVA", "_TTA", "_TPB", "_TEB", "_TVB", "_TTB")
 
 
-def test_the_clock_counts_on_where_its_sixteen_bits_begin_again() -> None:
+def test_clock_continues_over_the_wrap_of_its_sixteen_bits() -> None:
     clock = SampleClock()
     assert [clock.at(sample) for sample in (65024, 0, 1024, 1024)] == [0.0, 0.5, 1.5, 1.5]
 
 
-def test_a_second_has_fewer_samples_where_each_takes_longer() -> None:
+def test_second_has_fewer_samples_if_each_takes_longer() -> None:
     clock = SampleClock(period=2000.0)
     assert [clock.at(0), clock.at(1024)] == [0.0, 2.0]

@@ -70,7 +70,7 @@ from dmc41x3.language.commands import (
         ("\x12\x16", Command("^R^V")),
     ],
 )
-def test_what_a_text_spells(text: str, command: Command) -> None:
+def test_command_text(text: str, command: Command) -> None:
     assert parse(text) == command
     assert parse(command.format()) == command
 
@@ -91,7 +91,7 @@ def test_what_a_text_spells(text: str, command: Command) -> None:
         (TOO_LONG, ErrorCode.INPUT_BUFFER_FULL),
     ],
 )
-def test_what_is_no_command_has_a_code(text: str, code: ErrorCode) -> None:
+def test_invalid_command_has_a_code(text: str, code: ErrorCode) -> None:
     with pytest.raises(InvalidCommand) as caught:
         parse(text)
     assert caught.value.code is code

@@ -58,7 +58,7 @@ def test_literals(text: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "x", "1e5", "1/2", "1,2", "$", "$123456789", "- 1", "nan", "١"])
-def test_what_is_no_number_is_refused(text: str) -> None:
+def test_invalid_number_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match="not a number"):
         parse_number(text)
 

@@ -35,7 +35,7 @@ def test_lines_of_a_program(text: str, lines: tuple[str, ...]) -> None:
         (["#A"] * 4001, "program"),
     ],
 )
-def test_what_no_controller_takes_is_refused_before_it_is_sent(lines: list[str], key: str) -> None:
+def test_invalid_program_is_refused_before_it_is_sent(lines: list[str], key: str) -> None:
     with pytest.raises(InvalidValue) as caught:
         transfer.require_loadable(lines)
     assert caught.value.details["key"] == key
@@ -45,7 +45,7 @@ def test_a_full_memory_of_full_lines_is_loadable() -> None:
     transfer.require_loadable(["x" * 80] * 4000)
 
 
-def test_the_probe_is_a_program_where_downloads_are_accepted() -> None:
+def test_probe_is_a_program_if_downloads_are_accepted() -> None:
     splitter = LineSplitter()
     taken: list[str] = []
     for command in splitter.split(transfer.PROBE):
@@ -54,7 +54,7 @@ def test_the_probe_is_a_program_where_downloads_are_accepted() -> None:
     assert taken == ["DL", "'", "\\", "", "TC1"]
 
 
-def test_the_probe_is_a_comment_where_downloads_are_refused() -> None:
+def test_probe_is_a_comment_if_downloads_are_refused() -> None:
     assert LineSplitter().feed(transfer.PROBE) == ["DL", "'\\", "TC1"]
 
 

@@ -133,7 +133,7 @@ def test_status_bits() -> None:
     assert not PlaneRecord().moving
 
 
-def test_a_limit_is_active_where_its_bit_is_zero() -> None:
+def test_limit_is_active_if_its_bit_is_zero() -> None:
     assert not AxisRecord().forward_limit_active
     at_forward = AxisRecord(switches=AxisSwitches.REVERSE_INACTIVE)
     assert (at_forward.forward_limit_active, at_forward.reverse_limit_active) == (True, False)
@@ -162,6 +162,6 @@ def test_outputs_count_from_one() -> None:
     ],
     ids=["empty", "short", "long", "no S block", "an axis missing", "another length"],
 )
-def test_what_is_no_whole_record_is_refused(data: bytes) -> None:
+def test_incomplete_record_is_refused(data: bytes) -> None:
     with pytest.raises(UnexpectedReply):
         decode(data)

@@ -1,4 +1,4 @@
-"""Programs as people write them, made ready for a controller: what is left out, turned, cut, and told."""
+"""Programs as people write them, prepared for a controller: omissions, conversions, cuts, and reports."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def test_remark_for_the_host_stays_there(line: str) -> None:
     assert found.changes == ("left out 1 line of REM or host remarks",)
 
 
-def test_double_hashes_and_slashes_are_for_the_host_where_the_program_says_so() -> None:
+def test_double_hashes_and_slashes_are_for_the_host_on_request() -> None:
     """gclib's preprocessor: two lines of `##` in front switch it on."""
     text = '## Author: A\n## Date: B\nMG 1 // said\nMG "a//b";\'c // d\n##option "--min 4"\nEN\n'
     assert prepared(text).lines == ("MG 1", 'MG "a//b";\'c // d', "EN")
 
 
-def test_changes_are_told_by_the_number_of_lines() -> None:
+def test_changes_have_their_line_numbers() -> None:
     found = prepared(f"REM a\nREM b\n\tMG 1\nMG 2;'{LONG}\n\nEN\n")
     assert found.changes == (
         "left out 2 lines of REM or host remarks",

@@ -12,7 +12,7 @@ from dmc41x3.twin.plant import BenchPlant
 
 
 class Bench:
-    """Time stands still until `at` moves it; motors are on unless said otherwise."""
+    """Time stands still until `at` moves it; motors are on by default."""
 
     def __init__(self, axes: int = 3, servo: bool = True) -> None:
         self.plant = BenchPlant(axes)
@@ -61,7 +61,7 @@ class Bench:
         return int(self.say("TC")[:-3])
 
     def switch(self, axis: int, *, forward: bool = True, reverse: bool = True, home: bool = True) -> None:
-        """Set the inputs of an axis now; the bench announces no events, so the machine is told to look."""
+        """Set the inputs of an axis now; the bench announces no events, so the machine is polled."""
         self.plant.set_inputs(axis, forward=forward, reverse=reverse, home=home)
         self.machine.unit.core.look()
 

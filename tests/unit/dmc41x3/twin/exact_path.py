@@ -42,7 +42,7 @@ class Curve:
 
 @dataclass
 class ExactPath:
-    """The path of a sequence, built command by command; `commands` are what a controller is to be told."""
+    """The path of a sequence, built command by command; `commands` are for a controller."""
 
     parts: list[Line | Curve] = field(default_factory=list[Line | Curve])
     commands: list[str] = field(default_factory=list[str])
@@ -95,7 +95,7 @@ class Trapezoid:
 
     @property
     def duration(self) -> float:
-        """How long it takes."""
+        """Its duration."""
         peak = self.peak
         ramps = 0.5 * peak * peak * (1.0 / self.acceleration + 1.0 / self.deceleration)
         return peak / self.acceleration + peak / self.deceleration + (self.length - ramps) / peak

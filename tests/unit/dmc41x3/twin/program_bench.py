@@ -36,7 +36,7 @@ class ProgramBench(Bench):
         return [line.strip() for line in data.decode("ascii").splitlines()]
 
     def run(self, until: float, program: str = "", start: str = "XQ") -> list[str]:
-        """Start the program in memory, or a new one, and return what it says until a time [s]."""
+        """Start the program in memory, or a new one, and return its output until a time [s]."""
         if program:
             self.download(program)
         self.do(start)

@@ -45,7 +45,7 @@ def test_sizes_and_indices_are_expressions(bench: Bench) -> None:
     assert bench.value("c[9]") == 8
 
 
-def test_an_element_is_asked_for_like_a_variable(bench: Bench) -> None:
+def test_element_is_read_like_a_variable(bench: Bench) -> None:
     assert bench.say("a[1]=") == bench.say("a[1]=?") == "-1.5000\r\n:"
     assert bench.say("a[-1]=?") == " 3.0000\r\n:"
 
@@ -75,7 +75,7 @@ def test_an_array_is_taken(bench: Bench, data: str) -> None:
     assert bench.say("MG 1") == " 1.0000\r\n:"
 
 
-def test_while_it_is_taken_nobody_answers(bench: Bench) -> None:
+def test_array_download_answers_nothing(bench: Bench) -> None:
     assert bench.raw("QD a[]\r") == b""
     assert bench.raw("1,2") == b""
     assert bench.raw(",3\r") == b""
@@ -106,7 +106,7 @@ def test_data_that_are_wrong_are_refused_and_the_rest_is_taken(bench: Bench, dat
     assert bench.value("a[0]") == (9 if data in ("1+1", "3000000000") else 1)
 
 
-def test_variables_and_arrays_are_forgotten_apart(bench: Bench) -> None:
+def test_variables_and_arrays_are_deallocated_separately(bench: Bench) -> None:
     bench.do("x=1;y=2", "DA x,a[0]")
     assert bench.say("LV;LA") == "y= 2.0000\r\n:b[5]\r\n:"
     bench.do("DA *")
@@ -115,7 +115,7 @@ def test_variables_and_arrays_are_forgotten_apart(bench: Bench) -> None:
     assert bench.say("LV;LA") == "::"
 
 
-def test_where_a_variable_is_not_there_nothing_is_forgotten(bench: Bench) -> None:
+def test_missing_variable_deallocates_nothing(bench: Bench) -> None:
     bench.do("x=1")
     assert bench.code("DA x,nope") == ErrorCode.VARIABLE_ERROR
     assert bench.value("x") == 1
@@ -149,7 +149,7 @@ def test_recording_a_move() -> None:
     assert [later - earlier for earlier, later in pairwise(places)] == [4, 4, 4, 4]
 
 
-def test_what_is_recorded_is_of_the_very_sample() -> None:
+def test_recorded_values_are_of_the_same_sample() -> None:
     """Nobody looks in between. Under 1024000 counts/s², k samples after BG the axis is at k² 0.48828125 counts."""
     bench = Bench()
     bench.do("DM p[8]", "RA p[]", "RD _RPA", "AC 1024000", "JG 1000000", "BGA;RC 1")
@@ -167,7 +167,7 @@ def test_samples_are_as_long_as_tm_says() -> None:
     assert [bench.value(f"p[{n + 1}]-p[{n}]") for n in range(3)] == [4, 4, 4]
 
 
-def test_a_circular_recording_goes_on_until_it_is_stopped() -> None:
+def test_circular_recording_continues_until_it_is_stopped() -> None:
     bench = Bench()
     bench.do("DM t[8]", "RA t[]", "RD TIME", "RC 1,-8")
     bench.at(100.5 / 1024)
@@ -206,7 +206,7 @@ def test_a_reset_ends_recording() -> None:
     assert bench.code("RC 1") == ErrorCode.NO_RECORDING_SOURCE
 
 
-def test_eight_arrays_at_once_and_no_more() -> None:
+def test_at_most_eight_arrays_are_recorded() -> None:
     bench = Bench()
     bench.do(f"DM {','.join(f'a{n}[2]' for n in range(9))}")
     assert bench.code(f"RA {','.join(f'a{n}[]' for n in range(9))}") == ErrorCode.OPERAND_ERROR

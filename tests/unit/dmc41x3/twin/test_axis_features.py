@@ -1,4 +1,4 @@
-"""What an axis does besides going from place to place: homing in its stages, smoothing, brakes, latches, failures."""
+"""Functions of an axis besides moves: homing in its stages, smoothing, brakes, latches, failures."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def stages(bench: Bench) -> int:
     return bench.record().axes[0].status & STAGES
 
 
-def test_fi_passes_the_index_brakes_and_comes_back() -> None:
+def test_fi_passes_the_index_brakes_and_returns() -> None:
     bench = Bench()
     bench.do(ROUND, "DPA=77", "JGA=2048", "FIA;BGA")
     assert stages(bench) == AxisStatus.HOMING_SECOND_DONE
@@ -39,7 +39,7 @@ def test_fi_passes_the_index_brakes_and_comes_back() -> None:
     assert (bench.positions()[0], bench.plant.position(0)) == (0, 4000.0)
 
 
-def test_hm_tells_its_stages() -> None:
+def test_hm_reports_its_stages() -> None:
     bench = Bench()
     bench.do(ROUND, "HMA;BGA")
     assert stages(bench) == AxisStatus.HOMING
@@ -136,7 +136,7 @@ def test_tv_is_the_mean_of_a_quarter_of_a_second() -> None:
     assert bench.at(1.5).value("_TVA") == 0.0
 
 
-def test_tv_sees_a_held_shaft_stand() -> None:
+def test_tv_shows_a_held_shaft_at_rest() -> None:
     bench = Bench()
     bench.do(ROUND, "JGA=10240;BGA")
     bench.at(2.0).plant.hold(0)
@@ -222,7 +222,7 @@ def test_axes_from_e_on_latch_by_inputs_from_9_on() -> None:
 
 
 @pytest.mark.parametrize(("speed", "place"), [(2000, 4700), (-2000, -3300)])
-def test_the_index_latches_exactly_where_it_is(speed: int, place: int) -> None:
+def test_index_latches_exactly_at_its_position(speed: int, place: int) -> None:
     bench = Bench()
     bench.do("DPA=700", "ALTA", f"JGA={speed};BGA")
     assert bench.at(1.0).value("_ALA") == 1.0
@@ -262,7 +262,7 @@ def test_a_motor_that_pushes_without_its_encoder_moving_has_none() -> None:
 
 
 @pytest.mark.parametrize("setting", ["OAA=0", "OVA=6;TLA=5", "OTA=32000"])
-def test_an_encoder_is_believed_where_nobody_doubts_it(setting: str) -> None:
+def test_encoder_without_an_error_is_trusted(setting: str) -> None:
     bench = Bench()
     bench.do("OAA=1", "ERA=-1", setting, "JGA=10000;BGA")
     bench.at(1.0).plant.hold(0)
@@ -288,7 +288,7 @@ def test_without_cn_the_input_aborts_nothing() -> None:
     assert bench.value("_BGA") == 1.0
 
 
-def test_tl_limits_what_tt_tells_and_of_adds_to_it() -> None:
+def test_tl_limits_tt_and_of_adds_to_it() -> None:
     bench = Bench()
     bench.do("OFA=1.5")
     assert bench.value("_TTA") == pytest.approx(1.5, abs=1e-3)
@@ -303,7 +303,7 @@ def test_tl_limits_what_tt_tells_and_of_adds_to_it() -> None:
     assert bench.value("_TTA") == 0.0
 
 
-def test_er_is_told_once_however_long_it_lasts() -> None:
+def test_er_is_printed_once_however_long_it_lasts() -> None:
     bench = Bench()
     core = bench.machine.unit.core
     bench.do("ERA=100", "JGA=1000;BGA")

@@ -29,7 +29,7 @@ def test_a_first_order_lag_is_the_exponential_it_should_be() -> None:
 
 
 @given(st.lists(st.floats(1e-4, 0.2), min_size=1, max_size=12))
-def test_it_does_not_matter_when_somebody_looks(pauses: list[float]) -> None:
+def test_time_of_reading_does_not_matter(pauses: list[float]) -> None:
     looked_at, left_alone = ServoBench(1, lag=0.05), ServoBench(1, lag=0.05)
     pieces = (
         TimelinePiece(0.0, 0.0, 0.0, 4000.0),
@@ -47,7 +47,7 @@ def test_it_does_not_matter_when_somebody_looks(pauses: list[float]) -> None:
     assert looked_at.position(0) == pytest.approx(left_alone.position(0), abs=1e-6)
 
 
-def test_a_delay_is_where_the_reference_was() -> None:
+def test_delay_returns_the_earlier_reference() -> None:
     bench = ServoBench(2, lag=(0.1, 0.0), law=LagModel.DELAY)
     ramp(bench)
     ramp(bench, 1)
@@ -64,7 +64,7 @@ def test_there_is_a_lag_for_each_axis_and_none_is_negative(lag: tuple[float, ...
         ServoBench(2, lag=lag)
 
 
-def test_a_motor_that_is_off_stays_and_can_be_turned() -> None:
+def test_motor_that_is_off_stays_and_can_be_turned() -> None:
     bench = ServoBench(1)
     ramp(bench)
     bench.advance(1.0)
@@ -99,7 +99,7 @@ def test_the_command_is_limited() -> None:
     assert bench.torque(0) == 9.9982
 
 
-def test_a_lost_encoder_stands_while_the_shaft_goes_on() -> None:
+def test_lost_encoder_stops_while_the_shaft_continues() -> None:
     bench = ServoBench(1, lag=0.0)
     ramp(bench)
     bench.advance(1.0)

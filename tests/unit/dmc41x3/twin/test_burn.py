@@ -1,4 +1,4 @@
-"""BN, BP, BV, RS, ^R^S: what a controller comes up with."""
+"""BN, BP, BV, RS, ^R^S: the settings of a controller at power-up."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_blocked_ports_are_burned_and_zs_outputs_and_user_values_are_not() -> No
 
 
 @pytest.mark.parametrize(("state", "off"), [("SH", [0.0, 0.0, 0.0]), ("SH;MOB", [0.0, 1.0, 0.0]), ("MO", [1.0] * 3)])
-def test_motors_come_up_as_they_were_burned(state: str, off: list[float]) -> None:
+def test_motors_power_up_as_burned(state: str, off: list[float]) -> None:
     bench = Bench(servo=False)
     bench.do(state, "BN", "MO;SHB", "RS")
     assert [bench.value(f"_MO{axis}") for axis in "ABC"] == off
@@ -95,7 +95,7 @@ def test_a_program_is_burned_by_bp_and_runs_at_power_up(tmp_path: Path) -> None:
     assert again.say("UL").startswith("#AUTO\r\n")
 
 
-def test_rs_minus_1_comes_up_as_from_the_factory_this_once() -> None:
+def test_rs_minus_1_starts_with_factory_settings_once() -> None:
     bench = Bench()
     bench.do("SPA=2000;x=1", "BN;BV", "RS -1")
     assert bench.value("_SPA") == 25000.0
@@ -104,7 +104,7 @@ def test_rs_minus_1_comes_up_as_from_the_factory_this_once() -> None:
     assert (bench.value("_SPA"), bench.value("x")) == (2000.0, 1.0)
 
 
-def test_a_master_reset_erases_what_is_burned(tmp_path: Path) -> None:
+def test_master_reset_erases_burned_settings(tmp_path: Path) -> None:
     path = tmp_path / "memory.json"
     bench = machine(path)
     bench.do("SPA=2000;x=1", "BN;BV", "\x12\x13")
@@ -126,7 +126,7 @@ def test_a_reset_answers_and_closes_all_handles() -> None:
     ("part", "bit", "kept"),
     [("variables", 1.0, ["_SPA"]), ("parameters", 2.0, ["x"]), ("program", 4.0, ["_SPA", "x"])],
 )
-def test_a_damaged_part_is_told_and_the_rest_comes_up(tmp_path: Path, part: str, bit: float, kept: list[str]) -> None:
+def test_damaged_part_is_reported_and_the_rest_comes_up(tmp_path: Path, part: str, bit: float, kept: list[str]) -> None:
     path = tmp_path / "memory.json"
     bench = machine(path)
     bench.raw("DL\r#AUTO\rEN\r\\")
@@ -141,7 +141,7 @@ def test_a_damaged_part_is_told_and_the_rest_comes_up(tmp_path: Path, part: str,
     assert machine(path).value("_RS") == 0.0
 
 
-def test_autoerr_runs_instead_of_auto_where_the_memory_is_damaged(tmp_path: Path) -> None:
+def test_autoerr_runs_instead_of_auto_if_the_memory_is_damaged(tmp_path: Path) -> None:
     path = tmp_path / "memory.json"
     bench = machine(path)
     bench.raw("DL\r#AUTO\rgood=1\rEN\r#AUTOERR\rbad=_RS\rEN\r\\")
@@ -174,7 +174,7 @@ def test_a_memory_that_cannot_be_written_is_error_15(tmp_path: Path) -> None:
     assert bench.code("BN") == ErrorCode.WRITE
 
 
-def test_power_off_and_on_keeps_the_shafts_where_they_are() -> None:
+def test_power_cycle_keeps_the_shafts_in_place() -> None:
     bench = Bench()
     bench.do("DP 1000,2000,3000", "SB 1", "JGA=10000;BGA")
     bench.at(2.0)

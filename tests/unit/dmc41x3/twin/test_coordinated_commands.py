@@ -30,7 +30,7 @@ from tests.unit.dmc41x3.twin.bench import Bench
         ("VV 501", "VV ?", " 500"),
     ],
 )
-def test_what_was_set_is_told(setup: str, ask: str | None, printed: str) -> None:
+def test_set_values_are_printed(setup: str, ask: str | None, printed: str) -> None:
     bench = Bench()
     if ask is None:
         assert bench.say(setup).endswith("?")
@@ -84,7 +84,7 @@ def test_misuse_has_its_code(command: str, code: ErrorCode) -> None:
         ("LI v", ErrorCode.VARIABLE_ERROR),
     ],
 )
-def test_what_a_segment_may_be(segment: str, code: ErrorCode | None) -> None:
+def test_valid_segments(segment: str, code: ErrorCode | None) -> None:
     bench = Bench()
     bench.do("LM AB")
     if code is None:

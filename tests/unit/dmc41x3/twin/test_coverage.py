@@ -1,4 +1,4 @@
-"""What the twin says it does of the language, against what it does and against the bare facts of the language.
+"""The twin's description of its language, against its behaviour and against the bare facts of the language.
 
 `tests/vectors/dmc41x3_commands.json` holds the facts: who may use an entry, whether it answers `?`, whether it is an
 operand. Every entry has an example here that the twin must take.
@@ -82,7 +82,7 @@ EXAMPLES = {
     "VS": "VS 2000",
     "YR": "MO;MTA=2;SH;YRA=5",
 }
-"""What a host says; the last command is the one concerned. Others are taken with one of the plain forms."""
+"""Commands of a host; the last one is the subject. Others are taken with one of the plain forms."""
 
 PROGRAMS = {
     "AD": "PRA=1000;BGA;AD 50",
@@ -108,7 +108,7 @@ PROGRAMS = {
     "^a..^h": "JS #SUB(7)",
     "#": "NO",
 }
-"""What a program does before it says so."""
+"""Commands of a program before its subject."""
 
 CONVERSATIONS = {
     "DL": ("DL\r#A;EN\r\\", "::"),
@@ -117,7 +117,7 @@ CONVERSATIONS = {
     "XQ": ("DL\r#A;EN\r\\XQ #A\r", ":::"),
     "LS": ("DL\r#A;EN\r\\LS\r", "::0 #A;EN\r\n:"),
 }
-"""What is said and answered byte by byte."""
+"""Exchanges byte by byte."""
 
 IN_A_ROUTINE = frozenset({"RE", "RI"})
 
@@ -205,7 +205,7 @@ def test_the_catalogue_has_the_entries_of_the_language() -> None:
         assert CATALOGUE[name].where.value == fact["valid_in"], name
 
 
-def test_every_entry_has_words_of_its_own() -> None:
+def test_every_entry_has_its_own_words() -> None:
     purposes = [entry.purpose for entry in CATALOGUE.values()]
     assert all(purposes)
     assert len(set(purposes)) == len(purposes)
@@ -242,14 +242,14 @@ def test_a_command_is_obeyed_in_some_form(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_a_program_does_what_only_programs_do(name: str) -> None:
+def test_program_runs_commands_of_programs(name: str) -> None:
     bench = ProgramBench()
     lines = PROGRAMS[name].replace(";", "\n")
     assert bench.run(3.0, f'#A\n{lines}\n#ON\nMG "on"\nEN\n#SUB\nEN') == ["on"]
 
 
 @pytest.mark.parametrize("name", [*(set(PROGRAMS) & set(TABLE)), *IN_A_ROUTINE])
-def test_a_host_may_not_do_what_only_programs_do(name: str) -> None:
+def test_host_cannot_run_commands_of_programs(name: str) -> None:
     if FACTS[name]["valid_in"] == "program":
         assert Bench().code(f"{name} 1") == 2
 
@@ -266,7 +266,7 @@ def test_a_routine_ends_with_its_own_command(routine: str, command: str, cause: 
     assert bench.at(2.0).state() == 0
 
 
-def test_a_program_at_a_breakpoint_goes_on_line_by_line() -> None:
+def test_program_at_a_breakpoint_continues_line_by_line() -> None:
     bench = ProgramBench("#A\nNO\nNO\nEN")
     bench.do("BK 1", "XQ #A")
     bench.at(1.0).do("SL")
@@ -320,14 +320,14 @@ def test_an_operand_has_a_value(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", of(CoverageClass.REFUSED, *_COMMANDS, EntryKind.KEYWORD))
-def test_what_is_refused_has_its_code(name: str) -> None:
+def test_refusals_have_their_codes(name: str) -> None:
     bench = Bench()
     bench.do("BAA")
     assert bench.code(f"{word(name)}{'A' if name == 'BC' else ' 1'}") == COVERAGE[name].code
 
 
 @pytest.mark.parametrize("name", [name for name in of(CoverageClass.ACCEPTED, *_COMMANDS) if name != "QH"])
-def test_what_has_no_effect_is_noted_once(name: str) -> None:
+def test_command_without_effect_is_noted_once(name: str) -> None:
     notes: list[str] = []
     for form in [EXAMPLES[name]] if name in EXAMPLES else forms(name):
         bench = Bench()

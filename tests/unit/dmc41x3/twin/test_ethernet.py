@@ -68,7 +68,7 @@ def test_closing_looks_at_the_kind(command: str, open_handles: str) -> None:
     assert "".join(handle.letter for handle in bench.machine.unit.handles if handle is not None) == open_handles
 
 
-def test_handles_tell_by_which_protocol() -> None:
+def test_handles_show_their_protocol() -> None:
     bench = Bench()
     handle = udp(bench)
     assert bench.say("IHB=?;IHC=?") == " 10, 0, 0, 9\r\n: 0, 0, 0, 0\r\n:"
@@ -143,7 +143,7 @@ def _may_connect(bench: Bench, port: int) -> bool:
     return handle is not None
 
 
-def test_addresses_are_kept_and_told() -> None:
+def test_addresses_are_stored_and_printed() -> None:
     bench = Bench()
     number = int.from_bytes(bytes((10, 51, 0, 87)), "big")
     assert (bench.say("IA ?"), bench.value("_IA0"), bench.value("_IA1")) == (" 10, 51, 0, 87\r\n:", number, 250.0)

@@ -70,7 +70,7 @@ def test_strings_are_values() -> None:
     ("value", "number"),
     [("0", 0), ("2.9", 2), ('"C"', 2), ('"X"', 0), ('"S"', 8), ('"T"', 9), ('"N"', 10), ('"M"', 11), ("11", 11)],
 )
-def test_what_an_axis_variable_stands_for(value: str, number: int) -> None:
+def test_values_of_an_axis_variable(value: str, number: int) -> None:
     bench = Bench()
     bench.do(f"~h={value}")
     assert bench.value("~h") == number
@@ -78,7 +78,7 @@ def test_what_an_axis_variable_stands_for(value: str, number: int) -> None:
 
 
 @pytest.mark.parametrize("value", ["12", "-1", '"Q"', '"AB"', "12.5"])
-def test_what_it_cannot_stand_for(value: str) -> None:
+def test_invalid_axis_variables(value: str) -> None:
     bench = Bench()
     assert bench.code(f"~a={value}") == ErrorCode.OUT_OF_RANGE
 

@@ -1,4 +1,4 @@
-"""What public programs and clients write, each with where it is known from.
+"""Input of public programs and clients, each with its source.
 
 G is Galil's command reference for the DMC-4103, U its user manuals, others are programs and clients in use.
 """
@@ -40,7 +40,7 @@ def test_program_reads_conditions_and_remarks_as_before(statement: str) -> None:
     assert bench.at(0.1).value("y") == 2.0
 
 
-def test_names_with_underscores_are_variables_arrays_and_operands_apart() -> None:
+def test_names_with_underscores_are_separate_variables_arrays_and_operands() -> None:
     """ISIS programs have curr_pos and g_hmstA; an operand still begins with its underscore."""
     bench = Bench()
     bench.do("a_b=1;PA_SPA;DM q_r[3];q_r[1]=a_b+1")
@@ -198,7 +198,7 @@ def test_forward_motion_of_several_axes_waits_for_the_first(target: int, found: 
 
 
 def test_jog_without_speeds_is_the_mode() -> None:
-    """Harvard's laser stage says `JG` in each round of its loop."""
+    """Harvard's laser stage sends `JG` in each round of its loop."""
     bench = Bench()
     bench.do("JG 1000,2000;PR 5,5;JG;SHB;BGB")
     assert bench.at(1.0).value("_RPB") > 100.0

@@ -82,7 +82,7 @@ def test_a_host_without_four_bytes_has_zeros(host: str) -> None:
         ("IH B => -3", True, False),
     ],
 )
-def test_who_is_hung_up_on(command: str, mine: bool, other: bool) -> None:
+def test_commands_close_their_handles(command: str, mine: bool, other: bool) -> None:
     bench = Bench()
     second = bench.connect()
     assert bench.say(command) == ":"
@@ -95,7 +95,7 @@ def test_commands_behind_hanging_up_are_not_executed() -> None:
     assert bench.axis(0).registers["SP"] == 25_000.0
 
 
-def test_motion_goes_on_without_its_host() -> None:
+def test_motion_continues_without_its_host() -> None:
     bench = Bench()
     bench.do("PRA=5000;BGA")
     bench.machine.disconnect(bench.handle)

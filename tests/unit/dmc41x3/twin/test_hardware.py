@@ -18,7 +18,7 @@ def test_steps_scale_with_the_sample_period(period: int, speed: float, rate: flo
     assert AXIS["KP"].sampled(period) is AXIS["KP"]
 
 
-def test_tm_changes_what_a_sample_is_and_not_what_a_speed_is() -> None:
+def test_tm_changes_the_sample_and_not_the_speed() -> None:
     bench = Bench()
     assert bench.at(1.0).value("TIME") == 1024.0
     bench.do("TM 500", "SPA=10003", "ACA=10000")
@@ -183,7 +183,7 @@ def test_listing_of_eight_axes_has_the_upper_banks() -> None:
     ("command", "ask", "told"),
     [("EI 5,3,2", "EI ?,?,?", " 5, 3, 2"), ("MW 0", "MW ?", " 0"), ("CI -1", "MG _CI", "-1.0000")],
 )
-def test_settings_without_effect_are_told_again(command: str, ask: str, told: str) -> None:
+def test_settings_without_effect_are_printed_again(command: str, ask: str, told: str) -> None:
     bench = Bench()
     bench.do(command)
     assert bench.say(ask) == f"{told}\r\n:"

@@ -51,7 +51,7 @@ def moving() -> Bench:
         ("MG _TPY,_TPZ", " 200.0000 -10.0000"),
     ],
 )
-def test_what_is_asked_is_told(ask: str, printed: str) -> None:
+def test_inquiries_are_answered(ask: str, printed: str) -> None:
     assert moving().say(ask) == f"{printed}\r\n:"
 
 
@@ -115,7 +115,7 @@ def test_misuse_has_its_code(command: str, code: ErrorCode) -> None:
 
 
 @pytest.mark.parametrize("form", ["TC1", "TC 1", "TC1 "])
-def test_tc1_tells_the_code_with_its_words_and_clears_it(form: str) -> None:
+def test_tc1_prints_the_code_with_its_words_and_clears_it(form: str) -> None:
     bench = Bench()
     bench.say("MOA;BGA")
     assert bench.value("_TC") == 20.0
@@ -124,20 +124,20 @@ def test_tc1_tells_the_code_with_its_words_and_clears_it(form: str) -> None:
 
 
 @pytest.mark.parametrize("form", ["TC", "TC0", "TC 0", "TC ?"])
-def test_tc_tells_the_code_alone_and_clears_it(form: str) -> None:
+def test_tc_prints_the_code_alone_and_clears_it(form: str) -> None:
     bench = Bench()
     bench.say("GF32")
     assert bench.say(form) == " 1\r\n:"
     assert bench.value("_TC") == 0.0
 
 
-def test_the_last_refusal_is_the_one_told() -> None:
+def test_last_refusal_is_printed() -> None:
     bench = Bench()
     bench.say("GF32;SPA=99999999;EO 1")
     assert bench.say("TC") == f" {ErrorCode.OUT_OF_RANGE}\r\n:"
 
 
-def test_codes_print_three_digits_whatever_pf_says() -> None:
+def test_codes_print_three_digits_for_any_pf() -> None:
     bench = Bench()
     bench.do("PF 8.2", "LZ 0")
     assert bench.say("TSA;SCA;TC") == " 015\r\n: 001\r\n: 000\r\n:"

@@ -105,7 +105,7 @@ def test_variables_live_until_a_reset() -> None:
     assert bench.code("MG mayahome") == ErrorCode.VARIABLE_ERROR
 
 
-def test_burned_variables_and_registers_come_back() -> None:
+def test_burned_variables_and_registers_are_restored() -> None:
     bench = Bench()
     bench.do("keep=3", "BV", "lose=4", "SPA=1000", "CN 1", "BN", "SPA=3000", "RS")
     assert bench.value("keep") == 3.0
@@ -114,7 +114,7 @@ def test_burned_variables_and_registers_come_back() -> None:
     assert bench.value("_CN0") == 1.0
 
 
-def test_reset_does_what_power_up_does() -> None:
+def test_reset_equals_power_up() -> None:
     bench = Bench()
     bench.do("SPA=2000;DP 500;SB 1;ZAA=7", "JGA=4000;BGA")
     bench.at(2.0).do("RS")

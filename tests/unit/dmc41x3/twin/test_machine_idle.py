@@ -203,7 +203,7 @@ def test_a_shaft_held_fast_is_looked_at(idler: Idler) -> None:
     idler.idle()
 
 
-def test_a_reset_ends_what_was_active(idler: Idler) -> None:
+def test_reset_ends_active_motion(idler: Idler) -> None:
     idler.say("DM a[10]")
     idler.say("RA a[]")
     idler.say("RD _TPA")

@@ -125,7 +125,7 @@ def test_an_amplifier_fault_switches_off_the_axes_with_oe() -> None:
 
 
 @pytest.mark.parametrize(("cn", "level", "state", "direction"), [(-1, True, 1, -1), (-1, False, 0, 1), (1, True, 0, 1)])
-def test_the_home_input_tells_where_a_search_begins(cn: int, level: bool, state: int, direction: int) -> None:
+def test_home_input_decides_the_direction_of_a_search(cn: int, level: bool, state: int, direction: int) -> None:
     bench = Bench()
     bench.do(f"CN ,{cn}", "SPA=2048")
     bench.switch(0, home=level)

@@ -75,7 +75,7 @@ def test_positions_survive_dp() -> None:
         ("IPA=-5", ErrorCode.IP_WRONG_SIGN),
     ],
 )
-def test_what_a_moving_axis_refuses(command: str, code: ErrorCode) -> None:
+def test_moving_axis_refuses_commands(command: str, code: ErrorCode) -> None:
     bench = moving_to().at(1.5)
     assert bench.code(command) == code
 
@@ -85,12 +85,12 @@ def test_what_a_moving_axis_refuses(command: str, code: ErrorCode) -> None:
     ["SPA=20480", "ACA=2048", "IPA=500", "DEA=1", "FLA=9", "BLA=-9", "ERA=9", "OEA=1", "LDA=3", "TLA=5", "KPA=9",
      "ITA=1", "HVA=4", "BWA=10", "ZAA=5", "STA", "CN-1", "PAB=5", "PRB=5", "BGB", "SHB", "MOC", "DPB=4", "VD2048"],
 )  # fmt: skip
-def test_what_a_moving_axis_or_its_neighbour_accepts(command: str) -> None:
+def test_moving_axis_or_its_neighbour_accepts_commands(command: str) -> None:
     moving_to().at(1.5).do(command)
 
 
 @pytest.mark.parametrize("command", ["DCA=2048", "SDA=2048", "JGA=-1000", "SPA=2000", "IPA=-100"])
-def test_what_a_jogging_axis_accepts(command: str) -> None:
+def test_jogging_axis_accepts_commands(command: str) -> None:
     bench = Bench()
     bench.do("JGA=1000;BGA")
     bench.at(1.0).do(command)
@@ -111,7 +111,7 @@ def test_speed_on_the_way() -> None:
     assert bench.at(30.0).positions()[0] == 102_400
 
 
-def test_stop_decelerates_at_dc_and_says_so_at_once() -> None:
+def test_stop_decelerates_at_dc_and_answers_at_once() -> None:
     bench = moving_to().at(2.0)
     bench.do("STA")
     assert (bench.value("_SCA"), bench.value("_BGA")) == (4.0, 1.0)
@@ -176,7 +176,7 @@ def test_position_tracking_follows_without_bg() -> None:
     assert bench.value("_PTA") == 0.0
 
 
-def test_servo_on_takes_the_place_where_the_shaft_is() -> None:
+def test_servo_on_takes_the_position_of_the_shaft() -> None:
     bench = moving_to().at(1.0)
     bench.plant.hold(0)
     bench.at(2.0).do("AB 1")
@@ -186,7 +186,7 @@ def test_servo_on_takes_the_place_where_the_shaft_is() -> None:
     assert bench.positions()[0] == 5120
 
 
-def test_the_record_tells_the_phase_of_a_move() -> None:
+def test_record_shows_the_phase_of_a_move() -> None:
     bench = moving_to(-102_400)
     up, slew, down = (bench.at(t).record().axes[0].status for t in (0.5, 5.0, 10.5))
     assert up == 0b1110_0000_1000_0000
@@ -209,7 +209,7 @@ def test_the_record_agrees_with_the_operands() -> None:
     assert record.outputs[0] == 4
 
 
-def test_a_partial_record_has_the_blocks_it_was_asked_for() -> None:
+def test_partial_record_has_the_requested_blocks() -> None:
     bench = Bench()
     bench.do("DPB=77")
     data = bench.raw("QR BS\r")[:-1]

@@ -150,12 +150,12 @@ def test_vs_and_vr_act_at_once_and_vd_waits() -> None:
         ("LI ?", ErrorCode.QUESTION_MARK_INVALID),
     ],
 )
-def test_what_a_running_sequence_refuses(command: str, code: ErrorCode) -> None:
+def test_running_sequence_refuses_commands(command: str, code: ErrorCode) -> None:
     assert sequence("51200", closed=False).at(1.0).code(command) == code
 
 
 @pytest.mark.parametrize("command", ["LM AB", "VS 3000", "VA 2048", "DCA=2048", "ACA=2048", "PRC=1;BGC", "CA T"])
-def test_what_a_running_sequence_accepts(command: str) -> None:
+def test_running_sequence_accepts_commands(command: str) -> None:
     sequence("51200").at(1.0).do(command)
 
 
@@ -234,7 +234,7 @@ def test_count_and_distance_along_the_way() -> None:
     assert (bench.value("_CSS"), bench.value("_AVS")) == (3.0, 30_720.0)
 
 
-def test_segments_that_go_on_in_the_same_direction_turn_nothing_round() -> None:
+def test_segments_in_one_direction_cause_no_reversal() -> None:
     bench = sequence("10240", "10240", closed=False).at(1.2)
     for _ in range(5):
         bench.do("LI 5000")

@@ -26,7 +26,7 @@ def filled(path: Path | None) -> Memory:
     return memory
 
 
-def test_what_was_stored_is_read_again(tmp_path: Path) -> None:
+def test_stored_memory_is_read_again(tmp_path: Path) -> None:
     path = tmp_path / "memory.json"
     assert Memory(path).contents.parameters is None
     stored = filled(path)
@@ -65,7 +65,7 @@ def _changed(path: Path, change: Any) -> Memory:
         ("variables", {"variables": {"x": 1}, "arrays": {}}, ChecksumError.VARIABLES),
     ],
 )
-def test_a_damaged_part_comes_up_empty_and_the_others_as_they_were(
+def test_damaged_part_is_empty_and_the_others_are_restored(
     tmp_path: Path, part: str, change: Any, error: ChecksumError
 ) -> None:
     path = tmp_path / "memory.json"
@@ -102,7 +102,7 @@ VALUES = st.recursive(
 
 @given(VALUES)
 @example({"unit": {"TM": 10**400}})
-def test_data_of_any_kind_under_a_right_checksum_harms_nobody(data: Any) -> None:
+def test_data_of_any_kind_under_a_right_checksum_harms_nothing(data: Any) -> None:
     from dmc41x3.twin.memory import BurnedContents, _checksum, _take
 
     contents = BurnedContents()

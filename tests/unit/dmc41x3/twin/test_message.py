@@ -47,7 +47,7 @@ from tests.unit.dmc41x3.twin.bench import Bench
         ("TIME,_TPA", " 0.0000 0.0000"),
     ],
 )
-def test_what_a_message_prints(message: str, printed: str) -> None:
+def test_message_output(message: str, printed: str) -> None:
     bench = Bench()
     bench.do("v=7.5", 'word="abcdef"')
     assert bench.say(f"MG {message}") == f"{printed}\r\n:"

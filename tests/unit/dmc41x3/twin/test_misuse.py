@@ -1,4 +1,4 @@
-"""What is wrong with a command is told by its code (TC): one row for each mistake that we could think of."""
+"""Errors of a command have their codes (TC): one row for each mistake that we could think of."""
 
 from __future__ import annotations
 
@@ -403,7 +403,7 @@ MISUSES_IN_STATE = [
     ("~a=8", "SP~a=1", 28),
     ("~a=7", "MG _TP~a", 58),
 ]
-"""What was done before, a command, and its code."""
+"""The setup, a command, and its code."""
 
 
 @pytest.mark.parametrize(("command", "code"), MISUSES)

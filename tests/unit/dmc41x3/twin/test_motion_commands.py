@@ -29,7 +29,7 @@ from tests.unit.dmc41x3.twin.bench import Bench
         ("MO", "MG _MOA,_MOB,_MOC", " 1.0000 1.0000 1.0000"),
     ],
 )
-def test_what_was_set_is_told(setup: str, ask: str, printed: str) -> None:
+def test_set_values_are_printed(setup: str, ask: str, printed: str) -> None:
     bench = Bench()
     bench.do(setup)
     assert bench.say(ask) == f"{printed}\r\n:"
@@ -82,7 +82,7 @@ def test_a_move_of_nothing_is_over_within_a_sample() -> None:
     assert bench.value("_SCA") == 1.0
 
 
-def test_pa_tells_where_the_last_motion_stopped_and_not_its_target() -> None:
+def test_pa_returns_the_end_of_the_last_motion_and_not_its_target() -> None:
     bench = Bench()
     bench.do("SP 10240;AC 10240;DC 10240", "PAA=102400;BGA")
     bench.at(2.0).do("STA")
@@ -108,7 +108,7 @@ def test_stop_names_axes_and_planes_together() -> None:
 
 
 @pytest.mark.parametrize("argument", ["", " 0", " 1"])
-def test_abort_spares_nobody(argument: str) -> None:
+def test_abort_stops_every_axis(argument: str) -> None:
     bench = Bench()
     bench.do("JG 5000,-5000;BGAB", "OEA=1;OEB=2;OEC=3")
     bench.at(1.0)
@@ -136,7 +136,7 @@ def test_an_ip_during_a_stop_has_the_wrong_sign(command: str) -> None:
 
 
 @pytest.mark.parametrize("command", ["IPA=5", "JGA=5", "DCA=2048"])
-def test_what_a_homing_allows(command: str) -> None:
+def test_homing_allows_commands(command: str) -> None:
     bench = Bench()
     bench.do("FEA;BGA")
     reply = bench.at(0.5).say(command)

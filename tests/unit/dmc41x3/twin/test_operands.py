@@ -109,7 +109,7 @@ def test_time_counts_samples() -> None:
     assert bench.value("TIME") == 2560
 
 
-def test_operands_are_read_anew_every_time() -> None:
+def test_operands_are_read_every_time() -> None:
     bench = Bench()
     bench.do("JG 1000;BGA")
     assert bench.value("_TPA") == 0

@@ -1,4 +1,4 @@
-"""Where unsolicited messages go: CF, CW, and what happens when the port of CF is closed."""
+"""The port of unsolicited messages: CF, CW, and a closed port of CF."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Office:
         return [(handle.letter, data) for handle, data in self.outlet.take()]
 
 
-def test_nobody_hears_a_message_until_a_port_is_chosen() -> None:
+def test_message_is_not_sent_until_a_port_is_chosen() -> None:
     office = Office()
     assert office.outlet.say(b"x\r\n")
     office.outlet.port = "B"
@@ -36,7 +36,7 @@ def test_nobody_hears_a_message_until_a_port_is_chosen() -> None:
     assert office.heard() == []
 
 
-def test_cw_1_marks_every_byte_and_what_is_put_is_not_touched() -> None:
+def test_cw_1_marks_every_byte_and_leaves_the_argument() -> None:
     office = Office()
     office.outlet.port, office.outlet.mark = "C", 1
     office.outlet.say(b"A\r\n")

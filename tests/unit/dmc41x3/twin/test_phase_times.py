@@ -15,7 +15,7 @@ def test_times_alone_are_kept_and_find_nothing(command: str) -> None:
     assert bench.value("_BZA") == 0.0
 
 
-def test_times_beside_volts_are_accepted() -> None:
+def test_times_next_to_volts_are_accepted() -> None:
     bench = Bench(servo=False)
     bench.do("BAA", "BZA=3<200>100")
     assert (bench.value("_MOA"), bench.value("_BZA")) == (0.0, 1.0)

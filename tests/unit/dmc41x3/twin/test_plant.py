@@ -6,7 +6,7 @@ from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.timeline import TimelinePiece
 
 
-def test_the_bench_is_where_its_reference_is() -> None:
+def test_ideal_bench_is_at_its_reference() -> None:
     bench = BenchPlant(2)
     bench.timelines[1].plan(0.0, (TimelinePiece(0.0, 0.0, 100.0, 0.0),))
     bench.advance(2.0)

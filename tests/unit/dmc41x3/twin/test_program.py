@@ -26,7 +26,7 @@ def test_an_upload_is_the_download(lines: list[str], end: str) -> None:
 
 
 @given(LINES, st.integers(1, 40))
-def test_where_a_download_is_cut_makes_no_difference(lines: list[str], size: int) -> None:
+def test_download_may_be_cut_anywhere(lines: list[str], size: int) -> None:
     bench = ProgramBench()
     data = "DL\r" + "".join(f"{line}\r\n" for line in lines) + "\\"
     replies = [bench.raw(data[place : place + size]) for place in range(0, len(data), size)]
@@ -44,13 +44,13 @@ def test_the_controller_is_silent_until_the_end() -> None:
 
 
 @pytest.mark.parametrize("end", ["\\", "\x1a", "\x11", "\x04"])
-def test_what_ends_a_download(end: str) -> None:
+def test_download_ends(end: str) -> None:
     bench = ProgramBench()
     assert bench.raw(f"DL\rEN{end}") == b"::"
     assert bench.program() == ["EN"]
 
 
-def test_the_line_end_behind_the_backslash_is_a_command_of_its_own() -> None:
+def test_line_end_after_the_backslash_is_a_separate_command() -> None:
     assert ProgramBench().raw("DL\rEN\r\\\r") == b":::"
 
 
@@ -101,7 +101,7 @@ def test_the_most_that_fits() -> None:
         ("DL 4", ["#A", "MG 1", "#B", "EN", "NEW"]),
     ],
 )
-def test_a_download_may_keep_what_stands_before(how: str, expected: list[str]) -> None:
+def test_download_may_keep_the_lines_before_it(how: str, expected: list[str]) -> None:
     bench = ProgramBench("#A\nMG 1\n#B\nEN")
     bench.download("NEW", how)
     assert bench.program() == expected
@@ -130,7 +130,7 @@ def test_misuse_has_its_code(command: str, code: ErrorCode) -> None:
 
 
 @pytest.mark.parametrize("command", ["DL", "DL #", "ED", "ED 0", "BN", "BP"])
-def test_what_may_not_be_while_a_program_runs(command: str) -> None:
+def test_running_program_forbids_commands(command: str) -> None:
     bench = ProgramBench("#A\nWT 1000;JP #A")
     bench.do("XQ #A,3")
     assert bench.code(command) == ErrorCode.NOT_WHILE_PROGRAM_RUNS
@@ -177,7 +177,7 @@ def test_a_reset_brings_the_burned_program_back() -> None:
     assert bench.program() == ["#A", "EN"]
 
 
-def test_a_reset_forgets_what_was_not_burned() -> None:
+def test_reset_forgets_unburned_settings() -> None:
     bench = ProgramBench("#A\nEN")
     bench.raw("RS\r")
     bench.handle = bench.connect()

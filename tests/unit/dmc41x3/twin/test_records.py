@@ -41,7 +41,7 @@ def test_a_record_every_n_samples_without_a_colon() -> None:
 
 
 @pytest.mark.parametrize(("text", "period"), [("DR 8,1", 8), ("DR 101,1", 100), ("DR 30000,1", 30_000), ("DR 9,1", 8)])
-def test_the_period_is_even_and_told(text: str, period: int) -> None:
+def test_period_is_even_and_printed(text: str, period: int) -> None:
     stage = Stage()
     stage.bench.do(text)
     assert (stage.bench.say("DR ?"), stage.bench.value("_DR0"), stage.bench.value("_DR1")) == (

@@ -1,4 +1,4 @@
-"""Broken sensors: what is read is not what is."""
+"""Broken sensors: readings differ from the truth."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from maya_un.machine.mechanics import MayaMechanics
 from tests.unit.dmc41x3.twin.bench import Bench
 
 
-def test_an_encoder_stands_and_then_counts_on_from_there() -> None:
+def test_encoder_stops_and_then_continues_from_there() -> None:
     sensing = Sensing()
     sensing.fail_encoder(0, 100.0, True)
     sensing.fail_encoder(0, 150.0, True)
@@ -21,7 +21,7 @@ def test_an_encoder_stands_and_then_counts_on_from_there() -> None:
     assert sensing.position(1, 7.0) == 7.0
 
 
-def test_maya_goes_on_without_its_encoder_and_its_record_knows() -> None:
+def test_maya_continues_without_its_encoder_and_its_record_knows() -> None:
     maya = MayaMechanics()
     maya.power(0, True)
     start = maya.true_joints()[0]

@@ -56,7 +56,7 @@ STEPS: list[tuple[str, float, float]] = [
 
 
 @pytest.mark.parametrize(("name", "value"), DEFAULTS.items())
-def test_what_the_factory_leaves(name: str, value: float) -> None:
+def test_factory_settings(name: str, value: float) -> None:
     bench = Bench()
     for axis in "ABC":
         assert bench.value(f"_{name}{axis}") == pytest.approx(value, abs=6e-5)
@@ -69,7 +69,7 @@ def test_both_ends_of_a_range_are_in_it(name: str, low: float, high: float) -> N
 
 
 @pytest.mark.parametrize(("name", "low", "high"), RANGES)
-def test_what_lies_beyond_a_range_is_refused_and_changes_nothing(name: str, low: float, high: float) -> None:
+def test_value_out_of_range_is_refused_and_changes_nothing(name: str, low: float, high: float) -> None:
     bench = Bench()
     before = bench.value(f"_{name}B")
     for beyond in (low - 1, high + 1):
@@ -123,7 +123,7 @@ def test_positions_have_32_bits(name: str) -> None:
         ("VR ?", " 1.0000"),
     ],
 )
-def test_what_a_question_mark_prints(ask: str, printed: str) -> None:
+def test_question_mark_output(ask: str, printed: str) -> None:
     assert Bench().say(ask) == f"{printed}\r\n:"
 
 
@@ -243,7 +243,7 @@ def test_registers_of_the_servo_may_change_in_motion(command: str) -> None:
 
 
 @pytest.mark.parametrize("command", ["BRA=1", "CEA=1", "MTA=1"])
-def test_what_the_motor_is_may_not_change_in_motion(command: str) -> None:
+def test_motor_type_may_not_change_in_motion(command: str) -> None:
     bench = Bench()
     bench.do("PRA=90000;BGA")
     assert bench.at(0.5).code(command) == ErrorCode.NOT_WHILE_RUNNING

@@ -1,4 +1,4 @@
-"""TS, and the bits of the data record: what is 1 and what is 0."""
+"""TS, and the bits of the data record: the meaning of 1 and 0."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_an_error_beyond_er_shows(limit: int, shown: bool) -> None:
         ("LM A;LI -90000;LE", AxisStatus.MOVING | AxisStatus.COORDINATED | AxisStatus.SLEWING | AxisStatus.NEGATIVE),
     ],
 )
-def test_the_status_word_tells_the_kind_of_motion(begin: str, bits: int) -> None:
+def test_status_word_has_the_kind_of_motion(begin: str, bits: int) -> None:
     bench = Bench()
     bench.do("SPA=2048;VS 2048", begin, "BGS" if begin[0] == "L" else "BGA")
     assert bench.at(1.0).record().axes[0].status == bits
@@ -95,7 +95,7 @@ def test_the_stages_of_a_homing_show_in_order() -> None:
     assert all(stage & AxisStatus.HOMING for stage in stages)
 
 
-def test_a_plane_tells_its_phase() -> None:
+def test_plane_reports_its_phase() -> None:
     bench = Bench()
     bench.do("VS 10240;VA 10240;VD 10240", "LM A;LI 51200;LE", "BGS")
     seen = [bench.at(t).record().s.status for t in (0.5, 3.0, 5.5, 7.0)]
@@ -148,7 +148,7 @@ def test_the_record_saturates_at_32_bits() -> None:
     assert bench.at(9.0).record().axes[0].reference == 2**31 - 1
 
 
-def test_the_record_tells_velocity_times_64_and_the_low_half_of_time() -> None:
+def test_record_has_velocity_times_64_and_the_low_half_of_time() -> None:
     bench = Bench()
     bench.do("JGA=-2048;ACA=1073740800;BGA")
     record = bench.at(100.0).record()

@@ -79,7 +79,7 @@ def test_misuse_has_its_code(command: str, code: ErrorCode) -> None:
 @pytest.mark.parametrize(
     "word", ["AD", "AI", "AM", "AP", "AR", "AS", "AT", "AV", "EN", "IF", "JP", "JS", "MC", "MF", "MR", "RE", "RI", "WT"]
 )
-def test_what_belongs_in_a_program_is_refused_from_a_host(word: str) -> None:
+def test_program_command_is_refused_from_a_host(word: str) -> None:
     assert Bench().code(word) == ErrorCode.PROGRAM_ONLY
 
 
@@ -109,14 +109,14 @@ def test_what_belongs_in_a_program_is_refused_from_a_host(word: str) -> None:
         ("NO", "MG _NO", " 0.0000"),
     ],
 )
-def test_what_was_set_is_told(setup: str, ask: str, printed: str) -> None:
+def test_set_values_are_printed(setup: str, ask: str, printed: str) -> None:
     bench = Bench()
     bench.do(*[setup] * bool(setup))
     assert bench.say(ask) == f"{printed}\r\n:"
 
 
 @pytest.mark.parametrize("form", ["CW", "CW 0", "CW ?", "CW0"])
-def test_cw_alone_tells_whose_work_this_is(form: str) -> None:
+def test_cw_alone_names_the_twin(form: str) -> None:
     bench = Bench()
     assert "Maya-UN" in bench.say(form)
     assert bench.value("_CW") == 2.0
@@ -153,7 +153,7 @@ def test_formats_of_positions_and_values(form: str, command: str, printed: str) 
 
 
 @pytest.mark.parametrize("form", ["RS", "RS 0", "RS -1"])
-def test_a_reset_forgets_what_was_not_burned(form: str) -> None:
+def test_reset_forgets_unburned_settings(form: str) -> None:
     bench = Bench()
     bench.do("SPA=2000;CN 1;PF 4.0;VF 3.1;LZ 0;EO 0;CW 1;CF A;CA T;x=5;ZAA=9;OP 255", "VS 3000;LM AB;LI 5,5", "DPA=7")
     bench.say("XX")
@@ -181,7 +181,7 @@ def test_tm_waits_for_rest() -> None:
 
 
 @pytest.mark.parametrize("command", ["EO 1", "x=1", "SB 1", "PF 4.0", "BN", "BV", "DA *", "CW 1", "CF A", "DR 0", "NO"])
-def test_what_concerns_no_axis_may_be_said_in_motion(command: str) -> None:
+def test_commands_without_an_axis_are_allowed_in_motion(command: str) -> None:
     bench = Bench()
     bench.do("JGA=100;BGA", command)
     assert bench.value("_BGA") == 1.0

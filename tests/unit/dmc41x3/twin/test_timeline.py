@@ -44,7 +44,7 @@ def test_rests_before_its_first_piece_and_after_its_last() -> None:
     assert not timeline.jogs
 
 
-def test_a_plan_replaces_what_comes_after_and_keeps_what_came_before() -> None:
+def test_plan_replaces_later_parts_and_keeps_earlier_ones() -> None:
     timeline = moved()
     before = timeline.version
     timeline.plan(2.0, (TimelinePiece(2.0, 5.0, -1.0, 0.0),))
@@ -54,7 +54,7 @@ def test_a_plan_replaces_what_comes_after_and_keeps_what_came_before() -> None:
     assert timeline.version > before
 
 
-def test_a_plan_begins_where_it_says() -> None:
+def test_plan_begins_at_its_start_time() -> None:
     with pytest.raises(ValueError, match="begin at 2"):
         moved().plan(2.0, MOVE)
     with pytest.raises(ValueError, match="begin at 2"):
@@ -67,7 +67,7 @@ def test_hold_stops_at_once() -> None:
     assert timeline.at(2.5) == timeline.at(9.0) == (8.75, 0.0)
 
 
-def test_crossing_finds_the_root_in_the_asked_direction_only() -> None:
+def test_crossing_finds_the_root_in_the_given_direction_only() -> None:
     timeline = moved()
     assert timeline.crossing(1.25, 0.0, 9.0, rising=True) == pytest.approx(1.5)
     assert timeline.crossing(8.75, 0.0, 9.0, rising=True) == pytest.approx(2.5)
@@ -80,7 +80,7 @@ def test_coming_to_rest_at_a_level_reaches_it() -> None:
     assert moved().crossing(10.0, 0.0, 9.0, rising=True) == pytest.approx(3.0)
 
 
-def test_a_level_where_the_axis_begins_must_be_left_first() -> None:
+def test_level_at_the_start_must_be_left_first() -> None:
     timeline = moved()
     assert timeline.crossing(0.0, 0.0, 9.0, rising=True) is None
     timeline.plan(4.0, (TimelinePiece(4.0, 10.0, -10.0, 10.0), TimelinePiece(7.0, 25.0, 0.0, 0.0)))
@@ -97,7 +97,7 @@ def test_boundaries_are_those_after_the_first_instant_up_to_the_last() -> None:
     assert moved().boundaries(1.0, 3.0) == [2.0, 3.0]
 
 
-def test_forgetting_keeps_what_is_still_needed() -> None:
+def test_forgetting_keeps_needed_parts() -> None:
     timeline = moved()
     timeline.sample(np.array([0.0]))
     timeline.forget(2.5)

@@ -27,7 +27,7 @@ from tests.unit.dmc41x3.twin.bench import Bench
         ("CA T;TN 2,7;CA S", "MG _TNS,_TNT", " 0.0000 7.0000"),
     ],
 )
-def test_what_was_set_is_told(setup: str, ask: str, printed: str) -> None:
+def test_set_values_are_printed(setup: str, ask: str, printed: str) -> None:
     bench = Bench()
     bench.do(*[setup] * bool(setup))
     assert bench.say(ask) == f"{printed}\r\n:"
@@ -101,7 +101,7 @@ def test_misuse_has_its_code(command: str, code: ErrorCode) -> None:
         ("CR 100,0,90<5000>0", None),
     ],
 )
-def test_what_a_segment_may_be(segment: str, code: ErrorCode | None) -> None:
+def test_valid_segments(segment: str, code: ErrorCode | None) -> None:
     bench = Bench()
     bench.do("VM AB")
     if code is None:
@@ -123,7 +123,7 @@ def test_vp_counts_from_the_end_of_the_arc() -> None:
     assert bench.code("VP -1000,16778215") == ErrorCode.OUT_OF_RANGE
 
 
-def test_the_buffer_holds_511_segments_whatever_they_are() -> None:
+def test_buffer_holds_511_segments_of_any_kind() -> None:
     bench = Bench()
     bench.do("VM AB", *["CR 1000,0,300"] * 511)
     assert bench.code("VP 1,1") == ErrorCode.SEGMENT_BUFFER_FULL
@@ -144,14 +144,14 @@ def test_the_buffer_holds_511_segments_whatever_they_are() -> None:
         ("CM AC", ErrorCode.NOT_IN_COORDINATED_MOVE),
     ],
 )
-def test_what_a_running_sequence_refuses(command: str, code: ErrorCode) -> None:
+def test_running_sequence_refuses_commands(command: str, code: ErrorCode) -> None:
     bench = Bench()
     bench.do("PVA=5,0,2", "VM AB", "VP 50000,0", "BGS")
     assert bench.at(0.5).code(command) == code
 
 
 @pytest.mark.parametrize("command", ["VP 60000,0", "CR 100,0,90", "TN 5", "VS 500", "VA 2048", "VR 0.5", "VE", "CM C"])
-def test_what_a_running_sequence_accepts(command: str) -> None:
+def test_running_sequence_accepts_commands(command: str) -> None:
     bench = Bench()
     bench.do("VM AB", "VP 50000,0", "BGS")
     bench.at(0.5).do(command)

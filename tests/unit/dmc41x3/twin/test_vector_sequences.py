@@ -29,7 +29,7 @@ def distance(a: tuple[float, float], b: tuple[float, float]) -> float:
     return hypot(a[0] - b[0], a[1] - b[1])
 
 
-def test_a_racetrack_ends_where_it_began() -> None:
+def test_racetrack_ends_at_its_start() -> None:
     bench = begun(ExactPath().line_to(10_000, 0).arc(5000, -90, 180).line_to(0, 10_000).arc(5000, 90, 180))
     assert bench.value("_VES") == pytest.approx(20_000 + 10_000 * pi, abs=1e-3)
     assert bench.say("SC") == " 100, 100, 1\r\n:"
@@ -62,7 +62,7 @@ def test_the_first_letter_of_vm_is_x() -> None:
     assert bench.at(9.0).positions() == [-400, 0, 3000]
 
 
-def test_places_count_from_where_the_sequence_began() -> None:
+def test_positions_count_from_the_start_of_the_sequence() -> None:
     bench = Bench()
     bench.do("DP 777,-555", "VM AB", "VP 1000,0", "VP 1000,1000", "VE", "BGS")
     assert bench.at(9.0).positions() == [1777, 445, 0]
@@ -157,7 +157,7 @@ def test_a_soft_limit_far_behind_a_long_arc_is_seen_in_time() -> None:
     assert bench.positions()[0] == pytest.approx(100_001 + 46_566, abs=150)
 
 
-def test_the_speed_does_not_break_where_the_timeline_goes_on() -> None:
+def test_speed_is_continuous_at_the_end_of_a_timeline_piece() -> None:
     bench = begun(ExactPath().arc(14_060, 0, 31_999), "VS 15000000;VA 1073740800;VD 1073740800")
     slowest = min(
         hypot(*(bench.at(t).axis(i).timeline.at(t)[1] for i in (0, 1)))
@@ -294,7 +294,7 @@ def test_the_ellipse_scale_stretches_the_axis_of_the_higher_resolution(scale: st
     assert bench.at(9.0).positions()[:2] == list(end)
 
 
-def test_a_virtual_axis_may_stand_for_y() -> None:
+def test_virtual_axis_may_replace_y() -> None:
     bench = Bench()
     bench.do("VM AN", "VS 10000", "CR 10000,0,360", "VE", "BGS")
     assert bench.say("SC") == " 100, 1, 1\r\n:"

@@ -79,7 +79,7 @@ class Datagrams(asyncio.DatagramProtocol):
         return await self.hear()
 
 
-class Room:
+class ServedClients:
     """A served controller, and everybody who talks to it."""
 
     def __init__(self, virtual: VirtualController, address: tuple[str, int]) -> None:
@@ -129,9 +129,9 @@ class Room:
 
 
 @asynccontextmanager
-async def room() -> AsyncIterator[Room]:
+async def served_clients() -> AsyncIterator[ServedClients]:
     virtual = VirtualController(VirtualDmc(BenchPlant()))
-    made = Room(virtual, await virtual.serve())
+    made = ServedClients(virtual, await virtual.serve())
     try:
         yield made
     finally:
@@ -171,7 +171,7 @@ PROBE, PROBED = b"MG 99\r", b" 99.0000\r\n:"
 @pytest.mark.parametrize(("line", "reply"), LINES)
 def test_a_line_cut_at_every_byte(line: bytes, reply: bytes) -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             wire = await made.tcp()
             for cut in range(len(line) + 1):
                 await made.delivered(wire, line[:cut])
@@ -182,7 +182,7 @@ def test_a_line_cut_at_every_byte(line: bytes, reply: bytes) -> None:
 
 def test_all_lines_byte_by_byte_and_all_in_one_packet() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             wire = await made.tcp()
             everything = b"".join(line for line, _ in LINES)
             replies = b"".join(reply for _, reply in LINES)
@@ -196,7 +196,7 @@ def test_all_lines_byte_by_byte_and_all_in_one_packet() -> None:
 
 def test_qr_ends_in_a_colon_and_no_line_end() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             wire = await made.tcp()
             wire.writer.write(b"QR\r" + PROBE)
             async with asyncio.timeout(PATIENCE):
@@ -207,7 +207,7 @@ def test_qr_ends_in_a_colon_and_no_line_end() -> None:
     run(main())
 
 
-def test_segments_are_no_longer_than_a_packet_and_lose_nothing() -> None:
+def test_segments_fit_into_a_packet_and_lose_nothing() -> None:
     data = bytes(range(256)) * 5
     pieces = segments(data)
     assert [len(piece) for piece in pieces] == [SEGMENT, SEGMENT, 1280 - 2 * SEGMENT]
@@ -217,7 +217,7 @@ def test_segments_are_no_longer_than_a_packet_and_lose_nothing() -> None:
 
 def test_a_long_reply_arrives_whole_over_tcp_and_in_packets_over_udp() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             wire, udp = await made.tcp(), await made.udp()
             names = sorted(f"v{number}" for number in range(100, 180))
             for name in names:
@@ -237,7 +237,7 @@ def test_a_long_reply_arrives_whole_over_tcp_and_in_packets_over_udp() -> None:
 
 def test_several_ports_lead_to_one_machine_each_with_its_number() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             _, other = await made.virtual.serve()
             first, second, udp = await made.tcp(), await made.tcp(other), await made.udp(other)
             await first.say(b"x=5\r", b":")
@@ -255,7 +255,7 @@ def test_several_ports_lead_to_one_machine_each_with_its_number() -> None:
 
 def test_a_first_datagram_takes_a_handle_and_later_ones_keep_it() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             one, two = await made.udp(), await made.udp()
             assert [await one.say(b"WH\r"), await two.say(b"WH\r"), await one.say(b"WH\r")] == [
                 b"IHA\r\n:", b"IHB\r\n:", b"IHA\r\n:"
@@ -272,7 +272,7 @@ def test_a_first_datagram_takes_a_handle_and_later_ones_keep_it() -> None:
 
 def test_the_ninth_is_refused_on_either_protocol_until_one_leaves() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             wires = [await made.tcp() for _ in range(7)]
             for wire in wires:
                 await wire.say(PROBE, PROBED)
@@ -290,7 +290,7 @@ def test_the_ninth_is_refused_on_either_protocol_until_one_leaves() -> None:
 
 def test_iht_closes_the_sockets_of_all_others() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             wires = [await made.tcp() for _ in range(3)]
             for wire in wires:
                 await wire.say(PROBE, PROBED)
@@ -306,7 +306,7 @@ def test_iht_closes_the_sockets_of_all_others() -> None:
 
 def test_a_reset_answers_and_ends_every_connection() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             first, second = await made.tcp(), await made.tcp()
             await second.say(PROBE, PROBED)
             first.writer.write(b"RS\rMG 1\r")
@@ -323,9 +323,9 @@ def test_ports_below_1000_are_refused_by_ik_1() -> None:
     assert machine.connect(("127.0.0.1", 5), port=23) is not None
 
 
-def test_messages_go_where_cf_says_marked_by_cw() -> None:
+def test_messages_go_to_the_port_of_cf_marked_by_cw() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             asker, listener = await made.tcp(), await made.tcp()
             await listener.say(b"CF I;CW 1\r", b"::")
             await asker.say(b"DL\r#A\rMG 5\rEN\r\\", b"::")
@@ -346,7 +346,7 @@ def test_messages_go_where_cf_says_marked_by_cw() -> None:
 
 def test_records_arrive_by_udp_in_time_and_without_a_colon() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             udp = await made.udp()
             await udp.say(b"WH\r")
             wire = await made.tcp()
@@ -385,7 +385,7 @@ async def called(callers: asyncio.Queue[Wire]) -> Wire:
 
 def test_ih_dials_out_by_tcp() -> None:
     async def main() -> None:
-        async with listener() as (port, callers), room() as made:
+        async with listener() as (port, callers), served_clients() as made:
             wire = await made.tcp()
             await wire.say(f"IHC=127,0,0,1<{port}>2\r".encode(), b":")
             slave = await called(callers)
@@ -403,7 +403,7 @@ def test_ih_dials_out_by_tcp() -> None:
 
 def test_ih_dials_out_by_udp() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             loop = asyncio.get_running_loop()
             transport, station = await loop.create_datagram_endpoint(Datagrams, local_addr=("127.0.0.1", 0))
             wire = await made.tcp()
@@ -422,11 +422,11 @@ def test_ih_dials_out_by_udp() -> None:
     run(main())
 
 
-def test_a_handle_that_nobody_answers_is_closed_with_error_123() -> None:
+def test_unanswered_handle_is_closed_with_error_123() -> None:
     async def main() -> None:
         with socket.create_server(("127.0.0.1", 0)) as taken:
             port = taken.getsockname()[1]
-        async with room() as made:
+        async with served_clients() as made:
             told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
             made.virtual.machine.unit.on_tcp_error = told.set_result
             wire = await made.tcp()
@@ -438,11 +438,11 @@ def test_a_handle_that_nobody_answers_is_closed_with_error_123() -> None:
     run(main())
 
 
-def test_a_program_hears_of_a_lost_handle_by_tcperr() -> None:
+def test_program_learns_of_a_lost_handle_by_tcperr() -> None:
     async def main() -> None:
         with socket.create_server(("127.0.0.1", 0)) as taken:
             port = taken.getsockname()[1]
-        async with room() as made:
+        async with served_clients() as made:
             wire = await made.tcp()
             await wire.say(b'CF I\rDL\r#TCPERR\rMG "lost",_IA4,_TC\rRE\r\\', b":::")
             await wire.say(f"IA<4;IHB=127,0,0,1<{port}\r".encode(), b"::")
@@ -453,7 +453,7 @@ def test_a_program_hears_of_a_lost_handle_by_tcperr() -> None:
 
 def test_sending_to_a_connection_that_was_reset_is_error_123() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             told: asyncio.Future[int] = asyncio.get_running_loop().create_future()
             made.virtual.machine.unit.on_tcp_error = told.set_result
             wire = await made.tcp()
@@ -469,9 +469,9 @@ def test_sending_to_a_connection_that_was_reset_is_error_123() -> None:
     run(main())
 
 
-def test_an_ordinary_goodbye_is_no_error() -> None:
+def test_ordinary_close_is_no_error() -> None:
     async def main() -> None:
-        async with room() as made:
+        async with served_clients() as made:
             first, second = await made.tcp(), await made.tcp()
             await first.say(PROBE, PROBED)
             await second.say(PROBE, PROBED)

@@ -88,12 +88,12 @@ def test_messages_of_programs_are_passed_over() -> None:
         {"ST S": b":", "QR": record(MOVING), "ST A": b"?"},
     ],
 )
-def test_an_answer_nobody_understands_is_named(answers: Mapping[str, bytes]) -> None:
+def test_unintelligible_answer_is_named(answers: Mapping[str, bytes]) -> None:
     with controller(answers) as (port, _), pytest.raises(UnexpectedReply):
         emergency.stop("127.0.0.1", port, 5.0)
 
 
-def test_controller_that_hangs_up_before_any_answer_is_none() -> None:
+def test_controller_that_hangs_up_before_any_answer_is_missing() -> None:
     with controller({}) as (port, _), pytest.raises(ConnectFailed):
         emergency.stop("127.0.0.1", port, 5.0)
 
@@ -108,7 +108,7 @@ def test_a_controller_that_says_nothing_is_given_up() -> None:
         emergency.stop("127.0.0.1", port, 0.05)
 
 
-def test_nobody_at_the_address() -> None:
+def test_missing_controller() -> None:
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         with pytest.raises(ConnectFailed):

@@ -83,7 +83,7 @@ def test_an_endless_line_is_not_kept() -> None:
 
 
 @pytest.mark.parametrize("end", ["\\", "\x04", "\x11", "\x1a"])
-def test_what_ends_a_program_reads_as_a_backslash(end: str) -> None:
+def test_program_end_reads_as_a_backslash(end: str) -> None:
     splitter = LineSplitter()
     splitter.program = True
     assert splitter.feed(f"#A;BGA\rEN{end}WH\r".encode()) == ["#A;BGA", "EN", "\\", "WH"]
@@ -114,7 +114,7 @@ def test_golden_exchanges_are_one_reply_a_command() -> None:
     for send, receive in found:
         sent = LineSplitter().feed(send.encode("ascii"))
         if not receive or len(send) > 80 or "{N}" in send:
-            continue  # data of a download, a line too long, or a reply whose end cannot be told
+            continue  # data of a download, a line too long, or a reply whose end cannot be found
         received = replies(*[ReplyKind.TEXT] * len(sent), data=receive.encode("ascii"))
         assert "".join(printed(reply) for reply in received if isinstance(reply, Reply)) == receive, send
         assert len(received) == len(sent), send
@@ -127,7 +127,7 @@ def test_golden_lines_are_split_alike_by_both_sides() -> None:
             assert LineSplitter().feed(send.encode("ascii")) == [one for line in lines for one in split_line(line)]
 
 
-def test_a_colon_inside_a_text_is_no_prompt() -> None:
+def test_colon_inside_a_text_is_no_prompt() -> None:
     assert replies(ReplyKind.TEXT, data=b"at 12:30: ok\r\n:") == [Reply(True, "at 12:30: ok")]
 
 
@@ -152,12 +152,12 @@ def test_a_record_can_be_rejected() -> None:
         RECORD + b"x",
     ],
 )
-def test_what_is_no_record_is_stray(data: bytes) -> None:
+def test_incomplete_record_is_stray(data: bytes) -> None:
     (received,) = replies(ReplyKind.RECORD, data=data.ljust(4, b"\0"))
     assert isinstance(received, Stray)
 
 
-def test_bytes_nobody_asked_for_are_stray() -> None:
+def test_unrequested_bytes_are_stray() -> None:
     assert replies(data=b":") == [Stray(b":")]
 
 
@@ -174,7 +174,7 @@ def test_messages_are_taken_out_from_anywhere() -> None:
     ]
 
 
-def test_pending_counts_what_is_not_answered() -> None:
+def test_pending_counts_unanswered_commands() -> None:
     splitter = ReplySplitter()
     splitter.expect()
     splitter.expect()

@@ -38,7 +38,7 @@ class Lab:
 
     @property
     def handles(self) -> int:
-        """How many handles are in use."""
+        """Number of handles in use."""
         return 8 - self.controller.machine.unit.handles.free
 
 
@@ -90,12 +90,12 @@ def test_gaps_are_seen_in_the_sample_numbers(samples: list[int], lost: int) -> N
     assert gaps.lost == lost
 
 
-def test_a_record_that_was_overtaken_or_came_twice_is_no_news() -> None:
+def test_overtaken_or_repeated_record_is_ignored() -> None:
     gaps = Gaps(20)
     assert [gaps.take(sample) for sample in (0, 40, 20, 40, 60)] == [True, True, False, False, True]
 
 
-def test_a_record_is_decoded_when_somebody_looks_and_once() -> None:
+def test_record_is_decoded_on_access_and_once() -> None:
     raw = RawRecord(encode(RECORD))
     assert raw.sample == 40_000
     assert raw.record == RECORD
@@ -105,7 +105,7 @@ def test_a_record_is_decoded_when_somebody_looks_and_once() -> None:
         assert damaged.record
 
 
-async def test_records_come_at_the_controllers_pace() -> None:
+async def test_records_have_the_controllers_rate() -> None:
     async with lab() as laboratory, streaming(laboratory) as stream:
         assert stream.way is StreamMode.SENT
         await laboratory.driver.batch(["SH", "JGA=10240", "BGA"])
@@ -173,7 +173,7 @@ async def test_lost_datagrams_are_counted() -> None:
         assert stream.way is StreamMode.SENT
 
 
-async def test_where_udp_falls_silent_records_are_polled_from_then_on() -> None:
+async def test_silent_udp_falls_back_to_polling() -> None:
     async with lab() as laboratory, streaming(laboratory) as stream:
         await elapse(0.5)
         assert laboratory.endpoint is not None
@@ -191,7 +191,7 @@ async def test_where_udp_falls_silent_records_are_polled_from_then_on() -> None:
         assert stream.way is StreamMode.POLLED
 
 
-async def test_a_pause_while_the_controller_burns_is_no_silence() -> None:
+async def test_pause_while_the_controller_burns_is_no_silence() -> None:
     async with lab() as laboratory, streaming(laboratory) as stream:
         await elapse(0.5)
         await laboratory.driver.send("BN")
@@ -202,7 +202,7 @@ async def test_a_pause_while_the_controller_burns_is_no_silence() -> None:
         assert stream.received - paused > 50
 
 
-async def test_somebody_elses_stream_is_left_alone() -> None:
+async def test_foreign_stream_is_left_alone() -> None:
     async with lab() as laboratory, streaming(laboratory) as stream:
         other = laboratory.controller.loopback_datagrams()
         other.write(b"WH\r")
@@ -257,7 +257,7 @@ async def test_an_answer_that_is_blocked_leaves_no_handle_taken() -> None:
         await stream.close()
 
 
-async def test_a_way_that_cannot_be_had_is_no_reason_to_fail() -> None:
+async def test_unavailable_transport_is_no_failure() -> None:
     async def none() -> Datagrams:
         raise ConnectFailed(address="box:23", reason="network is unreachable")
 
@@ -267,7 +267,7 @@ async def test_a_way_that_cannot_be_had_is_no_reason_to_fail() -> None:
         await stream.close()
 
 
-async def test_where_no_handle_is_free_records_are_polled() -> None:
+async def test_without_a_free_handle_records_are_polled() -> None:
     async with lab() as laboratory:
         for _ in range(7):
             laboratory.controller.loopback()
@@ -291,7 +291,7 @@ async def test_a_lost_link_ends_the_stream_with_its_reason(by_udp: bool) -> None
         await stream.close()
 
 
-async def test_a_driver_closed_before_its_stream_is_told() -> None:
+async def test_driver_closed_before_its_stream_is_reported() -> None:
     async with lab() as laboratory:
         stream = await laboratory.driver.stream(51.2)
         await elapse(0.5)
@@ -316,7 +316,7 @@ async def by_real_udp(twin: ServedTwin) -> tuple[list[int], StreamMode, str]:
     return samples, stream.way, stream.reason
 
 
-def test_records_come_by_a_real_socket() -> None:
+def test_records_arrive_by_a_real_socket() -> None:
     with served() as twin:
         samples, way, _ = asyncio.run(by_real_udp(twin))
         kinds = twin.look(lambda machine: [handle.kind for handle in machine.unit.handles if handle is not None])
@@ -325,7 +325,7 @@ def test_records_come_by_a_real_socket() -> None:
     assert all((after - before) % 8 == 0 for before, after in pairwise(samples))
 
 
-def test_where_nobody_listens_for_udp_records_are_polled() -> None:
+def test_without_a_udp_listener_records_are_polled() -> None:
     with served(udp=False) as twin:
         samples, way, reason = asyncio.run(by_real_udp(twin))
     assert (way, reason) == (StreamMode.POLLED, "Connection refused")

@@ -22,12 +22,12 @@ def recorded(record: DataRecord) -> RecordReply:
 
 
 @given(st.lists(pieces))
-def test_what_is_written_is_read_back(written: list[WirePiece]) -> None:
+def test_written_recording_is_read_back(written: list[WirePiece]) -> None:
     text = [header("10.0.0.5:23"), *(piece.line() for piece in written)]
     assert read(f"{line}\n" for line in text) == written
 
 
-def test_a_line_is_what_the_format_says() -> None:
+def test_line_follows_the_format() -> None:
     assert json.loads(WirePiece(0.0125, 1, "client", b"TP\r").line()) == {
         "t": 0.0125,
         "link": 1,
@@ -56,7 +56,7 @@ def test_a_line_is_what_the_format_says() -> None:
         [header("x") + "\n", '{"t": 0, "lin', '{"t": 0, "link": 1, "from": "client", "data": "x"}\n'],
     ],
 )
-def test_what_is_no_recording_is_refused(lines: list[str]) -> None:
+def test_invalid_recording_is_refused(lines: list[str]) -> None:
     with pytest.raises(ValueError, match=r"version 1|line 2"):
         read(lines)
 
@@ -88,12 +88,12 @@ def test_a_record_is_one_answer() -> None:
     assert exchanges(*said) == [("QR", RecordReply(data)), ("TP", Reply(True, " 1"))]
 
 
-def test_the_text_of_a_program_is_no_command() -> None:
+def test_text_of_a_program_is_no_command() -> None:
     said: list[tuple[Side, bytes]] = [("client", b"DL\r#A\rTP;SHA\rEN\r\\MG 1\r"), ("controller", b":: 1.0000\r\n:")]
     assert exchanges(*said) == [("DL", Reply(True)), ("\\", Reply(True)), ("MG 1", Reply(True, " 1.0000"))]
 
 
-def test_messages_are_kept_apart_and_strays_end_the_understanding() -> None:
+def test_messages_are_separate_and_strays_end_the_pairing() -> None:
     conversation = ConnectionTranscript()
     conversation.said(b"TP\r", 0.0)
     conversation.heard(bytes(byte | 0x80 for byte in b"hello\r\n") + b" 1\r\n:")
@@ -125,7 +125,7 @@ def test_messages_are_kept_apart_and_strays_end_the_understanding() -> None:
         ("QZ", " 3, 52, 26, 36", " 4, 52, 26, 36", False),
     ],
 )
-def test_numbers_may_differ_where_two_runs_do(command: str, before: str, after: str, same: bool) -> None:
+def test_numbers_may_differ_between_runs(command: str, before: str, after: str, same: bool) -> None:
     how = difference(command, Reply(True, before), Reply(True, after), 50.0)
     assert how == ("" if same else f"{before!r} became {after!r}")
 
@@ -147,7 +147,7 @@ def test_a_prompt_is_never_a_question_mark() -> None:
         ({"status": AxisStatus.SLEWING}, ""),
     ],
 )
-def test_records_are_compared_by_what_they_mean(axis: dict[str, int], how: str) -> None:
+def test_records_are_compared_by_meaning(axis: dict[str, int], how: str) -> None:
     after = replace(RECORD, axes=(replace(RECORD.axes[0], **axis), *RECORD.axes[1:]), sample=9999)
     assert difference("QR", recorded(RECORD), recorded(after), 50.0) == how
 

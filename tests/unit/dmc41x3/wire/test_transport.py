@@ -14,14 +14,14 @@ from dmc41x3.wire.transport import TcpTransport, UdpTransport, datagram_pair, lo
 from tests.virtual_time import elapse
 
 
-async def test_loopback_carries_both_ways() -> None:
+async def test_loopback_carries_both_directions() -> None:
     host, controller = loopback_pair("twin")
     host.write(b"TP\r")
     controller.write(b":")
     assert (await controller.read(), await host.read(), host.peer) == (b"TP\r", b":", "twin")
 
 
-async def test_loopback_wakes_the_one_who_reads() -> None:
+async def test_loopback_wakes_its_reader() -> None:
     host, controller = loopback_pair()
     reading = asyncio.create_task(host.read())
     await elapse(0.1)
@@ -30,7 +30,7 @@ async def test_loopback_wakes_the_one_who_reads() -> None:
     assert await reading == b"ab"
 
 
-async def test_loopback_closed_delivers_what_is_on_its_way() -> None:
+async def test_closed_loopback_delivers_bytes_on_their_way() -> None:
     host, controller = loopback_pair()
     host.write(b"BN\r")
     await host.close()
@@ -38,7 +38,7 @@ async def test_loopback_closed_delivers_what_is_on_its_way() -> None:
     assert (await controller.read(), await controller.read(), await host.read()) == (b"BN\r", b"", b"")
 
 
-async def test_loopback_cut_loses_what_is_on_its_way() -> None:
+async def test_cut_loopback_loses_bytes_on_their_way() -> None:
     host, controller = loopback_pair()
     host.write(b"BN\r")
     reading = asyncio.create_task(host.read())
@@ -47,7 +47,7 @@ async def test_loopback_cut_loses_what_is_on_its_way() -> None:
     assert (await controller.read(), await reading) == (b"", b"")
 
 
-async def test_loopback_refuses_to_write_after_its_own_end() -> None:
+async def test_loopback_refuses_to_write_after_its_end() -> None:
     host, controller = loopback_pair()
     controller.cut()
     host.write(b"nobody sees the end but by reading")
@@ -108,7 +108,7 @@ def test_tcp_broken_off_is_a_lost_link() -> None:
     asyncio.run(main())
 
 
-def test_tcp_names_why_nobody_answers() -> None:
+def test_tcp_error_names_the_cause() -> None:
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         port: int = unused.getsockname()[1]
@@ -165,7 +165,7 @@ async def test_datagrams_end_on_one_side_only() -> None:
     assert (await host.read(), await host.read()) == (b"last", b"")
 
 
-async def test_datagrams_are_handed_over_as_they_come() -> None:
+async def test_datagrams_are_delivered_on_arrival() -> None:
     host, controller = datagram_pair()
     came: list[bytes] = []
     host.deliver(came.append)
@@ -176,14 +176,14 @@ async def test_datagrams_are_handed_over_as_they_come() -> None:
     assert await host.read() == b""
 
 
-async def test_of_datagrams_that_nobody_reads_the_newest_are_kept() -> None:
+async def test_unread_datagrams_keep_the_newest() -> None:
     host, controller = datagram_pair()
     for number in range(300):
         controller.write(b"%d" % number)
     assert await host.read() == b"44"
 
 
-def test_udp_carries_both_ways() -> None:
+def test_udp_carries_both_directions() -> None:
     async def main() -> None:
         with socket.socket(type=socket.SOCK_DGRAM) as box:
             box.bind(("127.0.0.1", 0))

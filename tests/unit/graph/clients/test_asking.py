@@ -1,4 +1,4 @@
-"""Wishes over a graph end as they ended there: with the error that was said, or at rest."""
+"""Commands over a graph end as on the server: with the same error, or at rest."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ async def test_success_returns_the_result() -> None:
 
 
 @pytest.mark.parametrize("error", [FollowingError(axis="b"), Stopped(), Busy(doing="move")])
-async def test_what_wfrom_sentence_there_is_raised_here(error: MayaError) -> None:
+async def test_remote_error_is_raised_here(error: MayaError) -> None:
     async def fails(_goal: Message, feedback: Feedback) -> Message:
         feedback({"phase": "begun"})
         raise error
@@ -45,7 +45,7 @@ async def test_what_wfrom_sentence_there_is_raised_here(error: MayaError) -> Non
         assert str(raised.value) == str(error)
 
 
-async def test_a_code_that_nobody_knows_is_a_failed_service() -> None:
+async def test_unknown_error_code_is_a_failed_service() -> None:
     async def act(_goal: Message, _feedback: Feedback) -> Message:
         return {"success": False, "code": "7777", "message": "of another version"}
 
@@ -53,7 +53,7 @@ async def test_a_code_that_nobody_knows_is_a_failed_service() -> None:
         await homed_by(act)
 
 
-async def test_where_nobody_serves_the_node_is_said_to_be_gone() -> None:
+async def test_call_without_a_server_reports_the_node_gone() -> None:
     node = Bus().node("robot_controller")
     with pytest.raises(NodeGone, match=HOME.sources[0]):
         await run_action(node, HOME, {})

@@ -1,4 +1,4 @@
-"""The robot floor across a graph, where it refuses, is somebody else's turn, or is not there."""
+"""The robot layer across a graph, when it refuses, serves another client, or is missing."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ CUBE = Point(0.50, 1.10, 0.40)
 
 
 @dataclass
-class Floor:
-    """A robot floor that says what the test wants: phases, and how a task ends; seconds between them."""
+class ScriptedRobot:
+    """A robot layer with scripted phases and ends of tasks, and a given time between them [s]."""
 
     phases: tuple[str, ...] = ()
     refusals: int = 0
@@ -50,7 +50,7 @@ class Floor:
 
 
 @asynccontextmanager
-async def robot_on(floor: Floor) -> AsyncIterator[tuple[GraphRobot, GraphController, BusNode]]:
+async def robot_on(floor: ScriptedRobot) -> AsyncIterator[tuple[GraphRobot, GraphController, BusNode]]:
     bus = Bus()
     server, node = bus.node("primitive_server"), bus.node("process_controller")
     server.act(TASK.name, TASK.type, floor.act)
@@ -58,8 +58,8 @@ async def robot_on(floor: Floor) -> AsyncIterator[tuple[GraphRobot, GraphControl
         yield GraphRobot(node, controller, CALM), controller, server
 
 
-async def test_every_phase_is_told_once_and_is_an_event() -> None:
-    async with robot_on(Floor(("approach", "down"))) as (robot, controller, _):
+async def test_every_phase_is_reported_once_and_is_an_event() -> None:
+    async with robot_on(ScriptedRobot(("approach", "down"))) as (robot, controller, _):
         phases: list[str] = []
         await robot.run(Pick(CUBE), phases.append)
         told = [event for event in controller.events.since(0) if isinstance(event, PhaseBegun)]
@@ -68,15 +68,15 @@ async def test_every_phase_is_told_once_and_is_an_event() -> None:
         assert robot.running is None
 
 
-async def test_what_is_refused_for_somebody_elses_task_waits_for_its_turn() -> None:
-    floor = Floor(("home",), refusals=5)
+async def test_command_refused_for_another_clients_task_waits_its_turn() -> None:
+    floor = ScriptedRobot(("home",), refusals=5)
     async with robot_on(floor) as (robot, _, __):
         await robot.run(Home())
         assert (floor.refusals, floor.begun) == (0, 1)
 
 
-async def test_who_waits_for_his_turn_can_be_cancelled() -> None:
-    floor = Floor(refusals=10_000)
+async def test_waiting_command_can_be_cancelled() -> None:
+    floor = ScriptedRobot(refusals=10_000)
     async with robot_on(floor) as (robot, _, __):
         wish = asyncio.ensure_future(robot.run(Home()))
         await elapse(10.0)
@@ -87,15 +87,15 @@ async def test_who_waits_for_his_turn_can_be_cancelled() -> None:
 
 
 async def test_busy_in_the_middle_is_an_error_and_nothing_is_repeated() -> None:
-    floor = Floor(("approach",), error=Busy(doing="move"))
+    floor = ScriptedRobot(("approach",), error=Busy(doing="move"))
     async with robot_on(floor) as (robot, _, __):
         with pytest.raises(Busy):
             await robot.run(Pick(CUBE))
         assert floor.begun == 1
 
 
-async def test_one_wish_at_a_time_from_here() -> None:
-    async with robot_on(Floor(("home",))) as (robot, _, __):
+async def test_second_command_from_here_is_refused() -> None:
+    async with robot_on(ScriptedRobot(("home",))) as (robot, _, __):
         first = asyncio.ensure_future(robot.run(Home()))
         await elapse(0.5)
         assert robot.running == Home()
@@ -104,8 +104,8 @@ async def test_one_wish_at_a_time_from_here() -> None:
         await first
 
 
-async def test_a_floor_that_is_not_there_is_gone() -> None:
-    async with robot_on(Floor(("home",))) as (robot, _, server):
+async def test_missing_layer_is_reported_gone() -> None:
+    async with robot_on(ScriptedRobot(("home",))) as (robot, _, server):
         wish = asyncio.ensure_future(robot.run(Home()))
         await elapse(0.5)
         server.close()

@@ -1,4 +1,4 @@
-"""What goes by several wishes ends at a stop between two of them."""
+"""A sequence of commands ends at a stop between two of them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ async def work(ends: list[str], error: Exception | None = None) -> None:
     ends.append("done")
 
 
-async def test_nobody_says_stop() -> None:
+async def test_without_a_stop_every_command_runs() -> None:
     ends: list[str] = []
     await cancel_on_stop(log(), work(ends))
     assert ends == ["done"]
@@ -45,7 +45,7 @@ async def test_a_stop_ends_it_at_rest() -> None:
     assert ends == ["at rest"]
 
 
-async def test_a_cancel_is_a_cancel_also_where_a_stop_follows() -> None:
+async def test_cancel_before_a_stop_is_a_cancel() -> None:
     events, ends = log(), list[str]()
     wish = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
     await elapse(1.0)
@@ -62,7 +62,7 @@ async def test_its_own_errors_are_raised() -> None:
         await cancel_on_stop(log(), work([], FollowingError(axis="b")))
 
 
-async def test_what_was_stopped_before_does_not_matter() -> None:
+async def test_earlier_stop_does_not_matter() -> None:
     events, ends = log(), list[str]()
     events.emit(MotionStopped())
     await cancel_on_stop(events, work(ends))

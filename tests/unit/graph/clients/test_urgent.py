@@ -24,7 +24,7 @@ STROKES: Strokes = ((0.0, 2.09), (0.575, 2.2), (0.565, 2.25))
 
 
 @pytest.mark.parametrize("row", [HOME, MOVE, FOLLOW], ids=lambda row: row.name)
-async def test_what_moves_is_cancelled_where_nobody_answers_a_stop(row: Row) -> None:
+async def test_unanswered_stop_cancels_the_motion(row: Row) -> None:
     bus, stopped = Bus(), asyncio.Event()
 
     async def act(_: Message, feedback: Feedback) -> Message:
@@ -52,7 +52,7 @@ async def test_what_moves_is_cancelled_where_nobody_answers_a_stop(row: Row) -> 
 
 
 class Frozen:
-    """A controller floor's node that hangs from the beginning, and what it was asked to do when it goes on."""
+    """A controller node that hangs from the beginning, and its requests when it continues."""
 
     def __init__(self, bus: Bus) -> None:
         node = bus.node("hw_simulator")
@@ -78,7 +78,7 @@ class Frozen:
 
 @pytest.mark.parametrize("speed", [1.0, 50.0])
 @pytest.mark.parametrize("stop", ["stop", "abort"])
-async def test_a_node_that_hangs_is_named_in_time_and_stops_when_it_goes_on(stop: str, speed: float) -> None:
+async def test_hanging_node_is_named_in_time_and_stops_when_it_continues(stop: str, speed: float) -> None:
     bus, loop = Bus(), asyncio.get_running_loop()
     async with GraphController.on(bus.node("process_controller"), Config(), speed=speed) as controller:
         frozen = Frozen(bus)
@@ -93,7 +93,7 @@ async def test_a_node_that_hangs_is_named_in_time_and_stops_when_it_goes_on(stop
         assert frozen.done == [f"/controller/{stop}"] * 2
 
 
-async def test_a_stop_that_nobody_waits_for_any_more_is_said_all_the_same() -> None:
+async def test_abandoned_stop_is_still_sent() -> None:
     bus = Bus()
     async with GraphController.on(bus.node("process_controller"), Config()) as controller:
         frozen = Frozen(bus)
@@ -108,7 +108,7 @@ async def test_a_stop_that_nobody_waits_for_any_more_is_said_all_the_same() -> N
         assert frozen.done == [STOP.name]
 
 
-async def test_a_wish_under_way_ends_once_its_node_is_known_to_hang_and_is_not_carried_out_later() -> None:
+async def test_command_ends_when_its_node_hangs_and_does_not_run_later() -> None:
     bus, loop = Bus(), asyncio.get_running_loop()
     async with GraphController.on(bus.node("process_controller"), Config()) as controller:
         frozen = Frozen(bus)

@@ -1,4 +1,4 @@
-"""Waypoints are told as they are passed, in order and each once, however the speed is changed on the way."""
+"""Waypoints are reported as they are passed, in order and once each, at any change of the speed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def plan(*corners: Point) -> MotionPlan:
 
 
 def driven(planned: MotionPlan, paces: list[tuple[float, float]], every: float = 0.25) -> list[tuple[int, float]]:
-    """Drive along a plan at changing shares of its speed; return the vias told, with the planned time at each."""
+    """Drive along a plan at changing shares of its speed; return the reported vias, with the planned time at each."""
     assert planned.move is not None
     passed: list[tuple[int, float]] = []
     gone = now = 0.0
@@ -42,7 +42,9 @@ def driven(planned: MotionPlan, paces: list[tuple[float, float]], every: float =
     st.lists(POINTS, min_size=3, max_size=4, unique=True),
     st.lists(st.tuples(st.sampled_from([0.0, 0.05, 0.3, 1.0]), st.floats(0.1, 10.0)), max_size=3),
 )
-def test_each_is_told_once_in_order_near_its_place(corners: list[Point], paces: list[tuple[float, float]]) -> None:
+def test_each_waypoint_is_reported_once_in_order_near_its_place(
+    corners: list[Point], paces: list[tuple[float, float]]
+) -> None:
     try:
         planned = plan(*corners)
     except Exception:  # noqa: BLE001 - not every drawn way can be gone
@@ -54,7 +56,7 @@ def test_each_is_told_once_in_order_near_its_place(corners: list[Point], paces: 
     assert all(abs(gone - time) < 0.5 for (_, gone), time in zip(passed, times, strict=True))
 
 
-def test_a_way_there_and_back_is_not_mistaken_for_its_own_return() -> None:
+def test_path_there_and_back_is_not_mistaken_for_its_return() -> None:
     low, high = Point(0.5, 1.0, 0.5), Point(0.5, 1.0, 0.9)
     planned = plan(low, high, low, high, low)
     assert planned.move is not None
@@ -64,7 +66,7 @@ def test_a_way_there_and_back_is_not_mistaken_for_its_own_return() -> None:
         assert abs(gone - time) < 0.5
 
 
-def test_after_a_stop_nothing_more_is_told() -> None:
+def test_no_waypoint_is_reported_after_a_stop() -> None:
     low, high = Point(0.5, 1.0, 0.5), Point(0.5, 1.0, 0.9)
     planned = plan(low, high, low)
     told: list[int] = []

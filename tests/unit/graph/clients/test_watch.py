@@ -1,4 +1,4 @@
-"""What a controller floor tells, put together again: by who comes late, of who goes and comes back, of nonsense."""
+"""The client of a controller layer joins its topics: late subscribers, servers that restart, invalid messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ IDLE = ControllerCondition(Mode.IDLE, homed=True, moving=False, gripper_closed=F
 
 @dataclass
 class Teller:
-    """A controller floor's node that says what the test wants."""
+    """A controller node with scripted messages."""
 
     bus: Bus
     watch: ControllerWatch
@@ -92,7 +92,7 @@ def place() -> Joints:
     return units.to_joints(units.to_counts(homed_pose(Config())))
 
 
-async def test_before_anything_is_told_it_is_disconnected() -> None:
+async def test_state_is_disconnected_before_the_first_message() -> None:
     async with watched() as teller:
         state = teller.watch.state
         assert (state.mode, state.homed, state.joints, state.motors_on) == (
@@ -104,7 +104,7 @@ async def test_before_anything_is_told_it_is_disconnected() -> None:
         assert not teller.watch.there
 
 
-async def test_the_state_is_what_three_topics_tell() -> None:
+async def test_state_is_joined_from_three_topics() -> None:
     async with watched() as teller:
         await teller.says("idle", replace(IDLE, override=0.5, gripper_closed=True))
         await teller.measures(place())
@@ -117,14 +117,14 @@ async def test_the_state_is_what_three_topics_tell() -> None:
         assert (workspace.boom, workspace.line_b, workspace.line_c) == STROKES
 
 
-async def test_before_homing_there_are_no_joints_whatever_is_drawn() -> None:
+async def test_joints_are_unknown_before_homing() -> None:
     async with watched() as teller:
         await teller.says("not_homed", replace(IDLE, mode=Mode.NOT_HOMED, homed=False, strokes=None))
         await teller.measures(place())
         assert (teller.watch.state.joints, teller.watch.state.point) == (None, None)
 
 
-async def test_who_comes_late_knows_all_from_the_last_event() -> None:
+async def test_late_subscriber_knows_all_from_the_last_event() -> None:
     async with watched() as teller:
         fault = Notice(2301, "limit switch b")
         await teller.says("limit", replace(IDLE, mode=Mode.FAULT, fault=fault), 2301, message="limit switch b")
@@ -161,7 +161,7 @@ async def test_joints_of_something_else_are_not_those_of_the_robot() -> None:
         assert teller.watch.state.joints == place()
 
 
-async def test_places_that_are_none_change_nothing() -> None:
+async def test_invalid_positions_change_nothing() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         await teller.measures(place())
@@ -182,7 +182,7 @@ async def test_strokes_with_which_nothing_is_reachable_change_nothing() -> None:
         assert teller.watch.workspace is before
 
 
-async def test_a_node_that_hangs_counts_as_disconnected_until_it_goes_on() -> None:
+async def test_hanging_node_counts_as_disconnected_until_it_continues() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         await elapse(3 * SILENT)
@@ -202,7 +202,7 @@ async def test_a_node_that_hangs_counts_as_disconnected_until_it_goes_on() -> No
         assert (teller.watch.state.mode, kinds(teller.watch)[-1]) == (Mode.IDLE, Connected)
 
 
-async def test_a_refusal_of_somebodys_wish_is_no_event_but_tells_how_it_stands() -> None:
+async def test_refusal_is_no_event_but_reports_the_status() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         known = len(teller.watch.events)
@@ -219,7 +219,7 @@ async def test_a_detail_may_be_called_as_it_likes() -> None:
         assert dict(last.detail) == {"kind": "x", "code": "y", "to": "there"}
 
 
-async def test_a_node_that_goes_is_missed_and_one_that_comes_is_welcome() -> None:
+async def test_node_that_leaves_is_missed_and_a_new_one_is_accepted() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         await teller.measures(place())
@@ -237,7 +237,7 @@ async def test_a_node_that_goes_is_missed_and_one_that_comes_is_welcome() -> Non
         assert (teller.watch.state.mode, teller.watch.state.joints) == (Mode.NOT_HOMED, None)
 
 
-async def test_without_its_sensors_the_floor_counts_as_disconnected_until_they_are_back() -> None:
+async def test_layer_without_sensors_counts_as_disconnected_until_they_return() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         await teller.measures(place())
@@ -256,7 +256,7 @@ async def test_without_its_sensors_the_floor_counts_as_disconnected_until_they_a
         assert kinds(teller.watch)[-1] is Connected
 
 
-async def test_the_end_of_a_wish_is_waited_for_until_it_shows() -> None:
+async def test_end_of_a_command_is_awaited_until_it_shows() -> None:
     async with watched() as teller:
         await teller.says("moving", replace(IDLE, mode=Mode.MOVING, moving=True))
         settling = asyncio.ensure_future(teller.watch.settled())
@@ -272,7 +272,7 @@ async def test_the_end_of_a_wish_is_waited_for_until_it_shows() -> None:
         await settling
 
 
-async def test_one_that_tells_nothing_is_not_waited_for_for_ever() -> None:
+async def test_silent_node_is_not_awaited_for_ever() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         began = asyncio.get_running_loop().time()
@@ -280,8 +280,8 @@ async def test_one_that_tells_nothing_is_not_waited_for_for_ever() -> None:
         assert asyncio.get_running_loop().time() - began == pytest.approx(SETTLES)
 
 
-async def test_a_position_that_is_told_again_unchanged_makes_no_new_state() -> None:
-    """At rest it is told fifty times a second."""
+async def test_unchanged_position_makes_no_new_state() -> None:
+    """At rest the position is published fifty times a second."""
     async with watched() as teller:
         await teller.says("idle", IDLE)
         teller.places(Point(0.1, 0.2, 0.3))

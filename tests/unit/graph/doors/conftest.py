@@ -1,4 +1,4 @@
-"""What the tests of doors share."""
+"""Shared by the tests of the servers."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ import pytest
 
 
 @pytest.fixture(autouse=True)
-def log_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let caplog hear the house: where a service has kept its log before, the root logger hears nothing of it."""
+def log_is_captured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let caplog receive our log: where a service has kept its log before, the root logger gets none of it."""
     monkeypatch.setattr(logging.getLogger("maya_un"), "propagate", True)

@@ -1,4 +1,4 @@
-"""One wish at a time, and what is told of it while it goes on."""
+"""Only one command at a time, and its feedback."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def course(told: list[Message], *, ticks: bool = False, speed: float = 1.0) -> A
     return ActionProgress(told.append, lambda phase: {"phase": phase}, ticks=ticks, speed=speed)
 
 
-async def test_phases_are_told_as_they_begin_and_nothing_after_the_end() -> None:
+async def test_phases_are_published_as_they_begin_and_not_after_the_end() -> None:
     told = list[Message]()
     events = EventLog(asyncio.get_running_loop().time)
     going = course(told)
@@ -34,7 +34,7 @@ async def test_phases_are_told_as_they_begin_and_nothing_after_the_end() -> None
 
 
 @pytest.mark.parametrize("speed", [1.0, 20.0])
-async def test_it_is_told_ten_times_a_second_of_whoever_listens(speed: float) -> None:
+async def test_feedback_is_published_ten_times_a_second_to_subscribers(speed: float) -> None:
     told = list[Message]()
     going = course(told, ticks=True, speed=speed)
     going.enter("one")
@@ -73,9 +73,7 @@ async def test_one_at_a_time() -> None:
         (EndNotReached(axis="a", distance="1 count"), False, EndNotReached),
     ],
 )
-async def test_what_is_wrong_before_anything_began_is_a_refusal(
-    error: Exception, begun: bool, raised: type[Exception]
-) -> None:
+async def test_error_before_the_start_is_a_refusal(error: Exception, begun: bool, raised: type[Exception]) -> None:
     desk, going = ActionSlot(), course([])
 
     async def work() -> None:

@@ -1,4 +1,4 @@
-"""Steps of processes that others drive, behind their door, on a robot floor that answers at once."""
+"""Steps of external processes, behind their server, on a robot layer that answers at once."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ async def done(_: Message, __: Feedback) -> Message:
     return {"success": True, "code": "", "message": ""}
 
 
-async def test_a_step_is_answered_and_diagnostics_tell_whether_anybody_does_them(tmp_path: Path) -> None:
+async def test_step_is_answered_and_diagnostics_show_the_bridge(tmp_path: Path) -> None:
     bus, results, diagnostics = Bus(), list[Message](), list[Message]()
     client = bus.node("ros_coms")
     client.subscribe("/step_result", "std_msgs/String", results.append)

@@ -1,4 +1,4 @@
-"""The controller floor behind its door, on a bus, in virtual time."""
+"""The controller layer behind its server, on a bus, in virtual time."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TRAJECTORY = "trajectory_msgs/JointTrajectory"
 
 @dataclass
 class Behind:
-    """A controller behind its door, and somebody on the other side who has heard every event."""
+    """A controller behind its server, and a client that has received every event."""
 
     controller: GalilController
     virtual: VirtualController
@@ -83,7 +83,7 @@ class Behind:
 
 @asynccontextmanager
 async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Behind]:
-    """Put a controller behind its door; a `homed` one is at the pose where homing ends."""
+    """Put a controller behind its server; a `homed` one is at the pose where homing ends."""
     bus = Bus()
     client = bus.node("somebody")
     async with rig(live=live) as floor:
@@ -96,7 +96,7 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
             yield seen
 
 
-async def test_home_and_move_succeed_and_every_event_says_how_everything_stands() -> None:
+async def test_home_and_move_succeed_and_every_event_has_the_status() -> None:
     async with behind() as floor:
         assert floor.words == ["not_homed"]
         assert await floor.home() == (GoalStatus.SUCCEEDED, "")
@@ -111,7 +111,7 @@ async def test_home_and_move_succeed_and_every_event_says_how_everything_stands(
         assert floor.controller.state.joints == pytest.approx(NEAR, abs=1e-3)
 
 
-async def test_feedback_tells_the_phases_of_a_homing_and_how_far_a_motion_is() -> None:
+async def test_feedback_has_the_phases_of_a_homing_and_the_progress_of_a_motion() -> None:
     async with behind() as floor:
         phases, places = list[Message](), list[Message]()
         await floor.client.do("/home", "maya_controller/Home", {}, phases.append)
@@ -135,7 +135,7 @@ async def test_feedback_tells_the_phases_of_a_homing_and_how_far_a_motion_is() -
         (AWAY._replace(a=1e308), "4001"),
     ],
 )
-async def test_what_cannot_be_reached_is_rejected_with_its_code_and_moves_nothing(joints: Joints, code: str) -> None:
+async def test_unreachable_target_is_rejected_with_its_code_and_moves_nothing(joints: Joints, code: str) -> None:
     async with behind(homed=True) as floor:
         assert await floor.move(joints) == (GoalStatus.REJECTED, code)
         assert floor.words == ["idle"]
@@ -184,7 +184,7 @@ async def test_a_stop_ends_the_goal_of_another(name: str) -> None:
             assert report["distance"][0] > 0.0
 
 
-async def test_a_client_that_dies_stops_what_it_moved() -> None:
+async def test_client_that_dies_stops_its_motion() -> None:
     async with behind(homed=True) as floor:
         other = floor.bus.node("other")
         task = asyncio.ensure_future(other.do("/move", "maya_controller/Move", AWAY._asdict()))
@@ -196,7 +196,7 @@ async def test_a_client_that_dies_stops_what_it_moved() -> None:
         assert await floor.move(NEAR) == (GoalStatus.SUCCEEDED, "")
 
 
-async def test_a_door_that_closes_stops_what_moves() -> None:
+async def test_closing_server_stops_the_motion() -> None:
     async with rig() as floor:
         await floor.controller.home()
         bus = Bus()
@@ -235,7 +235,7 @@ async def test_a_path_that_starts_elsewhere_is_refused() -> None:
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "4018")
 
 
-async def test_a_path_on_the_topic_is_followed_and_its_refusal_told_among_the_events() -> None:
+async def test_path_on_the_topic_is_followed_and_its_refusal_is_an_event() -> None:
     async with behind(homed=True) as floor:
         command = floor.client.advertise("/controller/command", TRAJECTORY)
         command.publish(path_to_message([HOMED, AWAY]))
@@ -252,7 +252,7 @@ async def test_a_path_on_the_topic_is_followed_and_its_refusal_told_among_the_ev
         assert (floor.words[-1], floor.told[-1].code) == ("refused", 2107)
 
 
-async def test_of_speeds_that_come_faster_than_they_can_be_set_the_newest_is(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_newest_of_many_fast_speeds_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
     async with behind() as floor:
         asked, override = list[float](), floor.controller.override
 
@@ -323,7 +323,7 @@ async def test_a_fault_is_named_and_recovered_from() -> None:
         assert floor.told[-1].standing.fault is None
 
 
-async def test_whoever_comes_later_knows_how_everything_stands_and_it_is_told_in_diagnostics() -> None:
+async def test_late_subscriber_gets_the_status_and_diagnostics() -> None:
     async with behind(homed=True) as floor:
         await floor.move(NEAR)
         late, heard = floor.bus.node("late"), list[Message]()
@@ -338,7 +338,7 @@ async def test_whoever_comes_later_knows_how_everything_stands_and_it_is_told_in
         assert names == ["maya: controller", "maya: axes"]
 
 
-async def test_what_no_event_told_of_is_told_when_it_is_seen_twice() -> None:
+async def test_change_without_an_event_is_published_when_seen_twice() -> None:
     async with rig() as floor:
         bus = Bus()
         heard = list[str]()

@@ -1,4 +1,4 @@
-"""The process floor behind its door: what comes in order, and the end of everything."""
+"""The process layer behind its server: order of requests, and stop_queue."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.virtual_time import elapse
 
 @dataclass
 class Queue:
-    """Takes jobs in, each slowly, and says in which order things were asked of it."""
+    """Accepts jobs, each slowly, and records the order of requests."""
 
     asked: list[str] = field(default_factory=list[str])
     interrupted: bool = False
@@ -94,7 +94,7 @@ async def test_tasks_and_lists_are_appended_in_the_order_they_came() -> None:
         assert process.queue.asked == ["home", "pick gripper", "gripper"]
 
 
-async def test_a_stop_goes_past_what_comes_and_ends_what_was_on_its_way_in() -> None:
+async def test_stop_passes_waiting_messages_and_ends_those_on_their_way() -> None:
     async with behind() as process:
         for _ in range(3):
             process.send.publish({"command": "home"})
@@ -113,7 +113,7 @@ async def test_a_stop_goes_past_what_comes_and_ends_what_was_on_its_way_in() -> 
     ("tasks", "code"),
     [([], "4002"), ([{"command": "dance"}], "4003"), ([{"command": "pick", "target": {"x": None}}], "4001")],
 )
-async def test_what_is_refused_is_logged_and_told(
+async def test_refusal_is_logged_and_published(
     tasks: list[Message], code: str, caplog: pytest.LogCaptureFixture
 ) -> None:
     async with behind() as process:
@@ -127,7 +127,7 @@ async def test_what_is_refused_is_logged_and_told(
         assert process.refused() == ""
 
 
-async def test_a_floor_that_refuses_ends_nothing_else() -> None:
+async def test_refusal_by_a_layer_ends_nothing_else() -> None:
     async with behind() as process:
         process.queue.error = NotConnected()
         process.send.publish({"command": "home"})
@@ -139,7 +139,7 @@ async def test_a_floor_that_refuses_ends_nothing_else() -> None:
         assert process.queue.asked == ["home"]
 
 
-async def test_queue_status_is_told_on_change_and_to_a_late_subscriber() -> None:
+async def test_queue_status_is_published_on_change_and_to_late_subscribers() -> None:
     async with behind() as process:
         await elapse(3.0)
         assert [json.loads(one["data"])["interrupted"] for one in process.status] == [None]
@@ -152,7 +152,7 @@ async def test_queue_status_is_told_on_change_and_to_a_late_subscriber() -> None
         assert late == process.status[-1:]
 
 
-async def test_resume_queue_goes_on_unless_an_interrupted_job_waits() -> None:
+async def test_resume_queue_resumes_unless_an_interrupted_job_waits() -> None:
     async with behind() as process:
         process.queue.interrupted = True
         refused = await process.client.call("/resume_queue", {})

@@ -1,4 +1,4 @@
-"""The robot floor behind its door, on a fake controller, in virtual time."""
+"""The robot layer behind its server, on a fake controller, in virtual time."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ async def behind(*, homed: bool = True) -> AsyncIterator[Behind]:
         yield Behind(controller, robot, bus, bus.node("somebody"))
 
 
-async def test_a_pick_by_action_tells_its_phases() -> None:
+async def test_pick_by_action_reports_its_phases() -> None:
     async with behind() as robot:
         heard = list[Message]()
         ended = await robot.client.do("/task", TASK, {"task": primitive_to_message(Pick(CUBE))}, heard.append)
@@ -109,7 +109,7 @@ async def test_can_teleop_answers_at_once_and_says_why_not() -> None:
         (Mode.IDLE, None),
     ],
 )
-def test_why_it_cannot_take_a_wish(mode: Mode, error: type[MayaError] | None) -> None:
+def test_reason_against_a_command_is_given(mode: Mode, error: type[MayaError] | None) -> None:
     homed = state_of(Joints(0.0, 1.5, 1.3))
     state = replace(homed, mode=mode, fault=Notice(2301, "a limit") if mode is Mode.FAULT else None)
     found = why_not(state, can_teleop=mode is Mode.IDLE)
@@ -117,7 +117,7 @@ def test_why_it_cannot_take_a_wish(mode: Mode, error: type[MayaError] | None) ->
     assert isinstance(why_not(homed, can_teleop=True, doing="task"), Busy)
 
 
-async def test_a_second_wish_is_refused_and_the_first_unharmed() -> None:
+async def test_second_command_is_refused_and_the_first_unharmed() -> None:
     async with behind() as robot:
         first = asyncio.ensure_future(robot.task(Pick(CUBE)))
         await elapse(0.5)
@@ -136,7 +136,7 @@ async def test_a_cancel_stops_it_and_the_robot_is_free_again() -> None:
         assert await robot.command(CanTeleop()) == DONE
 
 
-async def test_what_cannot_be_done_is_rejected_with_its_code() -> None:
+async def test_impossible_command_is_rejected_with_its_code() -> None:
     async with behind() as robot:
         assert await robot.task(Pick(Point(3.0, 3.0, 0.4))) == (GoalStatus.REJECTED, "2101")
         assert await robot.task(Pick(Point(1e308, -1e308, 1e308))) == (GoalStatus.REJECTED, "4001")
@@ -145,7 +145,7 @@ async def test_what_cannot_be_done_is_rejected_with_its_code() -> None:
         assert robot.names() == []
 
 
-async def test_what_comes_on_the_topic_is_done_and_its_refusal_logged_and_told(
+async def test_command_on_the_topic_runs_and_its_refusal_is_logged_and_published(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     async with behind() as robot:
@@ -176,7 +176,7 @@ async def test_diagnostics_before_homing_say_that_the_robot_is_not_homed() -> No
         assert heard[-1]["status"][0]["message"].startswith("2103 ")
 
 
-async def test_a_door_that_closes_stops_what_runs() -> None:
+async def test_closing_server_stops_the_running_command() -> None:
     controller = FakeController()
     robot = MayaRobot(controller, Config())
     bus = Bus()

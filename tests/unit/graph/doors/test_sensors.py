@@ -1,4 +1,4 @@
-"""What is measured, on a bus, from a twin that moves."""
+"""Measurements on a bus, from a twin that moves."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Scene:
 
 @dataclass
 class Heard:
-    """What somebody hears, by topic, and when."""
+    """Received messages, by topic, with their times."""
 
     rig: Rig
     bus: Bus
@@ -58,7 +58,7 @@ async def sensing(
             yield Heard(floor, bus)
 
 
-async def test_before_homing_nobody_says_where_it_is() -> None:
+async def test_position_is_not_published_before_homing() -> None:
     async with sensing(robot=rig) as heard:
         heard.listen("/maya_position", "/joint_states", "/hardware_sensor")
         await elapse(1.0)
@@ -71,14 +71,14 @@ async def test_before_homing_nobody_says_where_it_is() -> None:
         assert raw[-1]["header"]["stamp"] == {"secs": 7, "nsecs": 0}
 
 
-async def test_a_listener_in_a_hurry_of_time_hears_no_more_than_fifty_a_second_of_his_own() -> None:
+async def test_fast_clock_does_not_raise_the_rate_of_measurements() -> None:
     async with sensing(speed=10.0) as heard:
         heard.listen("/hardware_sensor")
         await elapse(10.0)  # of the twin, which is one second of the listener
         assert 48 <= len(heard.messages["/hardware_sensor"]) <= 53
 
 
-async def test_homed_it_says_where_it_is_and_what_is_drawn() -> None:
+async def test_homed_robot_publishes_its_position_and_markers() -> None:
     async with sensing(scene=Scene()) as heard:
         heard.listen("/maya_position", "/joint_states", "/maya_markers")
         task = asyncio.ensure_future(heard.rig.controller.move(FAR))
@@ -100,7 +100,7 @@ async def test_homed_it_says_where_it_is_and_what_is_drawn() -> None:
         await task
 
 
-async def test_whoever_comes_to_see_is_shown_everything() -> None:
+async def test_new_subscriber_gets_every_marker() -> None:
     async with sensing() as heard:
         heard.listen("/maya_markers")
         await elapse(1.0)
@@ -111,7 +111,7 @@ async def test_whoever_comes_to_see_is_shown_everything() -> None:
         assert len(late[-1]["markers"]) == whole
 
 
-async def test_the_last_position_is_there_for_whoever_comes_later() -> None:
+async def test_late_subscriber_gets_the_last_position() -> None:
     async with sensing() as heard:
         await elapse(0.1)
         heard.listen("/maya_position")

@@ -56,7 +56,7 @@ def random_counts(rng: np.random.Generator, number: int) -> Floats:
 def measured(
     truth: FittedConstants, counts: Floats, rng: np.random.Generator, noise: float = SIGMA, *, known: bool = False
 ) -> Observations:
-    """Return what somebody measures on a machine; `known` says whether the noise is."""
+    """Return measurements of a machine by a person; `known` is whether the noise is."""
     points = model.points(truth, counts) + rng.normal(0.0, noise, (len(counts), 3))
     return Observations(counts, points, np.full(len(counts), noise) if known else None)
 

@@ -42,7 +42,7 @@ def test_information_is_the_slope_of_the_points_in_plausible_errors() -> None:
 
 
 @pytest.mark.parametrize("number", [8, 20])
-def test_chosen_poses_tell_more_than_any_of_a_thousand_random_sets(campaign: Campaign, number: int) -> None:
+def test_chosen_poses_are_better_than_any_of_a_thousand_random_sets(campaign: Campaign, number: int) -> None:
     chosen = design.chosen(ROWS, number, ROWS[:0])
     rng = generator(campaign.rng())
     best = max(
@@ -62,7 +62,7 @@ def test_of_few_candidates_the_best_set_is_nearly_found(campaign: Campaign) -> N
         assert design.log_determinant(few[design.chosen(few, 4, few[:0])]) > best - 0.1 * abs(best)
 
 
-def test_what_is_measured_already_is_not_measured_again() -> None:
+def test_measured_pose_is_not_measured_again() -> None:
     first = design.chosen(ROWS, 10, ROWS[:0])
     second = design.chosen(ROWS, 10, ROWS[first])
     fresh = design.log_determinant(ROWS[first + second])
@@ -70,7 +70,7 @@ def test_what_is_measured_already_is_not_measured_again() -> None:
     assert fresh == pytest.approx(design.log_determinant(ROWS[design.chosen(ROWS, 20, ROWS[:0])]), abs=1.0)
 
 
-def test_poses_that_were_measured_are_taken_out_whatever_the_rounding() -> None:
+def test_measured_poses_are_excluded_whatever_the_rounding() -> None:
     left = design.apart(GRID, GRID[[3, 700]] + np.array([1e-4, -1e-6, 1e-6]))
     assert len(left) == len(GRID) - 2
     assert not np.any(np.all(left == GRID[3], axis=1))
@@ -117,5 +117,5 @@ def test_thirty_poses_are_travelled_in_a_quarter_of_the_time() -> None:
     assert way_time(poses, design.ordered(CONFIG, poses, START)) < 0.25 * way_time(poses, list(range(30)))
 
 
-def test_nothing_to_visit_is_no_way() -> None:
+def test_nothing_to_visit_has_an_empty_order() -> None:
     assert design.ordered(Config(), GRID[:0], START) == []

@@ -47,7 +47,7 @@ def test_points_without_noise_give_the_machine_back() -> None:
     assert found.outliers == ()
 
 
-def test_what_is_found_lies_about_the_truth_as_the_covariance_says(campaign: Campaign) -> None:
+def test_result_lies_about_the_truth_as_the_covariance_predicts(campaign: Campaign) -> None:
     """Over many machines, (θ − truth)ᵀ C⁻¹ (θ − truth) follows χ² with as many degrees as constants."""
     squares: list[float] = []
     for case in range(campaign.size(ci=500, long=2_000)):
@@ -62,7 +62,7 @@ def test_what_is_found_lies_about_the_truth_as_the_covariance_says(campaign: Cam
         assert np.mean(np.array(squares) <= law.ppf(share)) == pytest.approx(share, abs=error)
 
 
-def test_with_noise_that_nobody_knows_it_follows_fishers_law(campaign: Campaign) -> None:
+def test_with_unknown_noise_it_follows_fishers_law(campaign: Campaign) -> None:
     """The covariance is then estimated with 3n − p degrees of freedom: the square over p follows F(p, 3n − p)."""
     squares: list[float] = []
     for case in range(campaign.size(ci=150, long=2_000)):
@@ -123,7 +123,7 @@ def test_correlations_have_ones_on_their_diagonal_and_errors_are_roots_of_the_co
     assert found.errors["delta"] ** 2 == pytest.approx(found.covariance[2, 2])
 
 
-def test_phi_is_held_where_nothing_is_said_and_the_words_say_so() -> None:
+def test_phi_is_held_by_default_and_the_text_mentions_it() -> None:
     found = calibrate(a_set(), NOW, hold=())
     assert found.held == ("gripper_height",)
     assert "gripper_height (Φ) is held" in found.words[0]
@@ -143,7 +143,7 @@ def test_a_frame_with_another_north_is_found(zero: float) -> None:
     assert distance(calibrate(measured(turned, random_counts(rng, 30), rng), NOW), turned) < 40.0
 
 
-def test_what_is_held_stays() -> None:
+def test_held_parameter_is_unchanged() -> None:
     found = calibrate(a_set(), NOW, hold=("zero_b", "length"))
     assert found.held == ("length", "gripper_height", "zero_b")
     assert (found.fitted.length, found.fitted.zero_b) == (NOW.length, 0.0)
@@ -161,7 +161,7 @@ def test_with_everything_held_there_is_nothing_to_fit() -> None:
 
 @pytest.mark.parametrize("wrong", ["mirrored", "stretched", "noise", "one place", "a grid of nothing", "anywhere"])
 def test_points_of_no_such_machine_give_a_result_or_a_refusal(campaign: Campaign, wrong: str) -> None:
-    """Whatever was measured and whatever is held: nothing but numbers or `NotIdentifiable` comes out."""
+    """For any measurements and held parameters: the result is numbers or `NotIdentifiable`."""
     for case in range(campaign.size(ci=20, long=1_000)):
         rng = generator(campaign.rng(case))
         number = int(rng.integers(1, 25))
@@ -215,7 +215,7 @@ def test_a_sigma_that_is_too_small_is_called_so() -> None:
 
 
 @pytest.mark.parametrize("known", [False, True])
-def test_a_frame_that_is_mirrored_is_not_taken_for_a_machine(known: bool) -> None:
+def test_mirrored_frame_is_not_taken_for_a_machine(known: bool) -> None:
     good = a_set(40, known=known)
     with pytest.raises(NotIdentifiable, match="whether the measuring frame is Maya's"):
         calibrate(Observations(good.counts, good.points * np.array([1.0, -1.0, 1.0]), good.sigma), NOW)

@@ -44,12 +44,12 @@ def test_at_one_angle_its_zero_and_its_scale_are_one() -> None:
     assert "--hold zero_a" in said["remedy"]
 
 
-def test_at_one_angle_all_else_is_told_once_one_of_them_is_held() -> None:
+def test_at_one_angle_the_rest_is_identified_once_one_is_held() -> None:
     found = calibrate(at(cylinder(np.full(40, 1.0), DISTANCES, HEIGHTS)), NOW, hold=("pulses_per_degree",))
     assert found.fitted.delta == pytest.approx(TRUTH.delta, abs=5.0 * found.errors["delta"])
 
 
-def test_at_one_height_the_lines_cannot_be_told() -> None:
+def test_at_one_height_the_lines_cannot_be_identified() -> None:
     said = refusal(at(cylinder(ANGLES, DISTANCES, 0.6)))
     assert "height (H)" in said["what"]
     assert "zero of b" in said["what"]
@@ -58,13 +58,13 @@ def test_at_one_height_the_lines_cannot_be_told() -> None:
     assert "angles" not in said["remedy"]
 
 
-def test_on_one_circle_nothing_of_the_lines_can_be_told() -> None:
+def test_on_one_circle_nothing_of_the_lines_can_be_identified() -> None:
     said = refusal(at(cylinder(ANGLES, 1.2, 0.6)))
     assert "length (D)" in said["what"]
     assert "distances from the axis farther apart and heights farther apart" in said["remedy"]
 
 
-def test_one_place_tells_nothing() -> None:
+def test_one_place_identifies_nothing() -> None:
     said = refusal(at(cylinder(np.full(40, 1.0), 1.2, 0.6)))
     assert said["remedy"].count("farther apart") == 3
 
@@ -79,13 +79,13 @@ def test_eight_constants_need_four_points(number: int, enough: bool) -> None:
         assert "at least 4" in refusal(seen)["remedy"]
 
 
-def test_points_that_are_all_noise_tell_nothing() -> None:
+def test_pure_noise_identifies_nothing() -> None:
     rng = np.random.default_rng(11)
     counts = random_counts(rng, 12)
     assert refusal(Observations(counts, rng.uniform(-1.0, 1.0, (12, 3))))["what"]
 
 
-def test_a_single_constant_is_said_not_to_show() -> None:
+def test_unidentifiable_constant_is_named() -> None:
     joints, places = np.zeros((5, 3)), cylinder(ANGLES, 1.2, HEIGHTS)[:5]
     said = refusal_of(["zero_a"], joints, places, 0.001).details
     assert (said["what"], said["reason"]) == ("zero of a", "the points do not show it")

@@ -12,7 +12,7 @@ BAD = POINTS.copy()
 BAD[1, 2] = np.nan
 
 
-def test_rows_are_numbered_and_weigh_the_same_where_nothing_is_said() -> None:
+def test_rows_are_numbered_and_weigh_the_same_by_default() -> None:
     seen = Observations(COUNTS, POINTS)
     assert (len(seen), seen.rows) == (4, (1, 2, 3, 4))
     assert seen.weights.tolist() == [1.0] * 4
@@ -30,7 +30,7 @@ def test_some_rows_keep_their_names() -> None:
     assert some.sigma.tolist() == [1.0, 4.0]
 
 
-def test_nobody_changes_what_was_measured() -> None:
+def test_observations_cannot_be_changed() -> None:
     with pytest.raises(ValueError, match="read-only"):
         Observations(COUNTS.copy(), POINTS.copy()).points[0, 0] = 1.0
 
@@ -48,7 +48,7 @@ def test_nobody_changes_what_was_measured() -> None:
     ],
     ids=["one count less", "two axes", "nan", "one sigma less", "sigma zero", "sigma nan", "names lack"],
 )
-def test_what_does_not_fit_together_is_refused(
+def test_inconsistent_values_are_refused(
     counts: Floats, points: Floats, sigma: Floats | None, rows: tuple[int, ...]
 ) -> None:
     with pytest.raises(ValueError, match=r"shape|finite|positive|name"):

@@ -27,7 +27,7 @@ def with_keys(keys: dict[str, float]) -> Config:
     return parse(nested)
 
 
-def test_what_the_configuration_says_changes_no_key() -> None:
+def test_configured_values_need_no_change() -> None:
     assert NOW.keys(CONFIG) == {}
 
 
@@ -52,8 +52,8 @@ def test_axis_a_converts_by_degrees() -> None:
     assert keys["axes.a.maximum"] == pytest.approx(4 * pi / 3 + 0.01)
 
 
-def test_after_the_next_homing_the_whole_house_agrees_with_the_fit() -> None:
-    """Homing defines the counts at the switches anew; the same places of the machine then have the fitted joints."""
+def test_after_the_next_homing_the_whole_system_agrees_with_the_fit() -> None:
+    """Homing redefines the counts at the switches; the same places of the machine then have the fitted joints."""
     counts = random_counts(np.random.default_rng(2), 50)
     after = with_keys(TRUTH.keys(CONFIG))
     at_switch = [
@@ -83,7 +83,7 @@ def test_an_unknown_constant_lists_those_that_are() -> None:
         named("line_difference")
 
 
-def test_constants_in_words_stand_in_their_order() -> None:
+def test_constants_are_listed_in_order() -> None:
     assert listed(["zero_b", "length", "zero_a"]) == "length (D), zero of a and zero of b"
     assert listed(["delta"]) == "delta (Δ)"
 

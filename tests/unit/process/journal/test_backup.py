@@ -49,7 +49,7 @@ def names(folder: Path) -> set[str]:
     return {file.name for file in folder.iterdir()}
 
 
-async def test_a_backup_made_while_jobs_come_in_is_whole(path: Path, tmp_path: Path) -> None:
+async def test_backup_during_submissions_is_complete(path: Path, tmp_path: Path) -> None:
     journal = await SqliteJournal.open(path)
     await journal.add(*(job_row(number) for number in range(1, 101)))
 
@@ -90,7 +90,7 @@ async def test_a_backup_takes_the_place_of_an_older_one_only_when_it_is_whole(pa
     assert names(tmp_path) == {"state", "b.db"}
 
 
-async def test_what_cannot_be_backed_up_is_said(path: Path, tmp_path: Path) -> None:
+async def test_impossible_backup_is_reported(path: Path, tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
         history.make(path, tmp_path / "b.db")
     await filled(path, 1)
@@ -107,7 +107,7 @@ async def test_what_cannot_be_backed_up_is_said(path: Path, tmp_path: Path) -> N
         history.make(tmp_path / "empty.db", tmp_path / "b.db")
 
 
-async def test_a_backup_put_back_is_what_it_was(path: Path, tmp_path: Path) -> None:
+async def test_restored_backup_is_identical(path: Path, tmp_path: Path) -> None:
     await filled(path, 1, 2)
     history.make(path, tmp_path / "b.db")
     await filled(path, 3)
@@ -118,7 +118,7 @@ async def test_a_backup_put_back_is_what_it_was(path: Path, tmp_path: Path) -> N
     assert await numbers(restored.aside) == [1, 2, 3]
 
 
-async def test_a_backup_is_put_where_there_was_nothing(path: Path, tmp_path: Path) -> None:
+async def test_backup_is_restored_to_an_empty_place(path: Path, tmp_path: Path) -> None:
     await filled(tmp_path / "a.db", 1)
     history.make(tmp_path / "a.db", tmp_path / "b.db")
     assert history.restore(tmp_path / "b.db", path).aside is None
@@ -139,14 +139,14 @@ async def test_a_damaged_file_is_replaced_and_kept_aside_with_its_log(path: Path
     assert await numbers(path) == [1]
 
 
-async def test_every_file_put_aside_gets_a_name_of_its_own(path: Path, tmp_path: Path) -> None:
+async def test_every_replaced_file_gets_its_own_name(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
     history.make(path, tmp_path / "b.db")
     asides = [history.restore(tmp_path / "b.db", path).aside for _ in range(3)]
     assert [aside.name for aside in asides if aside] == ["maya.db.old-1", "maya.db.old-2", "maya.db.old-3"]
 
 
-async def test_runs_are_numbered_on_whatever_was_put_back(path: Path, tmp_path: Path) -> None:
+async def test_runs_are_numbered_on_after_a_restore(path: Path, tmp_path: Path) -> None:
     await filled(path, 1)
     history.make(path, tmp_path / "b.db")
     for number in (2, 3, 4):
@@ -198,7 +198,7 @@ async def test_a_bad_backup_leaves_the_file_as_it_is(path: Path, tmp_path: Path,
 
 
 @pytest.mark.parametrize("cut", ["link", "unlink", "replace", "sync"])
-async def test_a_restore_that_is_cut_short_loses_neither_and_is_done_again(
+async def test_interrupted_restore_loses_neither_file_and_is_repeated(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cut: str
 ) -> None:
     class Cut(BaseException):
@@ -236,7 +236,7 @@ def _cut_within(exchange: Any, patched: pytest.MonkeyPatch, what: str, cut_short
         patched.undo()
 
 
-def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("mine", encoding="ascii")
     with pytest.raises(FileUnwritable):
         history.restore(tmp_path / "b.db", tmp_path / "state" / "maya.db")

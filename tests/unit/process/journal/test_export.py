@@ -56,7 +56,7 @@ async def test_the_table_is_read_back_as_it_was_while_the_file_is_in_use(tmp_pat
     await journal.close()
 
 
-async def test_lines_of_json_tell_the_bodies_and_the_steps_too(tmp_path: Path) -> None:
+async def test_json_lines_include_bodies_and_steps(tmp_path: Path) -> None:
     journal = await kept(tmp_path / "maya.db")
     await journal.close()
     out = io.StringIO()
@@ -72,7 +72,7 @@ async def test_lines_of_json_tell_the_bodies_and_the_steps_too(tmp_path: Path) -
     assert "secret" not in out.getvalue()
 
 
-def test_a_missing_file_is_said_and_not_made(tmp_path: Path) -> None:
+def test_missing_file_is_reported_and_not_made(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
         history.export(tmp_path / "maya.db", io.StringIO())
     assert not list(tmp_path.iterdir())

@@ -77,7 +77,7 @@ async def test_pages_lead_on_without_a_gap() -> None:
     assert seen == [job.id for job in reversed(JOBS)]
 
 
-async def test_a_line_tells_all_but_the_body() -> None:
+async def test_listing_has_all_but_the_body() -> None:
     journal = await filled()
     (line,) = await journal.page(Filter(limit=1))
     assert line == job_row(

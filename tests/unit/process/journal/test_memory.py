@@ -8,7 +8,7 @@ from maya_un.process.journal.sqlite import MemoryJournal
 from tests.journals import audit_row, event_row, job_row, step_row
 
 
-async def test_it_keeps_what_a_file_would() -> None:
+async def test_memory_journal_keeps_the_same_as_a_file() -> None:
     journal: Journal = MemoryJournal()
     job, step, mode = job_row(1), step_row(1, phase="up"), QueueRow(paused=True, reason="asked")
     await journal.add(job)
@@ -41,7 +41,7 @@ async def test_no_write_waits() -> None:
     await journal.close()
 
 
-async def test_what_is_refused_leaves_nothing() -> None:
+async def test_refused_write_leaves_nothing() -> None:
     journal = MemoryJournal()
     with pytest.raises(StorageFailed):
         await journal.add(job_row(1), job_row(1))

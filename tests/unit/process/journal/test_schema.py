@@ -14,7 +14,7 @@ from maya_un.schema.jobs import TaskState
 from tests.journals import audit_row, event_row, job_row, step_row
 
 DUMPS = sorted((Path(__file__).parents[3] / "vectors" / "journal").glob("version-*.sql"))
-"""What a file of each version held, as text; a dump is never made anew once its version was released."""
+"""Content of a file of each version, as text; the dump of a released version never changes."""
 
 
 def stored(dump: Path, path: Path) -> None:
@@ -75,7 +75,7 @@ def test_a_file_of_this_version_is_not_touched() -> None:
         assert connection.total_changes == before
 
 
-def test_whose_a_file_is_stands_in_its_header() -> None:
+def test_header_names_the_application() -> None:
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         assert tables.schema_version(connection, "maya.db") == 0
         tables.migrate(connection, "maya.db")

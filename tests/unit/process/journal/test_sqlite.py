@@ -56,13 +56,13 @@ def path(tmp_path: Path) -> Path:
 
 
 def allowed_pages(journal: SqliteJournal, more: int) -> None:
-    """Let the file grow by so many pages: then SQLite says what it says on a full disk."""
+    """Limit the growth of the file in pages: SQLite then reports a full disk."""
     connection = journal._writer
     pages = connection.execute("PRAGMA page_count").fetchone()[0]
     connection.execute(f"PRAGMA max_page_count = {pages + more}")
 
 
-async def test_what_was_written_is_found_by_the_next_one(path: Path) -> None:
+async def test_written_rows_are_found_by_the_next_run(path: Path) -> None:
     options = JobOptions(5, held=True, depends_on=(1, 2), notes="two trays", retries=3, stepwise=True)
     job = job_row(
         3,
@@ -94,7 +94,7 @@ async def test_it_is_a_journal(path: Path) -> None:
         assert await kept.unfinished() == Unfinished(QueueRow(), ())
 
 
-async def test_unfinished_jobs_come_in_the_order_of_the_queue_and_ended_ones_do_not(path: Path) -> None:
+async def test_unfinished_jobs_are_in_queue_order_without_ended_ones(path: Path) -> None:
     first = job_row(1, position=7.0)
     urgent = job_row(2, options=JobOptions(priority=10), position=9.0)
     moved = job_row(3, position=2.0)
@@ -114,7 +114,7 @@ async def test_of_several_new_jobs_all_are_kept_or_none(path: Path) -> None:
         assert [job.name for job in await journal.page(Filter())] == ["job 1"]
 
 
-async def test_what_cannot_be_written_does_not_take_the_writes_beside_it_along(path: Path) -> None:
+async def test_failed_write_does_not_affect_other_writes(path: Path) -> None:
     async with opened(path) as journal:
         outcomes = await asyncio.gather(
             journal.add(job_row(1)),
@@ -139,7 +139,7 @@ async def test_a_key_is_used_once_by_an_owner(path: Path) -> None:
         assert await journal.keyed("ann", "") is None
 
 
-async def test_writes_that_are_asked_for_together_share_a_commit(path: Path) -> None:
+async def test_simultaneous_writes_share_a_commit(path: Path) -> None:
     async with opened(path) as journal:
         commits: list[str] = []
         journal._writer.set_trace_callback(lambda said: commits.append(said) if said == "COMMIT" else None)
@@ -147,7 +147,7 @@ async def test_writes_that_are_asked_for_together_share_a_commit(path: Path) -> 
         assert len(commits) == 1
 
 
-async def test_what_is_asked_for_during_a_commit_is_the_next_one(path: Path) -> None:
+async def test_write_during_a_commit_is_in_the_next_one(path: Path) -> None:
     async with opened(path) as journal:
         held, going = threading.Event(), threading.Event()
 
@@ -172,7 +172,7 @@ async def test_what_is_asked_for_during_a_commit_is_the_next_one(path: Path) -> 
         assert order == [1, 2, 3, 4, 5]
 
 
-async def test_a_write_whose_caller_is_cancelled_is_one_that_may_have_been_kept(path: Path) -> None:
+async def test_cancelled_write_may_have_been_kept(path: Path) -> None:
     async with opened(path) as journal:
         given_up = asyncio.ensure_future(journal.add(job_row(1)))
         await turn()
@@ -204,7 +204,7 @@ async def test_notes_are_on_the_disk_before_a_later_save(path: Path) -> None:
         assert written.count("COMMIT") == 1
 
 
-async def test_closing_writes_what_is_noted(path: Path) -> None:
+async def test_closing_writes_pending_rows(path: Path) -> None:
     async with opened(path) as journal:
         journal.note(event_row(1))
     assert looked_up(path, "SELECT run, seq FROM events") == [(1, 1)]
@@ -244,7 +244,7 @@ async def test_an_unknown_thing_in_an_event_is_kept_in_words(path: Path) -> None
         assert (await journal.events(1, 0, 1))[0].detail == {"where": "shelf"}
 
 
-async def test_a_body_is_written_again_only_where_it_is_another(path: Path) -> None:
+async def test_body_is_rewritten_only_when_it_changed(path: Path) -> None:
     async with opened(path) as journal:
         row = job_row(1)
         await journal.add(row)
@@ -258,7 +258,7 @@ async def test_a_body_is_written_again_only_where_it_is_another(path: Path) -> N
         assert found[0].body == {"name": "changed", "steps": []}
 
 
-async def test_a_body_whose_write_failed_is_written_with_the_next(path: Path) -> None:
+async def test_body_of_a_failed_write_is_written_with_the_next(path: Path) -> None:
     async with opened(path) as journal:
         row = job_row(1)
         await journal.add(row)
@@ -336,7 +336,7 @@ async def test_nothing_is_acknowledged_into_a_file_that_was_cut_short(path: Path
             await journal.add(job_row(3))
 
 
-async def test_a_lost_folder_is_said(path: Path) -> None:
+async def test_lost_folder_is_reported(path: Path) -> None:
     async with opened(path) as journal:
         path.parent.rename(path.parent.with_name("elsewhere"))
         with pytest.raises(StorageFailed, match="moved or removed"):
@@ -385,7 +385,7 @@ async def test_one_program_at_a_time(path: Path) -> None:
         assert journal.run == 2
 
 
-async def test_the_commit_is_on_the_disk_before_anybody_goes_on(path: Path) -> None:
+async def test_commit_is_on_the_disk_before_a_caller_continues(path: Path) -> None:
     async with opened(path) as journal:
         settings = [journal._writer.execute(f"PRAGMA {what}").fetchone()[0] for what in ("journal_mode", "synchronous")]
         assert settings == ["wal", 2]
@@ -412,7 +412,7 @@ async def test_a_damaged_file_is_refused_and_left_as_it_is(path: Path) -> None:
 
 
 @pytest.mark.parametrize("rubbish", [b"S", b"not a database at all " * 100, b"SQLite format 3\0" + b"\xff" * 4080])
-async def test_a_file_that_is_no_database_is_refused_and_left_as_it_is(path: Path, rubbish: bytes) -> None:
+async def test_file_that_is_no_database_is_refused_and_unchanged(path: Path, rubbish: bytes) -> None:
     path.parent.mkdir()
     overwrite(path, rubbish)
     with pytest.raises(StorageDamaged):
@@ -445,7 +445,7 @@ async def test_a_log_without_its_file_is_not_thrown_away(path: Path, left: bytes
     assert content(log) == b"what was acknowledged"
 
 
-async def test_damage_met_while_reading_is_said(path: Path) -> None:
+async def test_damage_found_while_reading_is_reported(path: Path) -> None:
     async with opened(path) as journal:
         await journal.add(*(job_row(number) for number in range(1, 200)))
         journal._writer.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -485,7 +485,7 @@ async def test_the_users_tables_may_be_there_first(path: Path) -> None:
         await journal.add(job_row(1))
 
 
-async def test_a_folder_that_is_a_file_is_said(tmp_path: Path) -> None:
+async def test_folder_that_is_a_file_is_reported(tmp_path: Path) -> None:
     (tmp_path / "state").write_text("mine", encoding="ascii")
     with pytest.raises(FileUnwritable):
         await SqliteJournal.open(tmp_path / "state" / "maya.db")
@@ -508,7 +508,7 @@ async def test_the_past_is_bounded_and_the_jobs_are_not(path: Path) -> None:
         assert await journal.job(1) is not None
 
 
-async def test_what_is_old_goes_when_the_file_is_opened(path: Path) -> None:
+async def test_old_rows_are_deleted_when_the_file_is_opened(path: Path) -> None:
     keep = StorageConfig(days=30)
     async with opened(path, keep) as journal:
         for day in range(1, 29):

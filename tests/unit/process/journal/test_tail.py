@@ -1,4 +1,4 @@
-"""The newest events of all runs, read beside whoever writes them."""
+"""The newest events of all runs, read while another process writes them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def row(run: int, seq: int, date: str = "2026-11-21T10:00:00+00:00") -> EventRow
     return EventRow(run, seq, date, 0.0, "phase", 0, {"name": f"{run}.{seq}"})
 
 
-async def test_events_of_all_runs_come_in_order_also_while_they_are_written(tmp_path: Path) -> None:
+async def test_events_of_all_runs_are_in_order_also_during_writes(tmp_path: Path) -> None:
     path = tmp_path / "maya.db"
     first = await SqliteJournal.open(path)
     first.note(row(1, 1), row(1, 2))
@@ -31,7 +31,7 @@ async def test_events_of_all_runs_come_in_order_also_while_they_are_written(tmp_
     assert [event.seq for _, event in history.newest_events(path, 10, above=found[-1][0])] == [2]
 
 
-async def test_the_newest_are_told_and_those_before_a_date_left_out(tmp_path: Path) -> None:
+async def test_newest_events_are_listed_without_those_before_a_date(tmp_path: Path) -> None:
     path = tmp_path / "maya.db"
     journal = await SqliteJournal.open(path)
     journal.note(*(row(1, hour, f"2026-11-21T{hour:02d}:00:00+00:00") for hour in range(1, 10)))
@@ -40,6 +40,6 @@ async def test_the_newest_are_told_and_those_before_a_date_left_out(tmp_path: Pa
     assert [event.seq for _, event in history.newest_events(path, 100, since="2026-11-21T08:00:00")] == [8, 9]
 
 
-def test_where_nothing_is_kept_that_is_said(tmp_path: Path) -> None:
+def test_missing_journal_is_reported(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable):
         history.newest_events(tmp_path / "maya.db", 1)

@@ -32,7 +32,7 @@ def texts(before: str) -> list[str]:
         ("MG _QX", []),
     ],
 )
-def test_what_may_come_next(before: str, offered: list[str]) -> None:
+def test_next_candidates(before: str, offered: list[str]) -> None:
     assert texts(before) == offered
 
 
@@ -50,7 +50,7 @@ def test_operands_are_those_of_the_controller() -> None:
     assert all(text.startswith("_T") for text in offered)
 
 
-def test_a_candidate_replaces_what_is_typed_of_it() -> None:
+def test_candidate_replaces_the_typed_part() -> None:
     (found,) = candidates("MG cou", NAMES)
     assert (found.replaces, found.meaning) == (3, "variable")
 

@@ -11,13 +11,13 @@ def test_every_command_is_explained() -> None:
     assert all(entry.purpose for entry in completion.entries())
 
 
-def test_what_is_no_command_has_no_entry() -> None:
+def test_unknown_command_has_no_entry() -> None:
     assert completion.entry("QX") is None
     assert completion.entry("@SIN") is None
     assert completion.entry("") is None
 
 
-def test_a_page_tells_how_a_command_is_written_and_what_holds_without_it() -> None:
+def test_page_shows_the_syntax_and_the_default() -> None:
     first, second = completion.page("sp").splitlines()
     assert first.startswith("SP  ")
     assert second.strip() == "SP ABC, SP 1,2,3 or SPA=1; default 25000; operand _SP"
@@ -26,7 +26,7 @@ def test_a_page_tells_how_a_command_is_written_and_what_holds_without_it() -> No
 @pytest.mark.parametrize(
     ("name", "fact"), [("AM", "in a program only"), ("DL", "not in a program"), ("LI", "LI"), ("@SIN", "sine")]
 )
-def test_a_page_tells_where_a_name_may_stand(name: str, fact: str) -> None:
+def test_page_shows_the_allowed_places_of_a_name(name: str, fact: str) -> None:
     assert fact in completion.page(name)
 
 
@@ -37,12 +37,12 @@ def test_operands_are_explained_with_their_axis_and_without(name: str, fact: str
     assert fact in completion.page(name)
 
 
-def test_an_operand_that_is_none_has_no_page() -> None:
+def test_unknown_operand_has_no_page() -> None:
     assert "_QX is no command" in completion.page("_QX")
     assert "_ is no command" in completion.page("_")
 
 
-def test_commands_that_are_no_operands_are_not_called_so() -> None:
+def test_commands_without_an_operand_are_not_listed_as_one() -> None:
     names = {entry.name for entry in completion.operands()}
     assert {"TP", "BG", "XQ", "BN"} <= names
     assert not {"SH", "MG", "WT"} & names

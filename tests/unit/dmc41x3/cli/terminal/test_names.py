@@ -14,7 +14,7 @@ async def test_the_controller_lists_its_names() -> None:
         assert await ask(driver, "AB") == CompletionNames(("#A", "#B"), ("x", "y"), ("ring",), "AB")
 
 
-async def test_lists_that_are_refused_or_empty_are_no_names() -> None:
+async def test_refused_or_empty_lists_are_no_names() -> None:
     async with conversation(lambda command: b" 1 no\r\n:" if command == "TC1" else b"?") as (driver, _):
         assert await ask(driver, "ABC") == CompletionNames()
 

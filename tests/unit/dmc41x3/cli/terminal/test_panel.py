@@ -29,7 +29,7 @@ def test_every_fact_of_an_axis_is_shown() -> None:
     assert "F·H   8 following error, motor switched off" in c
 
 
-def test_columns_stand_below_their_names() -> None:
+def test_columns_are_below_their_names() -> None:
     head, a, *_ = session.plain(session.axes(RECORD, 100)).splitlines()
     for name, value in [("position", "-2147483648"), ("velocity", "-25000"), ("torque", "-10.00V")]:
         assert head.index(name) + len(name) == a.index(value) + len(value)
@@ -41,7 +41,7 @@ def test_it_fits_eighty_columns() -> None:
     assert lines[3].endswith("…")
 
 
-def test_what_needs_a_look_stands_out() -> None:
+def test_abnormal_values_stand_out() -> None:
     styles = {text.strip(): style for line in session.axes(RECORD, 100) for style, text in line}
     assert styles["moving"] == "class:moving"
     assert styles["off"] == "class:off"

@@ -43,19 +43,19 @@ def test_quit_ends_it_before_the_input_does(
     assert filtered(run, "MG 1\n:quit\nMG 2\n", monkeypatch, capsys)[:2] == (0, [" 1.0000"])
 
 
-def test_a_recording_goes_on_beside_the_lines_and_is_waited_for(
+def test_recording_goes_on_during_lines_and_is_awaited(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "a.csv"
     code, out, err = filtered(run, f":scope x --rate 50 --for 0.1 --trigger x=2 --csv {file}\n", monkeypatch, capsys)
-    assert (code, out) == (0, [])  # the controller has no x: said, and not the end
+    assert (code, out) == (0, [])  # the controller has no x: reported, and not the end
     assert "refused" in err
     lines = f"x=1\n:scope x --rate 50 --for 0.1 --trigger x=2 --csv {file}\nx=2\n"
     assert filtered(run, lines, monkeypatch, capsys)[0] == 0
     assert file.read_text(encoding="utf-8").splitlines()[0:2] == ["time [s],x", "0.000000,2"]
 
 
-def test_its_own_words_work_too(
+def test_own_commands_work_too(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "a.dmc"

@@ -12,7 +12,7 @@ from tests.unit.dmc41x3.cli.bench import say, talking
 from tests.virtual_time import elapse
 
 
-async def test_below_the_line_stand_axes_link_and_keys() -> None:
+async def test_axes_link_and_keys_are_below_the_line() -> None:
     async with talking() as (session, _, _bench):
         lines = plain(below(session, "", 80)).splitlines()
         assert [line[:1] for line in lines[2:5]] == ["A", "B", "C"]
@@ -27,7 +27,7 @@ async def test_the_command_under_the_cursor_is_explained() -> None:
         assert plain(below(session, "x=1;", 80)).startswith("─")
 
 
-async def test_what_is_watched_stands_below_the_axes() -> None:
+async def test_watched_values_stand_below_the_axes() -> None:
     async with talking() as (session, _, _bench):
         await say(session, ":watch 6*7")
         await elapse(0.5)
@@ -50,7 +50,7 @@ async def test_programs_and_waiting_lines_are_counted() -> None:
         assert below(session, "", 80)[-2] == [("class:letter", "bench   threads 2 run   2 waiting for an answer")]
 
 
-async def test_old_values_are_said_to_be() -> None:
+async def test_old_values_are_marked() -> None:
     async with talking() as (session, _, bench):
         bench.controller.cut()
         await elapse(3.0)

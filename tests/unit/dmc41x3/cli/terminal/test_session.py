@@ -19,12 +19,12 @@ from tests.virtual_time import elapse
 MESSAGE = '#A\nMG "hello"\nEN\n'
 
 
-async def test_it_says_who_answers() -> None:
+async def test_greeting_names_the_controller() -> None:
     async with talking() as (_, heard, _bench):
         assert heard.said == [("note", "DMC4133 Rev 1.3k at bench")]
 
 
-async def test_answers_come_as_printed_and_in_order() -> None:
+async def test_answers_are_printed_unchanged_and_in_order() -> None:
     async with talking() as (session, heard, _):
         await say(session, "x=5;MG x*2;TP", "", "MG -1", "^R^V")
         assert heard.all("answer") == [":", " 10.0000", " 0, 0, 0", "-1.0000", "DMC4133 Rev 1.3k"]
@@ -43,14 +43,14 @@ async def test_a_refusal_has_code_and_words_and_does_not_end_the_line() -> None:
 
 
 @pytest.mark.parametrize(("command", "hinted"), [("bga", True), ("BGQ", False), ("zz", False)])
-async def test_small_letters_are_explained_where_capitals_would_do(command: str, hinted: bool) -> None:
+async def test_lowercase_commands_are_explained(command: str, hinted: bool) -> None:
     async with talking() as (session, heard, _):
         await say(session, command)
         assert ("capitals: BG" in heard.all("refused")[0]) is hinted
 
 
 @pytest.mark.parametrize("command", ["DL", "DL #A", "ED", "QD a[]", 'MG "x"{N}'])
-async def test_what_would_swallow_the_next_answers_is_not_sent(command: str) -> None:
+async def test_line_that_would_swallow_later_answers_is_not_sent(command: str) -> None:
     async with talking() as (session, heard, _):
         await say(session, command, "MG 1")
         assert heard.said[-2][0] == "trouble"
@@ -65,7 +65,7 @@ async def test_a_record_is_a_table() -> None:
         assert [line.split()[:2] for line in lines[1:]] == [["A", "7"], ["B", "-8"], ["C", "9"]]
 
 
-async def test_names_are_learned_as_they_come() -> None:
+async def test_names_are_learned_from_answers() -> None:
     async with talking() as (session, _, _bench):
         await say(session, "speed=5")
         assert session.names.variables == ("speed",)
@@ -76,7 +76,7 @@ async def test_names_are_learned_as_they_come() -> None:
         assert session.names.axes == "ABC"
 
 
-async def test_messages_of_programs_come_here() -> None:
+async def test_messages_of_programs_are_shown() -> None:
     async with talking() as (session, heard, _):
         await session.link.driver.download(MESSAGE)
         await say(session, "XQ #A")
@@ -97,7 +97,7 @@ async def test_the_panel_follows_and_watches() -> None:
         assert session.watched == {}
 
 
-async def test_a_refused_expression_is_asked_for_again_now_and_then() -> None:
+async def test_refused_expression_is_retried_at_intervals() -> None:
     async with talking() as (session, _, _bench):
         await say(session, ":watch later")
         await elapse(0.5)
@@ -116,7 +116,7 @@ async def test_a_hidden_panel_asks_for_nothing() -> None:
         assert sent == []
 
 
-async def test_stop_brakes_what_moves_and_leaves_programs() -> None:
+async def test_stop_brakes_moving_axes_and_leaves_programs() -> None:
     async with talking() as (session, heard, bench):
         await session.link.driver.download("#A\nWT 60000\nEN\n")
         await say(session, "XQ #A", "JGA=5000;JGC=-5000;BGAC")
@@ -131,7 +131,7 @@ async def test_stop_brakes_what_moves_and_leaves_programs() -> None:
         assert await session.link.driver.value("_XQ0") >= 0.0
 
 
-async def test_stop_of_nothing_says_so() -> None:
+async def test_stop_without_motion_is_reported() -> None:
     async with talking() as (session, heard, _):
         await say(session, ":stop")
         assert heard.last == ("note", "Nothing moves.")
@@ -150,7 +150,7 @@ async def test_a_sequence_is_stopped_on_its_path() -> None:
         assert a == pytest.approx(2.0 * b, abs=2.0)
 
 
-async def test_a_lost_link_is_said_once_and_made_again() -> None:
+async def test_lost_link_is_reported_once_and_reconnected() -> None:
     async with talking() as (session, heard, bench):
         bench.controller.cut()
         await elapse(0.5)
@@ -163,7 +163,7 @@ async def test_a_lost_link_is_said_once_and_made_again() -> None:
         assert session.trouble == ""
 
 
-async def test_a_controller_that_stays_away_is_no_end() -> None:
+async def test_absent_controller_does_not_end_the_session() -> None:
     async with talking() as (session, heard, bench):
         bench.controller.cut()
         bench.away = True
@@ -205,7 +205,7 @@ async def test_a_stop_without_a_link_goes_past_it() -> None:
         await session.close()
 
 
-async def test_messages_that_others_get_stay_theirs_until_asked_for() -> None:
+async def test_messages_of_other_ports_are_left_until_requested() -> None:
     async with benched() as bench:
         other = await Driver.open(await bench.dial(), timeout=5.0)
         await other.subscribe()
@@ -221,7 +221,7 @@ async def test_messages_that_others_get_stay_theirs_until_asked_for() -> None:
         await other.close()
 
 
-async def test_what_was_taken_is_given_back() -> None:
+async def test_taken_settings_are_given_back() -> None:
     async with benched() as bench:
         session = TerminalSession(bench.dial, "bench", Heard())
         await session.connect()
@@ -233,7 +233,7 @@ async def test_what_was_taken_is_given_back() -> None:
 
 
 class Slow:
-    """A controller that answers what a terminal asks at first, and then falls silent when told to."""
+    """A controller that answers the first questions of a terminal, and then falls silent on request."""
 
     def __init__(self) -> None:
         self.peers: list[Peer] = []
@@ -262,7 +262,7 @@ def _answers() -> Callable[[str], bytes]:
     return answer
 
 
-async def test_a_slow_controller_keeps_nobody_from_typing_or_stopping() -> None:
+async def test_slow_controller_blocks_neither_typing_nor_stopping() -> None:
     slow, heard = Slow(), Heard()
     session = TerminalSession(slow.dial, "slow", heard)
     await session.connect()
@@ -286,7 +286,7 @@ async def test_a_slow_controller_keeps_nobody_from_typing_or_stopping() -> None:
     await asyncio.wait(slow.tasks)
 
 
-async def test_lines_wait_when_told_to() -> None:
+async def test_lines_wait_on_request() -> None:
     async with talking() as (session, heard, _):
         before = asyncio.get_running_loop().time()
         await say(session, ":wait 2.5", "MG 1")
@@ -306,7 +306,7 @@ async def test_upload_without_a_file_shows_the_program(tmp_path: Path) -> None:
         assert session.names.labels == ("#A",)
 
 
-async def test_a_recording_is_made_beside_the_lines(tmp_path: Path) -> None:
+async def test_recording_is_made_during_lines(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     async with talking() as (session, heard, _):
         session.enter(f":scope _TPA --rate 10 --for 1 --csv {file}")
@@ -335,7 +335,7 @@ async def test_a_recording_is_made_beside_the_lines(tmp_path: Path) -> None:
         (":scope nothing --csv a", "refused"),
     ],
 )
-async def test_what_cannot_be_done_is_one_sentence(line: str, words: str) -> None:
+async def test_impossible_request_is_one_sentence(line: str, words: str) -> None:
     async with talking() as (session, heard, _):
         await say(session, line)
         assert heard.last[0] == "trouble"
@@ -359,7 +359,7 @@ async def test_help_on_the_terminal(line: str) -> None:
         assert "F12 stops all motion" in heard.last[1]
 
 
-async def test_help_on_what_there_is_not() -> None:
+async def test_help_on_an_unknown_command() -> None:
     async with talking() as (session, heard, _):
         await say(session, "help QX")
         assert heard.last[1].startswith("QX is no command")

@@ -72,7 +72,7 @@ def test_masks(text: str, places: list[int]) -> None:
     ("text", "code"),
     [("1", ErrorCode.OPERAND_ERROR), ("A,B", ErrorCode.OPERAND_ERROR), ("AD", ErrorCode.INVALID_AXIS)],
 )
-def test_what_is_no_mask(text: str, code: ErrorCode) -> None:
+def test_invalid_mask(text: str, code: ErrorCode) -> None:
     with pytest.raises(Rejection) as refusal:
         mask(text, "ABC")
     assert refusal.value.code is code

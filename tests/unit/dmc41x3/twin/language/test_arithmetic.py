@@ -32,7 +32,7 @@ def test_results_at_the_ends_of_the_range(a: int, operator: str, b: int, value: 
     assert OPERATORS[operator](a, b) == value
 
 
-def test_what_has_no_positive_counterpart_keeps_its_sign() -> None:
+def test_value_without_a_positive_counterpart_keeps_its_sign() -> None:
     assert FUNCTIONS["ABS"](SMALLEST) == SMALLEST
     assert FUNCTIONS["RND"](LARGEST) == SMALLEST
 
@@ -69,12 +69,12 @@ def test_a_whole_turn_more_changes_nothing(degrees: int) -> None:
 
 @pytest.mark.parametrize("name", ["TAN", "ASIN"])
 @pytest.mark.parametrize("degrees", [90, -90, 270])
-def test_where_a_function_has_no_value(name: str, degrees: int) -> None:
+def test_undefined_values_of_functions(name: str, degrees: int) -> None:
     with pytest.raises(Rejection):
         FUNCTIONS[name](degrees * ONE)
 
 
-def test_a_step_beside_the_pole_the_tangent_is_large() -> None:
+def test_tangent_is_large_one_step_from_the_pole() -> None:
     # tan(90° - x) = 1/x for a small x, here 1/65536 degree = 2.6632e-7 rad.
     assert FUNCTIONS["TAN"](90 * ONE - 1) / ONE == pytest.approx(3754936.206, abs=0.01)
     assert FUNCTIONS["TAN"](90 * ONE + 1) == -FUNCTIONS["TAN"](90 * ONE - 1)
@@ -89,12 +89,12 @@ def test_the_bits_of_a_single(value: float, bits: int) -> None:
 
 
 @given(st.integers(-(2**23), 2**23))
-def test_what_a_single_can_hold_comes_back(raw: int) -> None:
+def test_value_of_a_single_is_unchanged(raw: int) -> None:
     assert FUNCTIONS["REAL"](FUNCTIONS["FLOT"](raw)) == raw
 
 
 @pytest.mark.parametrize("bits", [0x7F800000, 0xFF800000, 0x7FC00000, 0x4F000000, 0xCF000001])
-def test_singles_that_are_no_number_of_the_controller(bits: int) -> None:
+def test_singles_outside_the_controllers_range(bits: int) -> None:
     with pytest.raises(Rejection):
         FUNCTIONS["REAL"](wrap(bits * ONE))
 

@@ -26,7 +26,7 @@ def arrays() -> Arrays:
     return arrays
 
 
-def test_elements_begin_at_zero_and_keep_what_they_are_given(arrays: Arrays) -> None:
+def test_elements_begin_at_zero_and_keep_their_values(arrays: Arrays) -> None:
     arrays.assign("a", 2, 5)
     assert [arrays.element("a", index) for index in range(3)] == [0, 0, 5]
     assert arrays.element("a", LENGTH) == 3 * ONE
@@ -80,7 +80,7 @@ def test_dimensioned_again(arrays: Arrays) -> None:
 
 
 @given(st.dictionaries(st.text("abc", min_size=1), st.lists(st.integers(), min_size=1)))
-def test_what_is_kept_comes_back_and_stands_for_itself(contents: dict[str, list[int]]) -> None:
+def test_stored_array_is_read_back(contents: dict[str, list[int]]) -> None:
     arrays = Arrays()
     arrays.restore(contents)
     assert list(arrays) == sorted(contents)

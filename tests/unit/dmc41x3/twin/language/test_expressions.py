@@ -93,7 +93,7 @@ def test_values(text: str, value: float) -> None:
         ("(" * 200, ErrorCode.PARENTHESES),
     ],
 )
-def test_what_is_wrong_is_told_by_its_code(text: str, code: ErrorCode) -> None:
+def test_error_has_its_code(text: str, code: ErrorCode) -> None:
     with pytest.raises(Rejection) as refused:
         evaluate(text, _Scope())
     assert refused.value.code is code

@@ -41,7 +41,7 @@ def test_the_master_s_counter_stays_within_its_cycle_and_cycles_are_counted() ->
     assert bench.plant.position(0) == pytest.approx(5000, abs=1)
 
 
-def test_a_cam_that_advances_goes_on_while_its_counter_starts_again() -> None:
+def test_advancing_cam_continues_when_its_counter_restarts() -> None:
     bench = cam([0, 250, 1000], interval=1000, modulus=1000)
     bench.do("JGA=1000;BGA")
     assert bench.at(5.0).positions()[1] == pytest.approx(250, abs=1)
@@ -59,9 +59,7 @@ def test_it_runs_backwards_too() -> None:
     values=st.lists(st.integers(-2000, 2000), min_size=3, max_size=9),
     targets=st.lists(st.integers(-6000, 6000), min_size=1, max_size=4),
 )
-def test_a_slave_depends_on_where_its_master_is_and_not_on_how_it_came_there(
-    values: list[int], targets: list[int]
-) -> None:
+def test_slave_depends_on_its_masters_position_and_not_on_its_path(values: list[int], targets: list[int]) -> None:
     values = [*values, values[0]]
     bench = cam(values, interval=100)
     cycle = 100 * (len(values) - 1)

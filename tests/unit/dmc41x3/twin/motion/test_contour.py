@@ -75,7 +75,7 @@ def test_the_end_leaves_the_mode() -> None:
     assert bench.code("CD 1") == ErrorCode.NO_SEQUENCE
 
 
-def test_data_that_come_too_late_find_the_axes_at_rest() -> None:
+def test_late_data_find_the_axes_at_rest() -> None:
     bench = contouring("32", "32", axes="A")
     assert bench.at(2 / 32 - 1e-6).say("TC") == " 0\r\n:"
     assert bench.at(0.5).say("TC1") == "42 Contour data being sent too slowly\r\n:"
@@ -86,7 +86,7 @@ def test_data_that_come_too_late_find_the_axes_at_rest() -> None:
     assert bench.at(0.6).positions()[0] == 96
 
 
-def test_the_buffer_and_the_record_tell_how_far_it_is() -> None:
+def test_buffer_and_record_show_the_progress() -> None:
     bench = contouring("32,0", "32,0", "32,0", "0,0=0")
     record = bench.record()
     assert (bench.value("_CM"), record.contour_free, record.contour_segment) == (508.0, 508, 0)
@@ -99,7 +99,7 @@ def test_the_buffer_and_the_record_tell_how_far_it_is() -> None:
     assert bench.say("CM ?") == " 511\r\n:"
 
 
-def test_tb_tells_of_a_contour() -> None:
+def test_tb_shows_a_contour() -> None:
     bench = contouring("32", axes="A")
     assert int(bench.say("TB")[:-3]) & 0x20
     assert not int(bench.at(1.0).say("TB")[:-3]) & 0x20
@@ -228,7 +228,7 @@ def test_misuse_has_its_code(setup: str, command: str, code: ErrorCode) -> None:
         ("DPA=0", ErrorCode.NOT_WHILE_RUNNING),
     ],
 )
-def test_what_a_running_contour_refuses(command: str, code: ErrorCode) -> None:
+def test_running_contour_refuses_commands(command: str, code: ErrorCode) -> None:
     bench = contouring("320,0", "320,0").at(0.5 / 32)
     *before, last = command.split(";")
     bench.do(*before)
@@ -250,7 +250,7 @@ def test_cd0_without_a_space_is_a_variable() -> None:
     assert bench.value("_CM") == 510.0
 
 
-def test_other_axes_go_on_while_one_contours() -> None:
+def test_other_axes_continue_while_one_contours() -> None:
     bench = contouring("32,0", "0,0=0")
     bench.do("PRC=1000;BGC")
     assert bench.at(2.0).positions() == [32, 0, 1000]
@@ -288,7 +288,7 @@ def test_sums_are_exact_at_the_end_of_every_record(records: list[tuple[int, int,
     assert bench.value("_SCA") == 51.0
 
 
-def test_a_pause_keeps_the_end_before_what_came_after_it() -> None:
+def test_pause_keeps_the_end_of_earlier_motion() -> None:
     bench = contouring("32", "64", "0=0", "999", axes="A")
     bench.at(0.5 / 32).do("DT -1")
     bench.at(1.0).do("DT 5")

@@ -48,7 +48,7 @@ def test_a_slave_is_its_ratio_times_its_master_at_all_times(ratio: float, jogs: 
     assert abs(slave - kept * master) <= 0.5 * abs(kept) + 1.0
 
 
-def test_a_slave_steps_where_its_master_does() -> None:
+def test_slave_steps_with_its_master() -> None:
     bench = geared(2.0)
     bench.do("JGA=0;BGA", "IPA=300")
     assert bench.positions()[:2] == [300, 600]
@@ -123,7 +123,7 @@ def test_ratio_zero_stops_a_slave_at_once() -> None:
     assert bench.value("_TVB") == 0.0
 
 
-def test_a_slave_whose_motor_goes_off_is_out_of_gear_and_a_gantry_s_is_not() -> None:
+def test_slave_whose_motor_goes_off_is_out_of_gear_and_a_gantry_is_not() -> None:
     for gantry in (0, 1):
         bench = geared(1.0, "A", f"GMB={gantry}")
         bench.do("JGA=10240;BGA")
@@ -178,7 +178,7 @@ def test_misuse_has_its_code(commands: str, code: ErrorCode) -> None:
     assert bench.code(last) == code
 
 
-def test_masters_are_told_by_number() -> None:
+def test_masters_are_given_by_number() -> None:
     bench = Bench()
     bench.do("GA ,CA,N")
     assert bench.say("GA ?,?,?") == "-1, 0, 10\r\n:"

@@ -1,4 +1,4 @@
-"""What is known of the following error of an axis."""
+"""Known values of the following error of an axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.unit.dmc41x3.twin.bench import Bench
     ("gain", "peak", "limit", "near"),
     [(None, 0.0, 100, False), (None, 1.0, 100, True), (0.01, 7_900.0, 100, False), (0.01, 8_000.0, 100, True)],
 )
-def test_an_error_is_near_where_speed_could_bring_it(gain: float | None, peak: float, limit: int, near: bool) -> None:
+def test_error_is_near_if_speed_could_reach_it(gain: float | None, peak: float, limit: int, near: bool) -> None:
     bench = Bench()
     bench.do(f"ERA={limit}")
     axis = bench.axis(0)

@@ -73,7 +73,7 @@ def test_a_target_of_zero_rests_on_the_way_for_ever() -> None:
     assert path.stretches[-1].v == 0.0
 
 
-def test_braking_ends_abruptly_where_the_path_is_too_short() -> None:
+def test_braking_ends_abruptly_on_a_short_path() -> None:
     path = brake(segments(1000), PathSpan(0.0, 0, 900.0, 10240.0, 0.0), 1024.0)
     assert path.end == pytest.approx(100 / 10240, rel=0.01)
 

@@ -50,7 +50,7 @@ SEGMENTS = st.lists(
 @example([(2, None, 0.0, 0.3804305972961994), (1, 9370.0, 60.0, 0.37252898291305014)], 1, 30, [0.0]).via(
     "a rest that rounding alone makes a crawl"
 )
-def test_a_plan_that_grows_is_the_plan_made_anew(
+def test_extended_plan_equals_a_new_plan(
     segments: list[tuple[int, float | None, float | None, float]], up: int, down: int, shares: list[float]
 ) -> None:
     made = [plane(5000, ended=False, VA=1024.0 * up, VD=1024.0 * down) for _ in range(2)]

@@ -162,7 +162,7 @@ def test_a_limit_brakes_at_sd() -> None:
     assert bench.value("_SCA") == 2.0
 
 
-def test_a_soft_limit_is_seen_where_the_axis_overshoots_within_a_record() -> None:
+def test_soft_limit_is_met_by_an_overshoot_within_a_record() -> None:
     # From 0 to 0 with 8192 counts/s inward at the end: the cubic swings out to 8192 4/27 = 1213.6 counts below 0.
     bench = begun("0,8192,1024", "0,0,0")
     bench.do("BLA=-1000", "SDA=1024000")
@@ -218,7 +218,7 @@ def test_begin_needs_an_axis_that_may(setup: str, code: ErrorCode) -> None:
     assert bench.value("_BGB") == 0.0
 
 
-def test_what_a_running_sequence_refuses() -> None:
+def test_running_sequence_refuses_commands() -> None:
     bench = begun("1024,4096,512").at(0.1)
     assert bench.code("BTA") == ErrorCode.BEGIN_WHILE_RUNNING
     assert bench.code("BGA") == ErrorCode.BEGIN_WHILE_RUNNING

@@ -17,7 +17,7 @@ def route(*segments: PathSegment) -> Route:
     return made
 
 
-def test_every_segment_begins_where_the_one_before_ends() -> None:
+def test_every_segment_begins_at_the_end_of_the_last() -> None:
     made = route(line(300, 400), PathSegment.along(Arc.of(100, 0, 90)), line(0, -100))
     assert [start.place for start in made.starts] == [
         (0.0, 0.0),
@@ -48,7 +48,7 @@ def test_dropped_segments_keep_their_numbers() -> None:
         ([PathSegment.along(Arc.of(10, 0, 720)), line(0, 5)], [90.0, 810.0]),
     ],
 )
-def test_directions_go_on_from_one_segment_to_the_next(segments: list[PathSegment], headings: list[float]) -> None:
+def test_directions_are_continuous_between_segments(segments: list[PathSegment], headings: list[float]) -> None:
     assert [start.heading for start in route(*segments).starts] == pytest.approx(headings)
 
 

@@ -85,7 +85,7 @@ def test_a_motion_that_was_waited_for_is_waited_for_again() -> None:
     assert bench.at(9.0).said() == ["0.0000"]
 
 
-def test_its_own_subroutines_return_to_it() -> None:
+def test_subroutines_return_to_their_program() -> None:
     bench = ProgramBench("#A;JS #S;JP #A\n#S;WT 20;EN\n#LIMSWI;JS #T;MG 1;RE\n#T;MG 2;EN")
     bench.do("XQ")
     hits_forward(bench)
@@ -94,7 +94,7 @@ def test_its_own_subroutines_return_to_it() -> None:
 
 
 @pytest.mark.parametrize("oe", [0, 1])
-def test_a_following_error_calls_its_subroutine_also_where_oe_does_not_act(oe: int) -> None:
+def test_following_error_calls_its_subroutine_even_without_oe(oe: int) -> None:
     bench = ProgramBench(ERROR)
     bench.do(f"OEA={oe}", "ERA=100", "JGA=10000;BGA")
     bench.samples(100)
@@ -106,7 +106,7 @@ def test_a_following_error_calls_its_subroutine_also_where_oe_does_not_act(oe: i
     assert bench.said() == []
 
 
-def test_a_following_error_that_comes_again_calls_again() -> None:
+def test_repeated_following_error_calls_again() -> None:
     bench = ProgramBench(ERROR)
     bench.do("ERA=100", "JGA=10000;BGA")
     for _ in range(3):
@@ -157,12 +157,12 @@ def test_en_1_resumes_behind_the_error(thread: int) -> None:
     assert bench.run(0.1, start=f"XQ #A,{thread}") == ["1.0000"]
 
 
-def test_an_error_in_another_thread_leaves_thread_0_to_go_on() -> None:
+def test_error_in_another_thread_leaves_thread_0_running() -> None:
     bench = ProgramBench("XQ #B,1;WT 100;MG 1;EN\n#B;bad!\n#CMDERR;MG 2;EN")
     assert bench.run(1.0) == ["2.0000", "1.0000"]
 
 
-def test_cmderr_may_clear_the_stack_and_begin_anew() -> None:
+def test_cmderr_may_clear_the_stack_and_restart() -> None:
     bench = ProgramBench("n=0\n#A;n=n+1;JS #S;MG n;EN\n#S;MG @SQR[nope]\nEN\n#CMDERR;nope=9;ZS;JP #A")
     assert bench.run(1.0) == ["3.0000", "2.0000"]
 
@@ -244,7 +244,7 @@ def test_auto_runs_at_power_up_and_at_every_reset() -> None:
     assert machine.unit.threads.mask == 1
 
 
-def test_autoerr_runs_in_its_place_where_burned_memory_is_damaged() -> None:
+def test_autoerr_runs_if_burned_memory_is_damaged() -> None:
     machine = VirtualDmc(BenchPlant())
     machine.unit.memory.contents.program = "#AUTO;n=1;EN\r\n#AUTOERR;n=_TC;EN\r\n"
     machine.unit.memory.errors = ChecksumError.PARAMETERS

@@ -1,4 +1,4 @@
-"""What statements of a program do: jumps, subroutines, conditions, assignments, and what is refused in one."""
+"""Statements of a program: jumps, subroutines, conditions, assignments, and refused ones."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from tests.unit.dmc41x3.twin.program_bench import ProgramBench
         ("JS #S;MG 1;EN\n#S;ZS;MG 2;EN", ["2.0000"]),
     ],
 )
-def test_what_a_program_says(program: str, said: list[str]) -> None:
+def test_program_messages(program: str, said: list[str]) -> None:
     assert ProgramBench().run(1.0, program) == said
 
 
@@ -86,7 +86,7 @@ def test_what_a_program_says(program: str, said: list[str]) -> None:
         ("bg", ErrorCode.UNRECOGNIZED_COMMAND),
     ],
 )
-def test_an_error_ends_the_thread_and_is_said(statement: str, code: ErrorCode) -> None:
+def test_error_ends_the_thread_and_is_printed(statement: str, code: ErrorCode) -> None:
     bench = ProgramBench()
     assert bench.run(0.5, f"#A\n'a line\n{statement}\nMG 1") == [f"?2 {statement.split(';', maxsplit=1)[0]}"]
     assert bench.place() == -1
@@ -165,7 +165,7 @@ def _folded(program: str) -> list[str]:
 
 
 @given(st.lists(st.integers(-9, 9), min_size=1, max_size=8))
-def test_a_loop_computes_what_it_says(numbers: list[int]) -> None:
+def test_loop_computes_its_result(numbers: list[int]) -> None:
     bench = ProgramBench()
     bench.do(f"DM a[{len(numbers)}]", *(f"a[{index}]={number}" for index, number in enumerate(numbers)))
     bench.run(1.0, "s=0;i=0\n#L;IF (a[i]>0);s=s+a[i];ELSE;s=s-1;ENDIF\ni=i+1;JP #L,i<a[-1]\nEN")

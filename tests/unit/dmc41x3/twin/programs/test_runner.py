@@ -88,7 +88,7 @@ def test_a_busy_thread_is_not_started_again() -> None:
     bench.do("XQ #A,5", "HX 4", "XQ #A,4")
 
 
-def test_where_a_thread_is() -> None:
+def test_position_of_a_thread() -> None:
     bench = ProgramBench("'one\nMG 1\nWT 100,1\nEN")
     assert (bench.place(), bench.state()) == (-1, 0)
     bench.do("XQ 1,6")
@@ -113,7 +113,7 @@ def test_where_a_thread_is() -> None:
         ("AB 1", 0b1001),
     ],
 )
-def test_what_ends_threads(command: str, left: int) -> None:
+def test_threads_end(command: str, left: int) -> None:
     bench = ProgramBench("#A;WT 100;JP #A")
     bench.do("XQ", "XQ #A,3")
     bench.at(1.0).do(command)
@@ -170,7 +170,7 @@ def test_no_loop_holds_up_the_machine(statement: str) -> None:
     assert 1.0 <= bench.value("n") <= 1024.0 * 2 * 2
 
 
-def test_messages_of_a_program_go_where_cf_says_marked_as_cw_says() -> None:
+def test_messages_of_a_program_go_to_the_port_of_cf_marked_by_cw() -> None:
     bench = ProgramBench("MG 1;MG {EB}2;EN")
     other = bench.connect()
     bench.do("CW 1", "XQ")
@@ -207,7 +207,7 @@ def test_a_breakpoint_holds_a_thread_and_steps_let_it_go_line_by_line() -> None:
     assert bench.value("_BK") == -2147483648.0
 
 
-def test_breakpoint_set_at_a_breakpoint_lets_the_thread_go_on_to_it() -> None:
+def test_thread_runs_to_a_breakpoint_set_at_a_breakpoint() -> None:
     """`BK 5` after `BK 3` goes on to line 5 (Galil's command reference, BK)."""
     bench = ProgramBench("n=1\nn=2\nn=3\nn=4\nEN")
     bench.do("BK 1", "XQ")
@@ -238,7 +238,7 @@ def test_a_program_that_is_downloaded_while_nothing_runs_does_not_start() -> Non
     assert bench.at(1.0).said() == []
 
 
-def test_it_wakes_for_what_it_does_and_for_nothing_else() -> None:
+def test_runner_wakes_only_for_its_own_work() -> None:
     bench = ProgramBench("#A;WT 1000,1;SB 1;JP #A")
     assert bench.machine.wake() == float("inf")
     bench.do("XQ")

@@ -50,7 +50,7 @@ def waited(statement: str, before: str = "", until: float = 30.0) -> float:
         ("MR 5", 1),
     ],
 )
-def test_times_and_what_is_so_already(statement: str, samples: int) -> None:
+def test_times_and_conditions_that_hold_already(statement: str, samples: int) -> None:
     assert waited(statement) == samples
 
 
@@ -204,13 +204,13 @@ def test_a_wait_ends_in_its_sample_whenever_it_began(span: int, start: float) ->
     bench.at(start).do("XQ")
     bench.at(start + (span + 10) * SAMPLE)
     before, after = (int(said) for said in bench.said())
-    # On the edge of a sample, rounding says which side it is.
+    # On the edge of a sample, rounding decides the side.
     assert before in {int(start / SAMPLE + side) + 1 for side in (-1e-9, 1e-9)}
     assert after - before == max(2, span + 1)
 
 
 @given(st.integers(-20000, 20000).filter(bool), st.integers(1, 20000), st.integers(100, 20000))
-def test_a_distance_is_met_where_the_reference_is(distance: int, mark: int, speed: int) -> None:
+def test_distance_is_measured_on_the_reference(distance: int, mark: int, speed: int) -> None:
     bench = ProgramBench(f"SPA={speed};PRA={distance};BGA;ADA={mark};p=_RPA;w=_BGA;EN")
     bench.run(400.0)
     went = abs(bench.value("p"))

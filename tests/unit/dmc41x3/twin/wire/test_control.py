@@ -1,4 +1,4 @@
-"""The door for faults on demand: lines of JSON over a socket."""
+"""The interface for faults on demand: lines of JSON over a socket."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PATIENCE = 20.0
 
 
 class Guest:
-    """Somebody at the door."""
+    """A client of the interface."""
 
     def __init__(self, virtual: VirtualController, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.virtual = virtual
@@ -51,7 +51,7 @@ async def guest() -> AsyncIterator[Guest]:
         await virtual.close()
 
 
-def test_a_fault_is_begun_listed_and_ended() -> None:
+def test_fault_is_begun_listed_and_ended() -> None:
     async def main() -> None:
         async with guest() as visitor:
             assert await visitor.ask({}) == {"active": []}

@@ -21,7 +21,7 @@ def made(seed: int = 0) -> VirtualController:
     return VirtualController(VirtualDmc(BenchPlant()), seed=seed)
 
 
-async def heard(host: LoopbackTransport) -> bytes:
+async def received(host: LoopbackTransport) -> bytes:
     """Return what has arrived by now, nothing where nothing has."""
     reading = asyncio.ensure_future(host.read())
     await elapse(0.0)
@@ -94,12 +94,12 @@ async def test_latency_delays_and_keeps_the_order() -> None:
         host.write(f"MG {number}\r".encode())
         await elapse(0.01)
     await elapse(0.3)
-    assert await heard(host) == b""
+    assert await received(host) == b""
     await elapse(1.0)
-    assert await heard(host) == b"".join(f" {number}.0000\r\n:".encode() for number in range(10))
+    assert await received(host) == b"".join(f" {number}.0000\r\n:".encode() for number in range(10))
     virtual.faults.clear()
     host.write(b"MG 1\r")
-    assert await heard(host) == b" 1.0000\r\n:"
+    assert await received(host) == b" 1.0000\r\n:"
     await virtual.close()
 
 
@@ -112,25 +112,25 @@ async def test_a_reply_after_the_fault_does_not_overtake_one_of_before() -> None
     virtual.faults.clear()
     host.write(b"MG 2\r")
     await elapse(0.1)
-    assert await heard(host) == b""
+    assert await received(host) == b""
     await elapse(1.0)
-    assert await heard(host) == b" 1.0000\r\n: 2.0000\r\n:"
+    assert await received(host) == b" 1.0000\r\n: 2.0000\r\n:"
     await virtual.close()
 
 
 @pytest.mark.parametrize(
     ("name", "reply"), [("drop", b""), ("duplicate", b" 1.0000\r\n: 1.0000\r\n:"), ("refuse_commands", b"?")]
 )
-async def test_what_becomes_of_a_reply(name: str, reply: bytes) -> None:
+async def test_reply_faults(name: str, reply: bytes) -> None:
     virtual = made()
     host = virtual.loopback()
     virtual.faults.inject(name, {"probability": 1.0}, seconds=2.0)
     host.write(b"MG 1\r")
-    assert await heard(host) == reply
+    assert await received(host) == reply
     await elapse(2.5)
     assert virtual.faults.active == []
     host.write(b"MG 2\r")
-    assert await heard(host) == b" 2.0000\r\n:"
+    assert await received(host) == b" 2.0000\r\n:"
     await virtual.close()
 
 
@@ -139,28 +139,28 @@ async def test_a_refused_command_is_not_carried_out() -> None:
     host = virtual.loopback()
     virtual.faults.inject("refuse_commands", {"probability": 1.0})
     host.write(b"x=5;SPA=2000\r")
-    assert await heard(host) == b"??"
+    assert await received(host) == b"??"
     virtual.faults.clear("refuse_commands")
     host.write(b"TC;MG _SPA;MG x\r")
-    assert await heard(host) == b" 1\r\n: 25000.0000\r\n:?"
+    assert await received(host) == b" 1\r\n: 25000.0000\r\n:?"
     await virtual.close()
 
 
-async def test_garbage_comes_before_a_reply_and_the_seed_repeats_it() -> None:
+async def test_garbage_precedes_a_reply_and_the_seed_repeats_it() -> None:
     heards: list[bytes] = []
     for seed in (1, 1, 2):
         virtual = made(seed)
         host = virtual.loopback()
         virtual.faults.inject("garbage", {"probability": 1.0, "bytes": 20})
         host.write(b"MG 1\r")
-        data = await heard(host)
+        data = await received(host)
         assert (len(data), data[20:]) == (20 + 10, b" 1.0000\r\n:")
         heards.append(data[:20])
         await virtual.close()
     assert heards[0] == heards[1] != heards[2]
 
 
-def test_chances_are_about_what_was_asked() -> None:
+def test_probabilities_follow_the_settings() -> None:
     wire = Disturbance(3)
     wire.drop = 0.25
     lost = sum(not wire.outgoing(b":") for _ in range(4000))
@@ -172,16 +172,16 @@ def test_chances_are_about_what_was_asked() -> None:
     assert (1.0 <= min(delays) < 1.01, 1.49 < max(delays) <= 1.5) == (True, True)
 
 
-async def test_a_half_open_connection_is_silent_and_comes_back() -> None:
+async def test_half_open_connection_is_silent_and_returns() -> None:
     virtual = made()
     silent, lively = virtual.loopback(), virtual.loopback()
     virtual.faults.inject("half_open", {"handles": "A"})
     silent.write(b"x=1\rMG 1\r")
     lively.write(b"WH;MG x\r")
-    assert (await heard(silent), await heard(lively)) == (b"", b"IHB\r\n:?")
+    assert (await received(silent), await received(lively)) == (b"", b"IHB\r\n:?")
     virtual.faults.clear()
     silent.write(b"WH\r")
-    assert await heard(silent) == b"IHA\r\n:"
+    assert await received(silent) == b"IHA\r\n:"
     await virtual.close()
 
 
@@ -201,22 +201,22 @@ async def test_sending_on_a_half_open_handle_gives_it_up_after_the_retries() -> 
     virtual = made()
     silent, lively = virtual.loopback(), virtual.loopback()
     lively.write(b"IA<1024\r")
-    assert await heard(lively) == b":"
+    assert await received(lively) == b":"
     virtual.faults.inject("half_open", {"handles": "A"})
     lively.write(b'MG {EA}"are you there"\r')
     await elapse(4.9)
     assert virtual.connections == "AB"
     await elapse(0.2)
     assert virtual.connections == "B"
-    assert await heard(lively) == b":"
+    assert await received(lively) == b":"
     lively.write(b"MG _TC,_IA4,_IHA2\r")
-    assert await heard(lively) == b" 123.0000 0.0000 0.0000\r\n:"
+    assert await received(lively) == b" 123.0000 0.0000 0.0000\r\n:"
     virtual.faults.clear()
     assert await silent.read() == b""
     await virtual.close()
 
 
-async def test_a_cut_severs_whom_it_names_and_is_over_at_once() -> None:
+async def test_cut_severs_the_named_peers_and_ends_at_once() -> None:
     virtual = made()
     hosts = [virtual.loopback() for _ in range(3)]
     virtual.faults.inject("cut", {"handles": "AC"})
@@ -231,14 +231,14 @@ async def test_refused_connections() -> None:
     virtual.faults.inject("refuse_connections", seconds=1.0)
     assert await virtual.loopback().read() == b""
     stays.write(b"MG 1\r")
-    assert await heard(stays) == b" 1.0000\r\n:"
+    assert await received(stays) == b" 1.0000\r\n:"
     await elapse(1.1)
     virtual.loopback()
     assert virtual.connections == "AB"
     await virtual.close()
 
 
-async def test_a_reset_forgets_what_is_not_burned_and_kills_every_link() -> None:
+async def test_reset_forgets_unburned_settings_and_kills_every_link() -> None:
     virtual = made()
     driver = await Driver.open(virtual.loopback(), timeout=1.0)
     await driver.batch(["SPA=2000", "BN", "SPA=4000", "x=1", "SH", "JGA=1000", "BGA"])
@@ -278,11 +278,11 @@ async def test_a_power_cycle_without_an_outage_is_over_in_an_instant() -> None:
     assert (virtual.connections, virtual.faults.active) == ("", [])
     host = virtual.loopback()
     host.write(b"WH\r")
-    assert await heard(host) == b"IHA\r\n:"
+    assert await received(host) == b"IHA\r\n:"
     await virtual.close()
 
 
-async def test_a_stuck_limit_reads_the_same_whatever_the_polarity() -> None:
+async def test_stuck_limit_reads_the_same_for_any_polarity() -> None:
     virtual = made()
     driver = await Driver.open(virtual.loopback(), timeout=1.0)
     for polarity in (-1, 1):
@@ -311,7 +311,7 @@ async def test_a_limit_that_sticks_stops_the_axis_there_and_then() -> None:
     await virtual.close()
 
 
-async def test_an_encoder_that_counts_no_more() -> None:
+async def test_encoder_that_stops_counting() -> None:
     virtual = made()
     driver = await Driver.open(virtual.loopback(), timeout=1.0)
     await driver.batch(["SH", "ERA=1000", "OEA=1", "JGA=10000", "BGA"])
@@ -384,13 +384,13 @@ async def test_a_burned_program_starts_again_after_an_outage() -> None:
     virtual = made()
     host = virtual.loopback()
     host.write(b"DL\r#AUTO\rup=TIME\rWT 500\rup=TIME\rEN\r\\BP\r")
-    assert await heard(host) == b":::"
+    assert await received(host) == b":::"
     virtual.faults.inject("power_cycle", {"outage": 10.0})
     await elapse(10.25)
     again = virtual.loopback()
     again.write(b"MG up<10\r")
-    assert await heard(again) == b" 1.0000\r\n:"
+    assert await received(again) == b" 1.0000\r\n:"
     await elapse(0.5)
     again.write(b"MG (up>500)&(up<530)\r")
-    assert await heard(again) == b" 1.0000\r\n:"
+    assert await received(again) == b" 1.0000\r\n:"
     await virtual.close()

@@ -164,7 +164,7 @@ def test_tcp_in_pieces_and_in_one() -> None:
     run(main())
 
 
-def test_tcp_handles_are_told_by_name_and_freed() -> None:
+def test_tcp_handles_are_listed_by_name_and_freed() -> None:
     async def main() -> None:
         virtual = made()
         host, port = await virtual.serve()
@@ -195,7 +195,7 @@ async def _say_until_nobody_listens(host: socket.socket, line: bytes, most: int)
     return sent
 
 
-def test_who_does_not_read_is_not_listened_to_and_loses_nothing() -> None:
+def test_client_that_does_not_read_is_not_read_and_loses_nothing() -> None:
     line, most = b'MG "' + 70 * b"x" + b'"\r', 32_000_000
 
     async def main() -> None:
@@ -217,7 +217,7 @@ def test_who_does_not_read_is_not_listened_to_and_loses_nothing() -> None:
     run(main())
 
 
-def test_who_does_not_read_what_programs_say_is_given_up() -> None:
+def test_client_that_does_not_read_program_messages_is_dropped() -> None:
     async def main() -> None:
         virtual = made()
         host, port = await virtual.serve()
@@ -237,7 +237,7 @@ def test_who_does_not_read_what_programs_say_is_given_up() -> None:
     run(main())
 
 
-def test_a_taken_port_is_said_to_be_in_use() -> None:
+def test_taken_port_is_reported_in_use() -> None:
     async def main() -> None:
         with socket.create_server(("127.0.0.1", 0)) as taken, pytest.raises(AddressInUse):
             await made().serve("127.0.0.1", taken.getsockname()[1])
