@@ -27,7 +27,7 @@ from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.thread import bound_socket, served
 from maya_un.interpreter import prompt_loop
-from tests.hostile import KINDS, CostlyRequest, prepared, send_request
+from tests.costly_requests import KINDS, CostlyRequest, prepared, send_request
 
 T = TypeVar("T")
 
@@ -88,7 +88,7 @@ def crowd(port: int, kind: str) -> Iterator[None]:
     if kind == QUIET:
         yield
         return
-    command = [sys.executable, "-m", "tests.hostile", str(port), kind]
+    command = [sys.executable, "-m", "tests.costly_requests", str(port), kind]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as sending:
         try:
             assert sending.stdout is not None

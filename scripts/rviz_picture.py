@@ -23,7 +23,7 @@ from maya_un.kinematics import Mechanism  # noqa: E402
 from maya_un.motion.path import Path as Way  # noqa: E402
 from maya_un.values import Point  # noqa: E402
 from tests.ros.display import Display  # noqa: E402
-from tests.ros.driven import Driver, Goal  # noqa: E402
+from tests.ros.driver_client import Driver, Goal  # noqa: E402
 from tests.ros.harness import Ros  # noqa: E402
 from tests.ros.workspace import provide  # noqa: E402
 

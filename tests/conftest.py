@@ -17,7 +17,7 @@ import pytest
 from dmc41x3.loops import run_virtual
 from tests.campaign import Campaign, Ledger
 
-pytest_plugins = ["tests.endless", "tests.secrecy"]
+pytest_plugins = ["tests.hard_timeout", "tests.secrecy"]
 DEFAULT_SEED = 20190
 LONG_TIMEOUT = 1200.0
 """Wall limit of one test [s] where campaigns have their full size; pyproject.toml has the ordinary one."""
@@ -112,7 +112,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in left_out]
     if hasattr(config, "workerinput"):
-        from tests.rooms import in_order
+        from tests.scheduling import in_order
 
         items[:] = in_order(items)
 
@@ -120,7 +120,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Share the tests between workers, where there are some."""
-    from tests.rooms import scheduler
+    from tests.scheduling import scheduler
 
     return scheduler(config, log)
 

@@ -21,7 +21,7 @@ from dmc41x3.twin.network import COUNT, Handle
 from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.unit import MOST_VARIABLES
 from dmc41x3.wire.framing import LineSplitter
-from tests import gibberish
+from tests import random_commands
 from tests.campaign import Campaign
 
 SHARDS = 10
@@ -205,14 +205,14 @@ def _deed(rng: Random) -> Deed:
 def _bytes(rng: Random) -> bytes:
     kind = rng.random()
     if kind < 0.6:
-        return f"{gibberish.line(rng)}\r".encode("latin-1")
+        return f"{random_commands.line(rng)}\r".encode("latin-1")
     if kind < 0.82:
-        return f"{gibberish.mutated(rng, gibberish.line(rng))}\r".encode("latin-1")
+        return f"{random_commands.mutated(rng, random_commands.line(rng))}\r".encode("latin-1")
     if kind < 0.88:
-        return gibberish.blob(rng) + rng.choice((b"", b"\r"))
+        return random_commands.blob(rng) + rng.choice((b"", b"\r"))
     if kind < 0.94:
-        return gibberish.program(rng).encode("latin-1")
-    return f"{gibberish.execution(rng)}\r".encode("ascii")
+        return random_commands.program(rng).encode("latin-1")
+    return f"{random_commands.execution(rng)}\r".encode("ascii")
 
 
 def play(axes: int, plan: list[Deed]) -> Exception | None:

@@ -21,7 +21,7 @@ from maya_un.motion.move import STEP
 from maya_un.motion.speeds import Chords, caps
 from maya_un.values import Point
 from tests.campaign import Campaign
-from tests.gentle import fastest_of
+from tests.jerk_limits import fastest_of
 from tests.strategies import WORKSPACE, configuration, reachable_joints, reachable_points
 
 LIMITS = Limits.of(Config())

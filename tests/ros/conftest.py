@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.ros import workspace as workspaces
-from tests.ros.driven import Driver
-from tests.ros.floors import LaunchedLayers, launched_layers
+from tests.ros.driver_client import Driver
 from tests.ros.harness import Ros
+from tests.ros.launched_layers import LaunchedLayers, launched_layers
 from tests.ros.workspace import Workspace, clean_environment
 
 HERE = Path(__file__).parent

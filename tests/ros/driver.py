@@ -1,4 +1,4 @@
-"""A ROS node that takes orders: JSON lines in, JSON lines out. `driven.Driver` is the other side.
+"""A ROS node that takes orders: JSON lines in, JSON lines out. `driver_client.Driver` is the other side.
 
 It runs under the Python of nodes and uses nothing of this project, so that what it sees is what ROS sees.
 """

@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
 from tests.ports import free_port
-from tests.ros.driven import Driver
+from tests.ros.driver_client import Driver
 from tests.ros.programs import Program
 from tests.ros.workspace import BYTECODE, Workspace, python
 from tests.system.processes import CALM_FILE

@@ -1,6 +1,6 @@
 """A node made of the graph of this project alone: it obeys requests and reports events.
 
-The `a` of a move goal decides its end (`wishes.GoalOutcome`). On /peer/do it gets goals to send and services to
+The `a` of a move goal decides its end (`peer_outcomes.GoalOutcome`). On /peer/do it gets goals to send and services to
 call, as JSON. It reports events on /peer/said, as JSON too.
 """
 
@@ -14,7 +14,7 @@ from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_ros.ros1.node import RosNode, run
 from maya_un.errors import Busy, LimitReached, MayaError
-from tests.ros.wishes import MOVE, GoalOutcome
+from tests.ros.peer_outcomes import MOVE, GoalOutcome
 
 
 class Peer:

@@ -10,7 +10,7 @@ from time import monotonic
 from typing import Any
 
 from tests.ros.harness import Ros
-from tests.rosbridging import Web, web
+from tests.rosbridge_clients import Web, web
 from tests.system.test_rosbridge_clients import ROSLIBPY, SCRIPTS, agrees, node, output_of
 
 PARTS = {"cube": [0.41, 1.13, 0.4]}

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from maya_ros.graph.protocol import GoalStatus
-from tests.ros.driven import Driver, Feed, Goal, RefusedError
+from tests.ros.driver_client import Driver, Feed, Goal, RefusedError
 from tests.ros.harness import HERE, Ros
+from tests.ros.peer_outcomes import MOVE, GoalOutcome
 from tests.ros.programs import Program
-from tests.ros.wishes import MOVE, GoalOutcome
 from tests.ros.workspace import ROOT, Workspace, python
 
 pytestmark = pytest.mark.system

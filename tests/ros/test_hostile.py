@@ -10,8 +10,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from tests.hostile import ANSWERS, CostlyRequest, costly_clients, prepared, send_request
-from tests.ros.floors import LaunchedLayers
+from tests.costly_requests import ANSWERS, CostlyRequest, costly_clients, prepared, send_request
+from tests.ros.launched_layers import LaunchedLayers
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 

@@ -15,7 +15,7 @@ from maya_un.values import Joints
 from tests.campaign import Campaign
 from tests.description import MACROS
 from tests.ros.display import Display
-from tests.ros.driven import Driver, Message
+from tests.ros.driver_client import Driver, Message
 from tests.ros.harness import Ros
 
 SUCCEEDED = 3

@@ -15,9 +15,9 @@ from websockets.sync.client import connect
 
 from maya_ros.graph.protocol import GoalStatus
 from maya_ros.graph.table import EVENT, SENSORS, START_QUEUE, STEP_COMMAND, STEP_RESULT, TABLE, Kind
-from tests.ros.driven import Driver, Feed, Goal, Message
-from tests.ros.floors import DONE, near, primitive, read_event
+from tests.ros.driver_client import Driver, Feed, Goal, Message
 from tests.ros.harness import Ros
+from tests.ros.launched_layers import DONE, near, primitive, read_event
 from tests.ros.programs import Program
 from tests.ros.workspace import Workspace, python
 from tests.system.brokers import Broker, broker

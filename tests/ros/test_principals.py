@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from maya_ros.graph.protocol import GoalStatus
-from tests.ros.driven import RefusedError
-from tests.ros.floors import DONE, LaunchedLayers, launched_layers, primitive
+from tests.ros.driver_client import RefusedError
 from tests.ros.harness import Ros, places
+from tests.ros.launched_layers import DONE, LaunchedLayers, launched_layers, primitive
 from tests.ros.workspace import Workspace, clean_environment
-from tests.rosbridging import web
+from tests.rosbridge_clients import web
 
 pytestmark = pytest.mark.system
 

@@ -10,7 +10,7 @@ import pytest
 from maya_ros.graph.protocol import GoalStatus
 from maya_un.values import Joints
 from tests.ros.display import Display, Picture
-from tests.ros.floors import DONE, HERE, THERE, LaunchedLayers, launched_layers
+from tests.ros.launched_layers import DONE, HERE, THERE, LaunchedLayers, launched_layers
 from tests.ros.test_model import QUICK, reached
 from tests.ros.workspace import Workspace
 

@@ -15,7 +15,7 @@ from xmlrpc.client import ServerProxy
 import pytest
 
 from tests.ports import free_port
-from tests.ros.driven import Driver
+from tests.ros.driver_client import Driver
 from tests.ros.harness import Ros
 from tests.ros.screen import Screen
 from tests.ros.workspace import ROOT, Workspace

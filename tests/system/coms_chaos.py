@@ -28,7 +28,7 @@ from maya_un.values import Joints
 from tests.campaign import Campaign
 from tests.ports import free_port
 from tests.system.processes import Process, Wire
-from tests.system.test_guard import mark, served
+from tests.system.test_watchdog import mark, served
 
 STEP = 0.004
 """Each command turns the boom so much further [rad]."""

@@ -16,8 +16,8 @@ from math import inf
 from pathlib import Path
 from time import monotonic
 
+from tests.fork_server import WarmPopen
 from tests.secrecy import MARK
-from tests.warm import WarmPopen
 
 MAYA = str(Path(sys.executable).with_name("maya"))
 """The installed command."""
@@ -30,7 +30,8 @@ CALM = f"--config {CALM_FILE}"
 class Process:
     """A command that runs. `env` is added to this process's environment.
 
-    The command is forked from a process that has loaded the package (`tests.warm`). It starts from nothing if `cold`,
+    The command is forked from a process that has loaded the package (`tests.fork_server`). It starts from nothing if
+    `cold`,
     if another command stands `before` it, or if its environment changes how an interpreter starts. If `quiet`, its
     standard error is dropped.
     """

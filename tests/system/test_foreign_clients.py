@@ -18,7 +18,7 @@ import pytest
 from dmc41x3.cli.gclib import SHIM
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.network import HandleProtocol
-from tests.served import ServedTwin, served
+from tests.served_twin import ServedTwin, served
 from tests.system.processes import running
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -16,9 +16,18 @@ import pytest
 
 from maya_un.assembly import Twin
 from tests.campaign import Campaign
-from tests.hostile import ANSWERS, HARMLESS, KINDS, CostlyClients, CostlyRequest, costly_clients, prepared, send_request
+from tests.costly_requests import (
+    ANSWERS,
+    HARMLESS,
+    KINDS,
+    CostlyClients,
+    CostlyRequest,
+    costly_clients,
+    prepared,
+    send_request,
+)
 from tests.system.processes import Process, Wire, running
-from tests.system.test_guard import mark, served
+from tests.system.test_watchdog import mark, served
 from tests.waiting import eventually
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]

@@ -33,8 +33,8 @@ from maya_un.http.thread import bound_socket, served
 from maya_un.service.access.operations import Caller, Operation
 from maya_un.service.service import Gate, Service
 from maya_un.values import Mode
+from tests.authentication import Days
 from tests.campaign import Campaign
-from tests.entrances import Days
 from tests.judge.drivers import Span, driver_at, spans
 from tests.virtual_time import elapse
 
@@ -341,7 +341,7 @@ async def served_race(count: int, seed: str) -> Served:
 
 
 def _client_orders(asked: str) -> str:
-    command = [sys.executable, "-m", "tests.crowd"]
+    command = [sys.executable, "-m", "tests.load_clients"]
     return subprocess.run(command, input=asked, capture_output=True, text=True, check=True, cwd=ROOT).stdout
 
 

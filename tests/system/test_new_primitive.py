@@ -19,7 +19,7 @@ import pytest
 from websockets.sync.client import connect
 
 from dmc41x3.loops import run
-from tests.rosbridging import web
+from tests.rosbridge_clients import web
 from tests.system.processes import CALM, done, running
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]

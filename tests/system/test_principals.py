@@ -27,7 +27,7 @@ from maya_un.service.access import callers
 from maya_un.service.access.operations import LOCAL, Role
 from maya_un.service.people import UserService
 from maya_un.values import Mode, StopReport
-from tests.rosbridging import Said, Web, web
+from tests.rosbridge_clients import Said, Web, web
 from tests.shared_robot import SharedRobot, shared_robot
 from tests.virtual_time import turn
 

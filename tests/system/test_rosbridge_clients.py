@@ -23,7 +23,7 @@ from websockets.exceptions import ConnectionClosed
 
 from maya_ros.rosbridge import outgoing
 from maya_un.http.thread import bound_socket
-from tests.rosbridging import flooded, web
+from tests.rosbridge_clients import flooded, web
 from tests.system.processes import CALM, Process, done, running
 from tests.system.robots import Running
 

@@ -15,7 +15,7 @@ from maya_un.assembly import Twin
 from maya_un.config import Config
 from maya_un.errors import ControllerMoves, ControllerOwned, OwnershipLost
 from tests.system.processes import Wire, done, running
-from tests.system.test_guard import mark, served, wait_for
+from tests.system.test_watchdog import mark, served, wait_for
 
 pytestmark = pytest.mark.system
 

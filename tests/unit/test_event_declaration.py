@@ -26,8 +26,8 @@ from maya_un.recorder import mcap_file
 from tests.conventions.source import ROOT
 from tests.graphs import layer_nodes
 from tests.streaming import Watched, connected, streamed
+from tests.unit.http.service_stand_in import ServiceStandIn, app_client
 from tests.unit.recorder.recordings import RECORDING
-from tests.unit.server.stand_in import ServiceStandIn, app_client
 from tests.virtual_time import turn
 
 

@@ -11,7 +11,7 @@ from maya_un.client import requests
 from maya_un.errors import CannotPause, NotFound, ServiceNotAnswering, ServiceNotRunning
 from tests.ports import free_port
 from tests.unit.cli.servers import hanging_service, http_service
-from tests.unit.client.stand import service
+from tests.unit.client.service_stub import service
 
 
 def test_bodies_are_sent_and_answers_received() -> None:

@@ -21,7 +21,7 @@ from maya_un.schema.people import LeaseTaken
 from maya_un.values import StopReport
 from tests.ports import free_port
 from tests.unit.cli.servers import hanging_service, http_service
-from tests.unit.client.stand import Asked, service
+from tests.unit.client.service_stub import Asked, service
 from tests.unit.client.test_plans import NOBODY, REPORT
 
 STOPPING = StopReport(True, 0.5, (0.0, 0.1, 0.1))

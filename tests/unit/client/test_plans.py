@@ -30,7 +30,7 @@ from maya_un.errors import (
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, QueueMode, QueueView, TaskState
 from maya_un.schema.people import LeaseTaken, LeaseView
 from maya_un.schema.robot import EventMessage
-from tests.unit.client.player import Player
+from tests.unit.client.plan_player import Player
 
 LINE = JobLine(
     7, "x", TaskState.QUEUED, 0, "", "ana", "", 0, 1, "", (), 0, 1, None, None, None, "", "", "", False, "",

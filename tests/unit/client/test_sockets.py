@@ -21,7 +21,7 @@ from maya_un import AsyncClient, Client
 from maya_un.errors import CertificateRefused, NotSignedIn, ServiceNotRunning
 from maya_un.values import State, StopReport
 from tests.ports import free_port
-from tests.unit.client.stand import service
+from tests.unit.client.service_stub import service
 from tests.unit.client.test_streaming import event, hello, state
 
 Handler = Callable[[ServerConnection, int], None]

@@ -11,7 +11,7 @@ import pytest
 from maya_un.client.plans.streaming import PATIENCE, Event, events, states
 from maya_un.errors import EventsForgotten, ServiceNotAnswering, ServiceNotRunning
 from maya_un.values import Mode, State
-from tests.unit.client.player import Player
+from tests.unit.client.plan_player import Player
 
 NO = (False, False, False)
 STATE = State(

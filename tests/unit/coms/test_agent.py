@@ -36,7 +36,7 @@ from maya_un.http import dates
 from maya_un.http.thread import bound_socket
 from maya_un.steps.store import StepStore
 from maya_un.steps.text import RobotIdentity, StepEnd
-from tests.rosbridging import DATE
+from tests.rosbridge_clients import DATE
 from tests.unit.coms.memory import Memory
 from tests.virtual_time import elapse
 from tests.waiting import until

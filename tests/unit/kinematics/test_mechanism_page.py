@@ -17,7 +17,7 @@ from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.values import Joints, Point
 from tests.conventions.source import ROOT
-from tests.gentle import gentle_of
+from tests.jerk_limits import gentle_of
 
 PAGE = re.sub(r"\s+", " ", (ROOT / "docs" / "explanation" / "the-mechanism.md").read_text(encoding="utf-8"))
 NUMBER = r"(\d+(?:\.\d+)?)"

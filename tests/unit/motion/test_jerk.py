@@ -15,7 +15,7 @@ from maya_un.motion import CoordinatedMove, Limits, Path, commands, lay, plan
 from maya_un.motion.jerk import Smooth, gentle
 from maya_un.motion.move import straight
 from maya_un.values import Joints
-from tests.gentle import fastest_of, gentle_of
+from tests.jerk_limits import fastest_of, gentle_of
 from tests.strategies import WORKSPACE, configuration
 
 UNITS = Units.of(Config())

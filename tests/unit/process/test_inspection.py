@@ -8,8 +8,8 @@ from maya_un.process.spec.job import Job
 from maya_un.process.spec.tasks import expand
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.previews import JobInspection
-from tests.endings import finished
 from tests.fakes import FakeController
+from tests.generators import finished
 
 STEPS: list[object] = [{"pick": [0.41, 1.13]}, {"place": [1.18, 0.21]}]
 

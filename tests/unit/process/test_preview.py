@@ -7,8 +7,8 @@ from maya_un.process.spec.job import Job
 from maya_un.process.spec.tasks import expand
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.previews import JobPreview
-from tests.endings import finished
 from tests.fakes import FakeController
+from tests.generators import finished
 
 
 async def previewed(controller: FakeController, *steps: object, repeat: int = 1) -> JobPreview:

@@ -13,7 +13,7 @@ from maya_un.config import Config
 from maya_un.controller import registers
 from maya_un.controller.registers import Torque
 from tests.ports import free_port
-from tests.served import ServedTwin, served
+from tests.served_twin import ServedTwin, served
 
 
 def findings(address: str, config: Config | None = None) -> dict[str, Finding]:

@@ -12,7 +12,7 @@ import pytest
 from dmc41x3.gclib.errors import Code, GclibError
 from dmc41x3.gclib.shim import gclib
 from dmc41x3.twin.network import HandleProtocol
-from tests.served import ServedTwin, served
+from tests.served_twin import ServedTwin, served
 
 PROGRAM = '#A\nMG "one"\nMG "two",3\nEN\n'
 

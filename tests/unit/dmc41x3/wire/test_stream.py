@@ -18,7 +18,7 @@ from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.stream import Gaps, RawRecord, RecordStream, StreamMode, period_of
 from dmc41x3.wire.transport import Datagrams, LoopbackDatagrams, TcpTransport, UdpTransport
-from tests.served import ServedTwin, served
+from tests.served_twin import ServedTwin, served
 from tests.virtual_time import elapse
 
 RECORD = DataRecord(axes=(AxisRecord(position=12), AxisRecord(), AxisRecord()), sample=40_000)

@@ -1,0 +1,59 @@
+"""Share the tests between workers file by file. Files that start programs come first, in a mix of folders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+from xdist.scheduler import LoadScopeScheduling
+
+TOGETHER = "tests/ros/shared/"
+"""A folder that one worker runs: its files share a launch."""
+
+FIRST = ("tests/ros/", "tests/system/")
+"""Folders whose tests start programs and wait for them: up to minutes a file. Shorter files fill the end."""
+
+
+class Rooms(LoadScopeScheduling):
+    """Hands out the tests of a file together, so that the fixtures of a module are set up once."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return _scope(nodeid)
+
+    def mark_test_complete(self, node: Any, item_index: int, duration: float = 0) -> None:
+        """Note the end of a test; forget its file after the last one, for every report counts all tests of a worker."""
+        super().mark_test_complete(node, item_index, duration)
+        of_node = self.assigned_work[node]
+        scope = self._split_scope(self.registered_collections[node][item_index])
+        if len(of_node) > 1 and all(of_node.get(scope, {"": False}).values()):
+            del of_node[scope]
+
+
+def in_order(items: Sequence[pytest.Item]) -> list[pytest.Item]:
+    """Return tests in the order in which workers take them.
+
+    The files of ROS lie evenly among those of tests/system: a launch starts ten processes at once, and two launches
+    side by side would keep each other waiting.
+    """
+    folders: dict[str, list[str]] = {}
+    for scope in dict.fromkeys(_scope(item.nodeid) for item in items):
+        folders.setdefault(_folder(scope), []).append(scope)
+    late = folders.pop("", [])
+    ranks = {scope: (place / len(of), folder) for folder, of in folders.items() for place, scope in enumerate(of)}
+    ranks |= dict.fromkeys(late, (1.0, ""))
+    return sorted(items, key=lambda item: ranks[_scope(item.nodeid)])
+
+
+def _folder(scope: str) -> str:
+    return next((folder for folder in FIRST if scope.startswith(folder)), "")
+
+
+def _scope(nodeid: str) -> str:
+    return TOGETHER if nodeid.startswith(TOGETHER) else nodeid.partition("::")[0]
+
+
+def scheduler(config: Any, log: Any) -> Rooms:
+    """Return what shares the tests of a run (pytest-xdist)."""
+    config.option.loadscopereorder = False  # the order is `in_order`
+    return Rooms(config, log)

@@ -1,0 +1,61 @@
+"""Readers of the stream who want all of the past, again and again: a process of its own.
+
+`python -m tests.stream_readers PORT COUNT` prints "here" when each reader has its first past event, and runs until it
+is
+killed. A reader that is cut off as too slow connects again.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+import sys
+from contextlib import suppress
+
+WISH = json.dumps({"type": "subscribe", "events": {"since": 0}}).encode()
+FRAME = struct.pack("!BB4x", 0x81, 0x80 | len(WISH)) + WISH
+"""As a client sends it: masked, here with zeros (RFC 6455, 5.3)."""
+
+UPGRADE = (
+    b"GET /v1/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+async def greedy(port: int, fed: asyncio.Event) -> None:
+    """Come again and again."""
+    while True:
+        with suppress(ConnectionError, asyncio.IncompleteReadError):
+            await visit(port, fed)
+
+
+async def visit(port: int, fed: asyncio.Event) -> None:
+    """Ask for everything, and again with every piece of it that comes, until cut off."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    try:
+        writer.write(UPGRADE)
+        await reader.readuntil(b"\r\n\r\n")
+        writer.write(FRAME)
+        while piece := await reader.read(1 << 20):
+            if b'"event"' in piece:
+                fed.set()
+            writer.write(FRAME)
+            await writer.drain()
+    finally:
+        writer.close()
+
+
+async def main(port: int, count: int) -> None:
+    """Be so many; if one of them fails, all of them end."""
+    async with asyncio.TaskGroup() as readers:
+        fed = [asyncio.Event() for _ in range(count)]
+        for one in fed:
+            readers.create_task(greedy(port, one))
+        for one in fed:
+            await one.wait()
+        print("here", flush=True)
+
+
+if __name__ == "__main__":
+    asyncio.run(main(int(sys.argv[1]), int(sys.argv[2])))

@@ -1,0 +1,44 @@
+"""The paths that ask about the machine itself, asked over HTTP of a real service."""
+
+from __future__ import annotations
+
+import pytest
+
+from maya_un.config import Config
+from tests.unit.http.test_teaching import http_client
+from tests.unit.http.test_zoning import CRATE
+
+
+async def test_a_point_and_its_joints_lead_to_each_other() -> None:
+    async with http_client() as (_, client):
+        joints = (await client.get("/v1/ik?x=0.5&y=1.2&z=0.5")).json()
+        assert joints == pytest.approx([0.394791, 1.929378, 1.929378], abs=1e-6)
+        back = (await client.get("/v1/fk", params=dict(zip("abc", joints, strict=True)))).json()
+        assert back == pytest.approx([0.5, 1.2, 0.5], abs=1e-9)
+
+
+async def test_unreachable_point_is_answered_by_reach_and_refused_by_ik() -> None:
+    async with http_client() as (_, client):
+        answer = (await client.get("/v1/reach?x=0.5&y=1.2&z=2.2")).json()
+        assert (answer["reachable"], answer["joints"]) == (False, None)
+        assert "meet 50 mm above their anchors" in answer["reason"]
+        refused = await client.get("/v1/ik?x=0.5&y=1.2&z=2.2")
+        assert (refused.status_code, refused.json()["code"]) == (422, 2101)
+        assert (await client.get("/v1/fk?a=0&b=0.6&c=0.6")).json()["code"] == 2101
+
+
+@pytest.mark.parametrize("query", ["x=0.5&y=1.2", "x=nan&y=1&z=1", "x=inf&y=1&z=1", "x=10001&y=1&z=1", "x=a&y=1&z=1"])
+async def test_invalid_point_is_refused(query: str) -> None:
+    async with http_client() as (_, client):
+        for path in ("/v1/reach", "/v1/ik"):
+            answer = await client.get(f"{path}?{query}")
+            assert answer.status_code in {400, 422}
+            assert answer.json()["code"] in {4001, 4005}
+
+
+async def test_constants_include_the_zones_of_this_run() -> None:
+    async with http_client() as (_, client):
+        await client.put("/v1/zones/crate", json=CRATE)
+        found = Config.model_validate_json((await client.get("/v1/config")).content)
+        assert [zone.name for zone in found.zones] == ["crate"]
+        assert found.model_copy(update={"zones": ()}) == Config()
