@@ -21,7 +21,7 @@ def test_imports_keep_the_contract() -> None:
 def test_the_page_shows_the_list_that_is_enforced() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     contracts = settings["tool"]["importlinter"]["contracts"]
-    (layers,) = [contract["layers"] for contract in contracts if contract["id"] == "floors"]
+    (layers,) = [contract["layers"] for contract in contracts if contract["id"] == "layers"]
     page = (ROOT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
     shown = re.search(r"```text\n(.*?)```", page, re.DOTALL)
     assert shown is not None
