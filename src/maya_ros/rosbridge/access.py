@@ -30,7 +30,7 @@ from maya_un.service.access.operations import BYSTANDER, ROS, STOPPING, Caller, 
 
 
 class TokenChecker(RightsSource, Protocol):
-    """Authenticates tokens; implemented by `server.bridge.Bridge`."""
+    """Authenticates tokens; implemented by `http.bridge.Bridge`."""
 
     async def caller(
         self, authorization: str | None, lease: str, source: str, *, loopback: bool, stopping: bool, alone: Caller = ROS

@@ -1,1 +1,1 @@
-"""HTTP and the websocket: they translate between requests and the api's Service, and decide nothing."""
+"""HTTP and the websocket: they translate between requests and the service, and decide nothing."""

@@ -71,7 +71,7 @@ LOOK_AGAIN = 1.0
 
 
 class RightsSource(Protocol):
-    """Source of rights; implemented by `server.bridge.Bridge`."""
+    """Source of rights; implemented by `http.bridge.Bridge`."""
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
         """Return each caller with the current role, or the error if the rights have ended."""

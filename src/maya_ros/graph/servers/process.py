@@ -188,7 +188,7 @@ def _answer(word: str) -> bool | None:
 
 
 class GateCall(Protocol):
-    """The way through the gate (`api.gate.Gate.call`, `server.bridge.Bridge.call`)."""
+    """The way through the gate (`service.service.Gate.call`, `http.bridge.Bridge.call`)."""
 
     async def __call__(
         self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[Any]], subject: str = "", /
@@ -252,7 +252,7 @@ class GraphQueue:
         await self._call(by, Operation.RESUME, lambda service: service.queue.resume(by=by))
 
     async def recover(self, choice: str, holding: bool | None) -> None:
-        """Decide about the interrupted job; raises as `api.queueing.QueueService.recover` does."""
+        """Decide about the interrupted job; raises as `service.queueing.QueueService.recover` does."""
         by = await self._who()
         await self._call(by, Operation.RESTART, lambda service: service.queue.recover(choice, holding, by=by), choice)
 
