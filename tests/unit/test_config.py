@@ -421,6 +421,11 @@ def test_outputs_are_written_and_read_again() -> None:
     assert parse(tomllib.loads(to_toml(config))) == config
 
 
+def test_output_is_named_once() -> None:
+    with pytest.raises(InvalidConfig, match="an output is named twice"):
+        parse({"controller": {"outputs": [2, 2]}})
+
+
 def test_the_output_of_the_gripper_is_not_one_for_primitives() -> None:
     with pytest.raises(InvalidConfig, match="it is the output of the gripper"):
         parse({"controller": {"outputs": [4, 2]}, "gripper": {"output": 4}})

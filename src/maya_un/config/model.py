@@ -430,7 +430,9 @@ class Config(ConfigSection):
         return self
 
     @model_validator(mode="after")
-    def _gripper_has_its_output_alone(self) -> Self:
+    def _outputs_are_different(self) -> Self:
+        if len(set(self.controller.outputs)) < len(self.controller.outputs):
+            raise Contradiction("controller.outputs", list(self.controller.outputs), "an output is named twice")
         if self.gripper.output in self.controller.outputs:
             raise Contradiction("controller.outputs", self.gripper.output, "it is the output of the gripper")
         return self

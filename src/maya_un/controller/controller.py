@@ -283,8 +283,8 @@ class GalilController:
         monitor = self._monitor
         with monitor.desk.take("output") as wish:
             await self._lookout.output(monitor.ready(homed=False), number, high=on)
-            await monitor.look()
             self.events.emit(OutputSet(number) if on else OutputCleared(number))
+            await monitor.look()
             wish.check()
 
     async def stop(self) -> StopReport:

@@ -249,10 +249,10 @@ async def stopped_before_begin(bench: Rig) -> tuple[asyncio.Task[None], asyncio.
     return move, awake
 
 
-@pytest.mark.parametrize("wish", ["move", "home", "skip_home", "gripper"])
+@pytest.mark.parametrize("wish", ["move", "home", "skip_home", "gripper", "output"])
 async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(wish: str) -> None:
     """The token goes to another before the proof, and this host has had no beat to learn of it."""
-    async with homed(live=True) as bench:
+    async with homed(parse({"controller": {"outputs": [2]}}), live=True) as bench:
         guard = guard_of(bench.controller)
         await guard._stop_beating()
         guard._beat = asyncio.create_task(elapse(1000.0))
@@ -264,6 +264,7 @@ async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(wish
             "home": floor.home,
             "skip_home": floor.skip_home,
             "gripper": lambda: floor.gripper(True),
+            "output": lambda: floor.output(2, on=True),
         }
         with pytest.raises(OwnershipLost):
             await wishes[wish]()
