@@ -137,4 +137,5 @@ def test_sliders_draw_the_joints_until_the_robot_publishes_them(ros: Ros, driver
     spoken = [message["header"]["stamp"] for message in robot.messages]
     since = [message["header"]["stamp"] for message in drawn.messages]
     since = since[since.index(spoken[begun - 1]) : since.index(spoken[-1]) + 1]
-    assert since == spoken[begun - 1 :], "something else was drawn between what the robot said"
+    # A busy machine skips messages, since only the newest state counts; nothing but the robot's states is drawn.
+    assert [stamp for stamp in since if stamp not in spoken] == []

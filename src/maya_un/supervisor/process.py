@@ -51,7 +51,7 @@ from maya_un.errors import (
     ProcessChanged,
     StorageInUse,
 )
-from maya_un.process.spec.job import read_document
+from maya_un.process.spec.documents import read_document
 from maya_un.steps.text import StepEnd, StepProgress
 from maya_un.supervisor.lab import DEADLINE, Supervisor
 from maya_un.supervisor.step import Step, check, command_text, result_of

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from maya_un.errors import FileUnreadable, InvalidJob
-from maya_un.process.spec.job import MOST_BYTES, Job, load_job
+from maya_un.process.spec.documents import MOST_BYTES
+from maya_un.process.spec.job import Job, load_job
 
 YAML = """
 name: one cube
