@@ -44,7 +44,6 @@ from pydantic import (
 )
 
 from maya_un.errors import InvalidJob, InvalidValue
-from maya_un.process.spec.documents import read_document
 from maya_un.process.spec.pallet import MOST_CELLS, check_counts
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Switch, Target, read_joints, read_point
@@ -334,6 +333,8 @@ def load_job(path: Path) -> Job:
 
     Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` for what it says.
     """
+    from maya_un.process.spec.documents import read_document  # noqa: PLC0415 - a worker reads no file and loads no yaml
+
     return Job.parse(_named(read_document(path), path))
 
 
