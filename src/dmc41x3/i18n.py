@@ -44,15 +44,19 @@ def marked(text: str, context: str = "") -> str:  # scripts/texts.py reads the c
 
 @cache
 def _catalogue(language: str, packages: tuple[str, ...]) -> NullTranslations:
-    """Return the catalogues of the packages, the newest package first."""
-    from gettext import translation  # noqa: PLC0415  # a program in English starts without it
+    """Return the catalogues of the packages, the newest package first; without those that are missing or damaged.
+
+    Texts are looked up while an error is reported or the robot is stopped: nothing may fail for want of a catalogue.
+    """
+    from gettext import NullTranslations, translation  # noqa: PLC0415  # a program in English starts without it
 
     found: NullTranslations | None = None
     for package in packages:
-        newest = translation(package, f"{sys.modules[package].__path__[0]}/locale", [language])
+        try:
+            newest = translation(package, f"{sys.modules[package].__path__[0]}/locale", [language])
+        except Exception:  # noqa: BLE001  # a damaged file ends the reader with errors of many kinds
+            continue
         if found is not None:
             newest.add_fallback(found)
         found = newest
-    if found is None:
-        raise LookupError("no package has a catalogue")
-    return found
+    return found or NullTranslations()

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
+from types import ModuleType
 
 import pytest
 
+from dmc41x3 import i18n
 from dmc41x3.i18n import marked, translate
 from maya_un.errors import NothingToRecover
 
@@ -45,3 +48,21 @@ def test_a_text_without_a_translation_stays(text: str) -> None:
 def test_english_does_not_import_gettext() -> None:
     done = subprocess.run([sys.executable, "-c", ENGLISH], capture_output=True, text=True, check=True)
     assert done.stdout == "The robot is not homed, so its position is not known. Run `maya home` first. False\n"
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\xde\x12\x04\x95", b"\xde\x12\x04\x95" + 20 * b"\xff", b"text"])
+def test_texts_stay_english_where_a_catalogue_is_missing_or_damaged(
+    content: bytes | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package = ModuleType("broken_package")
+    package.__path__ = [str(tmp_path)]
+    monkeypatch.setitem(sys.modules, package.__name__, package)
+    monkeypatch.setattr(i18n, "_packages", [package.__name__, "dmc41x3"])
+    if content is not None:
+        file = tmp_path / "locale" / "es" / "LC_MESSAGES" / "broken_package.mo"
+        file.parent.mkdir(parents=True)
+        file.write_bytes(content)
+    assert translate("a text of the package", "es") == "a text of the package"
+    assert translate("{path} cannot be read: {reason}.", "es") == "No se puede leer {path}: {reason}."
+    monkeypatch.setattr(i18n, "_packages", [package.__name__])
+    assert translate("{path} cannot be read: {reason}.", "es") == "{path} cannot be read: {reason}."
