@@ -29,7 +29,10 @@ def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metric
     `edge` says whom it lets in, `metrics` count. Every error, ours or the framework's, is answered as problem+json with
     its code.
     """
-    app = FastAPI(title="Maya-UN", version=__version__, docs_url=None, redoc_url=None, openapi_url=None)
+    # A redirect from the path of an empty name to that of the list would look like success to a client.
+    app = FastAPI(
+        title="Maya-UN", version=__version__, docs_url=None, redoc_url=None, openapi_url=None, redirect_slashes=False
+    )
     app.state.bridge = bridge
     app.state.rights = Rights(bridge)
     counted = metrics or Metrics()

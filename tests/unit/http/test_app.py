@@ -57,6 +57,13 @@ async def test_each_path_asks_the_service_one_thing(
     assert (response.status_code, service.asked) == (status, [asked])
 
 
+@pytest.mark.parametrize(("method", "path"), [("DELETE", "/v1/users/"), ("PATCH", "/v1/users/"), ("POST", "/v1/jobs/")])
+async def test_the_path_of_an_empty_name_is_refused(method: str, path: str) -> None:
+    async with app_client(ServiceStandIn()) as client:
+        response = await client.request(method, path)
+    assert (response.status_code, response.json()["code"]) == (404, 4005)
+
+
 async def test_stop_answers_how_long_and_how_far() -> None:
     async with app_client(ServiceStandIn()) as client:
         answer = (await client.post("/v1/stop")).json()
