@@ -39,8 +39,9 @@ class Request(Generic[T]):
     """A request, and the type of its `answer`; a plan of a single step.
 
     Values of the `query` that are None are left out. `timeout` [s] is the longest wait for the answer. `key` is the
-    idempotency key: the same key with the same request is the same request. An `urgent` request has a connection of its
-    own, so that it waits for no other.
+    idempotency key: the same key with the same request is the same request; it becomes a header, so `InvalidValue` is
+    raised for one that is not printable ASCII. An `urgent` request has a connection of its own, so that it waits for no
+    other.
     """
 
     __slots__ = ("answer", "body", "key", "method", "path", "query", "timeout", "urgent")
@@ -56,6 +57,12 @@ class Request(Generic[T]):
         key: str = "",
         urgent: bool = False,
     ) -> None:
+        if key and not (key.isascii() and key.isprintable() and key == key.strip()):
+            from maya_un.errors import InvalidValue  # noqa: PLC0415  # the command line starts without it
+
+            raise InvalidValue(
+                key="key", value=repr(key), reason="it must be printable ASCII, without spaces around it"
+            )
         self.method = method
         self.path = path
         self.answer: type[T] | Answer = answer
@@ -99,7 +106,9 @@ def get(path: str, answer: type[T], timeout: float = TIMEOUT, **query: Scalar | 
 
 
 def quoted(name: str) -> str:
-    """Return a name as a part of a path; any character is allowed."""
+    """Return a name as a part of a path; any character is allowed, and any name but "" is one part of the path."""
+    if name in {".", ".."}:  # httpx would take them for steps of the path
+        return "%2E" * len(name)
     return quote(name, safe="", errors="surrogatepass")
 
 

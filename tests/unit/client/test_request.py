@@ -5,9 +5,13 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import httpx
+import pytest
+
 import maya_un.client
 from maya_un.client import requests
 from maya_un.client.request import Request, changed, get
+from maya_un.errors import InvalidValue
 
 
 def test_a_request_without_options_has_no_query() -> None:
@@ -43,6 +47,21 @@ def test_an_empty_list_is_left_out() -> None:
 
 def test_a_name_is_one_part_of_the_path() -> None:
     assert requests.pose("a/b c?ñ\udc80").path == "/v1/poses/a%2Fb%20c%3F%C3%B1%ED%B2%80"
+
+
+@pytest.mark.parametrize(
+    ("name", "path"), [(".", "/v1/users/%2E"), ("..", "/v1/users/%2E%2E"), ("...", "/v1/users/...")]
+)
+def test_a_name_of_dots_is_no_step_of_the_path(name: str, path: str) -> None:
+    request = requests.remove_user(name)
+    assert request.path == path
+    assert httpx.URL("http://localhost" + request.target).raw_path == path.encode()
+
+
+@pytest.mark.parametrize("key", ["é", "🤖", "a\r\nMaya-Lease: b", "a\x00", " ", "a ", "\ud800"])
+def test_a_key_that_no_header_can_carry_is_refused(key: str) -> None:
+    with pytest.raises(InvalidValue, match=r"key = .* printable ASCII"):
+        requests.submit({"steps": ["home"]}, key=key)
 
 
 def test_a_changed_wait_leaves_the_rest_as_it_was() -> None:
