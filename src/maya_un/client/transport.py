@@ -196,7 +196,7 @@ def decoded_message(text: str | bytes) -> dict[str, Any]:
         if found["type"] != "error":
             return found
         error = from_notice(int(found["code"]), dict(found["details"]))
-    except (KeyError, TypeError, ValueError) as problem:
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as problem:
         raise ServiceNotAnswering(reason=f"its message is not understood: {text[:200]!r}") from problem
     raise error
 
@@ -206,7 +206,7 @@ def refusal(content: bytes) -> MayaError:
     try:
         problem: dict[str, Any] = json.loads(content)
         return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
         return ServiceNotAnswering(reason=f"its answer is not understood: {content[:200].decode(errors='replace')}")
 
 
@@ -237,7 +237,7 @@ def translated() -> Iterator[None]:
         answer = refusal.response
         decoded(get("", type(None)), answer.status_code, answer.headers, bytes(answer.body))
         raise ServiceNotAnswering(reason=str(refusal)) from refusal
-    except (httpx.TransportError, httpx.InvalidURL, WebSocketException, OSError) as error:
+    except (httpx.TransportError, httpx.DecodingError, httpx.InvalidURL, WebSocketException, OSError) as error:
         if _refused(error):
             raise ServiceNotRunning from error
         if any(isinstance(one, ssl.SSLError) for one in _causes(error)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import httpx
 import pytest
 
 from maya_un.client import transport
@@ -64,7 +65,18 @@ def test_a_refusal_comes_back_as_the_error_it_is_with_its_details() -> None:
     assert "'cub'" in caught.value.text("es")
 
 
-@pytest.mark.parametrize("content", [b"<html>", b"[]", b'{"code": 1}', b'{"code": 999999, "details": {}}', b"\xff"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"<html>",
+        b"[]",
+        b'{"code": 1}',
+        b'{"code": 999999, "details": {}}',
+        b"\xff",
+        b'{"code": 1e400, "details": {}}',
+        b"[" * 100_000,
+    ],
+)
 def test_unintelligible_refusal_is_no_answer(content: bytes) -> None:
     with pytest.raises(ServiceNotAnswering, match="not understood"):
         transport.decoded(get("/", int), 500, OURS, content)
@@ -73,6 +85,17 @@ def test_unintelligible_refusal_is_no_answer(content: bytes) -> None:
 def test_other_program_at_an_old_port_is_detected() -> None:
     with pytest.raises(ServiceNotAnswering, match="somebody else"):
         transport.decoded(get("/", int), 200, {"server": "nginx"}, b"1")
+
+
+@pytest.mark.parametrize("text", ['{"type": "error", "code": 1e400, "details": {}}', "[" * 100_000])
+def test_unintelligible_message_is_no_answer(text: str) -> None:
+    with pytest.raises(ServiceNotAnswering, match="not understood"):
+        transport.decoded_message(text)
+
+
+def test_content_that_cannot_be_unpacked_is_no_answer() -> None:
+    with pytest.raises(ServiceNotAnswering, match="incorrect header"), transport.translated():
+        raise httpx.DecodingError("incorrect header check")
 
 
 def test_answer_of_another_kind_is_no_answer() -> None:
