@@ -34,7 +34,7 @@ def driver(ros: Ros) -> Driver:
 
 @pytest.mark.timeout(1200)
 def test_it_ends_cleanly_and_in_time(ros: Ros, driver: Driver, campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=2, long=60)):
+    for case in range(campaign.size(ci=4, long=60)):
         rng = campaign.rng(case)
         node = ros.start("rosrun", "maya_controller", "hw_simulator.py")
         if case % 2:

@@ -277,7 +277,7 @@ def disturb(campaign: Campaign, there: World, lab: Supervisor, *more: Failure) -
         *more,
     ]
     number = 0
-    for _ in range(campaign.size(ci=10, long=300)):
+    for _ in range(campaign.size(ci=20, long=300)):
         for _ in range(_OPEN - len(lab.unanswered)):
             number += 1
             lab.send(number, there.point(number))

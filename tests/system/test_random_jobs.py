@@ -38,7 +38,7 @@ from tests.judge.trajectory import PARTS, Trajectory
 from tests.machines import Machine, anywhere, drawn_machine, edge_place, homed
 from tests.virtual_time import elapse
 
-SHARDS = [*range(4), *(pytest.param(shard, marks=pytest.mark.long) for shard in range(4, 8))]
+SHARDS = 8
 WISHES = 4
 LAG = 0.1
 """The axes are at rest at the latest so long after what they follow is [s]."""
@@ -83,7 +83,7 @@ class Trial(NamedTuple):
         return self.bench.mechanics.now
 
 
-@pytest.mark.parametrize("shard", SHARDS)
+@pytest.mark.parametrize("shard", range(SHARDS))
 def test_motions_keep_to_their_word(shard: int, campaign: Campaign) -> None:
     tally = Counter[str]()
     for case in range(campaign.size(ci=25, long=1250)):

@@ -49,7 +49,7 @@ def stop(robot: LaunchedLayers) -> None:
 
 @pytest.mark.timeout(1200)
 def test_stop_queue_at_random_instants(robot: LaunchedLayers, campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=5, long=100)):
+    for case in range(campaign.size(ci=10, long=100)):
         rng = campaign.rng(case)
         robot.ready()
         before = robot.mark()
