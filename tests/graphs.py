@@ -13,18 +13,15 @@ from maya_ros.graph.distributed import robot_floor, tasks_handed_on
 from maya_ros.graph.servers.controller import ControllerServer
 from maya_ros.graph.servers.sensors import SensorServer
 from maya_un.config import Config
-from maya_un.config.files import parse
 from maya_un.events import Event
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.truth import StartPose
 from maya_un.process.process import Process
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
+from tests.calm import CALM
 from tests.unit.controller.bench import HERE, _take_over
 from tests.virtual_time import turn
-
-CALM = parse({"controller": {"stream_rate": 10.0}, "safety": {"guard_time": 0.0}})
-"""Settings of the machine: polled ten times a second, without a watchdog, because publishing costs more than motion."""
 
 
 @dataclass

@@ -19,6 +19,7 @@ from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.recording import RecordingOrigin, TwinSource
 from maya_un.recorder.store import RecordingStore
 from maya_un.values import Joints
+from tests.calm import SELDOM_BEATING
 
 HERE = Joints(0.3, 1.5, 1.3)
 """Position of the homed robot when a test begins."""
@@ -53,7 +54,7 @@ async def recorded(
 
     Unless its twin is `known`, the recording takes it for a machine.
     """
-    chosen = Config() if config is None else config
+    chosen = SELDOM_BEATING if config is None else config
     truth, start = TrueConstants(), StartPose(*HERE)
     born = asyncio.get_running_loop().time()
     virtual = VirtualController(VirtualDmc(MayaMechanics(truth, start)))

@@ -17,7 +17,6 @@ from fastapi import FastAPI
 from dmc41x3.loops import ScaledLoop
 from maya_ros.rosbridge.standalone import endpoint
 from maya_un.assembly import Stack, stack
-from maya_un.config import load
 from maya_un.edges import EndpointOptions
 from maya_un.http import dates
 from maya_un.http.app import create_app
@@ -27,12 +26,12 @@ from maya_un.http.thread import bound_socket, served
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.service.access.operations import Role
 from maya_un.service.access.users import FileStore
-from tests.system.processes import CALM_FILE
+from tests.calm import CALM
 
 T = TypeVar("T")
 
-SPEED = 1000.0
-"""Speed of the twin's clock."""
+SPEED = 250.0
+"""Speed of the twin's clock: the records and beats of a second cost a few milliseconds, also while the robot rests."""
 
 PASSWORD = "correct horse battery"
 """Everybody's."""
@@ -95,9 +94,7 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
     file = state / "maya.db"
     journal = await SqliteJournal.open(file)
     try:
-        async with stack(
-            load(CALM_FILE), speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)
-        ) as running:
+        async with stack(CALM, speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)) as running:
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))

@@ -41,7 +41,8 @@ from maya_un.motion.path import Path
 from maya_un.testing import faults
 from maya_un.testing.rig import Rig
 from maya_un.values import Joints, Mode, Point
-from tests.graphs import CALM, bench_of, controller_node, seen_from
+from tests.calm import CALM
+from tests.graphs import bench_of, controller_node, seen_from
 from tests.unit.controller.bench import FAR, HERE
 from tests.virtual_time import elapse
 

@@ -16,11 +16,11 @@ from typing import Any
 from urllib.parse import urlsplit
 from xmlrpc.client import ServerProxy
 
+from tests.calm import CALM_FILE
 from tests.ports import free_port
 from tests.ros.driver_client import Driver
 from tests.ros.programs import Program
 from tests.ros.workspace import BYTECODE, Workspace, python
-from tests.system.processes import CALM_FILE
 from tests.waiting import eventually
 
 HERE = Path(__file__).resolve().parent

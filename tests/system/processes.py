@@ -16,13 +16,13 @@ from math import inf
 from pathlib import Path
 from time import monotonic
 
+from tests.calm import CALM_FILE
 from tests.fork_server import WarmPopen
 from tests.secrecy import MARK
 
 MAYA = str(Path(sys.executable).with_name("maya"))
 """The installed command."""
 
-CALM_FILE = Path(__file__).parents[1] / "calm.toml"
 CALM = f"--config {CALM_FILE}"
 """For `maya up --speed`: fewer data records and beats, where they are not what is tested, and nothing is taught."""
 

@@ -14,10 +14,11 @@ from typing import Any
 
 import pytest
 
+from tests.calm import CALM_FILE
 from tests.ports import free_port
 from tests.system.brokers import Broker, broker
 from tests.system.observing import Observer, observing
-from tests.system.processes import CALM_FILE, MAYA, Process, done
+from tests.system.processes import MAYA, Process, done
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 

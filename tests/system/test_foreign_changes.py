@@ -21,6 +21,7 @@ from maya_un.errors import (
 from maya_un.machine.truth import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
+from tests.calm import SELDOM_BEATING
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
@@ -165,7 +166,7 @@ def test_change_by_another_program_is_named_and_harmless(name: str, phase: str, 
 @asynccontextmanager
 async def _robot(phase: str) -> AsyncIterator[Rig]:
     start = StartPose(1.0, 1.5, 1.6) if phase == "in homing" else StartPose(*HERE)
-    async with rig(start=start, live=True) as bench:
+    async with rig(SELDOM_BEATING, start=start, live=True) as bench:
         if phase != "in homing":
             a, b, c = bench.controller.units.to_counts(HERE)
             mark = (f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")

@@ -24,8 +24,9 @@ from maya_un.robot.primitives.place import Place
 from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.testing import faults
 from maya_un.values import Mode, Point
+from tests.calm import CALM
 from tests.campaign import Campaign
-from tests.graphs import CALM, LayerNodes, layer_nodes
+from tests.graphs import LayerNodes, layer_nodes
 from tests.virtual_time import elapse
 
 pytestmark = pytest.mark.system

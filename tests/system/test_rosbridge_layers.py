@@ -23,6 +23,7 @@ from maya_un.config import Config
 from maya_un.http.bridge import Bridge
 from maya_un.service.access.operations import Caller, Operation, Role
 from maya_un.values import Mode, Point
+from tests.calm import CALM
 from tests.campaign import Campaign
 from tests.rosbridge_clients import DATE, BusClient, Said
 from tests.virtual_time import elapse
@@ -32,9 +33,6 @@ pytestmark = pytest.mark.system
 START, TRAY = Point(0.41, 1.13, 0.4), Point(1.18, 0.21, 0.4)
 NEAR = 0.002
 """A part stands where it was put to within so much [m]."""
-
-SELDOM = Config.model_validate({"controller": {"stream_rate": 2.0}})
-"""With few records a second: every one costs time."""
 
 EVENT = {"topic": "/maya_event", "type": "std_msgs/String"}
 
@@ -118,7 +116,7 @@ def seldom(monkeypatch: pytest.MonkeyPatch) -> None:
 @asynccontextmanager
 async def robot(folder: Path) -> AsyncIterator[Robot]:
     """Yield a robot of its own."""
-    async with stack(SELDOM, parts={"cube": START}) as running:
+    async with stack(CALM, parts={"cube": START}) as running:
         bridge = Bridge(asyncio.get_running_loop(), running.service, gate=running.gate)
         async with graph_of(running, bridge, folder / "steps.db", now=asyncio.get_running_loop().time) as bus:
             one = Robot(running, bus, bridge)

@@ -12,6 +12,7 @@ from maya_un.errors import Faulted, ForeignMotion, MachineError, NotHomed, Posit
 from maya_un.events import FaultEntered
 from maya_un.testing import faults
 from maya_un.values import Mode
+from tests.calm import SELDOM_BEATING
 from tests.unit.controller.bench import FAR, HERE, foreign, homed, kinds, record_of
 from tests.virtual_time import elapse
 
@@ -126,7 +127,7 @@ async def test_position_defined_while_the_link_is_lost_makes_the_homing_void() -
 
 
 async def test_foreign_motion_is_stopped_and_the_robot_can_be_homed_again() -> None:
-    async with homed(live=True) as bench:
+    async with homed(SELDOM_BEATING, live=True) as bench:
         await foreign(bench, "JGA=1000", "BGA")
         await elapse(0.5)
         assert not bench.controller.state.moving
@@ -138,7 +139,7 @@ async def test_foreign_motion_is_stopped_and_the_robot_can_be_homed_again() -> N
 
 
 async def test_line_that_another_program_moves_at_rest_stays_and_can_be_homed_again() -> None:
-    async with homed(live=True) as bench:
+    async with homed(SELDOM_BEATING, live=True) as bench:
         before = bench.mechanics.true_joints()
         await foreign(bench, "JGB=-45000", "BGB")
         await elapse(2.0)

@@ -14,7 +14,8 @@ from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatu
 from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
 from maya_un.robot.primitives.home import Home
-from tests.graphs import CALM, controller_node
+from tests.calm import CALM
+from tests.graphs import controller_node
 from tests.virtual_time import elapse
 
 HOME = {"task": primitive_to_message(Home())}

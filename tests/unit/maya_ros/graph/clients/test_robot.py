@@ -20,7 +20,7 @@ from maya_un.events import PhaseBegun
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
 from maya_un.values import Point
-from tests.graphs import CALM
+from tests.calm import CALM
 from tests.virtual_time import elapse
 
 CUBE = Point(0.50, 1.10, 0.40)

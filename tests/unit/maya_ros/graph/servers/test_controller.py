@@ -25,6 +25,7 @@ from maya_un.motion.path import Path
 from maya_un.testing.faults import abort_input
 from maya_un.testing.rig import rig
 from maya_un.values import Joints, Mode, State
+from tests.calm import CALM
 from tests.virtual_time import elapse, turn
 
 HOMED = homed_pose(Config())
@@ -86,7 +87,7 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
     """Put a controller behind its server; a `homed` one is at the pose where homing ends."""
     bus = Bus()
     client = bus.node("somebody")
-    async with rig(live=live) as floor:
+    async with rig(CALM, live=live) as floor:
         if homed:
             await floor.controller.home()
         async with ControllerServer(floor.controller, address="twin").open(bus.node("hw_simulator")):
