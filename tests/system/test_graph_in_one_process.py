@@ -19,13 +19,13 @@ from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, echoed
 from maya_un.assembly import Stack, stack
+from maya_un.config import Config
 from maya_un.http.bridge import Bridge
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.schema.jobs import QueueMode
 from maya_un.service.access.operations import ROS
 from maya_un.values import Mode, Point
-from tests.calm import CALM
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
@@ -87,7 +87,7 @@ class GraphStack:
 @asynccontextmanager
 async def graph_stack(*, homed: bool = True) -> AsyncIterator[GraphStack]:
     async with AsyncExitStack() as held:
-        floors = await held.enter_async_context(stack(CALM, live=False, parts={"cube": CUBE}))
+        floors = await held.enter_async_context(stack(Config(), live=False, parts={"cube": CUBE}))
         if homed:
             await floors.controller.home()
         bus = Bus()

@@ -19,7 +19,6 @@ from maya_un.schema.jobs import TaskState
 from maya_un.service.access.operations import ROS, Operation
 from maya_un.service.service import Service
 from maya_un.values import Mode, Point
-from tests.calm import CALM
 from tests.campaign import Campaign
 from tests.virtual_time import elapse
 
@@ -38,7 +37,7 @@ WISHES: dict[str, Wish] = {
 
 @asynccontextmanager
 async def robot(*, homed: bool = True) -> AsyncIterator[Stack]:
-    async with stack(CALM, live=False, parts={"cube": CUBE}) as floors:
+    async with stack(Config(), live=False, parts={"cube": CUBE}) as floors:
         if homed:
             await floors.service.direct.home()
         yield floors
