@@ -8,6 +8,7 @@ import gc
 import inspect
 import os
 import secrets
+import signal
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
 
@@ -48,7 +49,12 @@ def _load_profile() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """Choose the run's seed, before hypothesis looks for its own."""
+    """Choose the run's seed, before hypothesis looks for its own; take interrupts as in a terminal.
+
+    A shell ignores them in what it starts in the background, and all that the tests start would inherit this.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     _load_profile()
     seed = _seed()
     config.stash[SEED] = seed

@@ -4,6 +4,8 @@ To load the packages takes a second of processor time. A test whose subject is n
 A forked program is an ordinary process: it has its own number, environment, folder and output. It ends as a process of
 `multiprocessing` does: threads end, exit handlers run, and output is written, but no object is destroyed. To destroy
 what was loaded before the fork would take longer than most programs run.
+
+The worker processes of a forked program are forked too (`maya_un.workers`).
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from threading import Lock
+from typing import BinaryIO
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -51,35 +53,24 @@ _OURS = _starting(os.environ)
 
 @dataclass(frozen=True, slots=True)
 class _Order:
+    """A program to fork: a script and its arguments, or no command for a worker."""
+
     command: list[str]
     env: dict[str, str]
     folder: str
 
 
-class WarmPopen:
-    """A forked program, with the part of `subprocess.Popen` that tests use.
+class _Forked:
+    """A forked process, with the part of `subprocess.Popen` that ends it and waits for its end."""
 
-    `command` is a Python script and its arguments, or `-m`, a module and its arguments. The standard output is a pipe.
-    The standard error goes to the same pipe, or is dropped if `quiet`.
-    """
-
-    def __init__(self, command: Sequence[str], env: Mapping[str, str] | None = None, *, quiet: bool = False) -> None:
-        order = _Order(list(command), dict(os.environ if env is None else env), str(Path.cwd()))
-        output, its_output = os.pipe()
+    def __init__(self, order: _Order, stdin: int, stdout: int, stderr: int) -> None:
         self._code, its_code = os.pipe()
-        nothing = os.open(os.devnull, os.O_RDWR)
         try:
-            self.pid = _forker().fork(order, [0, its_output, nothing if quiet else its_output, its_code])
+            self.pid = _forker().fork(order, [stdin, stdout, stderr, its_code])
         finally:
-            for end in (its_output, its_code, nothing):
+            for end in {stdin, stdout, stderr, its_code}:
                 os.close(end)
-        self.stdout = open(output, "rb", buffering=0)  # noqa: PTH123, SIM115 - a pipe, which the owner closes
         self.returncode: int | None = None
-
-    @staticmethod
-    def can(env: Mapping[str, str] | None) -> bool:
-        """Tell whether a new interpreter would start with this environment as the forking one did."""
-        return env is None or _starting(env) == _OURS
 
     def poll(self, timeout: float | None = 0.0) -> int | None:
         """Return the exit code; None if the program still runs after `timeout` [s]."""
@@ -108,15 +99,57 @@ class WarmPopen:
         self.send_signal(signal.SIGKILL)
 
 
-class _Forker:
-    """The test's side of the forking process. It ends with the test's process, whose socket closes then."""
+class WarmPopen(_Forked):
+    """A forked program: a Python script and its arguments.
+
+    The standard output is a pipe. The standard error goes to the same pipe, or is dropped if `quiet`.
+    """
+
+    def __init__(self, command: Sequence[str], env: Mapping[str, str] | None = None, *, quiet: bool = False) -> None:
+        order = _Order(list(command), dict(os.environ if env is None else env), str(Path.cwd()))
+        output, its_output = os.pipe()
+        nothing = os.open(os.devnull, os.O_RDWR)
+        super().__init__(order, nothing, its_output, nothing if quiet else its_output)
+        self.stdout = _stream(output, "rb")
+
+    @staticmethod
+    def can(env: Mapping[str, str] | None) -> bool:
+        """Tell whether a new interpreter would start with this environment as the forking one did."""
+        return env is None or _starting(env) == _OURS
+
+
+class WarmWorker(_Forked):
+    """A forked worker process of `maya_un.workers`: its standard input and output are pipes."""
 
     def __init__(self) -> None:
-        self._lock = Lock()
-        self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        its_input, to_it = os.pipe()
+        from_it, its_output = os.pipe()
+        order = _Order([], dict(os.environ), str(Path.cwd()))
+        super().__init__(order, its_input, its_output, os.open(os.devnull, os.O_RDWR))
+        self.stdin = _stream(to_it, "wb")
+        self.stdout = _stream(from_it, "rb")
+
+
+def _stream(end: int, mode: str) -> BinaryIO:
+    """Return the stream of one end of a pipe, which its user closes."""
+    return open(end, mode, buffering=0)  # type: ignore[return-value]
+
+
+class _Forker:
+    """A connection to the forking process, which ends when its first connection closes."""
+
+    def __init__(self, connection: socket.socket, process: subprocess.Popen[bytes] | None = None) -> None:
+        self._lock = threading.Lock()
+        self._socket = connection
+        self._process = process
+
+    @classmethod
+    def started(cls) -> _Forker:
+        """Start the forking process."""
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         env = {**{name: value for name, value in os.environ.items() if not name.startswith(STARTING)}, **_OURS}
         with theirs:
-            self._process = subprocess.Popen(
+            process = subprocess.Popen(
                 [sys.executable, "-c", f"from tests.fork_server import main; main({theirs.fileno()})"],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,  # of the kind that forked programs have, whose streams were made for it
@@ -125,19 +158,31 @@ class _Forker:
                 env=env,
                 pass_fds=[theirs.fileno()],
             )
+        return cls(ours, process)
+
+    @classmethod
+    def of_program(cls, address: bytes) -> _Forker:
+        """Connect a forked program to the process that forked it."""
+        connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        connection.connect(address)
+        return cls(connection)
 
     def fork(self, order: _Order, ends: Sequence[int]) -> int:
         """Return the number of a new process with these descriptors: 0, 1, 2, and one for its exit code."""
         with self._lock:
             socket.send_fds(self._socket, [json.dumps(asdict(order)).encode()], ends)
             answer = self._socket.recv(16)
-        assert answer, self._process.communicate()[0].decode()
+        assert answer, "the forking process has ended"
         return int(answer)
+
+
+_address = b""
+"""Where the forking process listens; empty in a process that was not forked by it."""
 
 
 @functools.cache
 def _forker() -> _Forker:
-    return _Forker()
+    return _Forker.of_program(_address) if _address else _Forker.started()
 
 
 def main(descriptor: int) -> None:
@@ -146,24 +191,13 @@ def main(descriptor: int) -> None:
     _load()
     gc.collect()
     gc.freeze()
-    order = _serve(socket.socket(fileno=descriptor))
+    order = _ForkServer(descriptor).serve()
     if order is not None:
         try:
             _carry_out(order)
         except SystemExit as ending:
             _end(ending.code)
         _end(None)
-
-
-def _end(code: object) -> None:
-    """End this process as `sys.exit(code)` does, but without destroying the objects of the interpreter."""
-    if not isinstance(code, int | None):
-        sys.exit(code)  # type: ignore[arg-type] - prints it
-    threading._shutdown()  # type: ignore[attr-defined] - as multiprocessing does
-    atexit._run_exitfuncs()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code or 0)
 
 
 def _load() -> None:
@@ -173,62 +207,104 @@ def _load() -> None:
                 importlib.import_module(found.name)
 
 
-def _serve(orders: socket.socket) -> _Order | None:
-    """Return the order in a forked process, and None in the forking process when nobody orders any more."""
-    poller = select.poll()
-    poller.register(orders, select.POLLIN)
-    codes: dict[int, tuple[int, int]] = {}  # by descriptor of a process: its number, and where its exit code goes
-    while True:
-        for ready, _ in poller.poll():
-            if ready in codes:
-                poller.unregister(ready)
-                number, code = codes.pop(ready)
-                os.close(ready)
-                _report(code, os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]))
-                continue
-            order, ends, _, _ = socket.recv_fds(orders, LARGEST, 4)
-            if not order:
-                return None
-            number = os.fork()
-            if number == 0:
-                orders.detach()
-                _become(ends[:3])
-                return _Order(**json.loads(order))
-            orders.send(str(number).encode())
-            process = os.pidfd_open(number)
-            codes[process] = number, ends[3]
-            poller.register(process, select.POLLIN)
-            for end in ends[:3]:
-                os.close(end)
+class _ForkServer:
+    """Takes orders of a test and of the programs that it forked."""
+
+    def __init__(self, first: int) -> None:
+        listening = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        listening.bind(b"")  # the kernel chooses an abstract address
+        listening.listen()
+        self._address = listening.getsockname()
+        self._first = first
+        self._listening = listening.fileno()
+        self._sockets = {end.fileno(): end for end in (listening, socket.socket(fileno=first))}
+        self._codes: dict[int, tuple[int, int]] = {}  # by descriptor of a process: its number, and where its code goes
+        self._poller = select.poll()
+        for end in self._sockets:
+            self._poller.register(end, select.POLLIN)
+
+    def serve(self) -> _Order | None:
+        """Return the order in a forked process, and None in this process when the test orders nothing any more."""
+        while True:
+            for ready, _ in self._poller.poll():
+                if ready in self._codes:
+                    self._ended(ready)
+                elif ready == self._listening:
+                    connection, _ = self._sockets[ready].accept()
+                    self._sockets[connection.fileno()] = connection
+                    self._poller.register(connection, select.POLLIN)
+                else:
+                    order, ends, _, _ = socket.recv_fds(self._sockets[ready], LARGEST, 4)
+                    if order and self._forked(ready, ends):
+                        return _Order(**json.loads(order))
+                    if not order and ready == self._first:
+                        return None
+                    if not order:
+                        self._poller.unregister(ready)
+                        self._sockets.pop(ready).close()
+
+    def _forked(self, asking: int, ends: Sequence[int]) -> bool:
+        """Fork for a connection; return whether this is the forked process."""
+        number = os.fork()
+        if number == 0:
+            for end in self._sockets.values():
+                end.detach()  # `_become` closes them all
+            _become(ends[:3], self._address)
+            return True
+        self._sockets[asking].send(str(number).encode())
+        process = os.pidfd_open(number)
+        self._codes[process] = number, ends[3]
+        self._poller.register(process, select.POLLIN)
+        for end in ends[:3]:
+            os.close(end)
+        return False
+
+    def _ended(self, process: int) -> None:
+        """Report the exit code of a process that has ended."""
+        self._poller.unregister(process)
+        number, end = self._codes.pop(process)
+        os.close(process)
+        code = os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
+        try:
+            os.write(end, str(code).encode())
+        except BrokenPipeError:
+            pass  # nobody asks
+        finally:
+            os.close(end)
 
 
-def _report(end: int, code: int) -> None:
-    try:
-        os.write(end, str(code).encode())
-    except BrokenPipeError:
-        pass  # nobody asks
-    finally:
-        os.close(end)
-
-
-def _become(ends: Sequence[int]) -> None:
+def _become(ends: Sequence[int], address: bytes) -> None:
     """Have these descriptors as the standard ones, and no others."""
+    global _address  # noqa: PLW0603 - a fork changes what this process is
+    _address = address
     for standard, end in enumerate(ends):
         os.dup2(end, standard)
     os.closerange(3, os.sysconf("SC_OPEN_MAX"))
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _carry_out(order: _Order) -> None:
+    from maya_un.workers import child, pool
+
     os.environ.clear()
     os.environ.update(order.env)
     os.chdir(order.folder)
-    program, *arguments = order.command
-    if program == "-m":
-        sys.path[0] = order.folder
-        sys.argv = arguments
-        runpy.run_module(arguments[0], run_name="__main__", alter_sys=True)
-    else:
-        sys.path[0] = str(Path(program).parent)
-        sys.argv = order.command
-        runpy.run_path(program, run_name="__main__")
+    if not order.command:
+        os.setsid()
+        child.main()
+        return
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    pool._started = WarmWorker  # type: ignore[assignment]
+    sys.path[0] = str(Path(order.command[0]).parent)
+    sys.argv = order.command
+    runpy.run_path(order.command[0], run_name="__main__")
+
+
+def _end(code: object) -> None:
+    """End this process as `sys.exit(code)` does, but without destroying the objects of the interpreter."""
+    if not isinstance(code, int | None):
+        sys.exit(code)  # type: ignore[arg-type]
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code or 0)

@@ -135,10 +135,10 @@ def _marked(mark: str) -> list[int]:
     """Return the processes that inherited a mark and have not ended."""
     wanted = f"{MARK}={mark}".encode()
     found: list[int] = []
-    for environment in Path("/proc").glob("[0-9]*/environ"):
+    for process in filter(str.isdigit, os.listdir("/proc")):  # noqa: PTH208 - pathlib looks into what may end meanwhile
         with contextlib.suppress(OSError):
-            if wanted in environment.read_bytes().split(b"\0"):
-                found.append(int(environment.parent.name))
+            if wanted in Path("/proc", process, "environ").read_bytes().split(b"\0"):
+                found.append(int(process))
     return found
 
 

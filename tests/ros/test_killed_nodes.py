@@ -15,6 +15,7 @@ from tests.ros.launched_layers import DONE, HERE, SLOW, THERE, LaunchedLayers, n
 
 pytestmark = pytest.mark.system
 
+MAYA = str(Path(sys.executable).with_name("maya"))
 NODE_GONE = "1011"
 
 
@@ -47,7 +48,7 @@ def returns_without_motion(robot: LaunchedLayers, node: str, package: str, ready
 
 def examined(robot: LaunchedLayers) -> str:
     """Return what `maya doctor` finds."""
-    doctor = [str(Path(sys.executable).with_name("maya")), "doctor"]
+    doctor = [MAYA, "doctor"]
     return subprocess.run(
         doctor, env=robot.ros.environment, capture_output=True, text=True, timeout=40, check=False
     ).stdout
@@ -132,3 +133,18 @@ def test_death_of_hw_simulator_ends_commands_with_the_code_and_needs_homing(robo
     assert {"moving", "homing"}.isdisjoint(robot.words(before))
     robot.home()
     works(robot)
+
+
+def test_the_bridge_works_without_the_queue_and_the_queue_without_the_bridge(robot: LaunchedLayers) -> None:
+    results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
+    robot.kill("/process_controller")
+    place = robot.away()
+    id_ = robot.step("alone", place)
+    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])
+    assert (told["success"], told["code"]) == (True, None)
+    assert near(robot.twin()["point"][:2], place[:2])
+    robot.ros.start("rosrun", "maya_process", "process_controller.py").until("The queue is worked")
+    robot.kill("/firebase_bridge")
+    x, y, z = robot.away()
+    robot.ros.tool(MAYA, "approach", str(x), str(y), str(z))
+    assert near(robot.twin()["point"][:2], (x, y))

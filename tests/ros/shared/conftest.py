@@ -1,4 +1,4 @@
-"""The robot that these tests share."""
+"""The robot that these tests share. Their files run in the order of their names: the last one ends the master."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Beside the graph: the `maya` commands find the queue of a ROS stack; its two upper nodes need not each other."""
+"""Beside the graph: the `maya` commands find the queue of a ROS stack."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from maya_ros.graph.table import STEP_RESULT
 from tests.ros.launched_layers import HERE, THERE, LaunchedLayers, near, primitive
 
 pytestmark = pytest.mark.system
@@ -72,18 +71,3 @@ def test_stop_ends_the_job_and_pauses_the_queue_until_resume(robot: LaunchedLaye
     assert near(robot.twin()["joints"], stood, within=1e-9)
     output_of(robot, "queue", "resume")
     robot.eventually(lambda: near(robot.twin()["point"][:2], second[:2]), "the second one is done")
-
-
-def test_the_bridge_works_without_the_queue_and_the_queue_without_the_bridge(robot: LaunchedLayers) -> None:
-    results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
-    robot.kill("/process_controller")
-    place = robot.away()
-    id_ = robot.step("alone", place)
-    told = json.loads(results.until(lambda message: json.loads(message["data"])["id"] == id_)["data"])
-    assert (told["success"], told["code"]) == (True, None)
-    assert near(robot.twin()["point"][:2], place[:2])
-    robot.ros.start("rosrun", "maya_process", "process_controller.py").until("The queue is worked")
-    robot.kill("/firebase_bridge")
-    x, y, z = robot.away()
-    output_of(robot, "approach", str(x), str(y), str(z))
-    assert near(robot.twin()["point"][:2], (x, y))
