@@ -177,7 +177,7 @@ class _Forker:
 
 
 _address = b""
-"""Where the forking process listens; empty in a process that was not forked by it."""
+"""The address of the forking process; empty in a process that was not forked by it."""
 
 
 @functools.cache

@@ -99,7 +99,8 @@ def test_stop_with_rosbridge_flooded_is_answered(own_folders: Path) -> None:
         rosbridge = address_in(service.until("ws://"))
         with half_open(rosbridge, b"GET / HTTP/1.1\r\n"):
             assert stopped(address_in(door)) == 200
-        assert (own_folders / "state" / "maya.log").stat().st_size < MOST_LOGGED
+    log = own_folders / "state" / "maya.log"
+    assert not log.exists() or log.stat().st_size < MOST_LOGGED
 
 
 def test_served_twin_with_descriptors_used_up_answers_its_host_and_its_faults() -> None:
