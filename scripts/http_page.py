@@ -85,7 +85,8 @@ code](errors.md)), `detail` (the message) and `details` (the values in the messa
 | 404 | no such path, job, twin, pose, pallet, zone or recording |
 | 405 | no such method |
 | 408 | the body arrived too slowly |
-| 409 | the present state does not allow the request: the state of the robot, the job or the lease, or a name or an idempotency key that is in use |
+| 409 | the present state does not allow the request: the state of the robot, the job or the lease, or a name or \
+an idempotency key that is in use |
 | 410 | the requested events are no longer stored |
 | 413 | the body is too long |
 | 422 | a value or a name is not valid, or a target is not reachable |
