@@ -373,7 +373,7 @@ def jog_hold(axis: str, direction: int, *, speed: float = 1.0) -> Request[HeldJo
 
 
 def jog_release() -> Request[None]:
-    """End the held jog; other keys are accepted and ignored."""
+    """End the held jog. `axis`, `direction` and `speed` are accepted and ignored."""
     return Request("POST", "/v1/jog", NOTHING, body={"hold": False}, timeout=3600.0)
 
 
