@@ -21,105 +21,127 @@ from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_SAMPLED
 from maya_un.process.spec.job import MOST_NAMES
 from maya_un.process.spec.json_object import MOST_VALUES
-from maya_un.service.access.operations import RULES
+from maya_un.service.access.operations import RULES, Operation, Role
 from maya_un.service.service import Service
 
 INTRODUCTION = f"""\
 # HTTP
 
-`maya up` serves this interface on loopback, on port 4133 or that of `--port`, and with `--listen` to [other
-machines](../how-to/share-the-robot.md). Lengths in m, angles in rad, times in s; points are `[x, y, z]`, joints `[a, b,
-c]`. For live data use the websocket: [the stream](websocket.md).
+`maya up` serves this interface on loopback, on port 4133 by default (`--port`). With `--listen` it also serves [other
+machines](../how-to/run-as-a-service.md). Lengths are in m, angles in rad, times in s. A point is `[x, y, z]`; joints
+are `[a, b, c]`. For live data use [the websocket](websocket.md).
 
-`GET /v1/openapi.json` is the complete description for tools: every message with its schema and examples, every refusal
-of every path, and its operations as `x-maya-operations`. Generated clients name their methods by its operation ids.
-Maya serves no page for this document, because such pages load scripts from other sites; open the file in any viewer.
+`GET /v1/openapi.json` is the complete description for tools. It has every message with schema and examples, every
+error of each path, and the operations of each path (`x-maya-operations`). Client generators use its operation ids as
+method names. Maya does not serve Swagger UI or a similar page, because these load scripts from other sites. Open the
+document in a viewer of your own.
 
 ## Authentication
 
-While no users exist, everybody on this machine has full access without a token. Once users exist,
-and always from other machines, a request needs a token: `Authorization: Bearer maya_...`, from `maya user token` or
-`POST /v1/session`. Stop and abort from loopback never need one. An operation marked "drives" also needs the [control
-lease](../how-to/share-the-robot.md), sent as `Maya-Lease`. While no users exist, a request without a lease takes the
-free lease for its own duration. [Roles](roles.md) lists the rights.
+While no users exist, everybody on this machine has full access without a token. Once users exist, a request needs a
+token. From other machines a request always needs one. Send it as `Authorization: Bearer maya_...`; get it from
+`maya user token` or `POST /v1/session`. Stop and abort from loopback, and paths marked "anybody", need no token.
 
-On loopback, the Host of a request must be loopback, and so must the origin of a web page. Other machines may use the
-address or host name of this one, and the names of `maya up --origin URL`; pages of such an origin may send commands
-from a browser (CORS). A forwarded request counts as one from another machine.
+The tables name the least role that may send a request. [Roles](roles.md) lists the rights. An operation marked
+"drives" also needs the [control lease](../how-to/share-the-robot.md). Send its `id` in the header `Maya-Lease`. While
+no users exist, a request without this header holds the lease for its own duration, if nobody else holds it.
 
-This machine may send {NEAR.per_second:g} requests a second, {NEAR.burst:g} at once; each other machine
-{FAR.per_second:g}, {FAR.burst:g} at once. More requests get 429, with `Retry-After`; stop and abort do not count. A
-body with a job may have {BODY_LIMIT // 1_000_000} MB, any other {LONG // 1024} kB. It may have {MOST_VALUES:,} values,
-and must arrive within {BODY_PATIENCE:g} s.
+On loopback, the header `Host` must be a loopback name or address, and so must the header `Origin` of a web page. From
+other machines, `Host` may be an IP address, the host name of this machine, or the host of a `maya up --origin URL`.
+Web pages of such an origin may send commands (CORS). A request with a header `Forwarded`, `X-Forwarded-For` or
+`X-Real-IP` counts as a request from another machine.
 
-A separate worker process computes previews and inspections. Each user may have
-{PEOPLE_BOUNDS.each} under way; more are answered 429 (4030). A worker that fails is answered 503 (5020). Both answers
-have `Retry-After: {AGAIN}`. A request is refused if it takes more than
-{PEOPLE_BOUNDS.seconds:g} s of computing (4031), more than {PEOPLE_BOUNDS.memory >> 30} GB of memory
-or more than {MOST_SAMPLED:,} samples (4032). A job names at most {MOST_NAMES} parts,
-{MOST_NAMES} places and {MOST_NAMES} pallets. If the caller disconnects, the computation ends.
-A stop never waits for a computation.
+## Limits
 
-## Every answer
+The rate limit is {NEAR.per_second:g} requests per second with a burst of {NEAR.burst:g} for this machine, and
+{FAR.per_second:g} with a burst of {FAR.burst:g} for each other machine. Further requests get status 429 with
+`Retry-After`. There is no limit for stop and abort.
 
-Every answer has the header `Maya: VERSION`, which identifies Maya's service, and `Maya-Request`, the
-name of the request in [the log](#the-log). HEAD answers as GET without the body; OPTIONS lists the methods of a path.
-Unknown keys in bodies and queries are refused.
+A body with a job may have {BODY_LIMIT // 1_000_000} MB; any other body may have {LONG // 1024} kB. The JSON of a body
+may have {MOST_VALUES:,} values. A body must arrive within {BODY_PATIENCE:g} s. A job may have at most {MOST_NAMES}
+parts, {MOST_NAMES} places and {MOST_NAMES} pallets.
 
-A refusal is `application/problem+json` with `type`, `title`, `status`, `code` (one of [ours](errors.md)), `detail`
-(the sentence; in Spanish if Accept-Language prefers it to English) and `details` (the values in the sentence).
+A separate worker process computes previews and inspections. Each user may have {PEOPLE_BOUNDS.each} of these requests
+running; another one gets status 429 (error 4030). If the worker fails, the request gets status 503 (error 5020). Both
+responses have `Retry-After: {AGAIN}`. A request is refused if it needs more than {PEOPLE_BOUNDS.seconds:g} s of
+computing time (4031), more than {PEOPLE_BOUNDS.memory >> 30} GB of memory (4032), or asks for more than
+{MOST_SAMPLED:,} samples (4032). If the caller disconnects, the computation ends. A stop never waits for a computation.
 
-| status | when |
+## Responses
+
+Every response has the header `Maya: VERSION` and the header `Maya-Request`, the id of the request in [the
+log](#the-log). HEAD returns the headers of GET. OPTIONS returns the methods of a path in `Allow`. Unknown keys in
+bodies and queries are refused.
+
+An error response is `application/problem+json` (RFC 9457) with `type`, `title`, `status`, `code` (an [error
+code](errors.md)), `detail` (the message) and `details` (the values in the message). The message is in Spanish if
+`Accept-Language` prefers Spanish to English.
+
+| status | reason |
 |---|---|
 | 400 | the request could not be understood |
 | 401 | no token, or one that is not valid |
-| 403 | the role does not include this; a Host or Origin that is not let in |
-| 404, 405 | no such path, job, twin, pose, pallet, zone, recording; no such method |
-| 408, 413 | the body came too slowly; it is too long |
-| 409 | not as things stand: the robot's state, the job's, the lease's, a name or an idempotency key taken |
-| 410 | events are asked for that are kept no more |
-| 422 | a value, a name or a target is refused |
+| 403 | the role does not include the operation; the header `Host` or `Origin` is not allowed |
+| 404 | no such path, job, twin, pose, pallet, zone or recording |
+| 405 | no such method |
+| 408 | the body arrived too slowly |
+| 409 | the present state does not allow the request: the state of the robot, the job or the lease, or a name or \
+an idempotency key that is in use |
+| 410 | the requested events are no longer stored |
+| 413 | the body is too long |
+| 422 | a value or a name is not valid, or a target is not reachable |
 | 429 | too many requests, or too many previews at once |
-| 503 | the machine, its link, the storage or a worker process failed |
-| 500 | a defect of ours |
+| 500 | an internal error of Maya |
+| 503 | the machine, its connection, the storage or a worker process failed |
 
-`POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 characters): the same key and
-request of the same owner once more is answered with the job that there is, also after a restart; with another
-request it is refused (4012).
+`POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 characters). If the same user sends
+the same request with the same key again, the response is the existing job, also after a restart. The same key with
+another request is refused (4012).
 """
 
 LOG = """
 ## The log
 
-`maya.log` in the folder of state has a line of JSON for every event of the robot and every request that changed
-something or was refused: `time` (UTC), `level`, `logger`, `message`, `request`, `method`, `path`, `status`, `code`,
-`who`, `source`, `seconds`; defects have their `traceback`. It is 5 MB long at most, with four older files beside it.
-`maya logs` reads it.
+The file `maya.log` in the state folder has one JSON object per line: for each event of the robot (without phases and
+single motions), and for each request that changed something or was refused: `time` (UTC), `level`, `logger`,
+`message`, `request`, `method`, `path`, `status`, `code`, `who`, `source`, `seconds`. Internal errors have a
+`traceback`. The file has at most 5 MB; four older files stay beside it. `maya logs` reads it.
 
 ## Metrics
 
-`GET /metrics` answers Prometheus: `maya_mode`, `maya_homed`, `maya_moving`, `maya_speed_ratio`, `maya_joint`,
-`maya_queue_mode`, `maya_jobs` by state, `maya_jobs_ended_total` and `maya_steps_ended_total` by how,
-`maya_events_total` by kind (`moving` counts motions, `stopped` stops), `maya_faults_total` by code,
+`GET /metrics` returns the metrics for Prometheus: `maya_mode`, `maya_homed`, `maya_moving`, `maya_speed_ratio`,
+`maya_joint`, `maya_queue_mode`, `maya_jobs` by `state`, `maya_jobs_ended_total` and `maya_steps_ended_total` by
+`state`, `maya_events_total` by `kind` (`moving` counts motions, `stopped` stops), `maya_faults_total` by `code`,
 `maya_link_seconds` (a command to its reply), `maya_loop_lag_seconds`, `maya_http_requests_total`,
 `maya_http_request_seconds`, `maya_stream_clients`, `maya_storage_commits`, `maya_storage_failing`, `maya_run`.
 """
 
 TITLES = {
-    "looking": "Looking",
+    "looking": "Status and geometry",
     "jobs": "Jobs",
     "queue": "The queue",
-    "moving": "Moving, stopping",
+    "moving": "Motion",
     "lease": "The control lease",
     "poses": "Poses",
     "pallets": "Pallets",
-    "zones": "Zones, for this run",
-    "oneself": "Oneself",
+    "zones": "Zones (temporary)",
+    "oneself": "Session",
     "users": "Users and tokens",
     "recordings": "Recordings",
     "keeping": "For administrators",
     "server": "The server",
 }
+
+
+_LIMITED = {
+    (Operation.SUBMIT, Operation.PROPOSE): "as a proposal",
+    (Operation.WISH, Operation.SUBMIT, Operation.PROPOSE): "as a proposal, or with `wait` while driving",
+    (Operation.CHANGE_JOB, Operation.PROPOSE): "own jobs",
+    (Operation.CANCEL, Operation.PROPOSE): "own jobs",
+    (Operation.LEND, Operation.LEASE): "an offered lease",
+    (Operation.USERS, Operation.ME): "own account",
+}
+"""Limits of the lesser role, by the operations of a path."""
 
 
 def page() -> str:
@@ -131,7 +153,7 @@ def _lines() -> Iterator[str]:
     yield INTRODUCTION.rstrip("\n")
     routes = ruled(create_app(Bridge(cast("asyncio.AbstractEventLoop", None), cast("Service", None))))
     for tag, title in TITLES.items():
-        yield f"\n## {title}\n\n| request | who | what |\n|---|---|---|"
+        yield f"\n## {title}\n\n| request | role needed | effect |\n|---|---|---|"
         yield from (_row(route, rule) for route, rule in routes if route.tags == [tag])
         yield from _examples([(route, rule) for route, rule in routes if route.tags == [tag]])
     assert {tag for route, _ in routes for tag in route.tags} == set(TITLES)
@@ -142,15 +164,18 @@ def _row(route: APIRoute, rule: RouteRule) -> str:
     method = next(iter(route.methods or ()))
     query = f"?{'&'.join(rule.query)}" if rule.query else ""
     words = " ".join((inspect.getdoc(route.endpoint) or "").split())
-    return f"| `{method} {route.path_format}{query}` | {_who(rule)} | {words} |"
+    return f"| `{method} {route.path_format}{query}` | {_role(rule)} | {words} |"
 
 
-def _who(rule: RouteRule) -> str:
+def _role(rule: RouteRule) -> str:
     if not rule.operations:
         return "anybody"
+    if set(rule.operations) & {Operation.STOP, Operation.ABORT}:
+        return f"anybody on this machine; {RULES[rule.operations[0]].role.word}"
     needed = [RULES[operation] for operation in rule.operations]
     if len(needed) > 1:
-        return f"{needed[-2].role.word}; {needed[-1].role.word} (his own)"
+        role = "every user" if needed[-1].role is Role.VIEWER else needed[-1].role.word
+        return f"{needed[-2].role.word}; {role} ({_LIMITED[rule.operations]})"
     return f"{needed[0].role.word}, drives" if needed[0].drives else needed[0].role.word
 
 

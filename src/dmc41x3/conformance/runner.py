@@ -71,7 +71,7 @@ def compiled(text: str, axes: int) -> Pattern:
 
 
 def literal(text: str) -> bool:
-    """Tell whether an expected reply leaves nothing open."""
+    """Return whether an expected reply contains no placeholder (`<…>`)."""
     return "<" not in text
 
 

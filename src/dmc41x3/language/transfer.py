@@ -194,7 +194,10 @@ class ProgramSource:
 
 
 def prepared(text: str) -> ProgramSource:
-    """Return a program as it goes to a controller; what no controller takes stays in it, for the download to refuse."""
+    """Return a program ready for download: without REM and host remarks, tabs and comments that do not fit.
+
+    Empty lines become comments. Lines that a controller would refuse stay unchanged; the download then reports them.
+    """
     lines = program_lines(text)
     marked = len(lines) > 1 and all(_HASHES.match(line) for line in lines[:2])
     kept: list[str] = []

@@ -53,9 +53,10 @@ class TimelinePiece(NamedTuple):
         return turn if start < turn < end else None
 
     def arrival(self, level: float, rising: bool) -> float:
-        """Return when the piece passes `level` [counts] on its way up (or down) [s].
+        """Return the time [s] at which the piece passes `level` [counts], upward if `rising`, else downward.
 
-        The quadratic is solved in the form that does not cancel; it must have such a root.
+        Uses the solution of the quadratic equation without cancellation of digits. The piece must pass `level` in this
+        direction.
         """
         direction = 1.0 if rising else -1.0
         gap, v, a = direction * (level - self.p), direction * self.v, direction * self.a

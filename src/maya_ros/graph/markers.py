@@ -146,9 +146,10 @@ _PLATE = 0.005
 
 
 def outline(workspace: Workspace) -> Floats:
-    """Return the edge of the reachable section, zones aside, as a closed polygon of (d, z) [m], shape (n, 2).
+    """Return the boundary of the reachable vertical section as a closed polygon of (d, z) [m], shape (n, 2).
 
-    Columns stand closer together at the ends, where the edge turns; where two strokes meet there is a column.
+    It ignores zones. The points are closer together at both ends, where the curvature is large. There is a point at
+    each corner where two stroke limits intersect.
     """
     section, mechanism = workspace.section, workspace.mechanism
     scan = np.linspace(0.0, mechanism.width, _SCAN)

@@ -173,7 +173,7 @@ class Objects:
 
     @property
     def incomplete(self) -> bool:
-        """Whether an object has begun that has not ended."""
+        """Whether the text so far ends inside a JSON object."""
         return self._depth > 0
 
     def forget(self) -> None:

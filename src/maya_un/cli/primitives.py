@@ -100,7 +100,7 @@ def recover(settings: OutputSettings, *, take_over: bool) -> int:
 
 
 def abort(settings: OutputSettings) -> int:
-    """Have the running robot stop without deceleration."""
+    """Stop the running robot without deceleration; return the exit code."""
     return output.answer(
         ServiceClient.find().ask(requests.abort()),
         translate("Aborted: the axes are at rest. `maya recover` switches motors on that went off.", settings.language),

@@ -22,27 +22,30 @@ if TYPE_CHECKING:
 
 
 def health() -> Request[Health]:
-    """Answer that the process lives. The robot is not asked: the answer is the same while its loop hangs."""
+    """Liveness check: the server process runs. It does not check the robot."""
     return Request("GET", "/v1/health", Answer("maya_un.schema.robot", "Health"))
 
 
 def ready() -> Request[Readiness]:
-    """Ask the robot's loop, for 1 s at most, whether commands can be carried out; tell what prevents it."""
+    """Readiness check: return whether the robot can carry out commands, and if not, the reasons (status 503).
+
+    It waits at most 1 s for the robot and 1 s for the disk.
+    """
     return Request("GET", "/v1/ready", Answer("maya_un.schema.robot", "Readiness"))
 
 
 def prometheus() -> Request[str]:
-    """Tell Prometheus what is counted."""
+    """Return the metrics for Prometheus."""
     return Request("GET", "/metrics", str)
 
 
 def openapi() -> Request[dict[str, Any]]:
-    """Tell what can be asked here, as an OpenAPI document."""
+    """Return the OpenAPI document of this interface."""
     return Request("GET", "/v1/openapi.json", DATA)
 
 
 def status() -> Request[Status]:
-    """Return everything about now: the machine, the motion under way, the queue."""
+    """Return the present state: the machine, the running motion, the queue."""
     return Request("GET", "/v1/status", Answer("maya_un.schema.robot", "Status"))
 
 
@@ -51,7 +54,7 @@ def events(
 ) -> Request[list[EventMessage]]:
     """Return the events numbered above `since`, oldest first.
 
-    Without any, wait up to `wait` seconds for one.
+    If there are none, wait up to `wait` seconds for the next event.
     """
     return Request(
         "GET",
@@ -62,7 +65,7 @@ def events(
 
 
 def twin() -> Request[Table]:
-    """Return where the parts stand on the twin's table [m], by its own record."""
+    """Return the positions of the parts on the table of the twin [m]."""
     return Request("GET", "/v1/twin", Answer("maya_un.schema.robot", "Table"))
 
 
@@ -72,17 +75,17 @@ def config() -> Request[Config]:
 
 
 def reach(x: float, y: float, z: float) -> Request[Reach]:
-    """Return whether a point [m] can be reached; if not, why, and the nearest point that can."""
+    """Check whether a point [m] is reachable. If it is not, return the reason and the nearest reachable point."""
     return Request("GET", "/v1/reach", Answer("maya_un.schema.previews", "Reach"), query={"x": x, "y": y, "z": z})
 
 
 def fk(a: float, b: float, c: float) -> Request[Point]:
-    """Return the gripper point [m] of joints (rad, m, m)."""
+    """Forward kinematics: return the gripper point [m] for joints (rad, m, m)."""
     return Request("GET", "/v1/fk", Answer("maya_un.values", "Point"), query={"a": a, "b": b, "c": c})
 
 
 def ik(x: float, y: float, z: float) -> Request[Joints]:
-    """Return the joints (rad, m, m) that hold the gripper at a point [m]."""
+    """Inverse kinematics: return the joints (rad, m, m) for a gripper point [m]."""
     return Request("GET", "/v1/ik", Answer("maya_un.values", "Joints"), query={"x": x, "y": y, "z": z})
 
 
@@ -98,7 +101,7 @@ def submit(
     stepwise: bool = False,
     key: str = "",
 ) -> Request[JobAccepted]:
-    """Append a job to the queue; it is stored when the answer comes."""
+    """Append a job to the queue. The job is on the disk before the response."""
     return Request(
         "POST",
         "/v1/jobs",
@@ -129,9 +132,9 @@ def jobs(
     limit: int = 100,
     order: Literal["newest", "oldest"] = "newest",
 ) -> Request[list[JobLine]]:
-    """Return a page of jobs, including those that ended long ago: newest first by default.
+    """Return a page of jobs, newest first by default, ended jobs included.
 
-    Filter by states, owner, words in the name or notes, and numbers `below` and `above`.
+    Filter by `state`, `owner`, `text` in the name or notes, and job number (`below`, `above`).
     """
     return Request(
         "GET",
@@ -157,24 +160,31 @@ def report(job: int) -> Request[JobReport]:
 
 
 def job_body(job: int) -> Request[dict[str, Any]]:
-    """Return a job as it was submitted, or the primitive that it is."""
+    """Return the body with which a job was submitted: a job or a single primitive."""
     return Request("GET", f"/v1/jobs/{job}/body", DATA)
 
 
 def cancel(job: int) -> Request[JobReport]:
-    """Cancel a job; a running job stops on its path. The answer comes when it is at rest."""
+    """Cancel a job.
+
+    If it runs, the robot stops on its path, and the response comes when the robot is at rest.
+    """
     return Request("DELETE", f"/v1/jobs/{job}", Answer("maya_un.schema.jobs", "JobReport"), timeout=120.0)
 
 
 def preview(job: object) -> Request[JobPreview]:
-    """Return what a job would do, step by step: times, heights, and the first refusal; nothing moves."""
+    """Preview a job without motion.
+
+    Return the duration and the heights of each step, and the error of the first step that cannot be done.
+    """
     return Request("POST", "/v1/preview", Answer("maya_un.schema.previews", "JobPreview"), body=job, timeout=120.0)
 
 
 def inspect(job: object, *, samples: int = 200) -> Request[JobInspection]:
-    """Return what a job would do in detail: profiles of the axes, least margins, the longest stop; nothing moves.
+    """Preview a job in detail without motion.
 
-    Each motion has so many `samples`.
+    Return the profiles of the axes, the least margins and the longest stopping time. `samples` is the number of
+    samples per motion (default 200).
     """
     return Request(
         "POST",
@@ -201,7 +211,7 @@ def task(
 ) -> Request[JobReport]:
     """Append a primitive to the queue as a job of one step.
 
-    With `wait`, which needs the control lease, the answer comes when it has ended.
+    With `wait`, the response comes when the job has ended; this needs the control lease.
     """
     return Request(
         "POST",
@@ -231,9 +241,9 @@ def queue() -> Request[QueueView]:
 
 
 def pause_queue(when: Literal["after step", "now"] = "after step") -> Request[QueueView]:
-    """Pause the queue after the step under way.
+    """Pause the queue after the running step.
 
-    With `when` "now", brake on the path and hold the step under way too.
+    With `when` "now", brake on the path and pause the running step too.
     """
     return Request(
         "POST",
@@ -245,9 +255,9 @@ def pause_queue(when: Literal["after step", "now"] = "after step") -> Request[Qu
 
 
 def resume_queue() -> Request[QueueView]:
-    """Resume the queue, and the step that is held.
+    """Resume the queue and the paused step.
 
-    Raises `AnswerNeeded` while an interrupted job waits for a choice.
+    Refused (4015 AnswerNeeded) while an interrupted job waits for a decision.
     """
     return Request("POST", "/v1/queue/resume", Answer("maya_un.schema.jobs", "QueueView"))
 
@@ -255,28 +265,29 @@ def resume_queue() -> Request[QueueView]:
 def step_queue() -> Request[QueueView]:
     """Carry out one step, then pause.
 
-    Raises `AnswerNeeded` while an interrupted job waits for a choice.
+    Refused (4015 AnswerNeeded) while an interrupted job waits for a decision.
     """
     return Request("POST", "/v1/queue/step", Answer("maya_un.schema.jobs", "QueueView"))
 
 
 def clear_queue() -> Request[QueueView]:
-    """Cancel all waiting jobs, including held ones; the job under way goes on."""
+    """Cancel all waiting jobs, held ones included. The running job continues."""
     return Request("POST", "/v1/queue/clear", Answer("maya_un.schema.jobs", "QueueView"), timeout=120.0)
 
 
 def recovery() -> Request[Recovery]:
-    """Return the interrupted job that waits for a person, and the choices."""
+    """Return the interrupted job and the possible decisions about it."""
     return Request("GET", "/v1/queue/recovery", Answer("maya_un.schema.jobs", "Recovery"))
 
 
 def choose_recovery(
     choice: Literal["resume", "redo", "skip", "abort"], *, holding: bool | None = None, resume_queue: bool = True
 ) -> Request[QueueView]:
-    """Choose what happens to the interrupted job: resume, redo, skip or abort.
+    """Decide about the interrupted job: resume, redo, skip or abort.
 
-    `holding` tells whether the gripper holds a part, where only a person can see it. Raises `AnswerNeeded` if it is
-    needed, `NotFound` if nothing was interrupted, and the errors of motion.
+    `holding` says whether the gripper holds a part. Without it the request is refused (4015 AnswerNeeded) if the
+    decision depends on it. If no job was interrupted, the error is 4004 NotFound. If the rest of the job cannot be
+    done, the error is that of the motion.
     """
     return Request(
         "POST",
@@ -288,7 +299,7 @@ def choose_recovery(
 
 
 def change_job(job: int, changes: object) -> Request[JobLine]:
-    """Change a job: how it is queued, or its steps that have not begun."""
+    """Change the options of a job in the queue, or its steps that have not begun."""
     return Request("PATCH", f"/v1/jobs/{job}", Answer("maya_un.schema.jobs", "JobLine"), body=changes)
 
 
@@ -298,9 +309,10 @@ def hold_job(job: int) -> Request[JobLine]:
 
 
 def release_job(job: int, version: str = "") -> Request[JobLine]:
-    """Release a held job; for a proposal, this is the approval.
+    """Release a held job. For a proposal, this is the approval.
 
-    `version` is that of the report that was read: if the job has changed since, this raises `JobChanged`.
+    `version` is the version in the job's report. If the job has changed since, the request is refused (4022
+    JobChanged).
     """
     return Request(
         "POST",
@@ -313,9 +325,9 @@ def release_job(job: int, version: str = "") -> Request[JobLine]:
 def move_job(
     job: int, *, before: int | None = None, after: int | None = None, to: Literal["first", "last"] | None = None
 ) -> Request[JobLine]:
-    """Move a waiting job `before` or `after` another one, or `to` the first or last place.
+    """Move a waiting job within the queue.
 
-    Give one of the three.
+    Give exactly one of `before` (a job number), `after` (a job number) or `to` ("first" or "last").
     """
     return Request(
         "POST",
@@ -326,9 +338,9 @@ def move_job(
 
 
 def repeat_job(job: int, from_step: int | None = None) -> Request[JobLine]:
-    """Queue an ended job once more, as a new job.
+    """Queue an ended job again as a new job.
 
-    It begins at a step (from 1); by default, at the first that was not done.
+    It begins at the step `from_step` (counted from 1), by default at the first step that was not done.
     """
     return Request(
         "POST",
@@ -361,27 +373,30 @@ def jog_hold(axis: str, direction: int, *, speed: float = 1.0) -> Request[HeldJo
 
 
 def jog_release() -> Request[None]:
-    """End the held jog; other keys are accepted and ignored."""
+    """End the held jog. `axis`, `direction` and `speed` are accepted and ignored."""
     return Request("POST", "/v1/jog", NOTHING, body={"hold": False}, timeout=3600.0)
 
 
 def stop() -> Request[StopReport]:
-    """Stop on the path now; return how long and how far the robot still moves.
+    """Stop the robot on its path.
 
-    The queue is paused if jobs wait in it.
+    Return the time and the distance to rest. If jobs wait, pause the queue.
     """
     return Request("POST", "/v1/stop", Answer("maya_un.values", "StopReport"), timeout=2.0, urgent=True)
 
 
 def abort() -> Request[None]:
-    """Stop without deceleration; the motors may go off, then `recover`."""
+    """Stop without deceleration.
+
+    The motors may go off; `recover` switches them on again.
+    """
     return Request("POST", "/v1/abort", NOTHING, timeout=2.0, urgent=True)
 
 
 def pause() -> Request[StopReport]:
     """Stop on the path and hold all motion until `resume`.
 
-    Return how long and how far the robot still moves.
+    Return the time and the distance to rest.
     """
     return Request("POST", "/v1/pause", Answer("maya_un.values", "StopReport"))
 
@@ -392,26 +407,32 @@ def resume() -> Request[None]:
 
 
 def speed(ratio: float) -> Request[Speed]:
-    """Scale the speed of all motion by `ratio` (0.01 to 1), also of the motion under way."""
+    """Scale the speed of all motion by `ratio` (0.01 to 1), also of the running motion."""
     return Request("POST", "/v1/speed", Answer("maya_un.schema.bodies", "Speed"), body={"ratio": ratio})
 
 
 def recover(*, take_over: bool = False) -> Request[None]:
-    """Clear a fault once its cause is gone; nothing moves.
+    """Clear a fault after its cause is removed. The robot does not move.
 
-    If another program owns the controller, this raises `ControllerOwned`; `take_over` takes the controller from
-    that program instead, at rest.
+    If another program owns the controller, the request is refused (1030 ControllerOwned). With `take_over`, Maya
+    takes the controller from this program; this is refused while axes move (1032).
     """
     return Request("POST", "/v1/recover", NOTHING, query=changed({"take_over": (take_over, False)}), timeout=120.0)
 
 
 def lease() -> Request[LeaseView]:
-    """Return who has the control lease, for how long and why, and whether it is the caller."""
+    """Return the holder of the control lease.
+
+    Return also the time since it was taken, the note, and whether the caller holds it.
+    """
     return Request("GET", "/v1/lease", Answer("maya_un.schema.people", "LeaseView"))
 
 
 def take_lease(*, note: str = "", force: bool = False, patience: float = 10.0) -> Request[LeaseTaken]:
-    """Take the control lease; show the `id` of the answer as header `Maya-Lease`."""
+    """Take the control lease.
+
+    Send the `id` in the response with further requests, in the header `Maya-Lease`.
+    """
     return Request(
         "POST",
         "/v1/lease",
@@ -446,14 +467,14 @@ def poses() -> Request[list[TaughtPose]]:
 
 
 def pose(name: str) -> Request[TaughtPose]:
-    """Return a taught pose; raises `NotTaught`."""
+    """Return a taught pose; 4010 NotTaught if there is none."""
     return Request("GET", f"/v1/poses/{quoted(name)}", Answer("maya_un.schema.jobs", "TaughtPose"))
 
 
 def teach(name: str, *, replace: bool = False) -> Request[TaughtPose]:
     """Store the present position of the robot under a name.
 
-    Raises `NameTaken` unless `replace` is true.
+    If the name exists, the request is refused (4011 NameTaken) unless `replace` is true.
     """
     return Request(
         "PUT",
@@ -481,12 +502,16 @@ def pallets() -> Request[list[PalletInfo]]:
 
 
 def pallet(name: str) -> Request[PalletInfo]:
-    """Return a taught pallet; raises `NotTaught`."""
+    """Return a taught pallet; 4010 NotTaught if there is none."""
     return Request("GET", f"/v1/pallets/{quoted(name)}", Answer("maya_un.schema.jobs", "PalletInfo"))
 
 
 def teach_pallet(name: str, grid: object, *, replace: bool = False) -> Request[PalletInfo]:
-    """Store a grid, spanned by its corners, under a name."""
+    """Store a pallet under a name.
+
+    `corners` are the first cell, the last cell of the first row, the first cell of the last row and, optionally,
+    the last cell. A single row or column needs only its two ends.
+    """
     return Request(
         "PUT",
         f"/v1/pallets/{quoted(name)}",
@@ -509,20 +534,17 @@ def forget_pallet(name: str) -> Request[None]:
 
 
 def zones() -> Request[list[ZoneConfig]]:
-    """Return the zones that the robot keeps out of."""
+    """Return all keep-out zones."""
     return Request("GET", "/v1/zones", Answer("maya_un.config.model", "ZoneConfig", many=True))
 
 
 def put_zone(name: str, body: object) -> Request[AnyZone]:
-    """Add a zone to keep out of, for this run.
-
-    It replaces a zone of the same name.
-    """
+    """Add a keep-out zone, or replace the zone with this name. It is valid until `maya up` ends."""
     return Request("PUT", f"/v1/zones/{quoted(name)}", Answer("maya_un.config.model", "AnyZone"), body=body)
 
 
 def remove_zone(name: str) -> Request[None]:
-    """Remove a zone, for this run."""
+    """Remove a zone until `maya up` ends."""
     return Request("DELETE", f"/v1/zones/{quoted(name)}", NOTHING)
 
 
@@ -539,7 +561,7 @@ def sign_in(name: str, password: str) -> Request[NewToken]:
 
 
 def sign_out() -> Request[None]:
-    """Sign out: revoke the token shown."""
+    """Sign out: revoke the token of this request."""
     return Request("DELETE", "/v1/session", NOTHING)
 
 
@@ -551,7 +573,7 @@ def users() -> Request[list[UserLine]]:
 def add_user(
     name: str, role: Literal["viewer", "student", "operator", "admin"], *, password: str | None = None
 ) -> Request[NewToken]:
-    """Add a user; return the first token, which is shown only now."""
+    """Add a user. Return the user's first token; Maya never returns this token again."""
     return Request(
         "POST",
         "/v1/users",
@@ -567,9 +589,9 @@ def change_user(
     password: str | None = None,
     old: str = "",
 ) -> Request[UserLine]:
-    """Change a user's role or password; every user may change their own password.
+    """Change the role or the password of a user. Every user may change their own password.
 
-    An empty password removes it. Users without the role admin give their `old` password too.
+    An empty `password` removes the password. Users without the role admin must also send the `old` password.
     """
     return Request(
         "PATCH",
@@ -590,7 +612,7 @@ def tokens(name: str) -> Request[list[TokenLine]]:
 
 
 def add_token(name: str, *, note: str = "", expires: str = "") -> Request[NewToken]:
-    """Create a token for a user; it is shown only now."""
+    """Create a token for a user. Maya never returns this token again."""
     return Request(
         "POST",
         f"/v1/users/{quoted(name)}/tokens",
@@ -610,7 +632,7 @@ def recordings() -> Request[list[Kept]]:
 
 
 def save_recording() -> Request[Kept]:
-    """Save the last minutes as a recording now."""
+    """Save the last minutes of states, events and controller traffic as a recording."""
     return Request("POST", "/v1/recordings", Answer("maya_un.schema.robot", "Kept"), timeout=120.0)
 
 
@@ -620,7 +642,7 @@ def recording(name: str) -> Request[bytes]:
 
 
 def audit(*, below: int | None = None, limit: int = 100) -> Request[list[AuditLine]]:
-    """Return requests and their results, newest first, numbered below `below`."""
+    """Return the audit log, newest first. With `below`, return only rows with a lower number."""
     return Request(
         "GET",
         "/v1/audit",
@@ -630,5 +652,5 @@ def audit(*, below: int | None = None, limit: int = 100) -> Request[list[AuditLi
 
 
 def back_up() -> Request[bytes]:
-    """Send a copy of the journal's file as it is at this instant: the queue, its history, users, the audit log."""
+    """Return a backup of the database (SQLite): the queue, its history, the users, the audit log."""
     return Request("POST", "/v1/backup", bytes, timeout=120.0)

@@ -132,10 +132,10 @@ class Section:
         return not bool(np.any(low <= high))
 
     def nearest(self, u: float, h: float) -> tuple[float, float]:
-        """Return the place (u, h) of the section that is nearest to any place of its plane [m].
+        """Return the point of the section that is nearest to the point (u, h) of its plane [m].
 
-        Scans all u on a grid, then refines around the best column by golden section. The section must not be
-        empty.
+        Scans a grid of u, then refines around the best column by a golden-section search. Do not call this for an
+        empty section.
         """
         grid, low, high = _curves(self)
         gap = np.clip(h, low, high) - h

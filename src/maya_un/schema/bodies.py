@@ -69,7 +69,7 @@ class JogHold:
 
 @dataclass(frozen=True, slots=True)
 class JogRelease:
-    """End the held jog; other keys are accepted and ignored."""
+    """End the held jog. `axis`, `direction` and `speed` are accepted and ignored."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     hold: No

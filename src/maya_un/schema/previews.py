@@ -41,9 +41,11 @@ class Refusal:
 
 @dataclass(frozen=True, slots=True)
 class JobPreview:
-    """The preview of a job: `duration` [s] over the steps that can be predicted, extremes of the gripper point [m].
+    """The preview of a job.
 
-    With a `refusal`, `steps` ends before the refused one and nothing of the job will run.
+    `duration` [s] is the sum over the steps that can be predicted (not homing). `lowest` and `highest` are the extreme
+    heights of the gripper point [m]. If there is a `refusal`, `steps` ends before the refused step. Maya would then
+    refuse the whole job.
     """
 
     duration: float

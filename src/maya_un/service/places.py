@@ -22,10 +22,10 @@ def zones_of(controller: Controller) -> list[AnyZone]:
 
 
 def put_zone(controller: Controller, data: Mapping[str, object]) -> AnyZone:
-    """Keep out of one more zone, which takes the place of one of its name; return it as it is taken.
+    """Add a keep-out zone, or replace the zone with the same name; return the zone with all defaults.
 
-    Raises `InvalidRequest` with the key that makes it none, and where there are `MOST_ZONES`; `Busy` while something
-    moves.
+    Raises `InvalidRequest` for an invalid key, or if there would be more than `MOST_ZONES` zones, and `Busy` while the
+    robot moves.
     """
     new = parse_zone(data)
     zones = {zone.name: zone for zone in controller.zones} | {new.name: zone_of(new)}

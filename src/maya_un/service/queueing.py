@@ -35,7 +35,7 @@ class RecordingService:
         self._recorder = recorder
 
     def list(self) -> list[Kept]:
-        """Return the recordings that are kept, newest first; a line each: name, date, reason, size in bytes."""
+        """Return the stored recordings, newest first, each with name, date, reason and size [bytes]."""
         shelf = None if self._recorder is None else self._recorder.shelf
         return [] if shelf is None else shelf.list()
 

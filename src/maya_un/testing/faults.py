@@ -1,7 +1,7 @@
-"""Faults of a virtual controller, each for the length of a block.
+"""Context managers that inject faults into a virtual controller.
 
-`with faults.latency(virtual, 0.05, jitter=0.01): ...` begins it and ends it, whatever happens in the block; a fault of
-the same kind that stood before stands again afterwards. `maya dmc fault` describes each fault.
+`with faults.latency(virtual, 0.05, jitter=0.01): ...` starts the fault and ends it with the block, also after an
+exception. An earlier fault of the same kind is active again afterwards. `maya dmc fault` describes each fault.
 """
 
 from __future__ import annotations

@@ -152,7 +152,7 @@ class MotionCore:
         return level == (self.cn[0] == 1)
 
     def home_state(self, axis: Axis) -> bool:
-        """Return the home input as `_HM` reads it, by the polarity of CN n1."""
+        """Return the value of the operand `_HM`: the home input with the polarity of the second argument of CN."""
         return self.plant.inputs(axis.index)[2] == (self.cn[1] == -1)
 
     def stop_code(self, axis: Axis) -> StopCode:

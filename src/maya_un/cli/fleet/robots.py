@@ -40,7 +40,7 @@ async def _robots(url: str | None) -> dict[str, str]:
 
 
 def watch(robot: str | None, url: str | None, settings: OutputSettings) -> int:
-    """Show what robots publish until Ctrl-C; raises `SupervisorsNotReached`."""
+    """Show the messages of all robots, or of `robot` only, until Ctrl-C; raises `SupervisorsNotReached`."""
     asyncio.run(_watch(robot, url, settings))
     return output.DONE
 

@@ -122,10 +122,10 @@ def _homed(recording: Recording, time: float) -> bool:
 
 
 def commands_before(scene: ReplayScene, config: Config) -> bytes:
-    """Return what makes a fresh twin what the recorded controller was when the scene begins.
+    """Return the commands that bring a new twin into the state of the recorded controller at the start of the scene.
 
-    The configuration of the controller comes before the state of the scene. If it is unknown, the answers of the
-    controller in the scene replace it.
+    If the commands that configured the controller were recorded, they come before the commands that set the state.
+    Commands derived from the replies in the recording set the program and the variables.
     """
     state, known = _lines(_preparation(scene, config)), _lines(_earlier_answers(scene.opening or scene.pieces))
     if not scene.opening:

@@ -104,7 +104,7 @@ _SUBMITTING = (Operation.SUBMIT, Operation.PROPOSE)
 
 
 def add_jobs(routes: Routes) -> None:
-    """Add the paths."""
+    """Add the routes that submit, list, show and cancel jobs."""
 
     @routes.add(
         "POST",
@@ -117,15 +117,15 @@ def add_jobs(routes: Routes) -> None:
         examples=_JOBS,
     )
     async def submit(ask: Ask, job: JobBody, options: SubmitOptions, key: IdempotencyKey = "") -> Response:
-        """Append a job to the queue; it is stored when the answer comes."""
+        """Append a job to the queue. The job is on the disk before the response."""
         accepted = ask(lambda service: service.submit(job, by=ask.caller, options=options, key=key))
         return answer(await accepted, 202)
 
     @routes.add("GET", "/v1/jobs", Operation.READ, tag=_TAG, gives=list[JobLine], client="history.page")
     async def jobs(ask: Ask, which: Which) -> Response:
-        """Return a page of jobs, including those that ended long ago: newest first by default.
+        """Return a page of jobs, newest first by default, ended jobs included.
 
-        Filter by states, owner, words in the name or notes, and numbers `below` and `above`.
+        Filter by `state`, `owner`, `text` in the name or notes, and job number (`below`, `above`).
         """
         return answer(await ask(lambda service: service.history.page(which)))
 
@@ -152,7 +152,7 @@ def add_jobs(routes: Routes) -> None:
         client="history.body",
     )
     async def job_body(ask: Ask, job: JobNumber) -> Response:
-        """Return a job as it was submitted, or the primitive that it is."""
+        """Return the body with which a job was submitted: a job or a single primitive."""
         return answer(await ask(lambda service: service.history.body(job)))
 
     @routes.add(
@@ -167,12 +167,15 @@ def add_jobs(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def cancel(ask: Ask, job: JobNumber) -> Response:
-        """Cancel a job; a running job stops on its path. The answer comes when it is at rest."""
+        """Cancel a job.
+
+        If it runs, the robot stops on its path, and the response comes when the robot is at rest.
+        """
         return answer(await ask(lambda service: service.cancel(job, by=ask.caller)))
 
 
 def add_previews(routes: Routes) -> None:
-    """Add the paths that tell what a job would be."""
+    """Add the routes that preview and inspect a job."""
 
     @routes.add(
         "POST",
@@ -185,7 +188,10 @@ def add_previews(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def preview(ask: Ask, job: JobBody) -> Response:
-        """Return what a job would do, step by step: times, heights, and the first refusal; nothing moves."""
+        """Preview a job without motion.
+
+        Return the duration and the heights of each step, and the error of the first step that cannot be done.
+        """
         return as_json(await ask.unless_left(lambda service: service.previews.preview(job, by=ask.caller)))
 
     @routes.add(
@@ -199,16 +205,17 @@ def add_previews(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def inspect(ask: Ask, job: JobBody, samples: Annotated[int, Query(ge=2, le=MOST_SAMPLES)] = 200) -> Response:
-        """Return what a job would do in detail: profiles of the axes, least margins, the longest stop; nothing moves.
+        """Preview a job in detail without motion.
 
-        Each motion has so many `samples`.
+        Return the profiles of the axes, the least margins and the longest stopping time. `samples` is the number of
+        samples per motion (default 200).
         """
         told = ask.unless_left(lambda service: service.previews.inspect(job, samples=samples, by=ask.caller))
         return as_json(await told)
 
 
 def add_tasks(routes: Routes) -> None:
-    """Add the path of single primitives."""
+    """Add the route of single primitives."""
 
     @routes.add(
         "POST",
@@ -228,7 +235,7 @@ def add_tasks(routes: Routes) -> None:
     ) -> Response:
         """Append a primitive to the queue as a job of one step.
 
-        With `wait`, which needs the control lease, the answer comes when it has ended.
+        With `wait`, the response comes when the job has ended; this needs the control lease.
         """
         operations = (Operation.WISH,) if wait else _SUBMITTING
         told = ask(

@@ -33,14 +33,17 @@ OfferingBody = Annotated[Offering, sent(Offering)]
 
 
 def add_lease(routes: Routes) -> None:
-    """Add the paths."""
+    """Add the routes of the control lease."""
 
     @routes.add("GET", "/v1/lease", Operation.READ, tag=_TAG, gives=LeaseView, client="lease.view")
     async def lease(ask: Ask) -> Response:
-        """Return who has the control lease, for how long and why, and whether it is the caller."""
+        """Return the holder of the control lease.
+
+        Return also the time since it was taken, the note, and whether the caller holds it.
+        """
         return answer(await ask(lambda service: service.lease.view(ask.caller)))
 
-    notes = {"with a note": {"note": "aligning the tray"}, "from whoever holds it": {"force": True}}
+    notes = {"with a note": {"note": "aligning the tray"}, "take it from the holder": {"force": True}}
 
     @routes.add(
         "POST",
@@ -53,7 +56,10 @@ def add_lease(routes: Routes) -> None:
         examples=notes,
     )
     async def take_lease(ask: Ask, body: TakingBody) -> Response:
-        """Take the control lease; show the `id` of the answer as header `Maya-Lease`."""
+        """Take the control lease.
+
+        Send the `id` in the response with further requests, in the header `Maya-Lease`.
+        """
         taken = ask(
             lambda service: service.lease.take(ask.caller, note=body.note, patience=body.patience, force=body.force)
         )
@@ -103,7 +109,7 @@ TokenBody = Annotated[TokenWish, sent(TokenWish, optional=True)]
 
 
 def add_sessions(routes: Routes, bridge: Bridge) -> None:
-    """Add the paths of whoever asks."""
+    """Add the routes of the caller: identity and session."""
 
     @routes.add("GET", "/v1/me", Operation.READ, tag=_ME, gives=Me, client="users.me")
     async def me(ask: Ask) -> Response:
@@ -134,13 +140,13 @@ def add_sessions(routes: Routes, bridge: Bridge) -> None:
         client="users.sign_out",
     )
     async def sign_out(ask: Ask) -> Response:
-        """Sign out: revoke the token shown."""
+        """Sign out: revoke the token of this request."""
         await ask(lambda service: service.users.sign_out(ask.caller))
         return answer(Removed(ask.caller.token))
 
 
 def add_users(routes: Routes) -> None:
-    """Add the paths of users."""
+    """Add the routes of users."""
 
     @routes.add("GET", "/v1/users", Operation.USERS, tag=_USERS, gives=list[UserLine], client="users.all")
     async def users(ask: Ask) -> Response:
@@ -159,7 +165,7 @@ def add_users(routes: Routes) -> None:
         client="users.add",
     )
     async def add_user(ask: Ask, body: UserBody) -> Response:
-        """Add a user; return the first token, which is shown only now."""
+        """Add a user. Return the user's first token; Maya never returns this token again."""
         return answer(await ask(lambda service: service.users.add(body.name, body.role, body.password)), 201)
 
     @routes.add(
@@ -171,14 +177,14 @@ def add_users(routes: Routes) -> None:
         refuses=(UnknownName, StorageFailed),
         examples={
             "another role": {"role": "operator"},
-            "another password of one's own": {"old": "correct horse battery", "password": "four words are enough"},
+            "own password": {"old": "correct horse battery", "password": "four words are enough"},
         },
         client="users.change",
     )
     async def change_user(ask: Ask, name: str, body: ChangeBody) -> Response:
-        """Change a user's role or password; every user may change their own password.
+        """Change the role or the password of a user. Every user may change their own password.
 
-        An empty password removes it. Users without the role admin give their `old` password too.
+        An empty `password` removes the password. Users without the role admin must also send the `old` password.
         """
         changed = ask(
             lambda service: service.users.change(
@@ -203,7 +209,7 @@ def add_users(routes: Routes) -> None:
 
 
 def add_tokens(routes: Routes) -> None:
-    """Add the paths of tokens."""
+    """Add the routes of tokens."""
 
     @routes.add(
         "GET",
@@ -226,11 +232,11 @@ def add_tokens(routes: Routes) -> None:
         gives=NewToken,
         status=201,
         refuses=(UnknownName, StorageFailed),
-        examples={"for a term": {"note": "notebook", "expires": "2099-01-31"}},
+        examples={"with an expiry date": {"note": "notebook", "expires": "2099-01-31"}},
         client="users.add_token",
     )
     async def add_token(ask: Ask, name: str, body: TokenBody) -> Response:
-        """Create a token for a user; it is shown only now."""
+        """Create a token for a user. Maya never returns this token again."""
         made = ask(lambda service: service.users.token(name, note=body.note, expires=body.expires, by=ask.caller))
         return answer(await made, 201)
 

@@ -41,7 +41,7 @@ Angle = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, d
 
 
 def add_geometry(routes: Routes) -> None:
-    """Add the paths."""
+    """Add the routes for the configuration, reach and kinematics."""
 
     @routes.add("GET", "/v1/config", Operation.READ, tag=_WORKSPACE, gives=Config, client="config")
     async def config(ask: Ask) -> Response:
@@ -50,17 +50,17 @@ def add_geometry(routes: Routes) -> None:
 
     @routes.add("GET", "/v1/reach", Operation.READ, tag=_WORKSPACE, gives=Reach, client="reach")
     async def reach(ask: Ask, x: Length, y: Length, z: Length) -> Response:
-        """Return whether a point [m] can be reached; if not, why, and the nearest point that can."""
+        """Check whether a point [m] is reachable. If it is not, return the reason and the nearest reachable point."""
         return answer(await ask.unless_left(lambda service: service.previews.reach(Point(x, y, z), ask.caller)))
 
     @routes.add("GET", "/v1/fk", Operation.READ, tag=_WORKSPACE, gives=Point, refuses=(Unreachable,), client="fk")
     async def fk(ask: Ask, a: Angle, b: Length, c: Length) -> Response:
-        """Return the gripper point [m] of joints (rad, m, m)."""
+        """Forward kinematics: return the gripper point [m] for joints (rad, m, m)."""
         return answer(await ask(lambda service: service.previews.fk(Joints(a, b, c), ask.caller)))
 
     @routes.add("GET", "/v1/ik", Operation.READ, tag=_WORKSPACE, gives=Joints, refuses=(Unreachable,), client="ik")
     async def ik(ask: Ask, x: Length, y: Length, z: Length) -> Response:
-        """Return the joints (rad, m, m) that hold the gripper at a point [m]."""
+        """Inverse kinematics: return the joints (rad, m, m) for a gripper point [m]."""
         return answer(await ask(lambda service: service.previews.ik(Point(x, y, z), ask.caller)))
 
 
@@ -76,21 +76,18 @@ _BOXES = {"a box": {"kind": "box", "low": [0.1, 1.0, 0.0], "high": [0.3, 1.5, 0.
 
 
 def add_zones(routes: Routes) -> None:
-    """Add the paths of zones."""
+    """Add the routes of zones."""
 
     @routes.add("GET", "/v1/zones", Operation.READ, tag=_ZONES, gives=list[ZoneConfig], client="zones.all")
     async def zones(ask: Ask) -> Response:
-        """Return the zones that the robot keeps out of."""
+        """Return all keep-out zones."""
         return answer(await ask(lambda service: service.zones()))
 
     @routes.add(
         "PUT", "/v1/zones/{name:path}", Operation.ZONES, tag=_ZONES, gives=AnyZone, refuses=(Busy,), examples=_BOXES
     )
     async def put_zone(ask: Ask, name: str, body: ZoneBody) -> Response:
-        """Add a zone to keep out of, for this run.
-
-        It replaces a zone of the same name.
-        """
+        """Add a keep-out zone, or replace the zone with this name. It is valid until `maya up` ends."""
         if body.get("name", name) != name:
             raise InvalidRequest(key="name", reason="it is another than that of the path")
         return answer(await ask(lambda service: service.set_zone({**body, "name": name})))
@@ -105,7 +102,7 @@ def add_zones(routes: Routes) -> None:
         client="zones.allow",
     )
     async def remove_zone(ask: Ask, name: str) -> Response:
-        """Remove a zone, for this run."""
+        """Remove a zone until `maya up` ends."""
         await ask(lambda service: service.remove_zone(name))
         return answer(Removed(name))
 
@@ -123,7 +120,7 @@ _TAKING = (NameTaken, FileUnreadable, FileUnwritable)
 
 
 def add_poses(routes: Routes) -> None:
-    """Add the paths of poses."""
+    """Add the routes of poses."""
     tag = "poses"
 
     @routes.add(
@@ -137,7 +134,7 @@ def add_poses(routes: Routes) -> None:
         "GET", "/v1/poses/{name:path}", Operation.READ, tag=tag, gives=TaughtPose, refuses=_ONE, client="poses.get"
     )
     async def pose(ask: Ask, name: str) -> Response:
-        """Return a taught pose; raises `NotTaught`."""
+        """Return a taught pose; 4010 NotTaught if there is none."""
         return answer(await _taught(ask, lambda book: book.pose(name)))
 
     teaching = (*_TAKING, NotConnected, NotHomed, Busy)
@@ -154,7 +151,7 @@ def add_poses(routes: Routes) -> None:
     async def teach(ask: Ask, name: str, replace: bool = False) -> Response:
         """Store the present position of the robot under a name.
 
-        Raises `NameTaken` unless `replace` is true.
+        If the name exists, the request is refused (4011 NameTaken) unless `replace` is true.
         """
         return answer(await _taught(ask, lambda book: book.teach(name, now(), replacing=replace)))
 
@@ -190,7 +187,7 @@ def add_poses(routes: Routes) -> None:
 
 
 def add_pallets(routes: Routes) -> None:
-    """Add the paths of pallets."""
+    """Add the routes of pallets."""
     tag = "pallets"
 
     @routes.add(
@@ -204,7 +201,7 @@ def add_pallets(routes: Routes) -> None:
         "GET", "/v1/pallets/{name:path}", Operation.READ, tag=tag, gives=PalletInfo, refuses=_ONE, client="pallets.get"
     )
     async def pallet(ask: Ask, name: str) -> Response:
-        """Return a taught pallet; raises `NotTaught`."""
+        """Return a taught pallet; 4010 NotTaught if there is none."""
         return answer(await _taught(ask, lambda book: book.pallet(name)))
 
     @routes.add(
@@ -217,7 +214,11 @@ def add_pallets(routes: Routes) -> None:
         examples=_GRIDS,
     )
     async def teach_pallet(ask: Ask, name: str, grid: GridBody, replace: bool = False) -> Response:
-        """Store a grid, spanned by its corners, under a name."""
+        """Store a pallet under a name.
+
+        `corners` are the first cell, the last cell of the first row, the first cell of the last row and, optionally,
+        the last cell. A single row or column needs only its two ends.
+        """
         return answer(await _taught(ask, lambda book: book.teach_pallet(name, grid, now(), replacing=replace)))
 
     @routes.add(

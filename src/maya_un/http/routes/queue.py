@@ -44,14 +44,14 @@ ChangesBody = Annotated[dict[str, Any], sent_as_written(CHANGES)]
 
 
 def add_queue(routes: Routes) -> None:
-    """Add the paths of the queue as a whole."""
+    """Add the routes that show, pause, resume, step and clear the queue."""
 
     @routes.add("GET", "/v1/queue", Operation.READ, tag=_QUEUE, gives=QueueView, client="queue.view")
     async def queue(ask: Ask) -> Response:
         """Return the queue now, with the first 50 waiting jobs."""
         return answer(await ask(_view))
 
-    waits = {"after the step under way": {"when": "after step"}, "now": {"when": "now"}}
+    waits = {"after the running step": {"when": "after step"}, "now": {"when": "now"}}
 
     @routes.add(
         "POST",
@@ -65,9 +65,9 @@ def add_queue(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def pause_queue(ask: Ask, body: PausingBody) -> Response:
-        """Pause the queue after the step under way.
+        """Pause the queue after the running step.
 
-        With `when` "now", brake on the path and hold the step under way too.
+        With `when` "now", brake on the path and pause the running step too.
         """
         return answer(await ask(lambda service: service.queue.pause(ask.caller, when=body.when)))
 
@@ -81,9 +81,9 @@ def add_queue(routes: Routes) -> None:
         client="queue.resume",
     )
     async def resume_queue(ask: Ask) -> Response:
-        """Resume the queue, and the step that is held.
+        """Resume the queue and the paused step.
 
-        Raises `AnswerNeeded` while an interrupted job waits for a choice.
+        Refused (4015 AnswerNeeded) while an interrupted job waits for a decision.
         """
         return answer(await ask(lambda service: service.queue.resume(ask.caller)))
 
@@ -99,7 +99,7 @@ def add_queue(routes: Routes) -> None:
     async def step_queue(ask: Ask) -> Response:
         """Carry out one step, then pause.
 
-        Raises `AnswerNeeded` while an interrupted job waits for a choice.
+        Refused (4015 AnswerNeeded) while an interrupted job waits for a decision.
         """
         return answer(await ask(lambda service: service.queue.step(ask.caller)))
 
@@ -107,16 +107,16 @@ def add_queue(routes: Routes) -> None:
         "POST", "/v1/queue/clear", Operation.CLEAR, tag=_QUEUE, gives=QueueView, client="queue.clear", patience=AT_REST
     )
     async def clear_queue(ask: Ask) -> Response:
-        """Cancel all waiting jobs, including held ones; the job under way goes on."""
+        """Cancel all waiting jobs, held ones included. The running job continues."""
         return answer(await ask(lambda service: service.queue.clear(ask.caller)))
 
 
 def add_recovery(routes: Routes) -> None:
-    """Add the paths of a job that was under way when this program last ended."""
+    """Add the routes for a job that was running when this program last ended."""
 
     @routes.add("GET", "/v1/queue/recovery", Operation.READ, tag=_QUEUE, gives=Recovery, refuses=(NotFound,))
     async def recovery(ask: Ask) -> Response:
-        """Return the interrupted job that waits for a person, and the choices."""
+        """Return the interrupted job and the possible decisions about it."""
 
         async def found(service: Service) -> Recovery:
             waiting = service.queue.view().recovery
@@ -140,10 +140,11 @@ def add_recovery(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def choose_recovery(ask: Ask, body: RecoveringBody) -> Response:
-        """Choose what happens to the interrupted job: resume, redo, skip or abort.
+        """Decide about the interrupted job: resume, redo, skip or abort.
 
-        `holding` tells whether the gripper holds a part, where only a person can see it. Raises `AnswerNeeded` if it is
-        needed, `NotFound` if nothing was interrupted, and the errors of motion.
+        `holding` says whether the gripper holds a part. Without it the request is refused (4015 AnswerNeeded) if the
+        decision depends on it. If no job was interrupted, the error is 4004 NotFound. If the rest of the job cannot be
+        done, the error is that of the motion.
         """
         chosen = ask(
             lambda service: service.queue.recover(
@@ -154,7 +155,7 @@ def add_recovery(routes: Routes) -> None:
 
 
 def add_ordering(routes: Routes) -> None:
-    """Add the paths that change one job of the queue."""
+    """Add the routes that change one job of the queue."""
 
     @routes.add(
         "PATCH",
@@ -166,7 +167,7 @@ def add_ordering(routes: Routes) -> None:
         examples={"sooner": {"priority": 10, "notes": "before the visit"}},
     )
     async def change_job(ask: Ask, job: JobNumber, changes: ChangesBody) -> Response:
-        """Change a job: how it is queued, or its steps that have not begun."""
+        """Change the options of a job in the queue, or its steps that have not begun."""
         return answer(await ask(lambda service: service.queue.change(job, changes, ask.caller)))
 
     @routes.add(
@@ -186,9 +187,10 @@ def add_ordering(routes: Routes) -> None:
         client="queue.release",
     )
     async def release_job(ask: Ask, job: JobNumber, version: Version = "") -> Response:
-        """Release a held job; for a proposal, this is the approval.
+        """Release a held job. For a proposal, this is the approval.
 
-        `version` is that of the report that was read: if the job has changed since, this raises `JobChanged`.
+        `version` is the version in the job's report. If the job has changed since, the request is refused (4022
+        JobChanged).
         """
         return answer(await ask(lambda service: service.queue.release(job, ask.caller, version=version)))
 
@@ -205,9 +207,9 @@ def add_ordering(routes: Routes) -> None:
         client="queue.move",
     )
     async def move_job(ask: Ask, job: JobNumber, body: MovingBody) -> Response:
-        """Move a waiting job `before` or `after` another one, or `to` the first or last place.
+        """Move a waiting job within the queue.
 
-        Give one of the three.
+        Give exactly one of `before` (a job number), `after` (a job number) or `to` ("first" or "last").
         """
 
         def moved(service: Service) -> Awaitable[JobLine]:
@@ -228,9 +230,9 @@ def add_ordering(routes: Routes) -> None:
         client="queue.again",
     )
     async def repeat_job(ask: Ask, job: JobNumber, body: AgainBody) -> Response:
-        """Queue an ended job once more, as a new job.
+        """Queue an ended job again as a new job.
 
-        It begins at a step (from 1); by default, at the first that was not done.
+        It begins at the step `from_step` (counted from 1), by default at the first step that was not done.
         """
         return answer(await ask(lambda service: service.queue.again(job, from_step=body.from_step, by=ask.caller)), 202)
 

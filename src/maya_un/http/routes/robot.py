@@ -44,7 +44,7 @@ _NO_MOTION = (UnknownName, NotConnected, Faulted, NotHomed, Busy, Stopped, Unrea
 
 
 def add_moving(routes: Routes) -> None:
-    """Add the paths."""
+    """Add the routes for jog, stop, abort, pause, resume, speed and recover."""
 
     @routes.add(
         "POST",
@@ -57,9 +57,9 @@ def add_moving(routes: Routes) -> None:
         patience=LONGEST_MOTION,
     )
     async def jog(ask: Ask, body: AnyJog) -> Response:
-        """Move along one axis by a distance, or for as long as the request is repeated.
+        """Jog along one axis by a `distance`; the response comes at the end of the motion.
 
-        The answer to a jog by a distance comes at its end.
+        With `hold` true, jog while the request is repeated at least twice a second. `hold` false ends this jog.
         """
         if isinstance(body, JogBy):
             how = body
@@ -73,15 +73,18 @@ def add_moving(routes: Routes) -> None:
 
     @routes.add("POST", "/v1/stop", Operation.STOP, tag=_TAG, gives=StopReport, refuses=(NotConnected,), patience=HURRY)
     async def stop(ask: Ask) -> Response:
-        """Stop on the path now; return how long and how far the robot still moves.
+        """Stop the robot on its path.
 
-        The queue is paused if jobs wait in it.
+        Return the time and the distance to rest. If jobs wait, pause the queue.
         """
         return answer(await ask(lambda service: service.stop()))
 
     @routes.add("POST", "/v1/abort", Operation.ABORT, tag=_TAG, gives=Aborted, refuses=(NotConnected,), patience=HURRY)
     async def abort(ask: Ask) -> Response:
-        """Stop without deceleration; the motors may go off, then `recover`."""
+        """Stop without deceleration.
+
+        The motors may go off; `recover` switches them on again.
+        """
         await ask(lambda service: service.abort())
         return answer(Aborted())
 
@@ -91,7 +94,7 @@ def add_moving(routes: Routes) -> None:
     async def pause(ask: Ask) -> Response:
         """Stop on the path and hold all motion until `resume`.
 
-        Return how long and how far the robot still moves.
+        Return the time and the distance to rest.
         """
         return answer(await ask(lambda service: service.pause()))
 
@@ -113,7 +116,7 @@ def add_moving(routes: Routes) -> None:
         "POST", "/v1/speed", Operation.SPEED, tag=_TAG, gives=Speed, examples={"half": {"ratio": 0.5}}, client="speed"
     )
     async def speed(ask: Ask, body: SpeedBody) -> Response:
-        """Scale the speed of all motion by `ratio` (0.01 to 1), also of the motion under way."""
+        """Scale the speed of all motion by `ratio` (0.01 to 1), also of the running motion."""
         await ask(lambda service: service.speed(body.ratio))
         return answer(body)
 
@@ -130,10 +133,10 @@ def add_moving(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def recover(ask: Ask, take_over: TakeOver = False) -> Response:
-        """Clear a fault once its cause is gone; nothing moves.
+        """Clear a fault after its cause is removed. The robot does not move.
 
-        If another program owns the controller, this raises `ControllerOwned`; `take_over` takes the controller from
-        that program instead, at rest.
+        If another program owns the controller, the request is refused (1030 ControllerOwned). With `take_over`, Maya
+        takes the controller from this program; this is refused while axes move (1032).
         """
         await ask(lambda service: service.recover(take_over=take_over))
         return answer(Recovered())

@@ -86,17 +86,17 @@ LONGEST_WAIT = 60.0
 """Longest wait for a new event [s, real time]."""
 
 FEW_EVENTS = 100
-"""So many are answered at once; for more, whoever asks waits for a turn."""
+"""Number of events that a request gets at once; a request for more waits for its turn."""
 
 _STATUS = "looking"
 
 
 def add_reading(routes: Routes, bridge: Bridge) -> None:
-    """Add the paths."""
+    """Add the routes for status, events and the parts of the twin."""
 
     @routes.add("GET", "/v1/status", Operation.READ, tag=_STATUS, gives=Status, client="status")
     async def status(ask: Ask) -> Response:
-        """Return everything about now: the machine, the motion under way, the queue."""
+        """Return the present state: the machine, the running motion, the queue."""
         return answer(await ask(lambda service: service.status()))
 
     @routes.add("GET", "/v1/events", Operation.READ, tag=_STATUS, gives=list[EventMessage], refuses=(EventsForgotten,))
@@ -109,7 +109,7 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
     ) -> Response:
         """Return the events numbered above `since`, oldest first.
 
-        Without any, wait up to `wait` seconds for one.
+        If there are none, wait up to `wait` seconds for the next event.
         """
         asked = bridge.events(ask.caller, since, wait, run, min(limit, FEW_EVENTS))
         few = await (ask.while_allowed(asked, Operation.READ) if wait else asked)
@@ -120,7 +120,7 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
 
     @routes.add("GET", "/v1/twin", Operation.READ, tag=_STATUS, gives=Table, refuses=(NotFound,))
     async def twin(ask: Ask) -> Response:
-        """Return where the parts stand on the twin's table [m], by its own record."""
+        """Return the positions of the parts on the table of the twin [m]."""
 
         async def looked_at(_service: Service) -> Table:
             if bridge.parts is None:
@@ -135,7 +135,7 @@ _MCAP = "application/vnd.mcap"
 
 
 def add_recordings(routes: Routes) -> None:
-    """Add the paths."""
+    """Add the routes for recordings."""
 
     @routes.add("GET", "/v1/recordings", Operation.READ, tag=_RECORDINGS, gives=list[Kept], client="recordings.all")
     async def recordings(ask: Ask) -> Response:
@@ -158,7 +158,7 @@ def add_recordings(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def save_recording(ask: Ask) -> Response:
-        """Save the last minutes as a recording now."""
+        """Save the last minutes of states, events and controller traffic as a recording."""
         return answer(await ask(lambda service: service.recorder.save(ask.caller)), 201)
 
     @routes.add(
@@ -178,7 +178,7 @@ _SQLITE = "application/vnd.sqlite3"
 
 
 def add_keeping(routes: Routes, bridge: Bridge) -> None:
-    """Add the paths."""
+    """Add the routes for the audit log and backups."""
 
     @routes.add("GET", "/v1/audit", Operation.AUDIT, tag=_ADMIN, gives=list[AuditLine], client="history.audit")
     async def audit(
@@ -186,7 +186,7 @@ def add_keeping(routes: Routes, bridge: Bridge) -> None:
         below: Annotated[int | None, Query(ge=0, le=MOST, description="numbered below")] = None,
         limit: Annotated[int, Query(ge=1, le=1000, description="so many at most")] = 100,
     ) -> Response:
-        """Return requests and their results, newest first, numbered below `below`."""
+        """Return the audit log, newest first. With `below`, return only rows with a lower number."""
         return answer(await ask(lambda service: service.history.audit(below, limit)))
 
     refuses = (NotFound, FileUnwritable, StorageDamaged)
@@ -202,7 +202,7 @@ def add_keeping(routes: Routes, bridge: Bridge) -> None:
         patience=AT_REST,
     )
     async def back_up(ask: Ask) -> Response:
-        """Send a copy of the journal's file as it is at this instant: the queue, its history, users, the audit log."""
+        """Return a backup of the database (SQLite): the queue, its history, the users, the audit log."""
 
         async def kept(_service: Service) -> Path:
             if not isinstance(bridge.journal, SqliteJournal):
@@ -228,28 +228,31 @@ _SYSTEM = "server"
 
 
 def add_system(routes: Routes, app: FastAPI, bridge: Bridge, metrics: Metrics) -> None:
-    """Add the paths."""
+    """Add the routes for health, readiness, metrics and the OpenAPI document."""
 
     @routes.add("GET", "/v1/health", tag=_SYSTEM, gives=Health)
     async def health() -> Response:
-        """Answer that the process lives. The robot is not asked: the answer is the same while its loop hangs."""
+        """Liveness check: the server process runs. It does not check the robot."""
         return answer(Health("ok", __version__))
 
     @routes.add("GET", "/v1/ready", tag=_SYSTEM, gives=Readiness, also=(503,))
     async def ready(request: Request) -> Response:
-        """Ask the robot's loop, for 1 s at most, whether commands can be carried out; tell what prevents it."""
+        """Readiness check: return whether the robot can carry out commands, and if not, the reasons (status 503).
+
+        It waits at most 1 s for the robot and 1 s for the disk.
+        """
         found = await readiness(bridge, language_of(request.headers))
         return answer(found, 200 if found.ready else 503)
 
     @routes.add("GET", "/metrics", Operation.READ, tag=_SYSTEM, gives=str, media=CONTENT_TYPE)
     async def prometheus(ask: Ask) -> Response:
-        """Tell Prometheus what is counted."""
+        """Return the metrics for Prometheus."""
         status, queue = await ask(_standing)
         return Response(metrics.text(status, queue, storage_of(bridge)), media_type=CONTENT_TYPE)
 
     @routes.add("GET", "/v1/openapi.json", tag=_SYSTEM, gives=dict[str, object])
     async def openapi() -> Response:
-        """Tell what can be asked here, as an OpenAPI document."""
+        """Return the OpenAPI document of this interface."""
         return Response(to_json(document(app)), media_type="application/json")
 
 

@@ -39,7 +39,7 @@ class ShieldedTasks:
         self._tasks: set[asyncio.Task[Any]] = set()
 
     async def do(self, work: Coroutine[Any, Any, T]) -> T:
-        """Return what `work` returns, and raise what it raises."""
+        """Run `work` to its end, even if the caller is cancelled. Return its result or raise its exception."""
         return await asyncio.shield(self.begin(work))
 
     def begin(self, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:

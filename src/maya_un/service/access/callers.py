@@ -103,7 +103,7 @@ _SCHEME = "bearer"
 
 
 class PresentedToken(NamedTuple):
-    """A token as somebody shows it."""
+    """The two parts of a token as a client sends it: the public `id` and the `secret`."""
 
     id: str
     secret: str

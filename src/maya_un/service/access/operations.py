@@ -11,10 +11,10 @@ from maya_un.schema.bodies import RoleName
 
 
 class Role(IntEnum):
-    """Roles; each includes the rights of the ones before it.
+    """The role of a user. Each role includes the rights of the roles before it.
 
-    A viewer looks, and may stop. A student proposes jobs, and drives while an operator lends him the lease. An operator
-    drives, keeps the queue and approves. An administrator keeps users as well.
+    A viewer may read and stop. A student may propose jobs, and may move the robot with a lease that an operator offers.
+    An operator may move the robot, change the queue and approve jobs. An administrator may also manage users.
     """
 
     VIEWER = 1
