@@ -33,6 +33,7 @@ from maya_un.errors import (
 )
 from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.values import Joints, Mode, Point
+from tests.calm import CALM_FILE
 from tests.system.processes import CALM, running
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
@@ -44,7 +45,10 @@ FAR = JobBuilder("far").approach([0.20, 1.30, 0.50]).approach([1.20, 0.40, 0.50]
 
 @pytest.fixture(scope="module")
 def homed() -> Iterator[Client]:
-    with Client.twin(speed=60, parts={"cube": CUBE}) as client:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("MAYA_CONFIG", str(CALM_FILE))
+        twin = Client.twin(speed=60, parts={"cube": CUBE})
+    with twin as client:
         client.home()
         yield client
 
