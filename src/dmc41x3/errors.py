@@ -315,7 +315,7 @@ class AddressInUse(
     address: str
 
 
-class FileNotOurs(RequestError, code=5005, en="{path} belongs to another user: {remedy}."):
+class FileNotOurs(RequestError, code=5005, en="This program does not use {path}: {remedy}."):
     """A file that we would write over is somebody else's."""
 
     path: object

@@ -40,7 +40,7 @@ class ServiceNotRunning(
 class ServiceNotAnswering(
     RequestError,
     code=1021,
-    en="The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
+    en="`maya up` runs but does not answer ({reason}). Stop the robot with `maya stop`, then restart `maya up`.",
 ):
     """`maya up` runs but does not answer."""
 

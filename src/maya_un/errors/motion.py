@@ -47,7 +47,7 @@ class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until 
 class Faulted(
     RequestError,
     code=2105,
-    en="The robot is in a fault: {fault} Remove the cause, then run `maya recover`.",
+    en="The robot cannot move because of a fault: {fault}",
 ):
     """Motion was asked for while a fault waits for `recover`."""
 
@@ -82,7 +82,7 @@ class GuardBlocked(RequestError, code=2109, en="The guard cannot be added to the
 class CannotPause(
     RequestError,
     code=2111,
-    en="This cannot be paused: {reason}. If something must not move, run `maya stop`.",
+    en="Maya cannot pause now: {reason}. To stop the robot, run `maya stop`.",
 ):
     """A pause was asked for where there is no motion on a path that could be held."""
 
@@ -268,8 +268,9 @@ class SwitchBlocks(
 class WiringContradictsCn(
     MachineError,
     code=2401,
-    en="The {side} limit switch of axis {axis} reads the opposite of CN {cn} ({reason}). Correct the wiring, or "
-    "`limit_active_level` in the configuration.",
+    en="The {side} limit switch of axis {axis} has the opposite level of the configured one (CN {cn}): "
+    "{reason}. Correct the wiring, or `limit_active_level` in the configuration. Then run `maya recover` "
+    "and `maya home`.",
 ):
     """A limit switch reads the opposite of what register CN says it should."""
 
@@ -293,7 +294,8 @@ class HomingStalled(
 class SwitchNotFound(
     MachineError,
     code=2403,
-    en="Axis {axis} moved {distance} and met no {side} limit switch. Check the switch and its cable.",
+    en="Axis {axis} moved {distance} and met no {side} limit switch. Check the switch and its cable. Then "
+    "run `maya recover` and `maya home`.",
 ):
     """Homing went the whole stroke and met no limit switch."""
 
@@ -305,8 +307,8 @@ class SwitchNotFound(
 class StrokeDiffers(
     MachineError,
     code=2404,
-    en="The stroke of axis {axis} measures {measured}, but the configuration says {wanted}. Check the line and the"
-    " configuration.",
+    en="The stroke of axis {axis} measures {measured}, but the configuration says {wanted}. Check the line "
+    "and the configuration. Then run `maya recover` and `maya home`.",
 ):
     """The measured stroke of a line differs from the configuration by more than 3 %."""
 

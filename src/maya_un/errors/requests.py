@@ -12,7 +12,7 @@ JobStateWord = Literal[
 ]  # fmt: skip
 """States of a job in a sentence."""
 
-JobAction = Literal["held", "released", "moved", "a neighbour", "changed", "done again"]
+JobAction = Literal["held", "released", "moved", "a reference for `queue move`", "changed", "done again"]
 """Changes of a job in the sentence of `WrongState`."""
 
 
@@ -26,8 +26,8 @@ class InvalidJob(RequestError, code=4002, en="The job is refused at {key}: {reas
 class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
     """No task or job has this number."""
 
-    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "journal"]
-    number: int | str | Literal["that was interrupted", "now", "on a real machine", "in a file"]
+    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "stored queue"]
+    number: int | str | Literal["now", "on a real machine", "with `--journal memory`"]
 
 
 class SpeedOnRealMachine(
@@ -96,7 +96,7 @@ class EventsForgotten(
     oldest: int
 
 
-class WrongState(RequestError, code=4014, en="Job {number} is {state}, so it cannot be {action}."):
+class WrongState(RequestError, code=4014, en="Job {number} is {state}. A job in this state cannot be {action}."):
     """A job cannot be changed like that in the state it is in."""
 
     number: int
@@ -107,7 +107,7 @@ class WrongState(RequestError, code=4014, en="Job {number} is {state}, so it can
 class AnswerNeeded(
     RequestError,
     code=4015,
-    en="Only a person can answer this: {question} Answer with `maya queue recover CHOICE` ({options}).",
+    en="A person must answer first: {question} Answer with `maya queue recover CHOICE` ({options}).",
 ):
     """A person has to say something first that nobody else can know."""
 
@@ -350,8 +350,8 @@ class NotAllowed(
 class LeaseHeld(
     RequestError,
     code=4103,
-    en="{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait. `maya stop` "
-    "works for everybody.",
+    en="{holder} has been driving the robot for {since}. Ask for the lease with `maya lease ask`, or wait. "
+    "`maya stop` works for everybody.",
 ):
     """Somebody else drives the robot."""
 

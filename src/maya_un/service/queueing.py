@@ -137,7 +137,7 @@ class QueueService:
         `Faulted`; `StorageFailed` where it cannot be written, and it is paused all the same.
         """
         if when not in _WHEN:
-            raise InvalidValue(key="when", value=repr(when), reason=f"it is {' or '.join(_WHEN)}")
+            raise InvalidValue(key="when", value=repr(when), reason=f"it must be {' or '.join(_WHEN)}")
         await self._process.turns.pause(by.name, now=when == "now")
         return self.view()
 

@@ -48,10 +48,10 @@ def take(
     force: Annotated[bool, typer.Option("--force", help="take the lease from the driver, if you may")] = False,
     lasts: Lasts = None,
 ) -> int:
-    """Drive until Ctrl-C, or until the connection to this terminal is lost.
+    """Take the control lease and hold it until Ctrl-C, or until this terminal is closed.
 
-    With --for this ends at once, and you drive for so long without being heard of. All your commands on this machine
-    show the lease.
+    With --for TIME the command returns at once, and you hold the lease for TIME. All your commands on this machine
+    use the lease.
     """
     from maya_un.cli.access import lease
 
@@ -94,9 +94,9 @@ def add(
     role: Role = "student",
     password: Annotated[bool, typer.Option("--password", help="ask for a password, to sign in with")] = False,
 ) -> int:
-    """Add a user and show the first token.
+    """Add a user and show a token for this user.
 
-    The first user of all is an admin.
+    Add an admin first: `maya user add NAME --role admin`.
     """
     from maya_un.cli.access import users
 

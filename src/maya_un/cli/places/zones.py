@@ -68,7 +68,7 @@ def _pair(text: str) -> tuple[str, str]:
 def _value(key: str, text: str) -> bool | float | list[float]:
     if key == "lines":
         if text not in {"true", "false"}:
-            raise InvalidValue(key=key, value=repr(text), reason="it is true or false")
+            raise InvalidValue(key=key, value=repr(text), reason="it must be true or false")
         return text == "true"
     numbers = [length(part, key) for part in text.split(",")]
     return numbers if "," in text else numbers[0]

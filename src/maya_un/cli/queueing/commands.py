@@ -78,7 +78,10 @@ def clear(context: typer.Context) -> int:
 def move(
     context: typer.Context,
     job: Number,
-    where: Annotated[Literal["first", "last", "before", "after"], typer.Argument(help="the state of the waiting jobs")],
+    where: Annotated[
+        Literal["first", "last", "before", "after"],
+        typer.Argument(help="first or last: of all waiting jobs; before or after: of the other job"),
+    ],
     other: Other = None,
 ) -> int:
     """Move a waiting job within the queue.

@@ -104,8 +104,8 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
 _MODES = {
     "running": marked("The queue is running."),
     "pausing": marked("The queue pauses after the current step ({reason})."),
-    "paused": marked("The queue is paused since {since} ({reason}). `maya queue resume` continues it."),
-    "asks": marked("The queue is paused since {since} ({reason})."),
+    "paused": marked("The queue has been paused since {since} ({reason}). `maya queue resume` continues it."),
+    "asks": marked("The queue has been paused since {since} ({reason})."),
 }
 
 

@@ -65,10 +65,17 @@ def replay(
     file: Name,
     counts: Annotated[
         float | None,
-        typer.Option(help="tolerance of positions  [default: 2 of a whole twin, else 50]"),
+        typer.Option(
+            help="allowed difference of positions in counts  [default: 2 if the recording contains a twin from its "
+            "power-up on, else 50]"
+        ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(help="tolerance of times  [default: 0.02; 0.1 for a machine]")
+        float | None,
+        typer.Option(
+            help="allowed difference of times in s  [default: 0.02 for a recording of a twin, 0.1 for one of the real "
+            "machine]"
+        ),
     ] = None,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of both: .svg, .png or .pdf")] = None,
 ) -> int:

@@ -405,7 +405,7 @@ def replay(file: str, options: ReplayOptions, settings: OutputSettings) -> int:
     """
     for key, value in (("--counts", options.counts), ("--seconds", options.seconds)):
         if value is not None and not value >= 0.0:
-            raise InvalidValue(key=key, value=value, reason="it is 0 or more")
+            raise InvalidValue(key=key, value=value, reason="it must be 0 or more")
     if options.plot is not None:
         _require_format(Path(options.plot))
     path = found(file)

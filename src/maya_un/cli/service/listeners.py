@@ -87,7 +87,7 @@ def host_and_port(text: str) -> tuple[str, int]:
         host, colon, port = text.partition(":")
         good = not colon or bool(port)
     if not good or not host or (port and not (port.isdecimal() and int(port) < 65536)):
-        raise InvalidValue(key="--listen", value=text, reason="it is HOST, HOST:PORT or [IPV6]:PORT")
+        raise InvalidValue(key="--listen", value=text, reason="it must be HOST, HOST:PORT or [IPV6]:PORT")
     return host, int(port) if port else PORT
 
 

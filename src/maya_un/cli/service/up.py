@@ -129,7 +129,8 @@ def _lines(greeting: StartupBanner, language: str) -> Iterator[str]:
         reason = because({"reason": queue.reason, "by": queue.by}, language)
         yield translate(_waiting(queue), language, count=waiting, reason=reason)
     yield translate(
-        "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends it.", language
+        "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends `maya up`.",
+        language,
     )
 
 
