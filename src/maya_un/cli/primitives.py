@@ -115,13 +115,21 @@ def resume(settings: OutputSettings) -> int:
     )
 
 
-Spot = Annotated[str, typer.Argument(metavar="NAME|X", help="a taught pose or cell, like tray[1,2], or a length")]
-MaybeY = Annotated[str | None, typer.Argument(metavar="[Y]", help="a length in m, or like 120mm")]
-MaybeZ = Annotated[str | None, typer.Argument(metavar="[Z]", help="a length in m, or like 120mm")]
-GraspZ = Annotated[str | None, typer.Argument(metavar="[Z]", help="default: the cell's grasp height")]
-Goal = Annotated[str, typer.Argument(metavar="NAME|A", help="a taught pose, or an angle in rad, or like 30deg")]
-MaybeB = Annotated[str | None, typer.Argument(metavar="[B]", help="a length in m, or like 120mm")]
-MaybeC = Annotated[str | None, typer.Argument(metavar="[C]", help="a length in m, or like 120mm")]
+Spot = Annotated[
+    str,
+    typer.Argument(metavar="NAME|X", help="a taught pose, a place in a pallet like tray[1,2], or x in m or like 120mm"),
+]
+MaybeY = Annotated[str | None, typer.Argument(metavar="[Y]", help="y in m, or like 120mm")]
+MaybeZ = Annotated[str | None, typer.Argument(metavar="[Z]", help="z in m, or like 120mm")]
+GraspZ = Annotated[
+    str | None,
+    typer.Argument(metavar="[Z]", help="z in m, or like 120mm  [default: cell.grasp_height of the configuration]"),
+]
+Goal = Annotated[
+    str, typer.Argument(metavar="NAME|A", help="a taught pose, or the angle of the boom in rad, or like 30deg")
+]
+MaybeB = Annotated[str | None, typer.Argument(metavar="[B]", help="length of line b in m, or like 120mm")]
+MaybeC = Annotated[str | None, typer.Argument(metavar="[C]", help="length of line c in m, or like 120mm")]
 
 Run = Callable[..., int]
 
