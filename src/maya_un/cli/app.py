@@ -238,7 +238,10 @@ def jog(
 
 @app.command(**_HOW)
 def abort(context: typer.Context) -> int:
-    """Stop without deceleration; the motors may go off, then run `maya recover`."""
+    """Stop without deceleration.
+
+    Motors may switch off; then run `maya recover`. To stop normally, use `maya stop`.
+    """
     from maya_un.cli import primitives
 
     return primitives.abort(settings_of(context))
@@ -246,7 +249,7 @@ def abort(context: typer.Context) -> int:
 
 @app.command(**_HOW)
 def pause(context: typer.Context) -> int:
-    """Stop on the path and hold all motion until `maya resume`."""
+    """Pause all motion until `maya resume`: the robot decelerates along the path and waits."""
     from maya_un.cli import primitives
 
     return primitives.pause(settings_of(context))

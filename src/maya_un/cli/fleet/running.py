@@ -157,7 +157,7 @@ def _ask(record: ProcessRecord, step: str, language: str) -> None:
                 .lower()
             )
         except EOFError:
-            raise InvalidCommandLine(reason="nobody chose", command="maya fleet run") from None
+            raise InvalidCommandLine(reason="no choice was given", command="maya fleet run") from None
         with suppress(ValueError):
             return record.decided(step, FailureDecision(said))
         output.say(translate("One of: retry, skip, abort", language))

@@ -59,7 +59,7 @@ def _asked(question: str, answers: Sequence[str], language: str) -> str:
         try:
             said = _plain(input(question.format(choices=choices)).strip().lower())
         except EOFError:
-            raise InvalidCommandLine(reason="nobody chose", command=_COMMAND) from None
+            raise InvalidCommandLine(reason="no choice was given", command=_COMMAND) from None
         meant = [answer for answer in answers if said and _plain(answer).startswith(said)]
         same = [answer for answer in meant if _plain(answer) == said]
         if same or len(meant) == 1:

@@ -38,7 +38,7 @@ class RemoteAccess(NamedTuple):
         if (self.certificate is None) != (self.key is None):
             raise InvalidCommandLine(reason="--tls-cert and --tls-key belong together", command=_COMMAND)
         if self.plain and self.certificate is not None:
-            raise InvalidCommandLine(reason="--plain goes without a certificate", command=_COMMAND)
+            raise InvalidCommandLine(reason="--plain cannot be combined with --tls-cert", command=_COMMAND)
         if self.listen is None and (self.plain or self.certificate is not None):
             reason = "--tls-cert, --tls-key and --plain are for --listen; loopback needs no TLS"
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
