@@ -67,7 +67,11 @@ def jog(axis: str, distance: float, settings: OutputSettings) -> int:
 def _moved(gone: Mapping[str, Any], language: str) -> str:
     way = gone["distance"]
     text = f"{degrees(way):z.2f}°" if gone["axis"] == "a" else f"{way * 1e3:z.1f} mm"
-    moved = marked("{axis} by {way}. Stopped because {reason}.") if gone["limit"] else marked("{axis} by {way}.")
+    moved = (
+        marked("Moved {axis} by {way}. It stopped because {reason}.")
+        if gone["limit"]
+        else marked("Moved {axis} by {way}.")
+    )
     return translate(moved, language, axis=gone["axis"], way=text, reason=gone["reason"])
 
 
@@ -103,7 +107,9 @@ def abort(settings: OutputSettings) -> int:
     """Have the running robot stop without deceleration."""
     return output.answer(
         ServiceClient.find().ask(requests.abort()),
-        translate("Aborted: the axes are at rest. `maya recover` switches motors on that went off.", settings.language),
+        translate(
+            "Aborted: the axes are at rest. If motors are off, `maya recover` switches them on.", settings.language
+        ),
         settings,
     )
 

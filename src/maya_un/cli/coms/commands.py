@@ -21,7 +21,8 @@ def coms(
         typer.Option("--connect", help="connect at the start; without it, connect when a program sends POST /connect"),
     ] = False,
     url: Annotated[
-        str | None, typer.Option(metavar="URL", help="the supervisors' server, like mqtt://localhost  [MAYA_COMS_URL]")
+        str | None,
+        typer.Option(metavar="URL", help="the supervisors' server, like mqtt://localhost  [default: $MAYA_COMS_URL]"),
     ] = None,
     port: Annotated[
         int | None,

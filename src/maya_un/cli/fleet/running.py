@@ -152,7 +152,7 @@ def _ask(record: ProcessRecord, step: str, language: str) -> None:
     while True:
         try:
             said = (
-                input(translate("What is to be done with step {step} (retry, skip, abort)? ", language, step=step))
+                input(translate("Choose what to do with step {step} (retry, skip, abort): ", language, step=step))
                 .strip()
                 .lower()
             )

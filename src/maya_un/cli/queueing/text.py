@@ -93,9 +93,7 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
         if view.get("estimated"):
             clock = translate("about {clock} (with an estimated homing)", language, clock=clock)
         yield translate(
-            "All jobs but the held ones will have ended at {clock}."
-            if held
-            else "All jobs will have ended at {clock}.",
+            "Estimated end of all jobs that are not held: {clock}." if held else "Estimated end of all jobs: {clock}.",
             language,
             clock=clock,
         )
