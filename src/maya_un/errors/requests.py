@@ -43,7 +43,7 @@ class SpeedOnRealMachine(
 class NotIdentifiable(
     RequestError,
     code=4009,
-    en="The fit cannot determine {what} from these points: {reason}. What to do: {remedy}.",
+    en="The fit cannot determine {what} from these points: {reason}. Remedy: {remedy}.",
 ):
     """Measured points cannot tell constants of the machine apart; names them and what to measure next."""
 
