@@ -13,7 +13,7 @@ from tests.conventions.source import ROOT
 
 CODE = """
 class Late(Event, word="late", en="late by {seconds} s"): ...
-print(translate("There are {count}.", language).format(count=2), translate("held", language, "constant"))
+print(translate("There are {count}.", language).format(count=2), translate("fixed", language, "constant"))
 print(translate("one" if count == 1 else "many", language), marked("later", "job"), i18n.translate("a" "b", language))
 reword(Late, "very late")
 print(translate(text, language), other("no text"), f"{language}")

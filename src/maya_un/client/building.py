@@ -46,5 +46,5 @@ class PrimitiveSteps(ABC):
         return self.step({"gripper": state})
 
     def move(self, goal: Spot) -> Self:
-        """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space. Caution: it may hit parts on its way."""
+        """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space. It may hit parts."""
         return self.step({"move": joints(goal)})

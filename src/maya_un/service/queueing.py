@@ -207,7 +207,7 @@ class QueueService:
             raise InvalidRequest(key="to", reason="say one of before, after and to")
         if to is not None:
             if to not in _ENDS:
-                raise InvalidValue(key="to", value=repr(to), reason=f"it is {' or '.join(_ENDS)}")
+                raise InvalidValue(key="to", value=repr(to), reason=f"it must be {' or '.join(_ENDS)}")
             await self._process.move_to(number, last=to == "last")
         else:
             beside = before if before is not None else after

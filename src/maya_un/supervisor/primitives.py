@@ -42,7 +42,7 @@ class PrimitiveCommands(ABC):
         return self.do("gripper", deadline=deadline, open=open)
 
     def move(self, a: float, b: float, c: float, *, deadline: float | None = None) -> Step:
-        """Go to joints a, b, c [rad, m, m], in a straight line in joint space. Caution: it may hit parts on its way."""
+        """Go to joints a, b, c [rad, m, m], in a straight line in joint space. It may hit parts."""
         return self.do("move", deadline=deadline, a=a, b=b, c=c)
 
     def can_teleop(self, *, deadline: float | None = None) -> Step:

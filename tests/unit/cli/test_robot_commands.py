@@ -74,7 +74,7 @@ def output_of(
         ({"axis": "c", "distance": -4e-5, "limit": "", "reason": ""}, "c by 0.0 mm.\n"),
         (
             {"axis": "r", "distance": 0.3, "limit": "outer", "reason": "it lies outside"},
-            "r by 300.0 mm. Stopped because it lies outside.\n",
+            "Moved r by 300.0 mm. It stopped because it lies outside.\n",
         ),
     ],
 )

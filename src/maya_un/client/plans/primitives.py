@@ -44,7 +44,7 @@ def gripper(state: Literal["open", "close"]) -> Plan[JobReport]:
 
 
 def move(a: Spot | float, b: float | None = None, c: float | None = None) -> Plan[JobReport]:
-    """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space. Caution: it may hit parts on its way."""
+    """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space. It may hit parts."""
     return (yield from wish({"command": "move", "joints": spot(a, b, c)}))
 
 

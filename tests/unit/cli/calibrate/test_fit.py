@@ -54,7 +54,7 @@ def test_table_shows_target_values_and_uncertainty(points: str, capsys: Capture)
     assert rows["gripper_height (Φ)"] == ["mm", "200.00", "200.00", "held"]
     assert float(rows["zero of a"][2]) == pytest.approx(0.573, abs=0.1)
     assert "29 of 30 points" in shown
-    assert "Left out as outliers, by row: 6 (9" in shown
+    assert "The fit ignored these rows as outliers: 6 (9" in shown
     assert "only their difference" in shown
     assert not default_path().exists()
 

@@ -64,8 +64,8 @@ def test_queue_paused_by_an_unknown_caller_shows_no_name(serve: Serve, capsys: p
 @pytest.mark.parametrize(
     ("counts", "said"),
     [
-        ({"queued": 1}, "All jobs will have ended at "),
-        ({"queued": 1, "held": 1}, "All jobs but the held ones will have ended at "),
+        ({"queued": 1}, "Estimated end of all jobs: "),
+        ({"queued": 1, "held": 1}, "Estimated end of all jobs that are not held: "),
     ],
 )
 def test_held_job_shows_no_predicted_end(
