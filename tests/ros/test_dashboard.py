@@ -22,7 +22,8 @@ PYTHON = Path("/usr/bin/python3")
 UI = ROOT / "ros" / "maya_ui"
 HERE = {"master": True, "controller": True, "robot": True, "process": True}
 FAULT = (
-    "Axis b could not follow its commanded position, so the controller switched its motor off. Look for an obstacle or a jammed line, "
+    "Axis b could not follow its commanded position, so the controller switched its motor off. "
+    "Look for an obstacle or a jammed line, "
     "then run `maya recover`."
 )
 

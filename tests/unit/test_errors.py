@@ -66,7 +66,10 @@ def test_a_language_we_lack_reads_as_english() -> None:
 
 def test_a_detail_that_a_peer_left_out_does_not_hide_the_error() -> None:
     error = errors.from_notice(InvalidConfig.code, {"key": "axes.a", "of": "a newer version"})
-    assert str(error) == "The configuration has an error at axes.a = <value>: <reason>. Correct it, then run `maya config check`."
+    assert (
+        str(error)
+        == "The configuration has an error at axes.a = <value>: <reason>. Correct it, then run `maya config check`."
+    )
     assert error.details == {"key": "axes.a", "of": "a newer version"}
 
 

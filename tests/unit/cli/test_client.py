@@ -37,7 +37,11 @@ def test_refusal_is_raised_as_its_error() -> None:
 
 
 def test_a_refusal_that_came_over_a_graph_keeps_its_words() -> None:
-    problem = {"code": CannotPause.code, "details": {}, "detail": "Maya cannot pause now: nothing moves. To stop the robot, run `maya stop`."}
+    problem = {
+        "code": CannotPause.code,
+        "details": {},
+        "detail": "Maya cannot pause now: nothing moves. To stop the robot, run `maya stop`.",
+    }
     with http_service(lambda *_: (409, problem)) as url, pytest.raises(CannotPause, match="nothing moves"):
         ServiceClient(url).ask(requests.pause())
 

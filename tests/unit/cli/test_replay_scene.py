@@ -83,7 +83,7 @@ def test_missing_data_is_reported() -> None:
     assert opening.startswith("The replay does not know the registers")
     unhomed = replace(LATER, states=(state(89.9, homed=False), state(90.1, homed=False)))
     (place,) = scene_of(unhomed).lacks
-    assert place.startswith("Different: the position of the machine")
+    assert place.startswith("The replay does not know the position of the machine")
 
 
 def test_counts_have_lengths_after_a_later_homing() -> None:

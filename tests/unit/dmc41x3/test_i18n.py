@@ -10,6 +10,7 @@ from types import ModuleType
 import pytest
 
 from dmc41x3 import i18n
+from dmc41x3.errors import FileUnreadable
 from dmc41x3.i18n import marked, translate
 from maya_un.errors import NothingToRecover
 
