@@ -31,7 +31,7 @@ def test_every_text_of_the_code_is_found(script: Any, tmp_path: Path, monkeypatc
     found = {(text.english, text.context, text.file) for text in script.texts(tmp_path)}
     assert found == {
         ("late by {seconds} s", "", "late.py"), ("There are {count}.", "", "late.py"),
-        ("held", "constant", "late.py"), ("one", "", "late.py"), ("many", "", "late.py"),
+        ("fixed", "constant", "late.py"), ("one", "", "late.py"), ("many", "", "late.py"),
         ("later", "job", "late.py"), ("ab", "", "late.py"), ("very late", "", "late.py"),
     }  # fmt: skip
 

@@ -273,8 +273,8 @@ def test_running_command_is_shown_until_its_end(screen: Screen) -> None:
     screen.tell("Under", wish="task", phase="lower", share=0.4)
     assert screen.text("progress") == "Task: lower  %p%"
     assert "is running" in screen.read("now")["tip"]
-    screen.tell("Ended", wish="task", done=False, code="2201", message="Stopped before the end by a stop command.")
-    assert screen.text("note") == "Task: Stopped before the end by a stop command. (2201)"
+    screen.tell("Ended", wish="task", done=False, code="2201", message="A stop command ended this motion.")
+    assert screen.text("note") == "Task: A stop command ended this motion. (2201)"
     assert screen.read("note")["kind"] == ""
     assert screen.text("progress") == ""
 

@@ -183,7 +183,7 @@ def add_to(group: typer.Typer, own: OwnCommands, how: dict[str, Any], of_groups:
 
 def _gclib_group(how: dict[str, Any], group: dict[str, Any]) -> typer.Typer:
     gclib = typer.Typer(
-        **group, help="Install or use a Python module gclib that replaces Galil's gclib, so that scripts run unchanged."
+        **group, help="Install or use a module that replaces Galil's gclib. Scripts then run unchanged."
     )
     gclib.command("install", **how)(gclib_install)
     gclib.command("uninstall", **how)(gclib_uninstall)

@@ -135,7 +135,7 @@ def test_lost_lease_is_reported_and_forgotten(
 
 def test_lease_is_offered_and_requested(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["POST /v1/lease/offer"] = kept.answers["POST /v1/lease/ask"] = OLGA
-    assert "Offered to sam" in printed("maya lease offer sam", capsys)
+    assert "You offered the lease to sam" in printed("maya lease offer sam", capsys)
     assert kept.asked[-1][2] == {"to": "sam"}
     assert printed("maya lease ask", capsys) == "You asked for the lease. olga sees the request.\n"
     kept.answers["POST /v1/lease/ask"] = NOBODY

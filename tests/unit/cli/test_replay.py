@@ -91,7 +91,7 @@ def test_a_machine_is_compared_with_the_twin_that_its_configuration_describes(re
     code, told = replayed(job)
     assert (code, told["differences"]) == (0, [])
     assert told["tolerances"] == {"counts": 50.0, "seconds": 0.1}
-    assert any("friction, lag, stiffness" in words for words in told["not_compared"])
+    assert any("friction, lag and stiffness" in words for words in told["not_compared"])
 
 
 def test_a_machine_recorded_from_the_first_command_on_is_compared_too(replayed: Replayed) -> None:

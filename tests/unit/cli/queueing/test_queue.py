@@ -205,7 +205,7 @@ def test_leaving_without_an_answer_chooses_nothing(
 ) -> None:
     service = serve(**OFFERED)
     at_terminal(monkeypatch, "")
-    assert "nobody chose" in printed(["queue", "recover"], capsys, 2)
+    assert "no choice was given" in printed(["queue", "recover"], capsys, 2)
     assert service.said == []
 
 
@@ -228,7 +228,7 @@ def test_missing_service_is_reported(capsys: pytest.CaptureFixture[str]) -> None
 def test_end_after_a_homing_is_shown_as_an_estimate(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     view = {**VIEW, "counts": {"queued": 1}, "finish_at": "2026-03-01T10:00:00+00:00", "estimated": True}
     serve(**{"/v1/queue": view})
-    assert "ended at about 2026-03-01 10:00 (with an estimated homing)." in printed(["queue"], capsys)
+    assert "Estimated end of all jobs: about 2026-03-01 10:00 (with an estimated homing)." in printed(["queue"], capsys)
 
 
 @pytest.mark.parametrize(
