@@ -111,7 +111,7 @@ def test_difference_exits_with_1_and_shows_its_source(
     assert lines[4].split() == ["received", "':'"]
     assert "EPICS" in lines[5]
     assert lines[5].endswith("(two sources)")
-    assert lines[6].startswith("2 answers are right, 1 differ;")
+    assert lines[6].startswith("2 answers are right, 1 differ.")
     assert (found["name"], found["expected"], found["received"], found["certainty"]) == (
         "wrong",
         ["?", "x"],
