@@ -177,8 +177,8 @@ class LinkTimeout(
 class CommandRejected(
     MachineError,
     code=1004,
-    en="The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, check which other "
-    "program uses this controller.",
+    en="The controller refused {command!r} with code {tc} ({reason}). If you did not send this command "
+    "yourself, check which other program uses this controller.",
 ):
     """The controller answered `?` to a command of ours; carries the TC code."""
 
@@ -213,8 +213,9 @@ class UnexpectedReply(
 class ProgramDiffers(
     MachineError,
     code=1008,
-    en="The controller's program differs from the one sent to it in line {line}: {sent} was sent, {found} is "
-    "there. Download it again. If that does not help, find the other program that writes to this controller.",
+    en="Line {line} of the program in the controller is wrong: {sent} was sent, but it contains {found}. "
+    "Download the program again. If that does not help, find the other program that writes to this "
+    "controller.",
 ):
     """The controller holds another program than the one just downloaded."""
 
@@ -226,8 +227,8 @@ class ProgramDiffers(
 class MemoryDamaged(
     MachineError,
     code=1009,
-    en="The controller found its burned {what} damaged when it last powered up. Download and burn them again "
-    "before any motion.",
+    en="At its last power-up the controller found errors in its burned memory ({what}). Download and burn "
+    "this part again before any motion.",
 ):
     """The controller's EEPROM failed a checksum when it last powered up."""
 
@@ -261,7 +262,7 @@ class ProgramRuns(
     """A download was asked for while the controller runs a program."""
 
 
-class InvalidValue(RequestError, code=4001, en="{key} = {value} is refused: {reason}."):
+class InvalidValue(RequestError, code=4001, en="{key} = {value} is not valid: {reason}."):
     """A value is of the wrong kind or out of range."""
 
     key: str
@@ -269,7 +270,7 @@ class InvalidValue(RequestError, code=4001, en="{key} = {value} is refused: {rea
     reason: str
 
 
-class UnknownName(RequestError, code=4003, en="{name!r} is not known. Known: {known}."):
+class UnknownName(RequestError, code=4003, en="There is no {name!r}. Choose one of: {known}."):
     """A name is not known; lists the names that are."""
 
     name: str
@@ -277,14 +278,16 @@ class UnknownName(RequestError, code=4003, en="{name!r} is not known. Known: {kn
     key: str | None = None
 
 
-class InvalidRequest(RequestError, code=4005, en="The request is refused at {key}: {reason}."):
+class InvalidRequest(RequestError, code=4005, en="The request has an error at {key}: {reason}."):
     """A request body could not be understood."""
 
     key: str
     reason: str
 
 
-class FileUnreadable(RequestError, code=4007, en="{path} cannot be read: {reason}."):
+class FileUnreadable(
+    RequestError, code=4007, en="Reading {path} failed: {reason}. Correct the file, or give another one."
+):
     """A file cannot be read or parsed."""
 
     path: object
@@ -298,7 +301,9 @@ class InvalidCommandLine(RequestError, code=4008, en="{reason}. See `{command} -
     command: str
 
 
-class FileUnwritable(RequestError, code=5002, en="{path} cannot be written: {reason}."):
+class FileUnwritable(
+    RequestError, code=5002, en="Writing {path} failed: {reason}. Give another path, or correct its permissions."
+):
     """A file cannot be written."""
 
     path: object
@@ -315,7 +320,7 @@ class AddressInUse(
     address: str
 
 
-class FileNotOurs(RequestError, code=5005, en="{path} belongs to another user: {remedy}."):
+class FileNotOurs(RequestError, code=5005, en="This program does not use {path}: {remedy}."):
     """A file that we would write over is somebody else's."""
 
     path: object

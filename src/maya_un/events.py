@@ -236,7 +236,7 @@ class OutputCleared(ControllerEvent, word="output_off", en="output {number} off"
     number: int
 
 
-class LimitHit(Trouble, word="limit", en="limit switch", narrated=True, level=logging.WARNING):
+class LimitHit(Trouble, word="limit", en="limit switch hit", narrated=True, level=logging.WARNING):
     """An axis met a limit switch. A person recovers."""
 
 
@@ -298,7 +298,7 @@ class QueueChanged(Event, word="queue", en="queue {state}"):
 
 
 @dataclass(frozen=True)
-class LeaseChanged(Event, word="lease", en="control {change}"):
+class LeaseChanged(Event, word="lease", en="lease {change}"):
     """The control lease was taken, given back or lost: `change` says which. `holder` has it now, "" for nobody.
 
     `source` is where the holder works from. `implicit`: it was taken by a command and not asked for. `before` had it
@@ -315,7 +315,7 @@ class LeaseChanged(Event, word="lease", en="control {change}"):
 
 
 @dataclass(frozen=True)
-class StorageChanged(Event, word="storage", en="journal: {state}", level=logging.ERROR):
+class StorageChanged(Event, word="storage", en="storage of the queue: {state}", level=logging.ERROR):
     """The journal cannot be written (`state` failing, with the `reason`), or can be written again (working)."""
 
     state: str

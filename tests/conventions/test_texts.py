@@ -13,7 +13,7 @@ from tests.conventions.source import ROOT
 
 CODE = """
 class Late(Event, word="late", en="late by {seconds} s"): ...
-print(translate("There are {count}.", language).format(count=2), translate("held", language, "constant"))
+print(translate("There are {count}.", language).format(count=2), translate("fixed", language, "constant"))
 print(translate("one" if count == 1 else "many", language), marked("later", "job"), i18n.translate("a" "b", language))
 reword(Late, "very late")
 print(translate(text, language), other("no text"), f"{language}")
@@ -31,7 +31,7 @@ def test_every_text_of_the_code_is_found(script: Any, tmp_path: Path, monkeypatc
     found = {(text.english, text.context, text.file) for text in script.texts(tmp_path)}
     assert found == {
         ("late by {seconds} s", "", "late.py"), ("There are {count}.", "", "late.py"),
-        ("held", "constant", "late.py"), ("one", "", "late.py"), ("many", "", "late.py"),
+        ("fixed", "constant", "late.py"), ("one", "", "late.py"), ("many", "", "late.py"),
         ("later", "job", "late.py"), ("ab", "", "late.py"), ("very late", "", "late.py"),
     }  # fmt: skip
 

@@ -63,7 +63,7 @@ def test_refused_places_and_only_those_have_a_reason(point: Point) -> None:
         assert WORKSPACE.contains(WORKSPACE.require(point))
     else:
         assert reason.excess >= 0.0
-        with pytest.raises(Unreachable, match="Nearest reachable"):
+        with pytest.raises(Unreachable, match="nearest reachable"):
             WORKSPACE.require(point)
 
 

@@ -22,7 +22,8 @@ PYTHON = Path("/usr/bin/python3")
 UI = ROOT / "ros" / "maya_ui"
 HERE = {"master": True, "controller": True, "robot": True, "process": True}
 FAULT = (
-    "Axis b could not follow its reference and its motor was switched off. Look for an obstacle or a jammed line, "
+    "Axis b could not follow its commanded position, so the controller switched its motor off. "
+    "Look for an obstacle or a jammed line, "
     "then run `maya recover`."
 )
 
@@ -272,8 +273,8 @@ def test_running_command_is_shown_until_its_end(screen: Screen) -> None:
     screen.tell("Under", wish="task", phase="lower", share=0.4)
     assert screen.text("progress") == "Task: lower  %p%"
     assert "is running" in screen.read("now")["tip"]
-    screen.tell("Ended", wish="task", done=False, code="2201", message="Stopped before the end by a stop command.")
-    assert screen.text("note") == "Task: Stopped before the end by a stop command. (2201)"
+    screen.tell("Ended", wish="task", done=False, code="2201", message="A stop command ended this motion.")
+    assert screen.text("note") == "Task: A stop command ended this motion. (2201)"
     assert screen.read("note")["kind"] == ""
     assert screen.text("progress") == ""
 

@@ -68,7 +68,7 @@ def test_the_heartbeat_is_the_command_itself(monkeypatch: pytest.MonkeyPatch) ->
         up.until("maya home")
         with running("lease take") as driver:
             driver.until("You drive now")
-            assert "That is you, here." in owner("lease")
+            assert "You hold this lease, on this machine." in owner("lease")
             driver.send(signal.SIGTERM)
             code, said = driver.end()
             assert (code, "Given back" in said) == (0, True)
@@ -78,7 +78,7 @@ def test_the_heartbeat_is_the_command_itself(monkeypatch: pytest.MonkeyPatch) ->
             owner("lease take --force --for 1min")
             code, said = driver.end()
             assert (code, "error 4105" in said) == (2, True)
-        assert "That is you, here." in owner("lease")
+        assert "You hold this lease, on this machine." in owner("lease")
         owner("lease release")
 
 

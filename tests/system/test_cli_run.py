@@ -73,7 +73,7 @@ def test_a_job_that_is_refused_moves_nothing(tmp_path: Path, capsys: pytest.Capt
     found = report("run far.yaml --dry-run", capsys, code=1)
     assert (found["state"], found["code"]) == ("failed", 2101)
     assert [step["state"] for step in found["steps"]] == ["skipped", "failed"]
-    assert "Nearest reachable" in found["message"]
+    assert "nearest reachable" in found["message"]
 
 
 @pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM])
@@ -132,7 +132,7 @@ def test_interrupted_command_stops_the_running_robot() -> None:
 
 def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> None:
     with running(f"up --port 0 --speed 50 --table job.yaml {CALM}") as up:
-        up.until("Ctrl-C ends it")
+        up.until("Ctrl-C ends")
         found = report("run job.yaml", capsys)
         assert (found["state"], found["parts"]["cube"]["error"] < 2e-4) == ("done", True)
         code, text = done("approach 0.5 1.1 0.5")

@@ -108,7 +108,7 @@ def test_a_job_is_previewed_as_it_is_done(maya: Client) -> None:
 def test_refusal_is_raised_as_its_error(maya: Client) -> None:
     with pytest.raises(GripperEmpty, match="nothing to place"):
         maya.place(*TRAY)
-    with pytest.raises(Unreachable, match="Nearest reachable"):
+    with pytest.raises(Unreachable, match="nearest reachable"):
         maya.approach(0.0, 2.2, 2.3)
     with pytest.raises(UnknownName):
         maya.submit({"steps": [{"pick": "cub"}]})

@@ -191,7 +191,7 @@ def test_interrupted_run_continues_and_asks_about_a_failed_step(tmp_path: Path) 
         with robots(one, tmp_path, "ANA"):
             online(observer, "ANA")
             said = answered([MAYA, *line.split(), "--lang", "es"], "perhaps\nretry\nskip\n")
-        assert said.count("¿Qué se hace con el paso far") == 3
+        assert said.count("Elija qué hacer con el paso far") == 3
         assert said.count("Uno de: retry, skip, abort") == 1
         assert "Han terminado los 3 pasos: 2 hechos, 1 omitidos." in said
         results = [result["code"] for result in observer.results().values()]

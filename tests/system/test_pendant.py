@@ -86,7 +86,7 @@ def test_a_pose_is_taught_by_its_name(pendant: Pane) -> None:
     pendant.until("Taught ledge:")
     pendant.press("t")
     pendant.enter("ledge")
-    pendant.until("is taught already")
+    pendant.until("exists already")
     pendant.press("t")
     pendant.type("x")
     pendant.press("Escape")

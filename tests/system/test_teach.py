@@ -84,7 +84,7 @@ def test_poses_taught_to_one_robot_are_known_to_the_next(say: Say) -> None:
     Path("next.yaml").write_text("steps: [home, {approach: above}, {move: above}]", encoding="utf-8")
     assert json_of(say, "run next.yaml --dry-run")["state"] == "done"
     say("poses rename above ledge")
-    assert "error 4003: 'above' is not known. Known: ledge." in say("run next.yaml --dry-run", 2)
+    assert "error 4003: There is no 'above'. Choose one of: ledge." in say("run next.yaml --dry-run", 2)
 
 
 def test_a_pallet_is_taught_by_driving_to_its_corners(say: Say, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -96,7 +96,7 @@ def test_running_job_waits_for_a_person_and_waiting_jobs_stay(job: str) -> None:
         assert (code, "has ended" in text) == (0, True)
         told = up.end()
         assert told[0] == 0
-        assert "job 1 stops on its path and stays interrupted" in told[1]
+        assert "Job 1 is interrupted" in told[1]
     with running(f"up --port 0 --speed 20 {CALM}", cold=True) as up:
         said = up.until("interrupted")
         assert "Job 1 (job) was interrupted at step 1, home." in said
@@ -135,7 +135,7 @@ def test_a_second_word_does_not_wait(job: str) -> None:
         assert ask("GET /v1/status")[0] == 200  # reading and stopping still work
         up.send(signal.SIGINT)
         told = up.end(20.0)
-    assert (told[0], "Stopping on the path now." in told[1]) == (0, True)
+    assert (told[0], "The robot decelerates along the path and stops now." in told[1]) == (0, True)
 
 
 def test_a_queue_in_memory_is_gone_with_it(job: str, tmp_path: Path) -> None:

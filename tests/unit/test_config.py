@@ -244,7 +244,7 @@ def test_invalid_zone_is_refused_by_its_key(keys: dict[str, Any], key: str) -> N
 
 def test_unknown_kind_of_zone_is_refused_with_the_known_ones() -> None:
     said = refusal(zone(0, kind="ball"))
-    assert (said["value"], said["reason"]) == ('"ball"', "it is one of box, cylinder, half_space")
+    assert (said["value"], said["reason"]) == ('"ball"', "it must be one of box, cylinder, half_space")
 
 
 def test_zones_have_a_default_margin_and_keep_the_lines_out_of_solids() -> None:
@@ -256,7 +256,7 @@ def test_a_zone_that_is_handed_in_is_read_as_one_of_the_configuration() -> None:
     assert parse_zone(ZONES[1]) == parse({"zones": ZONES}).zones[1]
     with pytest.raises(InvalidRequest, match=r"radius: .*greater than 0"):
         parse_zone(ZONES[1] | {"radius": -1.0})
-    with pytest.raises(InvalidRequest, match="kind: it is one of box"):
+    with pytest.raises(InvalidRequest, match="kind: it must be one of box"):
         parse_zone({})
 
 

@@ -52,7 +52,7 @@ def test_the_two_languages_differ(leaf: type[MayaError]) -> None:
 
 def test_an_error_says_its_sentence_and_keeps_its_details() -> None:
     error = Unreachable(target="(3, 0, 1) m", reason="too far", nearest="(2, 0, 1) m")
-    assert str(error) == "(3, 0, 1) m cannot be reached: too far. Nearest reachable: (2, 0, 1) m."
+    assert str(error) == "(3, 0, 1) m cannot be reached: too far. The nearest reachable point is: (2, 0, 1) m."
     assert (error.code, list(error.details)) == (2101, ["target", "reason", "nearest"])
 
 
@@ -66,7 +66,10 @@ def test_a_language_we_lack_reads_as_english() -> None:
 
 def test_a_detail_that_a_peer_left_out_does_not_hide_the_error() -> None:
     error = errors.from_notice(InvalidConfig.code, {"key": "axes.a", "of": "a newer version"})
-    assert str(error) == "The configuration is refused at axes.a = <value>: <reason>."
+    assert (
+        str(error)
+        == "The configuration has an error at axes.a = <value>: <reason>. Correct it, then run `maya config check`."
+    )
     assert error.details == {"key": "axes.a", "of": "a newer version"}
 
 
@@ -129,7 +132,7 @@ def test_an_edge_rebuilds_the_same_error_from_code_and_details(leaf: type[MayaEr
 
 
 def test_interface_shows_the_text_of_an_error_without_its_details() -> None:
-    error = errors.from_sentence(2111, "This cannot be paused: nothing is under way.")
+    error = errors.from_sentence(2111, "Maya cannot pause now: nothing moves. To stop the robot, run `maya stop`.")
     again = errors.from_notice(error.code, error.details, str(error))
     assert (type(again), str(again)) == (errors.CannotPause, str(error))
     homed = errors.from_notice(errors.NotHomed.code, {}, "in English")
@@ -166,10 +169,10 @@ def test_the_english_sentence_of_a_peer_is_translated(leaf: type[MayaError]) -> 
     ("error", "spanish"),
     [
         (errors.NotFound(what="job", number=7), "No existe el trabajo 7."),
-        (errors.NotFound(what="job", number="that was interrupted"), "No existe el trabajo que se interrumpió."),
+        (errors.NotFound(what="interrupted job", number="now"), "No existe ningún trabajo interrumpido ahora."),
         (
             errors.WrongState(number=7, state="running", action="moved"),
-            "El trabajo 7 está en marcha, así que no se puede: moverlo.",
+            "El trabajo 7 está en marcha. En este estado no es posible moverlo.",
         ),
         (errors.from_notice(4004, {"what": "cosa", "number": "job"}), "No existe cosa job."),
     ],
@@ -181,5 +184,5 @@ def test_details_that_are_words_of_ours_are_translated_and_no_others(error: Maya
 
 def test_questions_to_a_person_are_in_spanish() -> None:
     error = errors.AnswerNeeded(question=QUESTION, options="")
-    assert "¿hay una pieza en la pinza?" in error.text("es")
+    assert "¿La pinza sujeta una pieza?" in error.text("es")
     assert QUESTION in str(error)

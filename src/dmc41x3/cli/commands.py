@@ -11,18 +11,23 @@ from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
 from dmc41x3.cli.console import OutputSettings, settings_of
 
-_HOST = "sim (a twin of its own), real (the configured controller), or HOST[:PORT]"
+_HOST = "sim (a new twin that ends with the command), real (the controller of the configuration), or HOST[:PORT]"
 Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
 OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=_HOST)]
-Rate = Annotated[float, typer.Option(help="samples a second")]
+Rate = Annotated[float, typer.Option(metavar="RATE", help="samples a second")]
 File = Annotated[str, typer.Argument(metavar="FILE", help="lines of a DMC program")]
-Label = Annotated[str | None, typer.Option(metavar="LABEL", help="then run it from this label; '' is line 0")]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="0: any")]
-AlsoPorts = Annotated[list[int], typer.Option(min=1, max=65535, help="one more port; may be repeated")]
+Label = Annotated[
+    str | None,
+    typer.Option(metavar="LABEL", help="after the download, run the program from this label; '' means line 0"),
+]
+Port = Annotated[int, typer.Option(metavar="PORT", min=0, max=65535, help="port; 0 takes any free port")]
+AlsoPorts = Annotated[list[int], typer.Option(metavar="PORT", min=1, max=65535, help="one more port; may be repeated")]
 Udp = Annotated[bool, typer.Option(help="listen on the same UDP ports too")]
-MemoryFile = Annotated[str | None, typer.Option(metavar="FILE", help="file of the burned memory (BN, BP, BV)")]
-Firmware = Annotated[str | None, typer.Option(metavar="LINE", help="the answer to ^R^V")]
-Tolerance = Annotated[float, typer.Option(help="tolerance of positions [counts]")]
+MemoryFile = Annotated[
+    str | None, typer.Option(metavar="FILE", help="file that stores the burned memory (BN, BP, BV) between runs")
+]
+Firmware = Annotated[str | None, typer.Option(metavar="LINE", help="text that the controller answers to ^R^V")]
+Tolerance = Annotated[float, typer.Option(metavar="COUNTS", help="allowed difference of positions in counts")]
 
 Command = Callable[..., int]
 
@@ -37,12 +42,15 @@ class OwnCommands(NamedTuple):
 
 def send(
     context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
+    host: Annotated[
+        str,
+        typer.Argument(metavar="HOST[:PORT]", help="address of the controller; real is the one of the configuration"),
+    ],
     commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A", "SH;TP"')],
 ) -> int:
     """Send commands to a controller and print its replies.
 
-    Ends at the first refused command.
+    It stops at the first command that the controller refuses.
     """
     from dmc41x3.cli import connection as command
 
@@ -50,10 +58,10 @@ def send(
 
 
 def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
-    """Talk to a controller by hand, with the axes in view.
+    """Type commands for a controller, with the axes in view.
 
-    Tab completes, F1 helps, F12 stops motion. Without a screen it reads commands from standard input and prints the
-    answers.
+    Tab completes a command, F1 shows help, F12 stops the axes. Without a screen it reads commands from standard input
+    and prints the answers.
     """
     from dmc41x3.cli.terminal import start
 
@@ -63,13 +71,16 @@ def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
 def watch(
     context: typer.Context,
     host: Host,
-    channels: Annotated[list[str] | None, typer.Argument(metavar="[EXPR]...", help="as in MG: _TPA, @IN[1], x")] = None,
+    channels: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[EXPR]...", help="expressions of the DMC language, as in MG: _TPA, @IN[1], x"),
+    ] = None,
     rate: Rate = 4.0,
-    seconds: Annotated[float | None, typer.Option("--for", help="duration [s]")] = None,
+    seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", help="duration in s")] = None,
 ) -> int:
     """Show live values until Ctrl-C.
 
-    Without EXPR, those of the axes. With --json, one line a sample.
+    Without EXPR it shows the positions and states of the axes. With --json it prints one line for each sample.
     """
     from dmc41x3.cli import scope as command
 
@@ -79,16 +90,20 @@ def watch(
 def scope(
     context: typer.Context,
     host: Host,
-    channels: Annotated[str, typer.Option(help="separated by commas: _TPA,_TEA,_TTB")],
+    channels: Annotated[
+        str, typer.Option(metavar="OPERANDS", help="operands to record, separated by commas, like _TPA,_TEA,_TTB")
+    ],
     rate: Rate = 50.0,
-    seconds: Annotated[float, typer.Option("--for", help="length of the recording [s]")] = 5.0,
-    trigger: Annotated[str | None, typer.Option(help="begin when this expression is not 0: _TPA>1000")] = None,
-    csv: Annotated[str | None, typer.Option(metavar="FILE", help="a table")] = None,
-    png: Annotated[str | None, typer.Option(metavar="FILE", help="a picture")] = None,
+    seconds: Annotated[float, typer.Option("--for", metavar="SECONDS", help="length of the recording in s")] = 5.0,
+    trigger: Annotated[
+        str | None, typer.Option(metavar="EXPR", help="begin when this expression is not 0: _TPA>1000")
+    ] = None,
+    csv: Annotated[str | None, typer.Option(metavar="FILE", help="write a CSV table")] = None,
+    png: Annotated[str | None, typer.Option(metavar="FILE", help="draw a picture")] = None,
 ) -> int:
-    """Record values over time, to a table, a picture, or the screen.
+    """Record values over time.
 
-    Ctrl-C ends it early.
+    It writes them to a table (--csv), a picture (--png), or the screen. Ctrl-C ends it early.
     """
     from dmc41x3.cli import scope as command
 
@@ -99,9 +114,11 @@ def scope(
 def upload(
     context: typer.Context,
     host: Host,
-    file: Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: the screen")] = None,
+    file: Annotated[
+        str | None, typer.Argument(metavar="[FILE]", help="file to write; without it, the command prints the program")
+    ] = None,
 ) -> int:
-    """Keep the program of a controller in a file."""
+    """Save the program of a controller to a file, or print it."""
     from dmc41x3.cli import program as command
 
     return command.upload(host, file, settings_of(context))
@@ -110,13 +127,15 @@ def upload(
 def capture(
     context: typer.Context,
     host: Host,
-    listen: Annotated[int, typer.Option(min=0, max=65535, help="port for the client; 0: any")],
-    out: Annotated[str, typer.Option(metavar="FILE", help="one JSON line for each piece of the wire")],
-    local: Annotated[str, typer.Option("--host", help="address to listen on")] = "127.0.0.1",
+    listen: Annotated[
+        int, typer.Option(metavar="PORT", min=0, max=65535, help="port for the client; 0 takes any free port")
+    ],
+    out: Annotated[str, typer.Option(metavar="FILE", help="write one line of JSON for each packet of data")],
+    local: Annotated[str, typer.Option("--host", metavar="HOST", help="address to listen on")] = "127.0.0.1",
 ) -> int:
     """Record the traffic between a Galil client and a controller.
 
-    The client connects to this, and this to the controller, until Ctrl-C.
+    The command is a proxy: the client connects to it at --listen, and it connects to the controller. Ctrl-C ends it.
     """
     from dmc41x3.cli import recording as command
 
@@ -125,20 +144,26 @@ def capture(
 
 def conform(
     context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help="or real: the configured controller")],
+    host: Annotated[
+        str,
+        typer.Argument(metavar="HOST[:PORT]", help="address of the controller; real is the one of the configuration"),
+    ],
     moves: Annotated[
         bool, typer.Option("--moves", help="check motion too: motors turn by a few thousand counts")
     ] = False,
     bench: Annotated[
-        bool, typer.Option("--bench", help="check everything, on a controller without a machine: see above")
+        bool,
+        typer.Option(
+            "--bench", help="check everything, on a controller without a machine; erases its memory: see above"
+        ),
     ] = False,
 ) -> int:
-    """Check whether a controller answers as a DMC-41x3 does.
+    """Check whether a controller behaves like a DMC-41x3.
 
-    Without --moves and --bench nothing moves, and each changed setting is restored.
+    Without --moves and --bench nothing moves, and the command restores each setting that it changes.
 
-    --bench is for a controller without a machine. It restores the factory settings, erases program,
-    variables and arrays, burns that, and resets the controller. Then it checks all commands, outputs included.
+    Caution: --bench erases the program, variables, arrays and settings of the controller, also in its burned memory.
+    Use it only if no machine is connected. It then checks all commands and outputs.
     """
     from dmc41x3.cli import conform as command
 
@@ -157,7 +182,9 @@ def add_to(group: typer.Typer, own: OwnCommands, how: dict[str, Any], of_groups:
 
 
 def _gclib_group(how: dict[str, Any], group: dict[str, Any]) -> typer.Typer:
-    gclib = typer.Typer(**group, help="A module gclib for scripts written for Galil's.")
+    gclib = typer.Typer(
+        **group, help="Install or use a module that replaces Galil's gclib. Scripts then run unchanged."
+    )
     gclib.command("install", **how)(gclib_install)
     gclib.command("uninstall", **how)(gclib_uninstall)
     gclib.command("status", **how)(gclib_status)
@@ -196,14 +223,17 @@ def gclib_run(
 ) -> int:
     """Run a script that imports gclib, without installing anything.
 
-    Write `run -- SCRIPT` if the script itself has --json, --lang or --config.
+    If the script has its own option --json, --lang or --config, write `run -- SCRIPT ...`.
     """
     from dmc41x3.cli import gclib as command
 
     return command.run(script, arguments or ())
 
 
-_EVERYWHERE = "Everywhere: --json, --lang en|es. real is the controller in $DMC_ADDRESS."
+_EVERYWHERE = (
+    "Every command also takes --json (print the answer as JSON) and --lang en|es (language of messages; "
+    "help is in English). real is the controller at $DMC_ADDRESS."
+)
 # Unknown options become arguments, so that a command may begin with a minus sign.
 _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
 _HOW: dict[str, Any] = {"epilog": _EVERYWHERE, "context_settings": _CONTEXT}
@@ -219,7 +249,7 @@ def group() -> typer.Typer:
     """Return all commands."""
     dmc = typer.Typer(
         **_GROUP,
-        help="Tools for any DMC-41x3, and a virtual one.",
+        help="Serve a virtual DMC-41x3, and use tools for any DMC-41x3.",
         pretty_exceptions_enable=False,
         no_args_is_help=True,
         context_settings={"help_option_names": ["--help", "-h"]},
@@ -230,18 +260,20 @@ def group() -> typer.Typer:
 
 def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
-    host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
+    host: Annotated[str, typer.Option(metavar="HOST", help="address to listen on")] = "127.0.0.1",
     port: Port = 5023,
     also_port: AlsoPorts = [],  # noqa: B006
     udp: Udp = True,
-    axes: Annotated[int, typer.Option(min=1, max=8, help="how many servo motors")] = 3,
+    axes: Annotated[int, typer.Option(metavar="N", min=1, max=8, help="number of servo motors")] = 3,
     memory: MemoryFile = None,
     firmware: Firmware = None,
-    speed: Annotated[float | None, typer.Option(help="how fast the twin's clock runs, up to 1000")] = None,
+    speed: Annotated[
+        float | None, typer.Option(metavar="FACTOR", help="factor of the twin's clock against real time, up to 1000")
+    ] = None,
 ) -> int:
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
-    Its servo motors stand on a bench. Prints its address when it listens; Ctrl-C ends it.
+    It simulates free servo motors. It prints its address when it listens; Ctrl-C ends it.
     """
     from dmc41x3.cli import serve as command
 
@@ -252,8 +284,9 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 def download(context: typer.Context, host: Host, file: File, run: Label = None) -> int:
     """Replace the program of a controller by that of a file.
 
-    It is read back, to make sure that it arrived. REM lines stay here, tabs become blanks, and a comment that makes
-    a line too long is cut off, as Galil's tools do. If the controller refuses a line, it keeps its old program.
+    The command reads the program back to verify it. It does not send REM lines, replaces tabs by blanks, and shortens
+    a comment that makes a line too long, as Galil's tools do. If the controller refuses a line, the command restores
+    the old program.
     """
     from dmc41x3.cli import program as command
 
@@ -266,9 +299,9 @@ def replay(
     host: OwnOrHost = SIM,
     tolerance: Tolerance = 50.0,
 ) -> int:
-    """Replay a recording, and show the answers that differ.
+    """Replay a capture, and show the answers that differ.
 
-    Only the client's side is said.
+    The command sends only what the client sent.
     """
     from dmc41x3.cli import recording as command
 

@@ -217,8 +217,7 @@ def _lines(outcome: ConformanceOutcome, language: str) -> Iterator[str]:
         named = "; ".join(sources()[letter] for letter in vector.sources)
         yield f"  {known:10} {named} ({translate(_CERTAINTIES[vector.certainty], language)})"
     yield translate(
-        "{right} answers are right, {differ} differ; {left} conversations were left out (--moves and "
-        "--bench allow more).",
+        "{right} answers are right, {differ} differ. {left} checks were skipped; --moves and --bench run more of them.",
         language,
         right=outcome.right,
         differ=len(outcome.differences),

@@ -37,7 +37,7 @@ def clock_factor(speed: float | None) -> float:
     if speed is None:
         return 1.0
     if not 0.0 < speed <= FASTEST:
-        raise InvalidValue(key="--speed", value=speed, reason=f"it is above 0 and at most {FASTEST:g}")
+        raise InvalidValue(key="--speed", value=speed, reason=f"it must be above 0 and at most {FASTEST:g}")
     return speed
 
 
@@ -186,7 +186,7 @@ def _with(settings: OutputSettings, name: str, value: str | None, command: str) 
     if name == "--config":
         return settings._replace(config=value)
     if value not in LANGUAGES:
-        raise InvalidValue(key=name, value=value, reason=f"it is one of {', '.join(LANGUAGES)}")
+        raise InvalidValue(key=name, value=value, reason=f"it must be one of {', '.join(LANGUAGES)}")
     return settings._replace(language=value)
 
 

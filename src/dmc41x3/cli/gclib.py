@@ -30,10 +30,11 @@ def install(settings: OutputSettings, *, force: bool, site: Path | None = None) 
     place = _place(site)
     if _package(place).exists():
         raise FileNotOurs(
-            path=str(_package(place)), remedy="remove that package first, with the tool that installed it"
+            path=str(_package(place)),
+            remedy="another package named gclib is installed; remove it first, with the tool that installed it",
         )
     if place.exists() and not _ours(place) and not force:
-        raise FileNotOurs(path=str(place), remedy="with --force it is replaced")
+        raise FileNotOurs(path=str(place), remedy="another package installed it; --force replaces it")
     files.write(place, _text())
     return console.answer({"path": str(place)}, f"`import gclib` finds {place} now.", settings)
 
@@ -44,7 +45,7 @@ def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
     if not place.exists():
         return console.answer({"path": None}, "There is no gclib here.", settings)
     if not _ours(place):
-        raise FileNotOurs(path=str(place), remedy="it is left alone")
+        raise FileNotOurs(path=str(place), remedy="another package installed it, so nothing was removed")
     try:
         place.unlink()
     except OSError as error:

@@ -58,7 +58,7 @@ def burned(file: str | None) -> Memory:
 def require_line(firmware: str | None) -> None:
     """Raise `InvalidValue` if an answer to ^R^V is not a line in ASCII."""
     if firmware is not None and not (firmware.isascii() and firmware.isprintable()):
-        raise InvalidValue(key="--firmware", value=firmware, reason="it is a line in ASCII")
+        raise InvalidValue(key="--firmware", value=firmware, reason="it must be a line in ASCII")
 
 
 async def _serve(options: BenchOptions, memory: Memory, settings: OutputSettings) -> None:

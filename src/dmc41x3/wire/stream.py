@@ -106,7 +106,7 @@ def period_of(rate: float) -> int:
     period = round(SAMPLES / rate / 2.0) * 2 if rate > 0.0 else 0
     if not SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
         slowest, fastest = SAMPLES / LONGEST_PERIOD, SAMPLES / SHORTEST_PERIOD
-        raise InvalidValue(key="rate", value=f"{rate:g}", reason=f"it is {slowest:.3f} to {fastest:g} per second")
+        raise InvalidValue(key="rate", value=f"{rate:g}", reason=f"it must be {slowest:.3f} to {fastest:g} per second")
     return period
 
 

@@ -219,7 +219,7 @@ class RosNode:
         """Return a parameter that is a whole number; raises `InvalidValue`."""
         found = await self.parameter(name, default)
         if type(found) is not int:
-            raise InvalidValue(key=name, value=repr(found), reason="it is a whole number")
+            raise InvalidValue(key=name, value=repr(found), reason="it must be a whole number")
         return found
 
 
@@ -269,14 +269,14 @@ def clock_factor() -> float:
     simulated = _flag(SIMULATED, rospy.get_param(whole(SIMULATED), default=True))
     speed = rospy.get_param(whole(SPEED), 1.0) if simulated else 1.0
     if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
-        raise InvalidValue(key=SPEED, value=repr(speed), reason=f"it is above 0 and at most {FASTEST:g}")
+        raise InvalidValue(key=SPEED, value=repr(speed), reason=f"it must be above 0 and at most {FASTEST:g}")
     return float(speed)
 
 
 def _flag(name: str, found: object) -> bool:
     """Return a parameter that was found, where it is true or false: the text "false" would count as true."""
     if not isinstance(found, bool):
-        raise InvalidValue(key=name, value=repr(found), reason="it is true or false")
+        raise InvalidValue(key=name, value=repr(found), reason="it must be true or false")
     return found
 
 

@@ -28,7 +28,7 @@ def parts_on_table(config: Config, job: str, parts: Any) -> dict[str, Point]:
         book = PoseStore(Mechanism.of(config), default_path().with_name("poses.toml"))
         standing.update(starting_parts(load_job(Path(job)), config.cell.grasp_height, book.taught))
     if not isinstance(parts, Mapping):
-        raise InvalidValue(key="parts", value=parts, reason="it is a table of names and places")
+        raise InvalidValue(key="parts", value=parts, reason="it must be a table of names and places")
     standing.update({str(name): _place(name, place) for name, place in parts.items()})
     return standing
 

@@ -54,7 +54,7 @@ class Guest:
         self.left = False
         self._lease = lease
         self._caller: Caller | None = None
-        self._why: MayaError = NotSignedIn(reason="the request has none")
+        self._why: MayaError = NotSignedIn(reason="it has no token")
 
     @property
     def known(self) -> Caller | None:

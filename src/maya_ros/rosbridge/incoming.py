@@ -24,7 +24,7 @@ _TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*/([A-Za-z]+/)?[A-Za-z][A-Za-z0-9_]*")
 def resolved(name: str, key: str) -> str:
     """Return the whole name of what a client calls `name` under `key`; raises `InvalidRequest`."""
     if len(name) > LONGEST or not _GOOD.fullmatch(name):
-        raise InvalidRequest(key=key, reason="it is a name like /maya_event")
+        raise InvalidRequest(key=key, reason="it must be a name like /maya_event")
     return name if name.startswith("/") else f"/{name}"
 
 
@@ -34,7 +34,7 @@ def type_of(text: str, key: str) -> str:
     Newer clients write "std_msgs/msg/String"; the part in the middle is left out.
     """
     if len(text) > LONGEST or not _TYPE.fullmatch(text):
-        raise InvalidRequest(key=key, reason="it is a type like std_msgs/String")
+        raise InvalidRequest(key=key, reason="it must be a type like std_msgs/String")
     package, *_, name = text.split("/")
     return f"{package}/{name}"
 
@@ -59,7 +59,7 @@ class Fields:
             return found
         if isinstance(found, int | float) and not isinstance(found, bool) and abs(found) < 2**63:
             return found
-        raise InvalidRequest(key="id", reason=f"it is a text of at most {LONGEST_ID} characters")
+        raise InvalidRequest(key="id", reason=f"it must be a text of at most {LONGEST_ID} characters")
 
     def get(self, key: str) -> Any:
         """Return whatever stands there, None where nothing does."""
@@ -71,14 +71,14 @@ class Fields:
         if found is None and default is not None:
             return default
         if not isinstance(found, str):
-            raise InvalidRequest(key=key, reason="it is a text")
+            raise InvalidRequest(key=key, reason="it must be a text")
         return found
 
     def one_of(self, key: str, known: tuple[str, ...], default: str) -> str:
         """Return one of some words."""
         found = self.text(key, default)
         if found not in known:
-            raise InvalidRequest(key=key, reason=f"it is one of {', '.join(known)}")
+            raise InvalidRequest(key=key, reason=f"it must be one of {', '.join(known)}")
         return found
 
     def name(self, key: str) -> tuple[str, str]:
@@ -99,7 +99,7 @@ class Fields:
         if isinstance(found, float) and found.is_integer():
             found = int(found)
         if not isinstance(found, int) or isinstance(found, bool) or found < least:
-            raise InvalidRequest(key=key, reason=f"it is a whole number from {least}")
+            raise InvalidRequest(key=key, reason=f"it must be a whole number from {least}")
         return min(found, most)
 
     def flag(self, key: str, default: bool | None = None) -> bool:
@@ -108,7 +108,7 @@ class Fields:
         if found is None and default is not None:
             return default
         if not isinstance(found, bool):
-            raise InvalidRequest(key=key, reason="it is true or false")
+            raise InvalidRequest(key=key, reason="it must be true or false")
         return found
 
     def record(self, key: str) -> dict[str, Any]:
@@ -117,7 +117,7 @@ class Fields:
         if found is None or found == []:
             return {}
         if not isinstance(found, dict):
-            raise InvalidRequest(key=key, reason="it is an object")
+            raise InvalidRequest(key=key, reason="it must be an object")
         return found
 
 

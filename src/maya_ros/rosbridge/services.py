@@ -105,7 +105,7 @@ def request_of(arguments: Any) -> Request:
         return {}
     if isinstance(arguments, dict | list):
         return arguments
-    raise InvalidRequest(key="args", reason="it is an object, or a list of the values of its fields")
+    raise InvalidRequest(key="args", reason="it must be an object, or a list of the values of its fields")
 
 
 def _patience(fields: Fields) -> float | None:
@@ -114,7 +114,7 @@ def _patience(fields: Fields) -> float | None:
     if found is None:
         return None
     if not isinstance(found, int | float) or isinstance(found, bool) or not isfinite(found):
-        raise InvalidRequest(key="timeout", reason="it is a number of seconds")
+        raise InvalidRequest(key="timeout", reason="it must be a number of seconds")
     return float(found) if found > 0.0 else None
 
 

@@ -168,7 +168,9 @@ class RosbridgeSession:
         op = fields.get("op")
         found = self._ops.get(op) if isinstance(op, str) else None
         if found is None:
-            raise InvalidRequest(key="op", reason=f"it is one of {', '.join(sorted([*self._ops, 'fragment', 'png']))}")
+            raise InvalidRequest(
+                key="op", reason=f"it must be one of {', '.join(sorted([*self._ops, 'fragment', 'png']))}"
+            )
         return found
 
     def _next_object(self, text: str | bytes) -> dict[str, Any] | None:
@@ -220,7 +222,7 @@ class RosbridgeSession:
         """Carry out `auth`: `mac` is a token, because only hashes of tokens are stored, which cannot check a MAC."""
         token, name = fields.text("mac"), fields.id
         if not token:
-            raise InvalidRequest(key="mac", reason="it is a token, like maya_…")
+            raise InvalidRequest(key="mac", reason="it must be a token, like maya_…")
         return None if self._entry is None else self._signed_in(self._entry, token, name)
 
     async def _signed_in(self, entry: Entry, token: str, name: Id) -> None:

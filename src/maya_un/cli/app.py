@@ -35,25 +35,36 @@ _HOW: dict[str, Any] = {"epilog": EVERYWHERE, "context_settings": _CONTEXT}
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False, no_args_is_help=True)
 _GROUP: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "epilog": EVERYWHERE}
-config = typer.Typer(**_GROUP, help="The machine's constants.")
+config = typer.Typer(**_GROUP, help="Show, check or create the configuration.")
 dmc_tools = dmc.group(_HOW, _GROUP)
 app.add_typer(dmc_tools, name="dmc")
 app.add_typer(config, name="config")
-plot = typer.Typer(**_GROUP, help="Pictures: SVG, PNG or PDF.")
+plot = typer.Typer(**_GROUP, help="Draw pictures as SVG, PNG or PDF.")
 app.add_typer(plot, name="plot")
 
-Length = Annotated[str, typer.Argument(help="a length in m, or like 120mm")]
-Angle = Annotated[str, typer.Argument(help="an angle in rad, or like 30deg")]
-_ADDRESSES = "sim, real (the configured controller), HOST or HOST:PORT"
-Address = Annotated[str, typer.Option(help=_ADDRESSES)]
-SkipHome = Annotated[bool, typer.Option("--skip-home", help="accept the homing that the controller's mark records")]
-TakeOver = Annotated[
-    bool, typer.Option("--take-over", help="take the controller from the program that owns it; only at rest")
+Boom = Annotated[str, typer.Argument(help="angle of the boom in rad, or like 30deg")]
+LineB = Annotated[str, typer.Argument(help="length of line b in m, or like 120mm")]
+LineC = Annotated[str, typer.Argument(help="length of line c in m, or like 120mm")]
+Coordinate = Annotated[str, typer.Argument(help="coordinate of the gripper in m, or like 120mm")]
+_ADDRESSES = "sim, real (the controller at controller.address of the configuration), HOST or HOST:PORT"
+Address = Annotated[str, typer.Option(metavar="WHERE", help=_ADDRESSES)]
+SkipHome = Annotated[
+    bool,
+    typer.Option("--skip-home", help="do not home: use the homing that the controller has stored since its last reset"),
 ]
-_KINDS = "ends in .svg, .png or .pdf; default:"
+TakeOver = Annotated[
+    bool,
+    typer.Option("--take-over", help="take the controller from the program that owns it; refused while an axis moves"),
+]
+_KINDS = "file to write, .svg, .png or .pdf; default:"
 WorkspacePicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-workspace.svg")]
 JobPicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-job.svg")]
-File = Annotated[str | None, typer.Argument(metavar="[FILE]", help="default: --config, else the user's own")]
+File = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[FILE]", help="the file  [default: that of --config, else the configuration file of this user]"
+    ),
+]
 
 
 def run(arguments: list[str], settings: OutputSettings) -> int:
@@ -66,30 +77,69 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     address: Address = SIM,
     speed: Speed = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="of the HTTP server on loopback; 0: any")] = 4133,
+    port: Annotated[
+        int,
+        typer.Option(
+            metavar="PORT", min=0, max=65535, help="port of the HTTP server on loopback; 0 takes any free port"
+        ),
+    ] = 4133,
     seed: Seed = None,
     table: Table = None,
     skip_home: SkipHome = False,
     take_over: TakeOver = False,
     journal: Annotated[
-        str | None, typer.Option(metavar="FILE", help="file of the queue; memory: no file  [default: the user's]")
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="file that stores the queue; the word memory stores nothing  [default: maya.db in the state folder "
+            "of this user]",
+        ),
     ] = None,
-    on_exit: Annotated[Literal["stop", "finish"], typer.Option(help="what the current step does at the end")] = "stop",
-    listen: Annotated[str | None, typer.Option(metavar="HOST[:PORT]", help="serve other machines too")] = None,
+    on_exit: Annotated[
+        Literal["stop", "finish"], typer.Option(help="when `maya up` ends: stop the current step, or finish it")
+    ] = "stop",
+    listen: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST[:PORT]",
+            help="also listen on this address, for other computers; needs a certificate, or --plain  [default port: "
+            "4134]",
+        ),
+    ] = None,
     tls_cert: Annotated[str | None, typer.Option(metavar="FILE", help="the certificate for --listen, in PEM")] = None,
-    tls_key: Annotated[str | None, typer.Option(metavar="FILE", help="its key")] = None,
-    plain: Annotated[bool, typer.Option("--plain", help="--listen without TLS, in a trusted network")] = False,
-    origin: Annotated[list[str], typer.Option(metavar="URL", help="web page that may send commands; repeatable")] = [],  # noqa: B006
+    tls_key: Annotated[
+        str | None, typer.Option(metavar="FILE", help="the private key of the certificate, in PEM")
+    ] = None,
+    plain: Annotated[
+        bool,
+        typer.Option(
+            "--plain",
+            help="with --listen: no encryption; others can read tokens on the network, so use it in a trusted network "
+            "only",
+        ),
+    ] = False,
+    origin: Annotated[
+        list[str],
+        typer.Option(
+            metavar="URL", help="origin of a web page that may send commands, like https://lab.example; may be repeated"
+        ),
+    ] = [],  # noqa: B006
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="serve rosbridge too, on loopback")] = False,
     rosbridge_port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="serve rosbridge at this port; 0: any  [default: 9090]")
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="serve rosbridge at this port; 0 takes any free port  [default: 9090]",
+        ),
     ] = None,
-    coms: Annotated[bool, typer.Option("--coms", help="start `maya coms` too, with rosbridge")] = False,
+    coms: Annotated[bool, typer.Option("--coms", help="also start `maya coms`, and rosbridge, which it needs")] = False,
 ) -> int:
-    """Keep a robot running, real or virtual, and serve it on loopback.
+    """Run the control program of a robot, real or virtual, and serve it to commands on this computer.
 
-    The queue survives its end and power cuts; nothing moves by itself when it starts again. Ctrl-C or
-    `maya down` end it.
+    The queue is stored: it survives the end of `maya up` and power cuts. After a restart nothing moves until a person
+    decides. Ctrl-C or `maya down` ends `maya up`.
     """
     from maya_un.cli.service import up as command
     from maya_un.cli.service.listeners import RemoteAccess
@@ -106,11 +156,12 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 @app.command(**_HOW)
 def down(
     context: typer.Context,
-    finish: Annotated[bool, typer.Option("--finish", help="after the current step")] = False,
+    finish: Annotated[bool, typer.Option("--finish", help="finish the current step first")] = False,
 ) -> int:
-    """End the `maya up` that runs, and wait until it has.
+    """End the running `maya up` and wait until it has ended.
 
-    The robot stops on its path; the running job is interrupted and waits for the next start.
+    The robot decelerates along the path. The running job is interrupted; after the next start a person decides about
+    it with `maya queue recover`.
     """
     from maya_un.cli.service import down as command
 
@@ -122,19 +173,21 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
     context: typer.Context,
     job: Annotated[str, typer.Argument(metavar="JOB", help="a YAML or JSON file")],
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="in virtual time, on the twin: nothing real moves")
+        bool, typer.Option("--dry-run", help="only simulate the job on a twin, faster than real time; nothing moves")
     ] = False,
     speed: Speed = None,
     seed: Seed = None,
-    address: Annotated[str | None, typer.Option(help=_ADDRESSES)] = None,
+    address: Annotated[str | None, typer.Option(metavar="WHERE", help=_ADDRESSES)] = None,
     skip_home: SkipHome = False,
     take_over: TakeOver = False,
-    plot: Annotated[str | None, typer.Option(metavar="FILE", help="with --dry-run: a picture of it")] = None,
+    plot: Annotated[
+        str | None, typer.Option(metavar="FILE", help="with --dry-run: draw the motion into FILE (.svg, .png or .pdf)")
+    ] = None,
 ) -> int:
     """Carry out a job and report every step.
 
-    The running robot does it, if there is one. Without one, or with --address, --speed, --seed, --skip-home or
-    --take-over, the command connects to a controller or a twin itself.
+    The robot that `maya up` runs carries it out. If none runs, or with one of --address, --speed, --seed, --skip-home
+    and --take-over, the command itself connects to the controller or twin at --address (default: sim).
     """
     from maya_un.cli import run as command
 
@@ -149,15 +202,24 @@ primitives.register(app, **_HOW)
 def jog(
     context: typer.Context,
     axis: Annotated[
-        str | None, typer.Argument(metavar="[AXIS]", help="a, b, c; x, y, z of the gripper, or r, outward")
+        str | None,
+        typer.Argument(
+            metavar="[AXIS]",
+            help="a, b or c (joint); x, y or z (gripper); r (horizontal distance of the gripper from the axis of the "
+            "boom; positive is outward)",
+        ),
     ] = None,
     distance: Annotated[
-        str | None, typer.Argument(metavar="[DISTANCE]", help="in rad or m, or like 5deg, 20mm")
+        str | None,
+        typer.Argument(
+            metavar="[DISTANCE]", help="distance in rad (axis a) or m, or like 5deg, 20mm; negative moves back"
+        ),
     ] = None,
 ) -> int:
     """Move along an axis from the present position, as far as the workspace allows.
 
-    Without AXIS and DISTANCE, on a terminal: by keys, with the position and the nearest limits in view.
+    Without AXIS and DISTANCE, the terminal shows the position and the nearest limits, and you move the robot with
+    keys.
     """
     from maya_un.cli import primitives
 
@@ -176,7 +238,10 @@ def jog(
 
 @app.command(**_HOW)
 def abort(context: typer.Context) -> int:
-    """Stop without deceleration; the motors may go off, then run `maya recover`."""
+    """Stop without deceleration.
+
+    Motors may switch off; then run `maya recover`. To stop normally, use `maya stop`.
+    """
     from maya_un.cli import primitives
 
     return primitives.abort(settings_of(context))
@@ -184,7 +249,7 @@ def abort(context: typer.Context) -> int:
 
 @app.command(**_HOW)
 def pause(context: typer.Context) -> int:
-    """Stop on the path and hold all motion until `maya resume`."""
+    """Pause all motion until `maya resume`: the robot decelerates along the path and waits."""
     from maya_un.cli import primitives
 
     return primitives.pause(settings_of(context))
@@ -201,9 +266,14 @@ def resume(context: typer.Context) -> int:
 @app.command(**_HOW)
 def speed(
     context: typer.Context,
-    ratio: Annotated[str, typer.Argument(metavar="RATIO", help="of the full speed, like 50% or 0.5; at least 1%")],
+    ratio: Annotated[
+        str, typer.Argument(metavar="RATIO", help="share of the full speed, like 50% or 0.5; from 1% to 100%")
+    ],
 ) -> int:
-    """Scale the speed of all motion, the current one included."""
+    """Set the speed of all motion as a share of the full speed.
+
+    It also applies to the motion in progress.
+    """
     from maya_un.cli import primitives
 
     return primitives.speed(share(ratio, "RATIO"), settings_of(context))
@@ -211,7 +281,7 @@ def speed(
 
 @app.command(**_HOW)
 def recover(context: typer.Context, take_over: TakeOver = False) -> int:
-    """Clear a fault after its cause is removed; moves nothing."""
+    """Clear a fault. Remove its cause first. Nothing moves."""
     from maya_un.cli import primitives
 
     return primitives.recover(settings_of(context), take_over=take_over)
@@ -220,10 +290,15 @@ def recover(context: typer.Context, take_over: TakeOver = False) -> int:
 @app.command(**_HOW)
 def call(
     context: typer.Context,
-    operation: Annotated[str | None, typer.Argument(metavar="[OPERATION]", help="default: list them all")] = None,
-    given: Annotated[list[str], typer.Argument(metavar="[NAME=VALUE]...", help="its parameters, as JSON or text")] = [],  # noqa: B006
+    operation: Annotated[
+        str | None, typer.Argument(metavar="[OPERATION]", help="name of the operation; without it, list all operations")
+    ] = None,
+    given: Annotated[
+        list[str],
+        typer.Argument(metavar="[NAME=VALUE]...", help="parameters of the operation; the value is JSON or text"),
+    ] = [],  # noqa: B006
 ) -> int:
-    """Send any operation of the HTTP interface, by its name, and print the answer as JSON.
+    """Send one operation of the HTTP interface and print the answer as JSON.
 
     Example: maya call pause_queue when=now
     """
@@ -233,7 +308,7 @@ def call(
 
 
 @app.command(**_HOW)
-def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
+def fk(context: typer.Context, a: Boom, b: LineB, c: LineC) -> int:
     """Show the gripper position at joints a, b, c."""
     from maya_un.cli import offline
 
@@ -241,16 +316,19 @@ def fk(context: typer.Context, a: Angle, b: Length, c: Length) -> int:
 
 
 @app.command(**_HOW)
-def ik(context: typer.Context, x: Length, y: Length, z: Length) -> int:
-    """Show the joints that hold the gripper at x, y, z."""
+def ik(context: typer.Context, x: Coordinate, y: Coordinate, z: Coordinate) -> int:
+    """Show the joint values at which the gripper is at x, y, z."""
     from maya_un.cli import offline
 
     return offline.ik(point_of(x, y, z), settings_of(context))
 
 
 @app.command(**_HOW)
-def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
-    """Tell whether x, y, z can be reached; if not, why, and the nearest reachable place."""
+def reach(context: typer.Context, x: Coordinate, y: Coordinate, z: Coordinate) -> int:
+    """Check whether the gripper can reach x, y, z.
+
+    If not, show the reason and the nearest reachable point.
+    """
     from maya_un.cli import offline
 
     return offline.reach(point_of(x, y, z), settings_of(context))
@@ -259,16 +337,24 @@ def reach(context: typer.Context, x: Length, y: Length, z: Length) -> int:
 @plot.command("workspace", **_HOW)
 def plot_workspace(
     context: typer.Context,
-    view: Annotated[Literal["section", "plan", "3d", "all"], typer.Option(help="the view")] = "all",
-    height: Annotated[str | None, typer.Option(metavar="Z", help="of the plan  [default: the grasp height]")] = None,
+    view: Annotated[
+        Literal["section", "plan", "3d", "all"], typer.Option(help="section: from the side; plan: from above; 3d; all")
+    ] = "all",
+    height: Annotated[
+        str | None,
+        typer.Option(
+            metavar="Z", help="height of the section for the plan view, in m or like 400mm  [default: the grasp height]"
+        ),
+    ] = None,
     point: Annotated[
-        tuple[str, str, str] | None, typer.Option(metavar="X Y Z", help="marks a place and the nearest reachable one")
+        tuple[str, str, str] | None,
+        typer.Option(metavar="X Y Z", help="mark this point, and the nearest reachable point if it is not reachable"),
     ] = None,
     output: WorkspacePicture = None,
 ) -> int:
     """Draw the workspace of the gripper.
 
-    With the ends of the strokes, the tensions of the lines, and the zones.
+    The picture shows the ends of the strokes, the tensions of the lines and the zones.
     """
     from maya_un.cli import plot as command
 
@@ -297,7 +383,8 @@ def plot_job(
 ) -> int:
     """Draw a job before it runs.
 
-    Axes over time against their limits, tensions, the gripper's path; from the homed pose on, and nothing moves.
+    The picture shows the axes over time with their limits, the tensions of the lines and the path of the gripper. The
+    job starts at the homed pose. Nothing moves.
     """
     from maya_un.cli import plot as command
 
@@ -309,7 +396,7 @@ calibrate.register(app, _HOW)
 
 @config.command(**_HOW)
 def show(context: typer.Context) -> int:
-    """Print every constant in force."""
+    """Print all constants with the values that Maya uses."""
     from maya_un.cli import configure
 
     return configure.show(settings_of(context))

@@ -2,78 +2,94 @@
 
 from __future__ import annotations
 
-EVERYWHERE = "Everywhere: --json, --lang en|es, --config FILE."
+from textwrap import wrap
+
+EVERYWHERE = (
+    "Every command also takes --json (print the answer as JSON), --lang en|es (language of messages; help is in "
+    "English) and --config FILE (configuration file)."
+)
 """The options of every command, at the end of its help."""
 
 OVERVIEW = """\
-maya: the robot Maya, real or virtual.
+maya: control the robot Maya, real or virtual.
 
 Start
-  up [--address WHERE] [--speed X]             keep a robot running and serve it on loopback
-  down [--finish]                              end it: stop on the path, or after the current step
-  run JOB [--dry-run] [--speed X]              carry out a job; without a running robot, on a virtual one
+  up [--address WHERE] [--speed X]             start the robot's control program; other commands talk to it
+  down [--finish]                              end `maya up`; with --finish after the current step
+  run JOB [--dry-run] [--speed X]              carry out a job on the running robot; if none runs, on a twin
   status                                       show the state of the running robot
-  stop [--address WHERE]                       stop now, even if the service hangs
-  pause           resume                       hold all motion on its path, continue it
+  stop [--address WHERE]                       stop the robot now, even if `maya up` does not answer
+  pause           resume                       pause all motion; continue it
   speed RATIO                                  scale the speed of all motion: 50%
-  abort                                        stop without deceleration
-  recover                                      clear a fault after its cause is removed; moves nothing
-  call [OPERATION NAME=VALUE ...]              send any operation of the HTTP interface; list them
+  abort                                        stop without deceleration; motors may switch off. Use `stop` first
+  recover                                      clear a fault after you removed its cause; nothing moves
+  call [OPERATION NAME=VALUE ...]              send an operation of the HTTP interface; without OPERATION, list all
 
-Robot (commands to the running one; lengths in m, or 120mm; angles in rad, or 30deg)
-  home                                         find the switches and define the position
-  pick X Y [Z]    place X Y [Z]                fetch a part, put it down; or pick NAME, place NAME
-  approach X Y Z                               move above a place, by the cell's clearance; or approach NAME
-  line X Y Z                                   move straight to a place; or line NAME
-  gripper open|close
-  move A B C      jog AXIS DISTANCE            joint space, or move NAME; along a, b, c, x, y, z or r
-  jog                                          the same by keys, on a terminal
-  teach NAME      teach-pallet NAME            store the gripper's position, store a grid
-  zones [list]    zones add|remove NAME ...    zones to keep out of, for this run
+Robot (commands to the robot that `maya up` runs; lengths in m or like 120mm, angles in rad or like 30deg)
+  home                                         find the limit switches, so that the position is known
+  pick X Y [Z]    place X Y [Z]                pick up a part, put it down; also pick NAME, place NAME
+  approach X Y Z                               move above a point, by cell.clearance of the configuration; also NAME
+  line X Y Z                                   move straight to a point; also line NAME
+  gripper open|close                           open or close the gripper
+  move A B C                                   move in a straight line in joint space; also move NAME
+  jog AXIS DISTANCE                            move along a, b, c, x, y, z or r
+  jog                                          jog with the keys of the terminal
+  teach NAME      teach-pallet NAME            store the position of the gripper, store a pallet
+  zones [list]    zones add|remove NAME ...    zones that the robot must not enter, until `maya up` ends
 
 Queue
-  queue           queue pause|resume|step      show the queue; pause it, continue it
+  queue           queue pause|resume|step      show the queue; pause it, continue it, do one step
   queue recover   queue move|clear|backup ...  decide about an interrupted job; reorder, back up
   job submit FILE job show|cancel|edit ... N   one job, from its submission to its end
-  history [N]                                  past jobs: user, predicted and actual times
+  history [N]                                  list past jobs: owner, predicted and actual times
 
 People
-  lease           lease take|release|ask       the driver; drive until Ctrl-C; lease offer NAME hands the lease over
-  user            user add|list|token ...      current user; users and roles
+  lease           lease take|release|ask       show who may move the robot; take, return or request this right
+  lease offer NAME                             offer this right to another user
+  user            user add|list|token ...      show the current user; manage users and roles
 
 Several robots (over an MQTT broker; see `maya fleet --help`)
-  coms [--connect]                             carry steps from supervisors to this robot
+  coms [--connect]                             receive steps from remote supervisor programs for this robot
   fleet list      fleet watch [ROBOT]          list the robots, watch them
-  fleet send ROBOT COMMAND ...                 send one step; fleet run FILE: a process of several robots
+  fleet send ROBOT COMMAND ...                 send one step
+  fleet run FILE                               carry out a process: steps for several robots
 
 Information (no robot needed)
-  fk A B C        ik X Y Z        reach X Y Z
-  poses [remove|rename]   pallets [...]        taught places
-  record [list]   record save|show|export      the last minutes before a fault; replay FILE on a twin
+  fk A B C        ik X Y Z                     show the gripper position for joints; the joints for a position
+  reach X Y Z                                  check whether the gripper can reach a point
+  poses [remove|rename]   pallets [...]        list, remove or rename taught poses and pallets
+  record [list]   record save|show|export      list, save, show or export recordings of the last minutes
+  replay FILE                                  repeat a recording on a twin
   plot workspace [--point X Y Z]               draw the workspace; plot job JOB: draw a job
-  config show|check|init
+  config show|check|init                       show, check or create the configuration file
   doctor          logs [--follow]              find faults and remedies; show events and log
   completion bash|zsh|fish                     complete commands in the shell
-  calibrate FILE [--apply]                     fit the constants to measured points (collect gathers them)
+  calibrate FILE [--apply]                     fit the machine's constants to measured points
+  calibrate collect FILE                       measure the points
 
 Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
-  dmc serve [--port N] [--speed X]             serve a virtual one with Maya's mechanics, on TCP and UDP
-  dmc fault [NAME [PARAMETER=VALUE...]]        inject a fault into it; without NAME, list the faults
-  dmc send HOST[:PORT] CMD...                  talk to a controller in its own language
-  dmc terminal [HOST[:PORT]]                   the same in a terminal that shows the axes
-  dmc conform HOST[:PORT] [--moves]            check whether it answers as a DMC-41x3
+  dmc serve [--port N] [--speed X]             serve a twin, a virtual DMC-41x3, on TCP and UDP
+  dmc fault [NAME [PARAMETER=VALUE...]]        inject a fault into a served twin; without NAME, list the faults
+  dmc send HOST[:PORT] CMD...                  send DMC commands to a controller
+  dmc terminal [HOST[:PORT]]                   type DMC commands in a terminal that shows the axes
+  dmc conform HOST[:PORT] [--moves]            check whether a controller behaves like a DMC-41x3
   dmc gclib run SCRIPT [ARG...]                run a script written for Galil's gclib
 
-WHERE: sim (the default), real (the configured controller), HOST or HOST:PORT.
-Everywhere: --json, --lang en|es, --config FILE; see `maya COMMAND --help`.
-Exit codes: 0 done, 1 not carried out, 2 request refused, 130 interrupted."""
+WHERE: sim (the default), real (controller.address of the configuration), HOST or HOST:PORT.
+A twin is a virtual controller with Maya's mechanics; sim is a twin inside the command.
+Every command also takes --json, --lang en|es and --config FILE; see `maya COMMAND --help`.
+Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ctrl-C."""
+
+_EVERYWHERE = "\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78))
 
 QUICK = {
-    "status": f"Usage: maya status\n\n  Show the state of the running robot.\n\n  {EVERYWHERE}",
+    "status": f"Usage: maya status\n\n  Show the state of the running robot.\n\n{_EVERYWHERE}",
     "stop": (
         "Usage: maya stop [--address real|HOST[:PORT]]\n\n"
-        "  Stop the running robot on its path. If the service does not answer, or with\n"
-        f"  --address, the controller is told directly; real is the configured one.\n\n  {EVERYWHERE}"
+        "  Stop the running robot: it decelerates along the path.\n\n"
+        "  If `maya up` does not answer, or with --address, this command sends the stop\n"
+        "  to the controller itself. real is the controller of the configuration.\n\n"
+        f"{_EVERYWHERE}"
     ),
 }
 """Help of the commands that go past the parser."""

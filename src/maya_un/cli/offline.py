@@ -131,7 +131,7 @@ def _in_force(settings: OutputSettings) -> Config:
 def _reach_text(found: Reach, language: str) -> str:
     if found.joints is None or found.tensions is None:
         nearest = (
-            translate("nothing: the zones leave no place", language)
+            translate("none: the zones cover the whole workspace", language)
             if found.nearest is None
             else point_text(found.nearest)
         )

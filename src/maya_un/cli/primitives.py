@@ -67,7 +67,11 @@ def jog(axis: str, distance: float, settings: OutputSettings) -> int:
 def _moved(gone: Mapping[str, Any], language: str) -> str:
     way = gone["distance"]
     text = f"{degrees(way):z.2f}°" if gone["axis"] == "a" else f"{way * 1e3:z.1f} mm"
-    moved = marked("{axis} by {way}. Stopped because {reason}.") if gone["limit"] else marked("{axis} by {way}.")
+    moved = (
+        marked("Moved {axis} by {way}. It stopped because {reason}.")
+        if gone["limit"]
+        else marked("Moved {axis} by {way}.")
+    )
     return translate(moved, language, axis=gone["axis"], way=text, reason=gone["reason"])
 
 
@@ -103,7 +107,9 @@ def abort(settings: OutputSettings) -> int:
     """Stop the running robot without deceleration; return the exit code."""
     return output.answer(
         ServiceClient.find().ask(requests.abort()),
-        translate("Aborted: the axes are at rest. `maya recover` switches motors on that went off.", settings.language),
+        translate(
+            "Aborted: the axes are at rest. If motors are off, `maya recover` switches them on.", settings.language
+        ),
         settings,
     )
 
@@ -115,13 +121,21 @@ def resume(settings: OutputSettings) -> int:
     )
 
 
-Spot = Annotated[str, typer.Argument(metavar="NAME|X", help="a taught pose or cell, like tray[1,2], or a length")]
-MaybeY = Annotated[str | None, typer.Argument(metavar="[Y]", help="a length in m, or like 120mm")]
-MaybeZ = Annotated[str | None, typer.Argument(metavar="[Z]", help="a length in m, or like 120mm")]
-GraspZ = Annotated[str | None, typer.Argument(metavar="[Z]", help="default: the cell's grasp height")]
-Goal = Annotated[str, typer.Argument(metavar="NAME|A", help="a taught pose, or an angle in rad, or like 30deg")]
-MaybeB = Annotated[str | None, typer.Argument(metavar="[B]", help="a length in m, or like 120mm")]
-MaybeC = Annotated[str | None, typer.Argument(metavar="[C]", help="a length in m, or like 120mm")]
+Spot = Annotated[
+    str,
+    typer.Argument(metavar="NAME|X", help="a taught pose, a place in a pallet like tray[1,2], or x in m or like 120mm"),
+]
+MaybeY = Annotated[str | None, typer.Argument(metavar="[Y]", help="y in m, or like 120mm")]
+MaybeZ = Annotated[str | None, typer.Argument(metavar="[Z]", help="z in m, or like 120mm")]
+GraspZ = Annotated[
+    str | None,
+    typer.Argument(metavar="[Z]", help="z in m, or like 120mm  [default: cell.grasp_height of the configuration]"),
+]
+Goal = Annotated[
+    str, typer.Argument(metavar="NAME|A", help="a taught pose, or the angle of the boom in rad, or like 30deg")
+]
+MaybeB = Annotated[str | None, typer.Argument(metavar="[B]", help="length of line b in m, or like 120mm")]
+MaybeC = Annotated[str | None, typer.Argument(metavar="[C]", help="length of line c in m, or like 120mm")]
 
 Run = Callable[..., int]
 

@@ -64,7 +64,7 @@ def _reason(client: ServiceClient, view: Mapping[str, Any], report: Mapping[str,
         return translate(text, language, id=number)
     if view["recovery"] is not None and not direct:
         return translate(
-            "Job {id} waits: job {other} was interrupted; say what becomes of it with `maya queue recover`.",
+            "Job {id} waits, because job {other} was interrupted. Decide about job {other} with `maya queue recover`.",
             language,
             id=number,
             other=view["recovery"]["job"],
@@ -92,7 +92,7 @@ PATIENCE = 0.2
 
 _ENDED = {"done", "failed", "cancelled"}
 
-INTERRUPTION = marked("Interrupted: stopping on the path.")
+INTERRUPTION = marked("Interrupted: the robot decelerates along the path.")
 """Said when Ctrl-C stops the robot."""
 
 

@@ -22,7 +22,7 @@ class PrimitiveSteps(ABC):
         """Add a step as a job file has it."""
 
     def home(self) -> Self:
-        """Find the switches and define the position."""
+        """Find the limit switches, so that the position is known."""
         return self.step("home")
 
     def pick(self, target: Spot) -> Self:
@@ -34,11 +34,11 @@ class PrimitiveSteps(ABC):
         return self.step({"place": plain(target)})
 
     def approach(self, target: Spot) -> Self:
-        """Go above a taught place or x, y, z [m], by the cell's clearance."""
+        """Go to a point above a taught place or x, y, z [m], by cell.clearance of the configuration."""
         return self.step({"approach": plain(target)})
 
     def line(self, target: Spot) -> Self:
-        """Go in a straight line to a taught place or x, y, z [m]. Nothing keeps the gripper above the parts."""
+        """Go in a straight line to a taught place or x, y, z [m]. Caution: it may hit parts on its way."""
         return self.step({"line": plain(target)})
 
     def gripper(self, state: Literal["open", "close"]) -> Self:
@@ -46,5 +46,5 @@ class PrimitiveSteps(ABC):
         return self.step({"gripper": state})
 
     def move(self, goal: Spot) -> Self:
-        """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space."""
+        """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space. It may hit parts."""
         return self.step({"move": joints(goal)})

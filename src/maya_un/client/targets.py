@@ -15,7 +15,7 @@ def spot(first: Spot | float, second: float | None, third: float | None) -> str 
     rest = [number for number in (second, third) if number is not None]
     if not isinstance(first, int | float):
         if rest:
-            raise InvalidValue(key="target", value=repr((first, *rest)), reason="it is a name, or numbers")
+            raise InvalidValue(key="target", value=repr((first, *rest)), reason="it must be a name, or numbers")
         return first if isinstance(first, str) else [float(number) for number in first]
     return [float(first), *rest]
 
@@ -33,5 +33,5 @@ def joints(goal: Spot) -> str | dict[str, float]:
 def state_of(state: str, on: str, off: str) -> bool:
     """Return whether a state is `on`; raises `InvalidValue` if it is neither that nor `off`."""
     if state not in {on, off}:
-        raise InvalidValue(key="state", value=repr(state), reason=f"it is {on!r} or {off!r}")
+        raise InvalidValue(key="state", value=repr(state), reason=f"it must be {on!r} or {off!r}")
     return state == on

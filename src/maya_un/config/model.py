@@ -52,7 +52,7 @@ def flaw(error: ValidationError, tags: tuple[str, ...] = ()) -> Flaw:
     elif first["type"] == "missing":
         reason = "it is missing"
     elif first["type"] in _UNKNOWN_KIND:
-        place, value, reason = [*place, "kind"], first.get("ctx", {}).get("tag"), f"it is one of {', '.join(tags)}"
+        place, value, reason = [*place, "kind"], first.get("ctx", {}).get("tag"), f"it must be one of {', '.join(tags)}"
     return Flaw(".".join(str(part) for part in place), value, reason.removeprefix("Value error, "))
 
 
@@ -317,7 +317,7 @@ class Axes(ConfigSection):
             if line.minimum < 0.0:
                 raise Contradiction(f"{name}.minimum", line.minimum, "a line has a length, 0 or more")
         if self.a.maximum > 2 * pi:
-            reason = "it is an angle in radians, at most 2 pi; this looks like degrees"
+            reason = "it must be an angle in radians, at most 2 pi; this looks like degrees"
             raise Contradiction("a.maximum", self.a.maximum, reason)
         if self.a.maximum - self.a.minimum > 2 * pi:
             reason = "to maximum it is more than a whole turn, and a place would have two angles"

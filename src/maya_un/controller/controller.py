@@ -116,7 +116,7 @@ class GalilController:
         monitor = self._monitor
         with monitor.desk.take("zones"):
             if monitor.moving():
-                raise Busy(doing="the axes finish what was sent before")
+                raise Busy(doing="the axes finish an earlier motion")
             monitor.workspace = monitor.workspace.with_zones(zones)
         self.events.emit(ZonesChanged(", ".join(zone.name for zone in zones)))
 
@@ -186,7 +186,7 @@ class GalilController:
             driver = monitor.ready(homed=False)
             await monitor.look()
             if monitor.moving():
-                raise Busy(doing="the axes finish what was sent before")
+                raise Busy(doing="the axes finish an earlier motion")
             await self._lookout.require_owned(driver)
             await monitor.registers.configure(driver)
             await self._require_kept(driver)
@@ -208,7 +208,7 @@ class GalilController:
             await self._execution.allowed(wish)
             await monitor.look()
             if monitor.moving():
-                raise Busy(doing="the axes finish what was sent before")
+                raise Busy(doing="the axes finish an earlier motion")
             await self._lookout.require_owned(driver)
             monitor.homed = False
             monitor.displaced = None
@@ -345,7 +345,7 @@ class GalilController:
         with monitor.desk.take("recover"):
             record = await monitor.look()
             if monitor.moving():
-                raise Busy(doing="the axes finish what was sent before")
+                raise Busy(doing="the axes finish an earlier motion")
             if await driver.value("_AB") == 0.0:
                 raise AbortInput
             if record.amplifier_status:
@@ -404,7 +404,7 @@ class GalilController:
         if monitor.displaced is not None:
             raise monitor.displaced
         if monitor.moving():
-            raise Busy(doing="the axes finish what was sent before")
+            raise Busy(doing="the axes finish an earlier motion")
         here = monitor.here()
         return plan if here == known else await self._plan(wish, way, here, speed)
 

@@ -96,11 +96,11 @@ class Pacing:
         if monitor.pace.paused:
             return
         if monitor.phase is not None:
-            raise CannotPause(reason="a homing goes by its switches")
+            raise CannotPause(reason="a homing cannot be interrupted and continued")
         if monitor.stopping:
             raise CannotPause(reason="the robot is stopping")
         if monitor.desk.current is None and not ahead:
-            raise CannotPause(reason="nothing is under way")
+            raise CannotPause(reason="nothing moves")
 
     async def _tell(self) -> None:
         """Send the present ratio to a running motion, and predict the motion again from this instant."""

@@ -32,8 +32,9 @@ reword(
 )
 reword(
     CommandRejected,
-    "The controller refused {command!r} with code {tc} ({reason}). If nobody typed it, this is a defect or a "
-    "foreign program on the controller: read the log.",
+    "The controller refused {command!r} with code {tc} ({reason}). If you did not send this command "
+    "yourself, this program has a defect, or another program uses the controller. Read the log (`maya "
+    "logs`).",
 )
 reword(
     WrongController,
@@ -41,8 +42,8 @@ reword(
 )
 reword(
     ProgramRuns,
-    "A program runs in the controller, so no other can be downloaded. If it is Maya's guard, end `maya up`; "
-    "halt other programs with HX. Then download again.",
+    "A program runs in the controller, so no other can be downloaded. If it is Maya's watchdog program "
+    "(the guard), end `maya up`; halt other programs with HX. Then download again.",
 )
 reword(
     InternalError,

@@ -8,7 +8,8 @@ from maya_un.errors.base import MachineError, RequestError
 class ParameterMismatch(
     MachineError,
     code=1007,
-    en="The controller keeps {register} = {found}, but the configuration says {wanted}. Correct one of them.",
+    en="Maya set {register} to {wanted}, but the controller still has {found}. Correct the value in the "
+    "configuration, or end the program that changes it. Then run `maya recover`.",
 ):
     """The controller did not keep a parameter as configured."""
 
@@ -20,8 +21,8 @@ class ParameterMismatch(
 class NodeGone(
     MachineError,
     code=1011,
-    en="{node} is not running any more. Its motion was stopped on the path. Start it again, and check the position"
-    " of the robot before you continue.",
+    en="{node} has ended. The controller stopped its motion along the path. Start {node} again, then check "
+    "the position of the robot before you continue.",
 ):
     """The node that did this ended by itself, or is not there; where only its action is known, that is named."""
 
@@ -31,8 +32,8 @@ class NodeGone(
 class ServiceNotRunning(
     RequestError,
     code=1020,
-    en="No Maya is running here. Start `maya up`, then run the command again. To stop a robot without `maya up`, "
-    "run `maya stop --address real` (or HOST:PORT).",
+    en="`maya up` does not run on this computer. Start it, then run the command again. To stop a robot "
+    "without `maya up`, run `maya stop --address real` (or HOST:PORT).",
 ):
     """No running `maya up` was found."""
 
@@ -40,7 +41,7 @@ class ServiceNotRunning(
 class ServiceNotAnswering(
     RequestError,
     code=1021,
-    en="The running `maya up` does not answer ({reason}). Use `maya stop` to stop the robot, then restart it.",
+    en="`maya up` runs but does not answer ({reason}). Stop the robot with `maya stop`, then restart `maya up`.",
 ):
     """`maya up` runs but does not answer."""
 
@@ -85,8 +86,8 @@ class OwnershipLost(
 class OwnerErased(
     MachineError,
     code=1033,
-    en="Another program erased the variable that names the owner of the controller (ZAB), so nothing moves. Close "
-    "the other program, then run `maya recover`.",
+    en="Another program erased the variable that names the owner of the controller (ZAB), so Maya does not "
+    "move the robot. Close the other program, then run `maya recover`.",
 ):
     """Another program erased the variable that names this program as the controller's owner."""
 
@@ -94,8 +95,9 @@ class OwnerErased(
 class ControllerMoves(
     RequestError,
     code=1032,
-    en="Axes still move by commands of {holder}, so the controller cannot change its owner now. Wait until they "
-    "are at rest, or stop them from any computer with `maya stop --address {address}`. Then try again.",
+    en="The program {holder} still moves axes, so you cannot take the controller over now. Wait until the "
+    "axes are at rest, or stop them from any computer with `maya stop --address {address}`. Then try "
+    "again.",
 ):
     """Axes move by commands of another program, so the controller cannot change its owner yet."""
 
@@ -106,8 +108,9 @@ class ControllerMoves(
 class RobotNotReached(
     RequestError,
     code=1050,
-    en="The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up --rosbridge`, or "
-    "set IP to its address. This program tries again.",
+    en="The robot's rosbridge at {url} does not answer: {reason}. Start the robot with `maya up "
+    "--rosbridge`, or give the address of its rosbridge with --rosbridge (or $IP). This program tries "
+    "again by itself.",
 ):
     """The link to supervisors cannot reach the robot's rosbridge."""
 
@@ -118,8 +121,8 @@ class RobotNotReached(
 class SupervisorsNotReached(
     RequestError,
     code=1051,
-    en="The supervisors' server {where} does not answer: {reason}. Check that it runs, and its address, user and "
-    "password.",
+    en="The server of the supervisors, {where}, does not answer: {reason}. Check that it runs. Then check "
+    "the address, user and password given to this program.",
 ):
     """The link to supervisors cannot reach their broker or database."""
 
@@ -130,8 +133,8 @@ class SupervisorsNotReached(
 class BrokerRefused(
     RequestError,
     code=1052,
-    en="The broker {where} refuses the command: {reason}. Ask the person who keeps its rules (ACL) for access to "
-    "this robot.",
+    en="The broker {where} refuses the command: {reason}. Ask the administrator of the broker for access to "
+    "this robot (ACL).",
 ):
     """A broker does not carry a supervisor's command, by its rules."""
 
@@ -142,8 +145,9 @@ class BrokerRefused(
 class SessionTakenOver(
     RequestError,
     code=1053,
-    en="Another robot is connected to {where} under the name {name}, so this robot does not connect again. Give "
-    "each robot its own name (coms.name, NAME), then start this program again.",
+    en="Another robot is connected to {where} under the name {name}, so this robot does not connect again. "
+    "Give each robot its own name (coms.name in the configuration, or $NAME), then start this program "
+    "again.",
 ):
     """Another robot is connected to the supervisors' broker or database under the same name."""
 
@@ -154,9 +158,9 @@ class SessionTakenOver(
 class WrongRobot(
     RequestError,
     code=1054,
-    en="The rosbridge at {url} belongs to the robot {found!r}, and this program carries the commands of {name}. It"
-    " sends none there. Give it the address of the rosbridge of {name} (IP, --rosbridge), or give this program "
-    "and the robot the same name (coms.name, NAME).",
+    en="The rosbridge at {url} belongs to the robot {found!r}, but this program is for the robot {name}, so "
+    "it sends no commands. Start it with --rosbridge and the address of the rosbridge of {name}, or give "
+    "the robot the name {name} (coms.name in the configuration, or $NAME).",
 ):
     """The rosbridge belongs to another robot than the one whose commands the link carries."""
 

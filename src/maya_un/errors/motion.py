@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from maya_un.errors.base import MachineError, RequestError
 
+Side = Literal["forward", "reverse"]
+"""Limit switches of an axis in a sentence."""
 
-class Unreachable(RequestError, code=2101, en="{target} cannot be reached: {reason}. Nearest reachable: {nearest}."):
+
+class Unreachable(
+    RequestError, code=2101, en="{target} cannot be reached: {reason}. The nearest reachable point is: {nearest}."
+):
     """A target lies outside the workspace; names the limit, by how much, and the nearest reachable point."""
 
     target: str
@@ -20,7 +27,7 @@ class Unreachable(RequestError, code=2101, en="{target} cannot be reached: {reas
 class PathRefused(
     RequestError,
     code=2102,
-    en="The path to {target} leaves the workspace: {reason}. Go there by a point in between.",
+    en="The path to {target} leaves the workspace: {reason}. Move to a point in between first.",
 ):
     """Both ends are reachable but the way between leaves the workspace."""
 
@@ -47,7 +54,7 @@ class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until 
 class Faulted(
     RequestError,
     code=2105,
-    en="The robot is in a fault: {fault} Remove the cause, then run `maya recover`.",
+    en="The robot cannot move because of a fault: {fault}",
 ):
     """Motion was asked for while a fault waits for `recover`."""
 
@@ -57,13 +64,15 @@ class Faulted(
 class MarkerMissing(
     RequestError,
     code=2106,
-    en="The homing cannot be skipped, because the controller holds no mark of one since its last reset. Run `maya "
-    "home`.",
+    en="Maya cannot skip the homing, because the controller has stored no homing since its last reset. Run "
+    "`maya home`.",
 ):
     """`skip_home` was asked for, but the controller holds no homing marker."""
 
 
-class TrajectoryRefused(RequestError, code=2107, en="This trajectory is refused: {reason}."):
+class TrajectoryRefused(
+    RequestError, code=2107, en="The trajectory is not valid: {reason}. Correct it and send it again."
+):
     """A trajectory is empty, too long, or does not start where the robot is."""
 
     reason: str
@@ -73,7 +82,12 @@ class NothingToRecover(RequestError, code=2108, en="There is no fault to recover
     """`recover` was asked for, but there is no fault."""
 
 
-class GuardBlocked(RequestError, code=2109, en="The guard cannot be added to the program in the controller: {reason}."):
+class GuardBlocked(
+    RequestError,
+    code=2109,
+    en="Maya cannot add its watchdog program (the guard) to the program in the controller: {reason}. "
+    "Shorten or remove that program, then try again.",
+):
     """The guard cannot be put beside the program that the controller holds."""
 
     reason: str
@@ -82,7 +96,7 @@ class GuardBlocked(RequestError, code=2109, en="The guard cannot be added to the
 class CannotPause(
     RequestError,
     code=2111,
-    en="This cannot be paused: {reason}. If something must not move, run `maya stop`.",
+    en="Maya cannot pause now: {reason}. To stop the robot, run `maya stop`.",
 ):
     """A pause was asked for where there is no motion on a path that could be held."""
 
@@ -93,30 +107,32 @@ class NotPaused(RequestError, code=2112, en="Nothing is paused. A stopped motion
     """Going on was asked for, but nothing is paused."""
 
 
-class Stopped(RequestError, code=2201, en="Stopped before the end by a stop command."):
+class Stopped(
+    RequestError, code=2201, en="A stop command ended this motion before its end. Start it again if you still need it."
+):
     """A stop ended the command early."""
 
 
-class Cancelled(RequestError, code=2202, en="Cancelled before the end."):
+class Cancelled(RequestError, code=2202, en="This command was cancelled before its end."):
     """The sender cancelled the command."""
 
 
 class LimitReached(
     MachineError,
     code=2301,
-    en="Axis {axis} hit its {side} limit switch. Find the cause, then run `maya recover` and home again.",
+    en="Axis {axis} hit its {side} limit switch. Find the cause, then run `maya recover` and `maya home`.",
 ):
     """A limit switch ended the motion."""
 
     axis: str
-    side: str
+    side: str | Side
 
 
 class FollowingError(
     MachineError,
     code=2302,
-    en="Axis {axis} could not follow its reference and its motor was switched off. Look for an obstacle or a "
-    "jammed line, then run `maya recover`.",
+    en="Axis {axis} could not follow its commanded position, so the controller switched its motor off. Look "
+    "for an obstacle or a jammed line, then run `maya recover`.",
 ):
     """An axis could not follow its reference (off-on-error)."""
 
@@ -126,7 +142,8 @@ class FollowingError(
 class AbortInput(
     MachineError,
     code=2303,
-    en="The abort input is active: somebody pressed the emergency stop. Release it, then run `maya recover`.",
+    en="The abort input is active: the emergency stop is pressed, or its circuit is open. Release the "
+    "emergency stop or repair the circuit, then run `maya recover`.",
 ):
     """The abort input is or was active."""
 
@@ -134,8 +151,8 @@ class AbortInput(
 class AmplifierFault(
     MachineError,
     code=2304,
-    en="The amplifier reports a fault (status {status}). Check its lights and the power supply, then run `maya "
-    "recover`.",
+    en="The amplifier reports a fault (status {status}). Check the LEDs of the amplifier and the power "
+    "supply, then run `maya recover`.",
 ):
     """The amplifier reports a fault."""
 
@@ -145,8 +162,8 @@ class AmplifierFault(
 class UnexpectedStop(
     MachineError,
     code=2305,
-    en="Axis {axis} stopped with code {stop_code} ({reason}) without a command. Check the machine, then run `maya "
-    "recover`.",
+    en="Axis {axis} stopped, but no command stopped it (stop code {stop_code}: {reason}). Look for an "
+    "obstacle, and check the motor, its cable and the power supply. Then run `maya recover`.",
 ):
     """The motion ended with a stop code nobody asked for."""
 
@@ -158,7 +175,8 @@ class UnexpectedStop(
 class MotorOff(
     MachineError,
     code=2306,
-    en="The motor of axis {axis} is off. Check the machine, then run `maya recover`.",
+    en="The motor of axis {axis} is off, but Maya did not switch it off. Look for an obstacle, and check "
+    "the motor, its cable and the power supply. Then run `maya recover`.",
 ):
     """A motor is off though nobody switched it off."""
 
@@ -176,7 +194,8 @@ class ControllerReset(
 class EndNotReached(
     MachineError,
     code=2308,
-    en="Axis {axis} stopped {distance} away from its target. Check the machine, then run `maya recover`.",
+    en="Axis {axis} stopped {distance} away from its target. Look for an obstacle, and check the motor, its "
+    "cable and the power supply. Then run `maya recover`.",
 ):
     """The motion ended somewhere else than commanded."""
 
@@ -187,8 +206,8 @@ class EndNotReached(
 class GuardNotRunning(
     MachineError,
     code=2309,
-    en="The guard in the controller no longer runs, so nothing moves: another program sent HX, ST or AB, or the "
-    "controller was reset. Run `maya recover`.",
+    en="Maya's watchdog program in the controller (the guard) no longer runs, so Maya does not move the "
+    "robot. Another program sent HX, ST or AB, or the controller was reset. Run `maya recover`.",
 ):
     """The guard in the controller does not run; without it nothing moves."""
 
@@ -196,8 +215,9 @@ class GuardNotRunning(
 class HostSilent(
     MachineError,
     code=2310,
-    en="The guard in the controller stopped the axes, because this program was silent for too long. Find out why "
-    "this computer is overloaded, then run `maya recover`.",
+    en="Maya's watchdog program in the controller (the guard) stopped the axes, because it received nothing "
+    "from this program for too long. Check the load of this computer and the network, then run `maya "
+    "recover`.",
 ):
     """The guard stopped the axes because this program had not been heard for too long."""
 
@@ -205,9 +225,9 @@ class HostSilent(
 class PositionChanged(
     MachineError,
     code=2311,
-    en="Axis {axis} is {distance} away from where Maya left it. Another program moved it or changed its position "
-    "(DP), or somebody pushed it. The homing is no longer valid. Close the other program, if there is one, and "
-    "let go of the axis. Run `maya recover`, then home again.",
+    en="Axis {axis} is {distance} away from where Maya left it. Another program moved it or changed its "
+    "position (DP), or somebody pushed it. The homing is no longer valid. Close the other program, if "
+    "there is one, and let go of the axis. Then run `maya recover` and `maya home`.",
 ):
     """A position changed without a motion of Maya's, by another program or by hand; the homing is no longer valid."""
 
@@ -232,9 +252,9 @@ class RegisterChanged(
 class ForeignMotion(
     MachineError,
     code=2313,
-    en="Axis {axis} moves, but Maya did not start this motion. Maya stops it, and the homing is no longer valid. "
-    "Close every other program that commands the controller, and let go of the axis. Run `maya recover`, then "
-    "home again.",
+    en="Axis {axis} moves, but Maya did not start this motion. Maya stops it, and the homing is no longer "
+    "valid. Close every other program that commands the controller, and let go of the axis. Then run "
+    "`maya recover` and `maya home`.",
 ):
     """An axis carries out a motion that Maya did not start; the homing is no longer valid."""
 
@@ -244,8 +264,8 @@ class ForeignMotion(
 class PositionNotKept(
     RequestError,
     code=2314,
-    en="Maya cannot keep the homing: axis {axis} is {distance} away from where Maya left it. Another program moved"
-    " it or changed its position, or somebody pushed it. Run `maya home`.",
+    en="The stored homing is no longer valid: axis {axis} is {distance} away from where Maya left it. "
+    "Another program moved it or changed its position, or somebody pushed it. Run `maya home`.",
 ):
     """The controller holds the mark of a homing, but the axes are not where Maya left them."""
 
@@ -256,24 +276,25 @@ class PositionNotKept(
 class SwitchBlocks(
     MachineError,
     code=2315,
-    en="Axis {axis} cannot begin to move. Its {side} limit switch reads active, although the axis is not at the "
-    "end of its stroke. Check the switch and its cable, then run `maya recover`.",
+    en="Axis {axis} cannot begin to move. Its {side} limit switch is active, although the axis is not at "
+    "the end of its stroke. Check the switch and its cable, then run `maya recover`.",
 ):
     """An active limit switch prevents a motion, although the axis is not at the end of its stroke."""
 
     axis: str
-    side: str
+    side: str | Side
 
 
 class WiringContradictsCn(
     MachineError,
     code=2401,
-    en="The {side} limit switch of axis {axis} reads the opposite of CN {cn} ({reason}). Correct the wiring, or "
-    "`limit_active_level` in the configuration.",
+    en="The {side} limit switch of axis {axis} has the opposite level of the configured one (CN {cn}): "
+    "{reason}. Correct the wiring, or `limit_active_level` in the configuration. Then run `maya recover` "
+    "and `maya home`.",
 ):
     """A limit switch reads the opposite of what register CN says it should."""
 
-    side: str
+    side: str | Side
     axis: str
     cn: int
     reason: str
@@ -282,7 +303,8 @@ class WiringContradictsCn(
 class HomingStalled(
     MachineError,
     code=2402,
-    en="Axis {axis} stopped following during homing ({reason}). Look for an obstacle, then run `maya recover`.",
+    en="Axis {axis} did not follow its commanded position during homing ({reason}). Look for an obstacle, "
+    "then run `maya recover`.",
 ):
     """An axis stopped following during homing."""
 
@@ -293,20 +315,21 @@ class HomingStalled(
 class SwitchNotFound(
     MachineError,
     code=2403,
-    en="Axis {axis} moved {distance} and met no {side} limit switch. Check the switch and its cable.",
+    en="Axis {axis} moved {distance} and met no {side} limit switch. Check the switch and its cable. Then "
+    "run `maya recover` and `maya home`.",
 ):
     """Homing went the whole stroke and met no limit switch."""
 
     axis: str
     distance: str
-    side: str
+    side: str | Side
 
 
 class StrokeDiffers(
     MachineError,
     code=2404,
-    en="The stroke of axis {axis} measures {measured}, but the configuration says {wanted}. Check the line and the"
-    " configuration.",
+    en="The stroke of axis {axis} measures {measured}, but the configuration says {wanted}. Check the line "
+    "and the configuration. Then run `maya recover` and `maya home`.",
 ):
     """The measured stroke of a line differs from the configuration by more than 3 %."""
 

@@ -12,11 +12,11 @@ JobStateWord = Literal[
 ]  # fmt: skip
 """States of a job in a sentence."""
 
-JobAction = Literal["held", "released", "moved", "a neighbour", "changed", "done again"]
+JobAction = Literal["held", "released", "moved", "a reference for `queue move`", "changed", "done again"]
 """Changes of a job in the sentence of `WrongState`."""
 
 
-class InvalidJob(RequestError, code=4002, en="The job is refused at {key}: {reason}."):
+class InvalidJob(RequestError, code=4002, en="The job file has an error at {key}: {reason}."):
     """A job file names a wrong key, step or value."""
 
     key: str
@@ -26,14 +26,14 @@ class InvalidJob(RequestError, code=4002, en="The job is refused at {key}: {reas
 class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
     """No task or job has this number."""
 
-    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "journal"]
-    number: int | str | Literal["that was interrupted", "now", "on a real machine", "in a file"]
+    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "stored queue"]
+    number: int | str | Literal["now", "on a real machine", "with `--journal memory`"]
 
 
 class SpeedOnRealMachine(
     RequestError,
     code=4006,
-    en="`--speed` scales the twin's time, but {address} is a real machine. Leave it out.",
+    en="`--speed` scales the twin's time, but {address} is a real machine. Omit `--speed`.",
 ):
     """`--speed` scales the twin's time; a real machine has no such thing."""
 
@@ -43,7 +43,7 @@ class SpeedOnRealMachine(
 class NotIdentifiable(
     RequestError,
     code=4009,
-    en="These points do not determine {what}: {reason}. To determine them, {remedy}.",
+    en="The fit cannot determine {what} from these points: {reason}. Remedy: {remedy}.",
 ):
     """Measured points cannot tell constants of the machine apart; names them and what to measure next."""
 
@@ -55,19 +55,19 @@ class NotIdentifiable(
 class NotTaught(
     RequestError,
     code=4010,
-    en="No {what} has the name {name!r}. Known: {known}. `maya teach` stores the present position under a name.",
+    en="There is no {what} with the name {name!r}. Known: {known}. Store one with `maya teach` or `maya teach-pallet`.",
 ):
     """No pose or pallet has been taught under this name; lists those that have."""
 
-    what: str
+    what: str | Literal["pose", "pallet", "pose or pallet"]
     name: str
-    known: str
+    known: str | Literal["none yet"]
 
 
 class NameTaken(
     RequestError,
     code=4011,
-    en="{name!r} is taught already. Choose another name, or replace it with `--replace`.",
+    en="The name {name!r} exists already. Choose another name, or replace the pose with `--replace`.",
 ):
     """Something is taught under this name already."""
 
@@ -96,7 +96,7 @@ class EventsForgotten(
     oldest: int
 
 
-class WrongState(RequestError, code=4014, en="Job {number} is {state}, so it cannot be {action}."):
+class WrongState(RequestError, code=4014, en="Job {number} is {state}. A job in this state cannot be {action}."):
     """A job cannot be changed like that in the state it is in."""
 
     number: int
@@ -107,7 +107,7 @@ class WrongState(RequestError, code=4014, en="Job {number} is {state}, so it can
 class AnswerNeeded(
     RequestError,
     code=4015,
-    en="Only a person can answer this: {question} Answer with `maya queue recover CHOICE` ({options}).",
+    en="A person must answer first: {question} Answer with `maya queue recover CHOICE` ({options}).",
 ):
     """A person has to say something first that nobody else can know."""
 
@@ -118,8 +118,8 @@ class AnswerNeeded(
 class StreamLagging(
     RequestError,
     code=4016,
-    en="You are {behind} events behind on this stream, so it was closed. Connect again, continue from event "
-    "{since}, and read faster.",
+    en="This client is {behind} events behind, so Maya closed the stream. Connect again, continue from "
+    "event {since}, and read faster.",
 ):
     """A reader of the stream does not keep up with the events."""
 
@@ -130,7 +130,8 @@ class StreamLagging(
 class DependencyFailed(
     RequestError,
     code=4017,
-    en="Job {number}, on which this one depends, is {state}. Release this one to run it all the same, or cancel it.",
+    en="This job depends on job {number}, which is {state}, so Maya holds it. Release this job to run it "
+    "anyway, or cancel it.",
 ):
     """A job that another depends on ended otherwise than done, so the other is held."""
 
@@ -138,14 +139,16 @@ class DependencyFailed(
     state: JobStateWord
 
 
-class InvalidMessage(RequestError, code=4018, en="{name} cannot be read: {reason}."):
+class InvalidMessage(
+    RequestError, code=4018, en="The message {name} is not valid: {reason}. Correct it and send it again."
+):
     """A message does not fit its type."""
 
     name: str
     reason: str
 
 
-class UnknownInterface(RequestError, code=4019, en="There is no {form} called {name}."):
+class UnknownInterface(RequestError, code=4019, en="There is no {form} {name} in the ROS graph."):
     """No topic, service, action or type of this name."""
 
     form: str
@@ -171,7 +174,7 @@ class ServiceFailed(RequestError, code=4020, en="The service {service} failed: {
 class JobChanged(
     RequestError,
     code=4022,
-    en="Job {number} was changed after you looked at it. Look at it again: `maya job show {number}`.",
+    en="Job {number} has changed since you last read it. Read it again: `maya job show {number}`.",
 ):
     """A job is another than the one that was looked at."""
 
@@ -181,7 +184,8 @@ class JobChanged(
 class NotOverRos(
     RequestError,
     code=4021,
-    en="The ROS graph has no message for this: {request}. Use `maya` beside the robot layer, or `maya up`.",
+    en="ROS cannot transmit this request: {request}. Run `maya` on the computer where the robot's nodes "
+    "run, or use `maya up` instead of the ROS nodes.",
 ):
     """A request for which the ROS graph has no message."""
 
@@ -221,7 +225,8 @@ class TooLarge(
 class StepExpired(
     RequestError,
     code=4040,
-    en="The deadline of this step, {deadline}, has passed. Send it again with a later deadline if it is still needed.",
+    en="This step did not begin before its deadline ({deadline}), so the robot does not carry it out. If "
+    "you still need it, send it again with a later deadline.",
 ):
     """A step came, or its turn came, after its deadline."""
 
@@ -242,8 +247,8 @@ class StepOfOtherRobot(
 class StepNotBegun(
     RequestError,
     code=4042,
-    en="The robot stopped, or the step before this one failed, so this step did not begin. Look at the robot, then"
-    " send the step again under another id.",
+    en="The robot stopped, or the step before this one failed, so this step did not begin. Check the robot "
+    "and the part, then send the step again (with a new id).",
 ):
     """The robot stopped, or the step before failed, before this step began."""
 
@@ -251,8 +256,8 @@ class StepNotBegun(
 class StepInterrupted(
     RequestError,
     code=4043,
-    en="Step {id} of {robot} was interrupted: its program ended. Look at the robot, then decide whether to send "
-    "the step again under another id.",
+    en="Step {id} of {robot} was interrupted, because `maya up` of this robot ended. Check the robot and "
+    "the part, then decide whether to send the step again (with a new id).",
 ):
     """The robot's program ended while a step was under way or waited."""
 
@@ -260,7 +265,12 @@ class StepInterrupted(
     robot: str
 
 
-class StepFailed(RequestError, code=4044, en="Step {id} of {robot} failed: {error} ({error_code})."):
+class StepFailed(
+    RequestError,
+    code=4044,
+    en="Step {id} of {robot} failed: {error} ({error_code}). Check the robot, then send the step again "
+    "(with a new id).",
+):
     """A step ended without success, for a reason that has no code here."""
 
     id: str | None
@@ -269,7 +279,7 @@ class StepFailed(RequestError, code=4044, en="Step {id} of {robot} failed: {erro
     error_code: str
 
 
-class InvalidProcess(RequestError, code=4045, en="The process is refused at {key}: {reason}."):
+class InvalidProcess(RequestError, code=4045, en="The process file has an error at {key}: {reason}."):
     """A file does not describe a process for several robots."""
 
     key: str
@@ -279,8 +289,8 @@ class InvalidProcess(RequestError, code=4045, en="The process is refused at {key
 class ProcessChanged(
     RequestError,
     code=4046,
-    en="{path} holds the state of another process, because the process file has changed. Restore the old file to "
-    "continue, or start over with --again.",
+    en="The process file has changed since {path} was written, so the process cannot continue from it. "
+    "Restore the old process file, or start over with --again.",
 ):
     """The state of a process belongs to another process, or to an earlier form of it."""
 
@@ -290,8 +300,8 @@ class ProcessChanged(
 class DecisionNeeded(
     RequestError,
     code=4047,
-    en="Step {step} of {robot} failed ({error_code}): {error} Look at the robot, then run the process again with "
-    "--retry {step}, --skip {step} or --abort.",
+    en="Step {step} of {robot} failed ({error_code}): {error} Check the robot and the part, then run the "
+    "process again with --retry {step}, --skip {step} or --abort.",
 ):
     """A step of a process failed, and a person decides what becomes of it."""
 
@@ -304,7 +314,8 @@ class DecisionNeeded(
 class ProcessAborted(
     RequestError,
     code=4048,
-    en="The process was aborted: {done} of {steps} steps were done. Start over with --again.",
+    en="This process was ended with --abort after {done} of {steps} steps. To run it again from the "
+    "beginning, use --again.",
 ):
     """A person ended a process before all its steps were done."""
 
@@ -315,9 +326,9 @@ class ProcessAborted(
 class StepTakenElsewhere(
     RequestError,
     code=4049,
-    en="Another robot with the name {name} took this step before, or this robot took it and has lost its journal "
-    "since. This robot does not carry it out, and its progress is unknown. Look at the robots. If the step is "
-    "still needed, send it again under another id.",
+    en="This step was already accepted, by another robot named {name} or by this robot before it lost its "
+    "stored data. Nobody knows whether it was carried out, so this robot refuses it. Check the robots "
+    "and the part. If you still need the step, send it again (with a new id).",
 ):
     """Another robot with the same name took a step, or this one did and lost its journal."""
 
@@ -327,7 +338,8 @@ class StepTakenElsewhere(
 class NotSignedIn(
     RequestError,
     code=4101,
-    en="This needs a valid token: {reason}. Ask an administrator of the robot for one (`maya user token`).",
+    en="Maya did not accept the request: {reason}. Ask an administrator of the robot for a token (`maya "
+    "user token`), and put it into $MAYA_TOKEN.",
 ):
     """A request came without a token, or with one that is not valid."""
 
@@ -337,7 +349,8 @@ class NotSignedIn(
 class NotAllowed(
     RequestError,
     code=4102,
-    en="{who} is {role}, but {operation} needs {needed}. Ask somebody with that role.",
+    en="{operation} needs the role {needed}, but {who} has the role {role}. Ask a person with the role "
+    "{needed} to do it.",
 ):
     """The role of whoever asks does not include this."""
 
@@ -350,8 +363,8 @@ class NotAllowed(
 class LeaseHeld(
     RequestError,
     code=4103,
-    en="{holder} drives the robot since {since}. Ask for the lease with `maya lease ask`, or wait. `maya stop` "
-    "works for everybody.",
+    en="{holder} has been driving the robot for {since}. Ask for the lease with `maya lease ask`, or wait. "
+    "`maya stop` works for everybody.",
 ):
     """Somebody else drives the robot."""
 
@@ -366,7 +379,7 @@ class LeaseNeeded(RequestError, code=4104, en="This command needs the control le
 class LeaseLost(
     RequestError,
     code=4105,
-    en="This control lease has ended ({reason}). Take it again with `maya lease take`.",
+    en="Your control lease has ended ({reason}). Take it again with `maya lease take`.",
 ):
     """The control lease that was shown has ended."""
 
@@ -388,8 +401,9 @@ class TooManyRequests(
 class CertificateRefused(
     RequestError,
     code=4110,
-    en="The certificate of the service was refused ({reason}). Use the URL that `maya up` printed, and give the "
-    "certificate file of the service as `ca`. `maya doctor` checks the certificate's name and dates.",
+    en="The client refused the certificate of the service ({reason}). Use the URL that `maya up` printed. "
+    "In Python, pass the certificate file of the service as the argument `ca`. `maya doctor` checks the "
+    "name and dates of the certificate.",
 ):
     """The service's certificate is not trusted, or the service speaks no TLS: nothing was sent to it."""
 
@@ -399,7 +413,7 @@ class CertificateRefused(
 class EdgeNotInstalled(
     RequestError,
     code=4051,
-    en="No installed package provides the edge {edge}. Install maya_un again (./run does), then try again.",
+    en="No installed package provides the interface {edge}. Install maya_un again with ./run, then try again.",
 ):
     """`maya up` is asked for an edge whose entry point is missing, as in an installation of an older version."""
 

@@ -5,7 +5,11 @@ from __future__ import annotations
 from maya_un.errors.base import RequestError
 
 
-class InvalidConfig(RequestError, code=5001, en="The configuration is refused at {key} = {value}: {reason}."):
+class InvalidConfig(
+    RequestError,
+    code=5001,
+    en="The configuration has an error at {key} = {value}: {reason}. Correct it, then run `maya config check`.",
+):
     """A configuration key is unknown, out of range or contradicts another."""
 
     key: str
@@ -33,8 +37,8 @@ class NothingToRevert(RequestError, code=5006, en="No calibration can be reverte
 class StorageFailed(
     RequestError,
     code=5007,
-    en="The disk refused to store this ({reason}), so Maya accepted nothing of it. Free space on the disk or "
-    "correct its permissions, then try again.",
+    en="Maya could not write the request to the disk ({reason}), so it did not accept it. Free space on the "
+    "disk or correct its permissions, then try again.",
 ):
     """A running service cannot write a change to the disk, and keeps nothing of it. At a start this is 5014."""
 
@@ -56,7 +60,8 @@ class StorageDamaged(
 class StorageTooNew(
     RequestError,
     code=5009,
-    en="{path} was written by a newer version ({found}; this one knows {known}). Use that version, or another file.",
+    en="{path} was written by a newer version ({found}; this version reads up to {known}). Use that "
+    "version, or another file.",
 ):
     """The file of the queue was written by a newer version."""
 
@@ -68,7 +73,7 @@ class StorageTooNew(
 class StorageInUse(
     RequestError,
     code=5010,
-    en="{path} is in use by process {pid}. End that one first, or use another file.",
+    en="{path} is in use by process {pid}. End that process first, or use another file.",
 ):
     """Another program keeps its queue in this file."""
 
@@ -79,8 +84,8 @@ class StorageInUse(
 class MasterGone(
     RequestError,
     code=5011,
-    en="No ROS master answers at {uri}. Start `roscore`, or roslaunch, which starts one. ROS_MASTER_URI holds its "
-    "address.",
+    en="No ROS master answers at {uri}. Start `roscore` or a `roslaunch`. If the master runs elsewhere, set "
+    "ROS_MASTER_URI to its address.",
 ):
     """No ROS master answers."""
 
@@ -90,7 +95,8 @@ class MasterGone(
 class RosMissing(
     RequestError,
     code=5012,
-    en="ROS cannot be used from here ({reason}). On Debian and Ubuntu, `scripts/ros` installs everything.",
+    en="This program cannot use ROS ({reason}). On Debian and Ubuntu, `scripts/ros` installs everything "
+    "that is needed.",
 ):
     """A part of ROS is not installed here, or this Python cannot load it."""
 
@@ -100,8 +106,9 @@ class RosMissing(
 class StorageUnavailable(
     RequestError,
     code=5014,
-    en="{path} cannot be opened for writing now ({reason}), so nothing was started. Free space on the disk, or "
-    "mount it for writing, then start again. systemd tries again by itself.",
+    en="{path} cannot be opened for writing now ({reason}), so nothing was started. Free space on the disk, "
+    "or mount it for writing, then start again. If systemd runs this service, systemd starts it again by "
+    "itself.",
 ):
     """The file of the queue cannot be opened for writing: the disk is full or read-only. A later start may succeed.
 

@@ -131,7 +131,9 @@ def origin_of(url: str) -> str:
     page = _split(url)
     plain = page is not None and page.scheme in {"http", "https"} and page.hostname
     if page is None or not plain or page.path.strip("/") or page.query or page.fragment or page.username:
-        raise InvalidValue(key="--origin", value=url, reason="it is a page's origin, like https://panel.example.org")
+        raise InvalidValue(
+            key="--origin", value=url, reason="it must be the origin of a web page, like https://panel.example.org"
+        )
     return f"{page.scheme}://{page.netloc.lower()}"
 
 

@@ -473,7 +473,7 @@ def _inside(value: float, stroke: Stroke) -> float:
 
 def _nothing_left(target: Point) -> Unreachable:
     reason = "the zones leave no place that can be reached"
-    return Unreachable(target=_text(target), reason=reason, nearest="none, before a zone is taken away")
+    return Unreachable(target=_text(target), reason=reason, nearest="none; remove a zone first")
 
 
 def _text(target: Point | Joints) -> str:

@@ -58,7 +58,7 @@ def plan(
     than a count gives a move without segments. Raises `InvalidValue` for a scale out of range.
     """
     if not 0.0 < speed_scale <= 1.0:
-        raise InvalidValue(key="speed_scale", value=speed_scale, reason="it is a share, above 0 and at most 1")
+        raise InvalidValue(key="speed_scale", value=speed_scale, reason="it must be a share, above 0 and at most 1")
     a, b, c = knots.counts[0].tolist()
     start = (a, b, c)
     if len(knots.counts) < 2:

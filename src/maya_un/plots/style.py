@@ -106,7 +106,7 @@ def kind_of(path: Path) -> str:
     """Return the format that a file's ending asks for; raises `InvalidValue` for one that is not in `FORMATS`."""
     kind = path.suffix.removeprefix(".").lower()
     if kind not in FORMATS:
-        raise InvalidValue(key="--output", value=repr(str(path)), reason="it ends in .svg, .png or .pdf")
+        raise InvalidValue(key="--output", value=repr(str(path)), reason="it must end in .svg, .png or .pdf")
     return kind
 
 

@@ -204,7 +204,7 @@ class ControlLease:
             if holder.name == name:
                 return holder
         elif lease:
-            raise LeaseLost(reason=self._ended.get(lease, "it is not known here"))
+            raise LeaseLost(reason=self._ended.get(lease, "Maya does not know it; perhaps `maya up` was restarted"))
         if holder is None or self._given_way(holder, name, offered=False):
             raise LeaseNeeded
         raise self._held(holder)

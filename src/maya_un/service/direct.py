@@ -60,7 +60,7 @@ class HeldJogs:
         Answers as soon as it moves. Raises what motion raises, `InvalidValue` for a direction other than 1 and -1.
         """
         if direction not in (1, -1):
-            raise InvalidValue(key="direction", value=direction, reason="it is 1 or -1")
+            raise InvalidValue(key="direction", value=direction, reason="it must be 1 or -1")
         key = _Key(axis, direction, speed)
         if key == self._key:
             self._renew()

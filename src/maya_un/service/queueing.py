@@ -137,7 +137,7 @@ class QueueService:
         `Faulted`; `StorageFailed` where it cannot be written, and it is paused all the same.
         """
         if when not in _WHEN:
-            raise InvalidValue(key="when", value=repr(when), reason=f"it is {' or '.join(_WHEN)}")
+            raise InvalidValue(key="when", value=repr(when), reason=f"it must be {' or '.join(_WHEN)}")
         await self._process.turns.pause(by.name, now=when == "now")
         return self.view()
 
@@ -207,7 +207,7 @@ class QueueService:
             raise InvalidRequest(key="to", reason="say one of before, after and to")
         if to is not None:
             if to not in _ENDS:
-                raise InvalidValue(key="to", value=repr(to), reason=f"it is {' or '.join(_ENDS)}")
+                raise InvalidValue(key="to", value=repr(to), reason=f"it must be {' or '.join(_ENDS)}")
             await self._process.move_to(number, last=to == "last")
         else:
             beside = before if before is not None else after

@@ -163,7 +163,7 @@ def _require_ours(connection: sqlite3.Connection, path: Path) -> None:
     )
     empty = not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
     if application != _APPLICATION and not empty:
-        raise FileNotOurs(path=path, remedy="it is the database of another program; name another state folder")
+        raise FileNotOurs(path=path, remedy="another program made it; give another folder in MAYA_STATE_DIR")
     if version > _VERSION:
         raise StorageTooNew(path=path, found=version, known=_VERSION)
 

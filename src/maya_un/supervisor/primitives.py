@@ -18,7 +18,7 @@ class PrimitiveCommands(ABC):
         """Send a step."""
 
     def home(self, *, deadline: float | None = None) -> Step:
-        """Find the switches and define the position."""
+        """Find the limit switches, so that the position is known."""
         return self.do("home", deadline=deadline)
 
     def pick(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
@@ -30,11 +30,11 @@ class PrimitiveCommands(ABC):
         return self.do("place", deadline=deadline, x=x, y=y, z=z)
 
     def approach(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
-        """Go above x, y, z [m], by the cell's clearance."""
+        """Go to a point above x, y, z [m], by cell.clearance of the configuration."""
         return self.do("approach", deadline=deadline, x=x, y=y, z=z)
 
     def line(self, x: float, y: float, z: float, *, deadline: float | None = None) -> Step:
-        """Go in a straight line to x, y, z [m]. Nothing keeps the gripper above the parts."""
+        """Go in a straight line to x, y, z [m]. Caution: it may hit parts on its way."""
         return self.do("line", deadline=deadline, x=x, y=y, z=z)
 
     def gripper(self, *, open: bool, deadline: float | None = None) -> Step:
@@ -42,7 +42,7 @@ class PrimitiveCommands(ABC):
         return self.do("gripper", deadline=deadline, open=open)
 
     def move(self, a: float, b: float, c: float, *, deadline: float | None = None) -> Step:
-        """Go to joints a, b, c [rad, m, m], in a straight line in joint space."""
+        """Go to joints a, b, c [rad, m, m], in a straight line in joint space. It may hit parts."""
         return self.do("move", deadline=deadline, a=a, b=b, c=c)
 
     def can_teleop(self, *, deadline: float | None = None) -> Step:

@@ -96,7 +96,7 @@ def test_current_driver_is_shown(kept: Kept, capsys: pytest.CaptureFixture[str])
     kept.answers["GET /v1/lease"] = OLGA
     assert printed("maya lease", capsys).splitlines() == [
         "olga has been driving for 2 min (10.0.0.3): aligning.",
-        "That is you, here.",
+        "You hold this lease, on this machine.",
         "It ends in 8 s unless it is renewed.",
         "It is offered to sam.",
         "tom would like to drive.",
@@ -115,7 +115,7 @@ def test_a_lease_for_a_time_is_kept_and_shown_and_given_back(kept: Kept, capsys:
     assert held is not None
     assert (held.id, credentials.headers(held.url)["Maya-Lease"]) == ("secret", "secret")
     kept.answers["DELETE /v1/lease"] = NOBODY
-    assert printed("maya lease release", capsys) == "Given back: nobody drives.\n"
+    assert printed("maya lease release", capsys) == "You gave the lease back. Nobody drives now.\n"
     assert credentials.held() is None
 
 
@@ -126,7 +126,7 @@ def test_lost_lease_is_reported_and_forgotten(
     kept.lost = 3
     text = printed("maya lease take --force", capsys, code=2)
     assert text.startswith(
-        "You drive now. Ctrl-C gives the lease back.\nmaya: error 4105: This control lease has ended (broken)"
+        "You drive now. Ctrl-C gives the lease back.\nmaya: error 4105: Your control lease has ended (broken)"
     )
     assert [path for _, path, _ in kept.asked] == ["/v1/lease"] + ["/v1/lease/renew"] * 4
     assert kept.asked[0][2] == {"force": True}
@@ -135,11 +135,11 @@ def test_lost_lease_is_reported_and_forgotten(
 
 def test_lease_is_offered_and_requested(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
     kept.answers["POST /v1/lease/offer"] = kept.answers["POST /v1/lease/ask"] = OLGA
-    assert "Offered to sam" in printed("maya lease offer sam", capsys)
+    assert "You offered the lease to sam" in printed("maya lease offer sam", capsys)
     assert kept.asked[-1][2] == {"to": "sam"}
-    assert printed("maya lease ask", capsys) == "Asked. olga sees it.\n"
+    assert printed("maya lease ask", capsys) == "You asked for the lease. olga sees the request.\n"
     kept.answers["POST /v1/lease/ask"] = NOBODY
-    assert "operators see it" in printed("maya lease ask", capsys)
+    assert "operators see the request" in printed("maya lease ask", capsys)
 
 
 @pytest.mark.parametrize("text", ["soon", "10", "-5min", "1e9d"])

@@ -37,8 +37,12 @@ def test_refusal_is_raised_as_its_error() -> None:
 
 
 def test_a_refusal_that_came_over_a_graph_keeps_its_words() -> None:
-    problem = {"code": CannotPause.code, "details": {}, "detail": "This cannot be paused: nothing is under way."}
-    with http_service(lambda *_: (409, problem)) as url, pytest.raises(CannotPause, match="nothing is under way"):
+    problem = {
+        "code": CannotPause.code,
+        "details": {},
+        "detail": "Maya cannot pause now: nothing moves. To stop the robot, run `maya stop`.",
+    }
+    with http_service(lambda *_: (409, problem)) as url, pytest.raises(CannotPause, match="nothing moves"):
         ServiceClient(url).ask(requests.pause())
 
 

@@ -126,7 +126,7 @@ def test_reach_knows_the_zones_of_the_configuration(tmp_path: Path, capsys: pyte
     assert "zone crates" in capsys.readouterr().out
     file.write_text(zone.format("all", 3.0))
     assert main(["reach", "0.5", "1.2", "0.6", "--config", str(file)]) == 1
-    assert "nearest nothing: the zones leave no place" in capsys.readouterr().out
+    assert "nearest none: the zones cover the whole workspace" in capsys.readouterr().out
     assert answered(f"reach 0.5 1.2 0.6 --config {file}", capsys, code=1)["nearest"] is None
 
 

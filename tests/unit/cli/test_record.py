@@ -75,10 +75,10 @@ def test_it_is_exported_for_other_programs(name: str, tmp_path: Path, capsys: py
         ("maya record export {name}", 2, "--mcap, --csv or --wire is missing"),
         ("maya record show none.mcap", 2, "There is no recording none.mcap"),
         ("maya record show no/such/file.mcap", 2, "There is no recording"),
-        ("maya record export {name} --csv no/such/folder/out.csv", 2, "cannot be written"),
-        ("maya record export {name} --mcap no/such/folder/out.mcap", 2, "cannot be written"),
+        ("maya record export {name} --csv no/such/folder/out.csv", 2, "Writing no/such/folder/out."),
+        ("maya record export {name} --mcap no/such/folder/out.mcap", 2, "Writing no/such/folder/out."),
         ("maya record show pyproject.toml", 2, "it is no recording"),
-        ("maya record save", 1, "No Maya is running here"),
+        ("maya record save", 1, "`maya up` does not run on this computer"),
     ],
 )
 def test_impossible_request_is_refused_with_a_sentence(

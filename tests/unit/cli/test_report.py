@@ -95,7 +95,7 @@ def test_columns_line_up() -> None:
         (StepAdvanced(1, 3, "home", "failed", code=2101), "   3 home: failed (2101)", "   3 home: failed (2101)"),
         (StepAdvanced(1, 3, "home", "queued"), None, None),
         (PhaseBegun("down"), "       down", "       down"),
-        (FaultEntered("Stuck.", code=2302), "       fault (2302) Stuck.", "       falla (2302) Stuck."),
+        (FaultEntered("Stuck.", code=2302), "       fault (2302) Stuck.", "       fallo (2302) Stuck."),
         (GripperOpened(), "       gripper open", "       pinza abierta"),
         (MotionBegun("x"), None, None),
         (MotionPaused(), "       paused", "       en pausa"),

@@ -48,7 +48,7 @@ def test_a_jog_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyte
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
         assert main(["jog", "b", "20mm"]) == 0
     assert display.motions[0] == ("jog", 1.0, 4.0)
-    assert capsys.readouterr().out == "b by 20.0 mm.\n"
+    assert capsys.readouterr().out == "Moved b by 20.0 mm.\n"
 
 
 def output_of(
@@ -70,11 +70,11 @@ def output_of(
 @pytest.mark.parametrize(
     ("answer", "text"),
     [
-        ({"axis": "a", "distance": -0.5, "limit": "", "reason": ""}, "a by -28.65°.\n"),
-        ({"axis": "c", "distance": -4e-5, "limit": "", "reason": ""}, "c by 0.0 mm.\n"),
+        ({"axis": "a", "distance": -0.5, "limit": "", "reason": ""}, "Moved a by -28.65°.\n"),
+        ({"axis": "c", "distance": -4e-5, "limit": "", "reason": ""}, "Moved c by 0.0 mm.\n"),
         (
             {"axis": "r", "distance": 0.3, "limit": "outer", "reason": "it lies outside"},
-            "r by 300.0 mm. Stopped because it lies outside.\n",
+            "Moved r by 300.0 mm. It stopped because it lies outside.\n",
         ),
     ],
 )

@@ -66,7 +66,7 @@ def test_a_pallet_is_taught_of_poses(pose_file: Path, capsys: pytest.CaptureFixt
     assert data("teach-pallet tray --rows 2 --columns 4 shelf bench desk --replace", capsys)["rows"] == 2
     assert "error 4001" in printed("poses remove desk", capsys, 2)
     assert printed("pallets rename tray box", capsys) == "tray is now box.\n"
-    assert printed("pallets remove box", capsys) == "Forgotten: box\n"
+    assert printed("pallets remove box", capsys) == "Removed: box\n"
     assert data("pallets", capsys) == {"pallets": []}
 
 
@@ -115,7 +115,7 @@ def test_command_that_needs_the_robot_reports_it(
 
 def test_broken_pose_file_is_reported(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pose_file.write_text("[poses.shelf]\njoints = [1, 2]\n", encoding="utf-8")
-    assert f"error 4007: {pose_file} cannot be read: poses.shelf.joints" in printed("poses", capsys, 2)
+    assert f"error 4007: Reading {pose_file} failed: poses.shelf.joints" in printed("poses", capsys, 2)
 
 
 def test_pose_file_lies_next_to_the_named_configuration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -51,7 +51,7 @@ def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str
 
 
 def test_zone_is_added_with_units_for_this_run_only(kept: Kept, capsys: pytest.CaptureFixture[str]) -> None:
-    assert printed(ADDED, capsys).startswith("Keeping out of rack. This change lasts until")
+    assert printed(ADDED, capsys).startswith("Added zone rack: the robot keeps out of it. This change lasts until")
     rack = kept.zones["rack"]
     assert (rack["low"], rack["high"]) == ([0.1, 1.0, 0.0], pytest.approx([0.3, 1.5, 0.6]))
     assert (rack["margin"], rack["lines"]) == (pytest.approx(0.02), False)

@@ -10,8 +10,11 @@ from types import ModuleType
 import pytest
 
 from dmc41x3 import i18n
+from dmc41x3.errors import FileUnreadable
 from dmc41x3.i18n import marked, translate
 from maya_un.errors import NothingToRecover
+
+UNREADABLE = FileUnreadable.en
 
 ENGLISH = """
 import sys
@@ -27,12 +30,12 @@ def test_english_and_unknown_languages_read_as_the_code(language: str) -> None:
 
 def test_a_text_is_found_in_the_catalogue_of_each_package() -> None:
     assert translate(NothingToRecover.en, "es") == "No hay ningún fallo del que recuperarse."
-    assert translate("{path} cannot be read: {reason}.", "es") == "No se puede leer {path}: {reason}."
+    assert translate(UNREADABLE, "es") == "No se pudo leer {path}: {reason}. Corrija el archivo o indique otro."
 
 
 def test_details_are_filled_in_if_present() -> None:
-    assert translate("{path} cannot be read: {reason}.", "es", path="a", reason="b") == "No se puede leer a: b."
-    assert translate("{path} cannot be read: {reason}.", "en") == "{path} cannot be read: {reason}."
+    assert translate(UNREADABLE, "es", path="a", reason="b").startswith("No se pudo leer a: b.")
+    assert translate(UNREADABLE, "en") == UNREADABLE
 
 
 def test_context_distinguishes_equal_texts() -> None:
@@ -63,6 +66,6 @@ def test_texts_stay_english_where_a_catalogue_is_missing_or_damaged(
         file.parent.mkdir(parents=True)
         file.write_bytes(content)
     assert translate("a text of the package", "es") == "a text of the package"
-    assert translate("{path} cannot be read: {reason}.", "es") == "No se puede leer {path}: {reason}."
+    assert translate(UNREADABLE, "es") == "No se pudo leer {path}: {reason}. Corrija el archivo o indique otro."
     monkeypatch.setattr(i18n, "_packages", [package.__name__])
-    assert translate("{path} cannot be read: {reason}.", "es") == "{path} cannot be read: {reason}."
+    assert translate(UNREADABLE, "es") == UNREADABLE

@@ -70,7 +70,7 @@ def test_invalid_message_is_answered_and_the_client_stays() -> None:
 def test_an_error_is_in_the_language_of_the_request() -> None:
     async def main() -> None:
         async with streamed(Watched()) as url, connected(url, **{"Accept-Language": "es"}) as client:
-            assert (await client.ask("dance"))["message"].startswith("La petición se rechaza")
+            assert (await client.ask("dance"))["message"].startswith("La petición tiene un error")
 
     run(main())
 

@@ -124,7 +124,7 @@ async def _wait(_: TerminalSession, seconds: str) -> None:
     except ValueError:
         wanted = -1.0
     if not 0.0 <= wanted <= 3600.0:
-        raise InvalidValue(key=":wait", value=repr(seconds), reason="it is a number of seconds, 0 to 3600")
+        raise InvalidValue(key=":wait", value=repr(seconds), reason="it must be a number of seconds, 0 to 3600")
     await asyncio.sleep(wanted)
 
 

@@ -147,15 +147,15 @@ class Parameter(NamedTuple):
         if isinstance(self.default, bool):
             found = _WORDS.get(str(value).lower())
             if found is None:
-                raise InvalidValue(key=self.name, value=value, reason="it is true or false")
+                raise InvalidValue(key=self.name, value=value, reason="it must be true or false")
             return found
         return self._number(value)
 
     def _word(self, text: str) -> str:
         if self.choices and text not in self.choices:
-            raise InvalidValue(key=self.name, value=text, reason=f"it is one of {', '.join(self.choices)}")
+            raise InvalidValue(key=self.name, value=text, reason=f"it must be one of {', '.join(self.choices)}")
         if self.name == "handles" and (not text or not set(text) <= set(LETTERS)):
-            raise InvalidValue(key=self.name, value=text, reason="it is letters of handles, A to H")
+            raise InvalidValue(key=self.name, value=text, reason="it must be letters of handles, A to H")
         return text
 
     def _number(self, value: Value) -> float | int:
@@ -167,7 +167,7 @@ class Parameter(NamedTuple):
         if not isfinite(number) or not self.minimum <= number <= self.maximum or (whole and number % 1):
             kind = "a whole number" if whole else "a number"
             limits = f"from {self.minimum:g} to {self.maximum:g}"
-            raise InvalidValue(key=self.name, value=value, reason=f"it is {kind} {limits} {self.unit}".rstrip())
+            raise InvalidValue(key=self.name, value=value, reason=f"it must be {kind} {limits} {self.unit}".rstrip())
         return int(number) if whole else number
 
 

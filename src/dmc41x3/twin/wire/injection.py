@@ -148,7 +148,7 @@ class FaultControlServer:
         elif "fault" in request:
             values = request.get("values", {})
             if not isinstance(values, dict):
-                raise InvalidRequest(key="values", reason="it is an object")
+                raise InvalidRequest(key="values", reason="it must be an object")
             self._faults.inject(str(request["fault"]), values, seconds=_seconds(request.get("seconds")))
 
     def entered(self, visit: _Visit) -> None:
@@ -196,9 +196,9 @@ def _parsed(line: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         raise InvalidRequest(key="line", reason="it is no JSON") from None
     if not isinstance(request, dict):
-        raise InvalidRequest(key="line", reason="it is an object")
+        raise InvalidRequest(key="line", reason="it must be an object")
     if not isinstance(request.get("clear"), str | None):
-        raise InvalidRequest(key="clear", reason="it is a name or null")
+        raise InvalidRequest(key="clear", reason="it must be a name or null")
     return request
 
 
@@ -206,7 +206,7 @@ def _seconds(value: Any) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= _LASTS:
-        raise InvalidRequest(key="seconds", reason=f"it is a number above 0 and at most {_LASTS:g}")
+        raise InvalidRequest(key="seconds", reason=f"it must be a number above 0 and at most {_LASTS:g}")
     return float(value)
 
 

@@ -13,19 +13,29 @@ from maya_un.errors import InvalidCommandLine
 Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, . _ and -")]
 MaybeName = Annotated[str | None, typer.Argument(metavar="[NAME]", help="default: yourself")]
 Role = Annotated[Literal["viewer", "student", "operator", "admin"], typer.Option(help="the role of the user")]
-Note = Annotated[str, typer.Option(metavar="TEXT", help="for people")]
-Lasts = Annotated[str | None, typer.Option("--for", metavar="TIME", help="in s, or like 10min, 8h, 30d")]
+Note = Annotated[
+    str, typer.Option(metavar="TEXT", help="free text that other people see; it has no effect on the robot")
+]
+Held = Annotated[
+    str | None, typer.Option("--for", metavar="TIME", help="duration of the lease, in s or like 10min, 8h, 30d")
+]
+Lasts = Annotated[
+    str | None, typer.Option("--for", metavar="TIME", help="lifetime of the token, in s or like 10min, 8h, 30d")
+]
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
     """Put the commands under `app`; `how` is what all commands have in common."""
-    about = "The control lease. Without a command, show who drives."
+    about = (
+        "Show, take or hand over the control lease: the right to move the robot. One user has it at a time, "
+        "the driver. Without a command, show the driver."
+    )
     lease = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     lease.callback(invoke_without_command=True, **how)(_driver)
     for command in (take, release, offer, ask):
         lease.command(**how)(command)
     app.add_typer(lease, name="lease")
-    about = "Users and roles. Without a command, show the current user."
+    about = "Show the current user; manage users and roles. Without a command, show the current user."
     user = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     user.callback(invoke_without_command=True, **how)(_me)
     for command in (add, role, password, remove, token, tokens, revoke, reset):
@@ -45,13 +55,15 @@ def _driver(context: typer.Context) -> int | None:
 def take(
     context: typer.Context,
     note: Note = "",
-    force: Annotated[bool, typer.Option("--force", help="take the lease from the driver, if you may")] = False,
-    lasts: Lasts = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="take the lease from another user; your role must allow it")
+    ] = False,
+    lasts: Held = None,
 ) -> int:
-    """Drive until Ctrl-C, or until the connection to this terminal is lost.
+    """Take the control lease and hold it until Ctrl-C, or until this terminal is closed.
 
-    With --for this ends at once, and you drive for so long without being heard of. All your commands on this machine
-    show the lease.
+    With --for TIME the command returns at once, and you hold the lease for TIME. All your commands on this machine
+    use the lease.
     """
     from maya_un.cli.access import lease
 
@@ -67,14 +79,14 @@ def release(context: typer.Context) -> int:
 
 
 def offer(context: typer.Context, name: Name) -> int:
-    """Let somebody take the lease within a minute."""
+    """Offer your lease to another user, who can take it within one minute."""
     from maya_un.cli.access import lease
 
     return lease.offer(name, settings_of(context))
 
 
 def ask(context: typer.Context) -> int:
-    """Ask for the lease; the driver and all others see it."""
+    """Ask the driver for the lease. All users see the request."""
     from maya_un.cli.access import lease
 
     return lease.ask(settings_of(context))
@@ -94,9 +106,9 @@ def add(
     role: Role = "student",
     password: Annotated[bool, typer.Option("--password", help="ask for a password, to sign in with")] = False,
 ) -> int:
-    """Add a user and show the first token.
+    """Add a user and show a token for this user.
 
-    The first user of all is an admin.
+    Add an admin first: `maya user add NAME --role admin`.
     """
     from maya_un.cli.access import users
 
@@ -113,7 +125,10 @@ def listed(context: typer.Context) -> int:
 def role(
     context: typer.Context,
     name: Name,
-    role: Annotated[Literal["viewer", "student", "operator", "admin"], typer.Argument(metavar="ROLE")],
+    role: Annotated[
+        Literal["viewer", "student", "operator", "admin"],
+        typer.Argument(metavar="ROLE", help="viewer, student, operator or admin"),
+    ],
 ) -> int:
     """Give a user another role: viewer, student, operator or admin."""
     from maya_un.cli.access import users
@@ -126,7 +141,7 @@ def password(
     name: MaybeName = None,
     none: Annotated[bool, typer.Option("--none", help="remove the password")] = False,
 ) -> int:
-    """Change a password; all sessions of that user end."""
+    """Change the password of a user. All web sessions of this user end."""
     from maya_un.cli.access import users
 
     return users.change_password(name, settings_of(context), none=none)
@@ -157,7 +172,7 @@ def token(
 def tokens(context: typer.Context, name: MaybeName = None) -> int:
     """List tokens, never their secrets.
 
-    Shows their purpose, dates, and last use.
+    It shows their notes, dates and last use.
     """
     from maya_un.cli.access import users
 
@@ -178,15 +193,20 @@ def reset(
     context: typer.Context,
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="make this user an admin")] = None,
     forget: Annotated[bool, typer.Option("--all", help="remove all users and tokens")] = False,
-    journal: Annotated[str | None, typer.Option(metavar="FILE", help="the queue's file, if not the usual one")] = None,
+    journal: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE", help="file that stores the queue  [default: maya.db in the state folder of this user]"
+        ),
+    ] = None,
 ) -> int:
-    """Restore access after the admin's token is lost.
+    """Restore access if the admin has lost the token.
 
-    At the machine, while `maya up` does not run.
+    Run it on the robot's computer while `maya up` does not run.
     """
     from maya_un.cli.access import users
 
     if (name is None) is not forget:
-        raise InvalidCommandLine(reason="it is NAME, or --all", command="maya user reset")
+        raise InvalidCommandLine(reason="give either NAME or --all", command="maya user reset")
     settings = settings_of(context)
     return users.forget(journal, settings) if name is None else users.reset(name, journal, settings)

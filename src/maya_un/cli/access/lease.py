@@ -31,7 +31,7 @@ _ANSWER = 2.0
 _LINE = "\r\x1b[K"
 _UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
 
-_RELEASED = marked("Given back: nobody drives.")
+_RELEASED = marked("You gave the lease back. Nobody drives now.")
 
 
 def show(settings: OutputSettings) -> int:
@@ -79,7 +79,9 @@ def offer(name: str, settings: OutputSettings) -> int:
     return output.answer(
         view,
         translate(
-            "Offered to {offered_to}, who takes it with `maya lease take` within a minute.", settings.language, **view
+            "You offered the lease to {offered_to}, who can take it with `maya lease take` within one minute.",
+            settings.language,
+            **view,
         ),
         settings,
     )
@@ -91,7 +93,9 @@ def ask(settings: OutputSettings) -> int:
     return output.answer(
         view,
         translate(
-            "Asked. {holder} sees it." if view["holder"] else "Asked. Nobody drives; operators see it.",
+            "You asked for the lease. {holder} sees the request."
+            if view["holder"]
+            else "You asked for the lease. Nobody drives; operators see the request.",
             settings.language,
             **view,
         ),
@@ -166,7 +170,7 @@ def _described(view: Mapping[str, Any], language: str) -> str:
     )
     lines = [translate(text, language, **{**view, "since": _lasts(view["since"]), "note": note})]
     if view["yours"]:
-        lines.append(translate("That is you, here.", language))
+        lines.append(translate("You hold this lease, on this machine.", language))
     if view["expires_in"] is not None:
         lines.append(
             translate("It ends in {expires} unless it is renewed.", language, expires=_lasts(view["expires_in"]))

@@ -10,8 +10,15 @@ from typer.core import TyperGroup
 from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
 
-MaybeFile = Annotated[str | None, typer.Argument(metavar="[FILE]", help="a table: a,b,c,x,y,z[,sigma]")]
-_HOLD = "keep a constant as it is: height, phi, length, delta, zero_b, ...; may be repeated"
+MaybeFile = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[FILE]",
+        help="CSV table of measured points with columns a,b,c,x,y,z and optionally sigma, the error of the "
+        "measurement; docs/how-to/calibrate.md gives the units",
+    ),
+]
+_HOLD = "keep the present value of a constant: height, phi, length, delta, zero_b, ...; may be repeated"
 _COMMAND = "maya calibrate"
 
 
@@ -32,9 +39,9 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
         add_completion=False,
         rich_markup_mode=None,
         epilog=how["epilog"],
-        help="Fit the machine's constants to measured points: maya calibrate FILE [--hold NAME] "
-        "[--apply]; revert the last fit: maya calibrate --revert. `maya calibrate fit --help` "
-        "lists the options.",
+        help="Fit the machine's constants to measured points. To fit: `maya calibrate FILE [--hold NAME] "
+        "[--apply]`. To undo the last --apply: `maya calibrate --revert`. `maya calibrate fit --help` lists "
+        "the options.",
     )
     for command in (fit, collect, history):
         group.command(**how)(command)
@@ -48,17 +55,19 @@ def fit(
     apply: Annotated[bool, typer.Option("--apply", help="write the values into the configuration file")] = False,
     revert: Annotated[bool, typer.Option("--revert", help="restore the values before the last --apply")] = False,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of the residuals: svg, png, pdf")] = None,
-    author: Annotated[str | None, typer.Option(metavar="NAME", help="for the history; default: the user")] = None,
+    author: Annotated[
+        str | None, typer.Option(metavar="NAME", help="your name in the history  [default: login name]")
+    ] = None,
 ) -> int:
     """Fit the constants to the points of FILE and show them.
 
-    The word fit may be left out. Nothing is changed without --apply.
+    You may omit the word fit. The command changes nothing without --apply.
     """
     from maya_un.cli.calibrate import fit as command
 
     if revert:
         if file is not None or apply or hold or plot:
-            raise InvalidCommandLine(reason="--revert stands alone", command=_COMMAND)
+            raise InvalidCommandLine(reason="--revert takes no other argument", command=_COMMAND)
         return command.revert(author, settings_of(context))
     if file is None:
         raise InvalidCommandLine(reason="FILE is missing", command=_COMMAND)
@@ -68,11 +77,14 @@ def fit(
 def collect(
     context: typer.Context,
     file: Annotated[str, typer.Argument(metavar="FILE", help="the file to begin or continue")],
-    number: Annotated[int, typer.Option("--points", min=4, max=500, help="number of points in the file")] = 20,
+    number: Annotated[
+        int, typer.Option("--points", metavar="N", min=4, max=500, help="stop when FILE has this many points")
+    ] = 20,
 ) -> int:
-    """Drive to the most useful poses and ask for the gripper's position at each.
+    """Move to the poses that tell most, and ask you for the position of the gripper.
 
-    By the running robot. s skips a pose, q ends; what was said is in FILE already.
+    The robot that `maya up` runs moves. You measure the position at each pose. Enter s to skip a pose and q to quit.
+    FILE already contains the points that you entered.
     """
     from maya_un.cli.calibrate import points as command
 

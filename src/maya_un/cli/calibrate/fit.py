@@ -167,7 +167,7 @@ def _drawn(found: Calibration, file: str) -> str:
 def _outcome(step: history.HistoryStep | None, place: Path, language: str, *, apply: bool) -> str:
     if step is not None:
         return translate(
-            "Calibration {number} is in {path}. Restart `maya up` and home: zeros take effect with the next homing.",
+            "Calibration {number} is in {path}. Restart `maya up` and run `maya home`; new zeros apply from then on.",
             language,
             number=step.number,
             path=place,
@@ -243,7 +243,7 @@ def as_text(found: Calibration, language: str) -> str:
 def _row(found: Calibration, name: str, language: str) -> list[str]:
     unit = _UNITS[name]
     error = found.errors.get(name)
-    about = translate("held", language, "constant") if error is None else unit.shown(2.0 * error)
+    about = translate("fixed", language, "constant") if error is None else unit.shown(2.0 * error)
     now, fitted = getattr(found.now, name), getattr(found.fitted, name)
     return [WORDS[name], unit.name, unit.shown(now), unit.shown(fitted), about]
 
@@ -252,7 +252,8 @@ def _about_points(found: Calibration, language: str) -> str:
     used, measured = int(np.count_nonzero(found.inliers)), len(found.observations)
     before, after = found.rms_before * 1e3, found.rms_after * 1e3
     return translate(
-        "{used} of {measured} points; off by {before:.2f} mm (rms) now, by {after:.2f} mm after the fit.",
+        "The fit used {used} of {measured} points. The error (rms) is {before:.2f} mm now and {after:.2f} mm "
+        "after the fit.",
         language,
         used=used,
         measured=measured,
@@ -267,4 +268,6 @@ def _about_outliers(found: Calibration, language: str) -> list[str]:
     rows = [
         translate("{row} ({off:.1f} mm)", language, row=row, off=far) for row, far, inlier in named_rows if not inlier
     ]
-    return [translate("Left out as outliers, by row: {rows}.", language, rows=", ".join(rows))] if rows else []
+    return (
+        [translate("The fit ignored these rows as outliers: {rows}.", language, rows=", ".join(rows))] if rows else []
+    )

@@ -18,9 +18,11 @@ def completion(
 ) -> int:
     """Print the script that lets a shell complete `maya` commands.
 
-    bash: maya completion bash > ~/.local/share/bash-completion/completions/maya;
-    zsh: maya completion zsh > ~/.maya.zsh, and source it from ~/.zshrc behind compinit;
-    fish: maya completion fish > ~/.config/fish/completions/maya.fish.
+    bash: maya completion bash > ~/.local/share/bash-completion/completions/maya
+
+    zsh: maya completion zsh > ~/.maya.zsh, and source it in ~/.zshrc after compinit
+
+    fish: maya completion fish > ~/.config/fish/completions/maya.fish
     """
     from maya_un.cli import output
     from maya_un.cli.completion import bash, fish, tree

@@ -87,7 +87,7 @@ def _values(parameter: Any, where: str) -> str:
         return " ".join(str(choice) for choice in choices)
     metavar = parameter.metavar or ""
     whole = parameter.type.name.startswith("int")
-    if whole and metavar.strip("[]") == "JOB":
+    if whole and metavar.strip("[]") in {"JOB", "OTHER"}:
         return JOBS
     if where == "--address" or metavar in _ADDRESSES:
         return "sim real"

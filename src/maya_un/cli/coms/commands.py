@@ -16,26 +16,41 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 
 def coms(
     context: typer.Context,
-    connect: Annotated[bool, typer.Option("--connect", help="connect at once, not at POST /connect")] = False,
+    connect: Annotated[
+        bool,
+        typer.Option("--connect", help="connect at the start; without it, connect when a program sends POST /connect"),
+    ] = False,
     url: Annotated[
-        str | None, typer.Option(metavar="URL", help="the supervisors' server, like mqtt://localhost  [MAYA_COMS_URL]")
+        str | None,
+        typer.Option(metavar="URL", help="the supervisors' server, like mqtt://localhost  [default: $MAYA_COMS_URL]"),
     ] = None,
     port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="of this program's HTTP server; 0: any  [PORT, else 3000]")
+        int | None,
+        typer.Option(
+            min=0,
+            max=65535,
+            metavar="PORT",
+            help="port of the HTTP server of this program; 0 takes any free port  [default: $PORT, else 3000]",
+        ),
     ] = None,
     ip: Annotated[
         str | None,
-        typer.Option("--rosbridge", metavar="URL", help="the robot's rosbridge  [IP, else ws://localhost:9090]"),
+        typer.Option(
+            "--rosbridge", metavar="URL", help="the robot's rosbridge  [default: $IP, else ws://localhost:9090]"
+        ),
     ] = None,
     name: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="of the robot  [NAME, else coms.name of the configuration, else MAYA]"),
+        typer.Option(
+            metavar="NAME", help="name of the robot  [default: $NAME, else coms.name of the configuration, else MAYA]"
+        ),
     ] = None,
 ) -> int:
-    """Carry the steps of remote processes from supervisors to the robot, and the results back.
+    """Connect this robot to a server where supervisor programs send steps.
 
-    POST /connect, POST /disconnect and GET /status control it. Without a URL of supervisors it stays idle. Example:
-    `maya up --rosbridge` in one terminal, `maya coms --url mqtt://localhost --connect` in another.
+    The server is an MQTT broker or Firebase. maya coms passes the steps to the robot and returns the results. POST
+    /connect, POST /disconnect and GET /status control it. Without --url it stays idle. Example: `maya up --rosbridge`
+    in one terminal, `maya coms --url mqtt://localhost --connect` in another.
     """
     from maya_un.cli.coms import run
 

@@ -11,39 +11,51 @@ from dmc41x3.cli import commands as tools
 from dmc41x3.cli.commands import AlsoPorts, File, Firmware, Host, Label, MemoryFile, OwnOrHost, Port, Tolerance, Udp
 from maya_un.cli.settings import settings_of
 
-Speed = Annotated[float | None, typer.Option(help="speed of the twin's clock, up to 1000; the twin only")]
-Seed = Annotated[int | None, typer.Option(help="seed of the twin's position at power-up  [default: 0]")]
+Speed = Annotated[
+    float | None,
+    typer.Option(
+        metavar="FACTOR",
+        help="factor of the twin's clock against real time, up to 1000; not for a real controller  [default: 1]",
+    ),
+]
+Seed = Annotated[
+    int | None, typer.Option(metavar="N", help="seed of the random position of the twin at power-up  [default: 0]")
+]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]
 
 
 def group(how: dict[str, Any], of_groups: dict[str, Any]) -> typer.Typer:
     """Return the group; `how` and `of_groups` are the options that all commands and groups have."""
-    dmc = typer.Typer(**of_groups, help="A virtual DMC-41x3, and tools for any.")
+    dmc = typer.Typer(**of_groups, help="Serve a virtual DMC-41x3, and use tools for any DMC-41x3.")
     tools.add_to(dmc, tools.OwnCommands((serve, fault), download, replay), how, of_groups)
     return dmc
 
 
 def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
-    host: Annotated[str, typer.Option(help="address to listen on")] = "127.0.0.1",
+    host: Annotated[str, typer.Option(metavar="HOST", help="address to listen on")] = "127.0.0.1",
     port: Port = 5023,
     also_port: AlsoPorts = [],  # noqa: B006
     udp: Udp = True,
-    bench: Annotated[bool, typer.Option("--bench", help="servo motors on a bench, not Maya's mechanics")] = False,
-    axes: Annotated[int | None, typer.Option(min=1, max=8, help="how many, with --bench  [default: 3]")] = None,
+    bench: Annotated[
+        bool, typer.Option("--bench", help="simulate free servo motors instead of Maya's mechanics")
+    ] = False,
+    axes: Annotated[
+        int | None, typer.Option(metavar="N", min=1, max=8, help="number of axes, with --bench  [default: 3]")
+    ] = None,
     memory: MemoryFile = None,
     firmware: Firmware = None,
     speed: Speed = None,
     seed: Seed = None,
     table: Table = None,
-    record: Annotated[
-        str | None, typer.Option(metavar="FILE", help="append a record of motion, loads, stalls and drops")
-    ] = None,
+    record: Annotated[str | None, typer.Option(metavar="FILE", help="append a record of the mechanics")] = None,
 ) -> int:
-    """Serve a virtual DMC-41x3 on TCP and UDP.
+    """Serve a twin, a virtual DMC-41x3, on TCP and UDP.
 
-    Prints its address when it listens; Ctrl-C ends it. `maya dmc fault` injects faults.
-    --record writes one line of JSON for each contact and drop, and one for every 50 ms of motion.
+    It prints its address when it listens; Ctrl-C ends it. `maya dmc fault` injects faults.
+
+    --record FILE appends one line of JSON for each 50 ms of motion, for each contact with an obstacle, and for each
+    pick-up, release and drop of a part.
     """
     from maya_un.cli.dmc_tools import serve as command
 
@@ -55,18 +67,32 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
 def fault(
     context: typer.Context,
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="without one, all kinds are listed")] = None,
-    values: Annotated[list[str] | None, typer.Argument(metavar="[PARAMETER=VALUE...]", help="seconds=0.2")] = None,
-    seconds: Annotated[float | None, typer.Option("--for", metavar="SECONDS", help="default: until cleared")] = None,
-    clear: Annotated[bool, typer.Option("--clear", help="end the fault NAME, without one all faults")] = False,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="kind of fault; without it, list all kinds")
+    ] = None,
+    values: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[PARAMETER=VALUE...]", help="parameters of the fault, like seconds=0.2"),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--for", metavar="SECONDS", help="end the fault after this time  [default: it stays until --clear]"
+        ),
+    ] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="end the fault NAME; without NAME, end all faults")] = False,
     active: Annotated[bool, typer.Option("--active", help="list the active faults")] = False,
     twin: Annotated[
-        str | None, typer.Option(metavar="HOST:PORT", help="or PORT; default: the only running one")
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="address of the twin, HOST:PORT or PORT  [default: the twin that runs, if there is only one]",
+        ),
     ] = None,
 ) -> int:
-    """Inject a fault into a virtual controller, or end one.
+    """Inject a fault into a twin, or end one.
 
-    The controller is one that `maya dmc serve` runs.
+    The twin is one that `maya dmc serve` runs.
     """
     from maya_un.cli.dmc_tools import serve as command
 
@@ -86,12 +112,15 @@ def download(
     host: Host,
     file: File,
     run: Label = None,
-    guard: Annotated[bool, typer.Option("--guard", help="add Maya's guard behind it, as `maya up` does")] = False,
+    guard: Annotated[
+        bool, typer.Option("--guard", help="append Maya's watchdog program (the guard), as `maya up` does")
+    ] = False,
 ) -> int:
     """Replace the program of a controller by that of a file.
 
-    It is read back, to make sure that it arrived. REM lines stay here, tabs become blanks, and a comment that makes
-    a line too long is cut off, as Galil's tools do. If the controller refuses a line, it keeps its old program.
+    The command reads the program back to verify it. It does not send REM lines, replaces tabs by blanks, and shortens
+    a comment that makes a line too long, as Galil's tools do. If the controller refuses a line, the command restores
+    the old program.
     """
     from dmc41x3.cli import program as command
     from maya_un.cli.dmc_tools.site import guarded
@@ -107,9 +136,9 @@ def replay(
     host: OwnOrHost = SIM,
     tolerance: Tolerance = 50.0,
 ) -> int:
-    """Replay a recording, and show the answers that differ.
+    """Replay a capture, and show the answers that differ.
 
-    Only the client's side is said.
+    The command sends only what the client sent.
     """
     from dmc41x3.cli import recording as command
 

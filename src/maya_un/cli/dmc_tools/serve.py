@@ -114,9 +114,11 @@ def kinds(settings: OutputSettings) -> int:
 def check(name: str | None, pairs: Sequence[str], seconds: float | None, *, clear: bool, active: bool) -> None:
     """Raise `InvalidCommandLine` where a part of the command line would not be heeded."""
     if active and (clear or name is not None):
-        raise InvalidCommandLine(reason="--active goes with neither --clear nor a name", command=_FAULT_COMMAND)
+        raise InvalidCommandLine(reason="--active cannot be combined with --clear or NAME", command=_FAULT_COMMAND)
     if (clear or name is None) and (pairs or seconds is not None):
-        raise InvalidCommandLine(reason="--for and parameters are for a fault that begins", command=_FAULT_COMMAND)
+        raise InvalidCommandLine(
+            reason="--for and PARAMETER=VALUE need NAME, and cannot be combined with --clear", command=_FAULT_COMMAND
+        )
 
 
 def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | None, settings: OutputSettings) -> int:

@@ -20,9 +20,10 @@ def doctor(
         str | None, typer.Option(metavar="WHERE", help="the controller to check: real, HOST or HOST:PORT")
     ] = None,
 ) -> int:
-    """Find faults and show remedies; moves nothing, changes nothing.
+    """Find faults and show remedies. The command moves and changes nothing.
 
-    A service that runs here is asked; a controller gets a handle of its own only where none does.
+    If `maya up` runs on this computer, doctor asks it about the controller. Only if none runs does doctor itself
+    connect to the controller (this uses one of its handles).
     """
     from maya_un.cli.doctor import show
 

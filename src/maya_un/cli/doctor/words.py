@@ -40,7 +40,7 @@ _TEXTS = {
     ),
     "service_none": FindingText("No `maya up` runs here.", "To command a robot, start it."),
     "service_gone": FindingText(
-        "`maya up` (process {pid}) ended without cleaning up; no program listens at {url}.",
+        "`maya up` (process {pid}) did not end normally; no program listens at {url}.",
         "Start `maya up` again; `maya logs` may show the cause.",
     ),
     "service_hangs": FindingText(
@@ -82,7 +82,7 @@ _TEXTS = {
     "level_same": FindingText("The switches are active at the configured level (CN {found})."),
     "torque_low": FindingText(
         "The torque limit of the lines is too low to lift anything ({found}), and no program owns the "
-        "controller. A killed program left it.",
+        "controller. A program that was killed left the limit at this value.",
         "Start `maya up`: it sets the limits. Before you use another program, send `TL` with your own limits.",
     ),
     "level_differs": FindingText(
@@ -127,11 +127,14 @@ _TEXTS = {
     ),
     "handles_short": FindingText(
         "Only {free} of its {all} handles are free; others: {others}.",
-        "End programs that keep one open; a reset gives all of them back.",
+        "End programs that use a handle, or reset the controller, which closes all handles.",
     ),
-    "controller_clock": FindingText("Its clock runs: {counts:.0f} samples a second at TM {period:.0f}."),
+    "controller_clock": FindingText(
+        "The clock of the controller is right: {counts:.0f} samples a second at TM {period:.0f}."
+    ),
     "controller_clock_off": FindingText(
-        "Its clock counts {counts:.0f} samples a second at TM {period:.0f}; 1024 at TM 1000 are right.",
+        "The clock of the controller counts {counts:.0f} samples a second at TM {period:.0f}; 1024 at TM "
+        "1000 are right.",
         "Another program changed TM; `maya up` sets it. If TM is 1000, this computer was overloaded: check again.",
     ),
     "owned": FindingText("It belongs to {holder}."),

@@ -9,19 +9,31 @@ import typer
 from maya_un.cli.settings import settings_of
 
 _ABOUT = "Several robots, over an MQTT broker: see them, send them steps, carry out a process."
-_CREDENTIALS = "\n\nMAYA_COMS_USER, MAYA_COMS_PASSWORD_FILE, MAYA_COMS_CA, MAYA_COMS_CERT and MAYA_COMS_KEY log in."
+_CREDENTIALS = (
+    "\n\nThe environment variables MAYA_COMS_USER, MAYA_COMS_PASSWORD_FILE, MAYA_COMS_CA, MAYA_COMS_CERT and "
+    "MAYA_COMS_KEY hold the credentials for the broker."
+)
 
 Url = Annotated[
-    str | None, typer.Option(metavar="URL", help="the broker, like mqtt://localhost or mqtts://lab  [MAYA_COMS_URL]")
+    str | None,
+    typer.Option(metavar="URL", help="the broker, like mqtt://localhost or mqtts://lab  [default: $MAYA_COMS_URL]"),
 ]
 Deadline = Annotated[
     str | None,
-    typer.Option(metavar="TIME", help="the step begins in time or never; like 90s, 5min  [default: 60s]"),
+    typer.Option(
+        metavar="TIME",
+        help="the step must begin within this time, otherwise the robot refuses it; in s, or like 90s, 5min  "
+        "[default: 60s]",
+    ),
 ]
 ProcessFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
 StateFile = Annotated[
     str | None,
-    typer.Option("--state", metavar="FILE", help="its state  [default: FILE.state beside the process]"),
+    typer.Option(
+        "--state",
+        metavar="FILE",
+        help="file that stores the progress of the process  [default: FILE.state, in the folder of FILE]",
+    ),
 ]
 
 
@@ -43,12 +55,15 @@ def list_(context: typer.Context, url: Url = None) -> int:
 
 def watch(
     context: typer.Context,
-    robot: Annotated[str | None, typer.Argument(metavar="[ROBOT]", help="its name; default: all robots")] = None,
+    robot: Annotated[
+        str | None, typer.Argument(metavar="[ROBOT]", help="name of the robot  [default: all robots]")
+    ] = None,
     url: Url = None,
 ) -> int:
-    """Show what robots do, live, until Ctrl-C: presence, steps accepted and begun, results.
+    """Show the activity of robots until Ctrl-C.
 
-    With --json one object a line. Example: maya fleet watch MAYA --url mqtt://localhost.
+    It shows connections, accepted and begun steps, and results. With --json one object a line. Example: maya fleet
+    watch MAYA --url mqtt://localhost.
     """
     from maya_un.cli.fleet import robots
 
@@ -57,8 +72,14 @@ def watch(
 
 def send(
     context: typer.Context,
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="its name")],
-    command: Annotated[str, typer.Argument(metavar="COMMAND", help="pick, place, approach, gripper, home, can_teleop")],
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="name of the robot")],
+    command: Annotated[
+        str,
+        typer.Argument(
+            metavar="COMMAND",
+            help="pick, place, approach, gripper, home, or can_teleop (asks whether the robot is ready; nothing moves)",
+        ),
+    ],
     values: Annotated[
         list[str] | None, typer.Argument(metavar="[VALUE]...", help="X Y Z in m or like 120mm; open or close")
     ] = None,
@@ -81,14 +102,17 @@ def run(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     check: Annotated[bool, typer.Option("--check", help="only check the file")] = False,
     state: StateFile = None,
     again: Annotated[bool, typer.Option("--again", help="start over; forget the finished steps")] = False,
-    retry: Annotated[list[str], typer.Option(metavar="STEP", help="send this failed step again; repeatable")] = [],  # noqa: B006
-    skip: Annotated[list[str], typer.Option(metavar="STEP", help="continue without this failed step; repeatable")] = [],  # noqa: B006
+    retry: Annotated[list[str], typer.Option(metavar="STEP", help="send this failed step again; may be repeated")] = [],  # noqa: B006
+    skip: Annotated[
+        list[str], typer.Option(metavar="STEP", help="mark this failed step as skipped and continue; may be repeated")
+    ] = [],  # noqa: B006
     abort: Annotated[bool, typer.Option("--abort", help="end the process; running steps continue")] = False,
 ) -> int:
-    """Carry out a process: steps for several robots, each after those that it names.
+    """Carry out a process: steps for several robots.
 
-    The file is checked whole before anything is sent. An interrupted run continues where it was; nothing is done
-    twice. A failed step holds back those after it until a person decides: on a terminal it asks.
+    A step begins when the steps in its `after` are done. The command checks the whole file before it sends anything.
+    If you interrupt it, run it again: it continues and repeats no step. If a step fails, the steps after it wait
+    until you decide. On a terminal the command asks you.
 
     Examples: maya fleet run hand-over.yaml; maya fleet run hand-over.yaml --retry fetch.
     """

@@ -152,12 +152,12 @@ def _ask(record: ProcessRecord, step: str, language: str) -> None:
     while True:
         try:
             said = (
-                input(translate("What is to be done with step {step} (retry, skip, abort)? ", language, step=step))
+                input(translate("Choose what to do with step {step} (retry, skip, abort): ", language, step=step))
                 .strip()
                 .lower()
             )
         except EOFError:
-            raise InvalidCommandLine(reason="nobody chose", command="maya fleet run") from None
+            raise InvalidCommandLine(reason="no choice was given", command="maya fleet run") from None
         with suppress(ValueError):
             return record.decided(step, FailureDecision(said))
         output.say(translate("One of: retry, skip, abort", language))

@@ -19,12 +19,20 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 def logs(
     context: typer.Context,
     follow: Annotated[bool, typer.Option("--follow", help="follow new entries, until Ctrl-C")] = False,
-    since: Annotated[str | None, typer.Option(metavar="WHEN", help="begin 10m or 2h ago, or at a date")] = None,
-    kind: Annotated[list[str] | None, typer.Option(metavar="KIND", help="like fault, job, http; repeatable")] = None,
-    level: Annotated[Level, typer.Option(help="the least level to show")] = "info",
-    lines: Annotated[int, typer.Option(min=1, max=10_000, help="number of the newest entries, without --since")] = 50,
+    since: Annotated[
+        str | None,
+        typer.Option(metavar="WHEN", help="show entries from this time on: 10m, 2h (ago) or a date like 2026-11-20"),
+    ] = None,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KIND", help="show only entries of this kind: fault, job, http, ...; may be repeated"),
+    ] = None,
+    level: Annotated[Level, typer.Option(help="show entries of this level and above")] = "info",
+    lines: Annotated[
+        int, typer.Option(metavar="N", min=1, max=10_000, help="show the last N entries, if --since is not given")
+    ] = 50,
 ) -> int:
-    """Show events and log messages; needs no running `maya up`.
+    """Show events and log messages. `maya up` need not run.
 
     With --json every entry is one line of JSON.
     """

@@ -58,7 +58,7 @@ def remove(what: str, name: str, settings: OutputSettings) -> int:
     forget = TeachingService.forget_pose if what == "poses" else TeachingService.forget_pallet
     request = requests.forget(name) if what == "poses" else requests.forget_pallet(name)
     _asked(settings, lambda client: client.ask(request), lambda book: forget(book, name))
-    return output.answer({"forgotten": name}, translate("Forgotten: {name}", settings.language, name=name), settings)
+    return output.answer({"forgotten": name}, translate("Removed: {name}", settings.language, name=name), settings)
 
 
 def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:

@@ -16,7 +16,10 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     """Put the commands under `app`; `how` is what all commands have in common."""
     app.command(**how)(teach)
     app.command("teach-pallet", **how)(teach_pallet)
-    for name, about in (("poses", "Taught poses."), ("pallets", "Taught pallets.")):
+    for name, about in (
+        ("poses", "List, remove or rename taught poses."),
+        ("pallets", "List, remove or rename taught pallets."),
+    ):
         group = typer.Typer(add_completion=False, rich_markup_mode=None, help=f"{about} Without a command, list them.")
         group.callback(invoke_without_command=True, **how)(_lister(name))
         group.command("remove", **how)(_remover(name))
@@ -25,9 +28,9 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 
 
 def teach(context: typer.Context, name: Name, replace: Replace = False) -> int:
-    """Store the gripper's position under a name.
+    """Store the present position of the gripper as a pose.
 
-    The name is a place from then on: maya pick NAME, and in jobs.
+    You can use its name in commands (`maya pick NAME`) and in jobs.
     """
     from maya_un.cli.places import teach as command
 
@@ -37,17 +40,21 @@ def teach(context: typer.Context, name: Name, replace: Replace = False) -> int:
 def teach_pallet(
     context: typer.Context,
     name: Name,
-    rows: Annotated[int, typer.Option(help="how many")],
-    columns: Annotated[int, typer.Option(help="how many")],
+    rows: Annotated[int, typer.Option(metavar="N", help="number of rows")],
+    columns: Annotated[int, typer.Option(metavar="N", help="number of columns")],
     corners: Annotated[
-        list[str] | None, typer.Argument(metavar="[POSE]...", help="taught poses; default: asks to drive there")
+        list[str] | None,
+        typer.Argument(
+            metavar="[POSE]...",
+            help="taught poses of the corners; without them the command asks you to move the gripper to each corner",
+        ),
     ] = None,
     replace: Replace = False,
 ) -> int:
-    """Keep a grid of places under a name.
+    """Store a grid of poses as a pallet.
 
-    Its corners are the first and the last cell of the first row, then the first and perhaps the last cell of the last
-    row; of a single row or column, its two ends.
+    Give 3 or 4 corner poses: first and last place of the first row, first and (optional) last place of the last row.
+    For a single row or column, give its two ends.
     """
     from maya_un.cli.places import teach as command
 
@@ -68,7 +75,7 @@ def _lister(what: str) -> Any:
 
 def _remover(what: str) -> Any:
     def remover(context: typer.Context, name: Name) -> int:
-        """Remove one."""
+        """Remove the pose or pallet NAME."""
         from maya_un.cli.places import teach as command
 
         return command.remove(what, name, settings_of(context))
@@ -78,9 +85,9 @@ def _remover(what: str) -> Any:
 
 def _renamer(what: str) -> Any:
     def renamer(
-        context: typer.Context, old: Name, new: Annotated[str, typer.Argument(metavar="NEW", help="its new name")]
+        context: typer.Context, old: Name, new: Annotated[str, typer.Argument(metavar="NEW", help="the new name")]
     ) -> int:
-        """Give one another name."""
+        """Rename a pose or pallet."""
         from maya_un.cli.places import teach as command
 
         return command.rename(what, old, new, settings_of(context))

@@ -13,7 +13,7 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, - an
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
     """Put the commands under `app`; `how` is what all commands have in common."""
-    about = "Zones that the running robot keeps out of, for this run. Without a command, list them."
+    about = "Zones that the robot must not enter. Changes last until `maya up` ends. Without a command, list them."
     group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     group.callback(invoke_without_command=True, **how)(_unless_named)
     group.command("list", **how)(listed)
@@ -27,7 +27,7 @@ def _unless_named(context: typer.Context) -> int | None:
 
 
 def listed(context: typer.Context) -> int:
-    """List all zones, as `add` takes them."""
+    """List all zones in the form that `maya zones add` accepts."""
     from maya_un.cli.places import zones
 
     return zones.listed(settings_of(context))
@@ -36,13 +36,21 @@ def listed(context: typer.Context) -> int:
 def add(
     context: typer.Context,
     name: Name,
-    kind: Annotated[Literal["box", "cylinder", "half_space"], typer.Argument(metavar="KIND")],
-    values: Annotated[list[str] | None, typer.Argument(metavar="[KEY=VALUE]...", help="low=0,1,0 margin=50mm")] = None,
+    kind: Annotated[
+        Literal["box", "cylinder", "half_space"], typer.Argument(metavar="KIND", help="box, cylinder or half_space")
+    ],
+    values: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[KEY=VALUE]...", help="coordinates and lengths in m, or like 50mm: low=0,1,0 margin=50mm"
+        ),
+    ] = None,
 ) -> int:
-    """Add a zone, until `maya up` ends; replaces a zone of the same name.
+    """Add a zone, until `maya up` ends. It replaces a zone of the same name.
 
-    KIND is box (low, high), cylinder (x, y, radius, low, high) or half_space (point, normal). Write permanent zones
-    into the configuration, which also explains the keys.
+    KIND and its keys: box (low, high: opposite corners), cylinder (x, y, radius, low, high), half_space (point,
+    normal). All kinds have margin, the distance to keep. Write permanent zones into the configuration, which explains
+    all keys.
     """
     from maya_un.cli.places import zones
 
@@ -50,7 +58,7 @@ def add(
 
 
 def remove(context: typer.Context, name: Name) -> int:
-    """Keep out of a zone no longer, until `maya up` ends."""
+    """Remove a zone until `maya up` ends; the robot may then enter it."""
     from maya_un.cli.places import zones
 
     return zones.remove(name, settings_of(context))

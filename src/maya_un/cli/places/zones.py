@@ -44,13 +44,17 @@ def add(name: str, kind: str, pairs: Sequence[str], settings: OutputSettings) ->
         raise InvalidCommandLine(reason="a key is given twice", command=_COMMAND)
     zone = {key: _value(key, text) for key, text in given}
     taken = ServiceClient.find().ask(requests.put_zone(name, {"kind": kind, **zone}))
-    return _told(taken, translate("Keeping out of {name}.", settings.language, name=name), settings)
+    return _told(
+        taken, translate("Added zone {name}: the robot keeps out of it.", settings.language, name=name), settings
+    )
 
 
 def remove(name: str, settings: OutputSettings) -> int:
     """Keep out of a zone no longer; raises `NotFound`, `ServiceNotRunning`, and `Busy` while something moves."""
     answer = ServiceClient.find().ask(requests.remove_zone(name))
-    return _told(answer, translate("No longer keeping out of {name}.", settings.language, name=name), settings)
+    return _told(
+        answer, translate("Removed zone {name}: the robot may enter it.", settings.language, name=name), settings
+    )
 
 
 def _told(answer: Mapping[str, Any], text: str, settings: OutputSettings) -> int:
@@ -68,7 +72,7 @@ def _pair(text: str) -> tuple[str, str]:
 def _value(key: str, text: str) -> bool | float | list[float]:
     if key == "lines":
         if text not in {"true", "false"}:
-            raise InvalidValue(key=key, value=repr(text), reason="it is true or false")
+            raise InvalidValue(key=key, value=repr(text), reason="it must be true or false")
         return text == "true"
     numbers = [length(part, key) for part in text.split(",")]
     return numbers if "," in text else numbers[0]

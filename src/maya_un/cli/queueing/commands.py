@@ -8,21 +8,41 @@ import typer
 
 from maya_un.cli.settings import settings_of
 
-Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="its number")]
-Other = Annotated[int | None, typer.Argument(metavar="[JOB]", min=1, help="the other, for before and after")]
+Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="number of the job (see `maya queue`)")]
+Other = Annotated[
+    int | None, typer.Argument(metavar="[OTHER]", min=1, help="number of the other job; only with before and after")
+]
 JobFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
-Priority = Annotated[int | None, typer.Option(min=-100, max=100, help="the job with the greater number runs first")]
-After = Annotated[list[int] | None, typer.Option("--after", metavar="JOB", help="begin after that job; repeatable")]
-Notes = Annotated[str | None, typer.Option(metavar="TEXT", help="for people")]
-OnFailure = Annotated[Literal["continue", "pause"] | None, typer.Option(help="what the queue does if the job fails")]
-Retries = Annotated[int | None, typer.Option(min=0, max=10, help="of a step that can be repeated safely")]
+Priority = Annotated[
+    int | None,
+    typer.Option(metavar="N", min=-100, max=100, help="priority; jobs with greater numbers run first  [default: 0]"),
+]
+After = Annotated[
+    list[int] | None, typer.Option("--after", metavar="JOB", help="begin only after this job is done; may be repeated")
+]
+Notes = Annotated[
+    str | None, typer.Option(metavar="TEXT", help="free text that other people see; it has no effect on the robot")
+]
+OnFailure = Annotated[
+    Literal["continue", "pause"] | None,
+    typer.Option(help="if the job fails: continue with the next job, or pause the queue  [default: continue]"),
+]
+Retries = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N", min=0, max=10, help="how often to repeat a failed step that is safe to repeat  [default: 0]"
+    ),
+]
 Stepwise = Annotated[bool | None, typer.Option(help="pause after every step")]
-Holding = Annotated[Literal["yes", "no"] | None, typer.Option(help="tell whether the gripper holds a part")]
+Holding = Annotated[
+    Literal["yes", "no"] | None,
+    typer.Option(help="yes or no: whether the gripper holds a part; needed where Maya asks for it"),
+]
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
     """Put the commands under `app`; `how` is what all commands have in common."""
-    about = "The queue: what is under way, what waits. Without a command, show it."
+    about = "Show and change the queue of jobs. Without a command, show it."
     queue = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     queue.callback(invoke_without_command=True, **how)(_shown)
     for command in (pause, resume, step, clear, move, recover, backup, restore, export):
@@ -46,7 +66,9 @@ def _shown(context: typer.Context) -> int | None:
 
 def pause(
     context: typer.Context,
-    now: Annotated[bool, typer.Option("--now", help="brake on the path, and hold the current step too")] = False,
+    now: Annotated[
+        bool, typer.Option("--now", help="pause the current step at once too; the robot decelerates along the path")
+    ] = False,
 ) -> int:
     """Pause the queue after the current step."""
     from maya_un.cli.queueing import queue
@@ -55,7 +77,7 @@ def pause(
 
 
 def resume(context: typer.Context) -> int:
-    """Continue the queue, and a held step."""
+    """Continue the queue, and the step that `queue pause --now` paused."""
     from maya_un.cli.queueing import queue
 
     return queue.resume(settings_of(context))
@@ -78,13 +100,13 @@ def clear(context: typer.Context) -> int:
 def move(
     context: typer.Context,
     job: Number,
-    where: Annotated[Literal["first", "last", "before", "after"], typer.Argument(help="the state of the waiting jobs")],
+    where: Annotated[
+        Literal["first", "last", "before", "after"],
+        typer.Argument(help="first or last: of all waiting jobs; before or after: of the other job"),
+    ],
     other: Other = None,
 ) -> int:
-    """Move a waiting job within the queue.
-
-    First, last, before another, after another.
-    """
+    """Move a waiting job within the queue."""
     from maya_un.cli.queueing import queue
 
     return queue.move(job, where, other, settings_of(context))
@@ -94,16 +116,17 @@ def recover(
     context: typer.Context,
     choice: Annotated[
         Literal["resume", "redo", "skip", "abort"] | None,
-        typer.Argument(help="the decision about the interrupted job; on a terminal it is asked for"),
+        typer.Argument(help="one of the four; without it the command asks, on a terminal"),
     ] = None,
     holding: Holding = None,
     pause: Annotated[bool, typer.Option("--pause", help="leave the queue paused")] = False,
 ) -> int:
     """Decide about an interrupted job.
 
-    It was under way when the robot's program ended.
+    The job was running when `maya up` ended. Nothing moves until you choose.
 
-    redo does its step again, skip leaves that out, resume does what is safe, abort ends the job. Nothing moves before.
+    resume: repeat the interrupted step, or count it as done if the gripper shows that it was done. redo: repeat the
+    step. skip: omit the step. abort: end the job.
     """
     from maya_un.cli.queueing import recovery
 
@@ -112,7 +135,7 @@ def recover(
 
 
 def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="file to write")]) -> int:
-    """Copy the queue and its history, also while the robot runs."""
+    """Copy the queue and the history of jobs to FILE. `maya up` may run."""
     from maya_un.cli.queueing import storage
 
     return storage.backup(file, settings_of(context))
@@ -121,7 +144,7 @@ def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="
 def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="a backup")]) -> int:
     """Replace the queue and its history by a backup.
 
-    These are kept aside. End `maya up` before.
+    End `maya up` first. The command renames the old file and prints its new name.
     """
     from maya_un.cli.queueing import storage
 
@@ -129,11 +152,12 @@ def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar=
 
 
 def export(
-    context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="ends in .csv or .jsonl")]
+    context: typer.Context,
+    file: Annotated[str, typer.Argument(metavar="FILE", help="file to write: NAME.csv or NAME.jsonl")],
 ) -> int:
-    """Write all jobs that are kept, as a table or as JSON.
+    """Write all stored jobs to FILE.
 
-    JSON has all their steps, one job a line.
+    NAME.csv: a table. NAME.jsonl: one line of JSON for each job, with all steps.
     """
     from maya_un.cli.queueing import storage
 
@@ -163,7 +187,7 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 def show(context: typer.Context, job: Number) -> int:
     """Show the details of a job, step by step.
 
-    Also of one long ended.
+    It also shows jobs that ended long ago.
     """
     from maya_un.cli.queueing import jobs
 
@@ -173,7 +197,7 @@ def show(context: typer.Context, job: Number) -> int:
 def cancel(context: typer.Context, job: Number) -> int:
     """End a job early, or decline a proposal.
 
-    One that runs stops on its path.
+    A running job stops: the robot decelerates along the path.
     """
     from maya_un.cli.queueing import jobs
 
@@ -181,7 +205,7 @@ def cancel(context: typer.Context, job: Number) -> int:
 
 
 def hold(context: typer.Context, job: Number) -> int:
-    """Hold a waiting job."""
+    """Keep a waiting job from starting until `maya job release`."""
     from maya_un.cli.queueing import jobs
 
     return jobs.hold(job, settings_of(context))
@@ -191,10 +215,17 @@ def release(
     context: typer.Context,
     job: Number,
     version: Annotated[
-        str | None, typer.Option(metavar="VERSION", help="approve only this version (maya job show)")
+        str | None,
+        typer.Option(
+            metavar="VERSION",
+            help="approve the proposal only if it still has this version, as `maya job show` prints it",
+        ),
     ] = None,
 ) -> int:
-    """Release a held job; approves a proposal, and shows it."""
+    """Release a held job, so that it waits for its turn.
+
+    If it is a proposal (a student's job), this approves it and shows it.
+    """
     from maya_un.cli.queueing import jobs
 
     return jobs.release(job, version, settings_of(context))
@@ -204,10 +235,16 @@ def again(
     context: typer.Context,
     job: Number,
     from_step: Annotated[
-        int | None, typer.Option("--from", metavar="STEP", min=1, help="default: the first unfinished step")
+        int | None,
+        typer.Option(
+            "--from",
+            metavar="STEP",
+            min=1,
+            help="number of the step to begin with  [default: the first unfinished step]",
+        ),
     ] = None,
 ) -> int:
-    """Queue a job that has ended once more, as a new one."""
+    """Append a copy of an ended job to the queue, as a new job."""
     from maya_un.cli.queueing import jobs
 
     return jobs.again(job, from_step, settings_of(context))
@@ -216,7 +253,9 @@ def again(
 def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     job: Number,
-    file: Annotated[str | None, typer.Option("--file", metavar="FILE", help="the file that replaces the job")] = None,
+    file: Annotated[
+        str | None, typer.Option("--file", metavar="FILE", help="replace the steps of the job by those of this file")
+    ] = None,
     priority: Priority = None,
     after: After = None,
     notes: Notes = None,
@@ -226,7 +265,8 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 ) -> int:
     """Change a job that has not begun.
 
-    Of a paused one, the steps that have not. Without options it is opened in $EDITOR.
+    If the job is paused, you can change the steps that have not begun. Without options the command opens the job in
+    $EDITOR.
     """
     from maya_un.cli.queueing import jobs
 
@@ -236,7 +276,11 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
 
 def notes(
-    context: typer.Context, job: Number, text: Annotated[str, typer.Argument(metavar="TEXT", help="for people")]
+    context: typer.Context,
+    job: Number,
+    text: Annotated[
+        str, typer.Argument(metavar="TEXT", help="free text that other people see; it has no effect on the robot")
+    ],
 ) -> int:
     """Change the notes of a waiting job."""
     from maya_un.cli.queueing import jobs
@@ -246,16 +290,20 @@ def notes(
 
 def history(
     context: typer.Context,
-    count: Annotated[int, typer.Argument(metavar="[N]", min=1, max=100_000, help="so many, the newest first")] = 20,
-    owner: Annotated[str | None, typer.Option(metavar="NAME", help="jobs of this user")] = None,
+    count: Annotated[
+        int, typer.Argument(metavar="[N]", min=1, max=100_000, help="number of jobs to list, newest first")
+    ] = 20,
+    owner: Annotated[str | None, typer.Option(metavar="NAME", help="list only jobs of this owner")] = None,
     state: Annotated[
         list[str] | None,
         typer.Option(metavar="STATE", help="queued, held, running, paused, interrupted, done, failed or cancelled"),
     ] = None,
-    text: Annotated[str | None, typer.Option(metavar="WORDS", help="text in name or notes")] = None,
+    text: Annotated[
+        str | None, typer.Option(metavar="WORDS", help="list only jobs whose name or notes contain WORDS")
+    ] = None,
     as_csv: Annotated[bool, typer.Option("--csv", help="as CSV, dates in UTC, durations in s")] = False,
 ) -> int:
-    """List past jobs: user, origin, predicted and actual times."""
+    """List past jobs: owner, origin, predicted and actual times."""
     from maya_un.cli.queueing import history as command
 
     return command.history(command.HistoryFilter(count, owner, state or (), text), settings_of(context), as_csv=as_csv)

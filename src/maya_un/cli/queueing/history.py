@@ -34,7 +34,7 @@ class HistoryFilter(NamedTuple):
 def history(wanted: HistoryFilter, settings: OutputSettings, *, as_csv: bool) -> int:
     """Print the last jobs, newest first, as a table, with `as_csv` as CSV; raises `InvalidCommandLine`."""
     if as_csv and settings.json:
-        raise InvalidCommandLine(reason="--csv and --json are two ways of one answer", command="maya history")
+        raise InvalidCommandLine(reason="--csv and --json cannot be combined", command="maya history")
     with called({"state": "--state", "owner": "--owner", "text": "--text", "limit": "N"}):
         jobs = _found(ServiceClient.find(), wanted)
     if as_csv:

@@ -148,7 +148,7 @@ def again(job: int, from_step: int | None, settings: OutputSettings) -> int:
     with called({"from_step": "--from"}):
         line = ServiceClient.find().ask(requests.repeat_job(job, from_step))
     words = translate(
-        "Job {id}, {name}: {state}; it is job {old} again.",
+        "Job {id}, {name}: {state}. It repeats job {old}.",
         settings.language,
         old=job,
         **{**line, "state": text.state(line, settings.language)},

@@ -35,7 +35,7 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
             raise InvalidCommandLine(reason="CHOICE is missing", command=_COMMAND)
         output.say(text.recovery(offer, settings.language))
         names = [one["name"] for one in offer["choices"]]
-        question = translate("What is to be done with it ({choices})? ", settings.language)
+        question = translate("Choose what to do with the job ({choices}): ", settings.language)
         choice = cast("Choice", _asked(question, names, settings.language))
     if holding is None and asks and _needs_answer(offer, choice):
         yes, no = translate("yes", settings.language), translate("no", settings.language)
@@ -59,7 +59,7 @@ def _asked(question: str, answers: Sequence[str], language: str) -> str:
         try:
             said = _plain(input(question.format(choices=choices)).strip().lower())
         except EOFError:
-            raise InvalidCommandLine(reason="nobody chose", command=_COMMAND) from None
+            raise InvalidCommandLine(reason="no choice was given", command=_COMMAND) from None
         meant = [answer for answer in answers if said and _plain(answer).startswith(said)]
         same = [answer for answer in meant if _plain(answer) == said]
         if same or len(meant) == 1:

@@ -50,7 +50,7 @@ def export(target: str, settings: OutputSettings) -> int:
     path = Path(target)
     ending = path.suffix.removeprefix(".").lower()
     if ending not in set(exports.ExportFormat):
-        raise InvalidValue(key="FILE", value=repr(target), reason="it ends in .csv or .jsonl")
+        raise InvalidValue(key="FILE", value=repr(target), reason="it must end in .csv or .jsonl")
     with replacing(path, newline="") as out:
         count = exports.export(kept(), out, exports.ExportFormat(ending))
     text = translate("{path}: {jobs} jobs.", settings.language, path=path, jobs=count)

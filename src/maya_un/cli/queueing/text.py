@@ -93,9 +93,7 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
         if view.get("estimated"):
             clock = translate("about {clock} (with an estimated homing)", language, clock=clock)
         yield translate(
-            "All jobs but the held ones will have ended at {clock}."
-            if held
-            else "All jobs will have ended at {clock}.",
+            "Estimated end of all jobs that are not held: {clock}." if held else "Estimated end of all jobs: {clock}.",
             language,
             clock=clock,
         )
@@ -104,8 +102,8 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
 _MODES = {
     "running": marked("The queue is running."),
     "pausing": marked("The queue pauses after the current step ({reason})."),
-    "paused": marked("The queue is paused since {since} ({reason}). `maya queue resume` continues it."),
-    "asks": marked("The queue is paused since {since} ({reason})."),
+    "paused": marked("The queue has been paused since {since} ({reason}). `maya queue resume` continues it."),
+    "asks": marked("The queue has been paused since {since} ({reason})."),
 }
 
 

@@ -13,7 +13,7 @@ Name = Annotated[str, typer.Argument(metavar="FILE", help="a file, or a name tha
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
     """Put the commands under `app`; `how` is what all commands have in common."""
-    about = "The flight recorder's recordings. Without a command, list them."
+    about = "Recordings of the last minutes: states, events and controller traffic. Without a command, list them."
     group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     group.callback(invoke_without_command=True, **how)(_unless_named)
     for name, command in (("list", listed), ("save", save), ("show", show), ("export", export)):
@@ -27,7 +27,7 @@ def _unless_named(context: typer.Context) -> int | None:
 
 
 def listed(context: typer.Context) -> int:
-    """List what is kept on this computer, newest first."""
+    """List the recordings on this computer, newest first."""
     from maya_un.cli.recordings import recordings
 
     return recordings.listed(settings_of(context))
@@ -41,7 +41,7 @@ def save(context: typer.Context) -> int:
 
 
 def show(context: typer.Context, file: Name) -> int:
-    """Tell why a recording was saved, and what is in it."""
+    """Show why Maya saved a recording, and its contents."""
     from maya_un.cli.recordings import recordings
 
     return recordings.show(file, settings_of(context))
@@ -50,9 +50,13 @@ def show(context: typer.Context, file: Name) -> int:
 def export(
     context: typer.Context,
     file: Name,
-    mcap: Annotated[str | None, typer.Option(metavar="OUT", help="an unchanged copy, for Foxglove and others")] = None,
-    csv: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the states")] = None,
-    wire: Annotated[str | None, typer.Option(metavar="OUT", help="a table of the bytes on the wire")] = None,
+    mcap: Annotated[
+        str | None, typer.Option(metavar="OUT", help="copy the MCAP file, for Foxglove and other programs")
+    ] = None,
+    csv: Annotated[str | None, typer.Option(metavar="OUT", help="write the states as CSV")] = None,
+    wire: Annotated[
+        str | None, typer.Option(metavar="OUT", help="write the bytes sent to and from the controller as CSV")
+    ] = None,
 ) -> int:
     """Write a recording to files for other programs."""
     from maya_un.cli.recordings import recordings
@@ -65,16 +69,26 @@ def replay(
     file: Name,
     counts: Annotated[
         float | None,
-        typer.Option(help="tolerance of positions  [default: 2 of a whole twin, else 50]"),
+        typer.Option(
+            metavar="COUNTS",
+            help="allowed difference of positions in counts  [default: 2 if the recording contains a twin from its "
+            "power-up on, else 50]",
+        ),
     ] = None,
     seconds: Annotated[
-        float | None, typer.Option(help="tolerance of times  [default: 0.02; 0.1 for a machine]")
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="allowed difference of times in s  [default: 0.02 for a recording of a twin, 0.1 for one of the real "
+            "machine]",
+        ),
     ] = None,
     plot: Annotated[str | None, typer.Option(metavar="FILE", help="a picture of both: .svg, .png or .pdf")] = None,
 ) -> int:
-    """Send the commands of a recording to a new twin, and list the differences.
+    """Send the commands of a flight recording to a new twin, and list the differences.
 
-    In virtual time; nothing real moves. Ends with 1 where something differs.
+    The recording is one of `maya record`. The twin runs faster than real time. Nothing real moves. The exit code is 1
+    if there are differences.
     """
     from maya_un.cli.recordings import replay as command
 

@@ -101,7 +101,7 @@ def show(name: str, settings: OutputSettings) -> int:
         header.cause.message,
         translate("controller {address}", settings.language, address=header.origin.address) + f" · {header.firmware}",
         translate(
-            "{states} states, {wire} pieces of the wire",
+            "{states} states, {wire} packets of controller traffic",
             settings.language,
             states=len(recording.states),
             wire=len(recording.wire),

@@ -77,8 +77,8 @@ def scene_of(recording: Recording) -> ReplayScene:
     if source is None:
         lacks.append(
             marked(
-                "Different from the machine: friction, lag, stiffness, and registers that Maya does not set. "
-                "They are the twin's."
+                "The replay uses the friction, lag and stiffness of the twin, and its values of registers that Maya "
+                "does not set."
             )
         )
     opening = tuple(piece for piece in wire if piece.time < header.whole)
@@ -88,18 +88,14 @@ def scene_of(recording: Recording) -> ReplayScene:
         raise ValueError("it holds no instant at which the axes were at rest")
     homed = _homed(recording, resting.answered)
     if not homed:
-        lacks.append(marked("Different: the position of the machine before homing, which its counts do not tell."))
+        lacks.append(marked("The replay does not know the position of the machine before homing."))
     record = decode(resting.reply.data)
     if header.complete:
         return ReplayScene(rest[0].time, rest, (), record, homed, tuple(lacks))
     begin = resting.answered
     later = tuple(piece for piece in rest if piece.time > begin)
     if not opening:
-        lacks.append(
-            marked(
-                "Different: registers, program and variables from before the recording, which does not contain them."
-            )
-        )
+        lacks.append(marked("The replay does not know the registers, program and variables from before the recording."))
     return ReplayScene(begin, later, opening, record, homed, tuple(lacks))
 
 
@@ -405,7 +401,7 @@ def replay(file: str, options: ReplayOptions, settings: OutputSettings) -> int:
     """
     for key, value in (("--counts", options.counts), ("--seconds", options.seconds)):
         if value is not None and not value >= 0.0:
-            raise InvalidValue(key=key, value=value, reason="it is 0 or more")
+            raise InvalidValue(key=key, value=value, reason="it must be 0 or more")
     if options.plot is not None:
         _require_format(Path(options.plot))
     path = found(file)

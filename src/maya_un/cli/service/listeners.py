@@ -38,7 +38,7 @@ class RemoteAccess(NamedTuple):
         if (self.certificate is None) != (self.key is None):
             raise InvalidCommandLine(reason="--tls-cert and --tls-key belong together", command=_COMMAND)
         if self.plain and self.certificate is not None:
-            raise InvalidCommandLine(reason="--plain goes without a certificate", command=_COMMAND)
+            raise InvalidCommandLine(reason="--plain cannot be combined with --tls-cert", command=_COMMAND)
         if self.listen is None and (self.plain or self.certificate is not None):
             reason = "--tls-cert, --tls-key and --plain are for --listen; loopback needs no TLS"
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
@@ -87,7 +87,7 @@ def host_and_port(text: str) -> tuple[str, int]:
         host, colon, port = text.partition(":")
         good = not colon or bool(port)
     if not good or not host or (port and not (port.isdecimal() and int(port) < 65536)):
-        raise InvalidValue(key="--listen", value=text, reason="it is HOST, HOST:PORT or [IPV6]:PORT")
+        raise InvalidValue(key="--listen", value=text, reason="it must be HOST, HOST:PORT or [IPV6]:PORT")
     return host, int(port) if port else PORT
 
 

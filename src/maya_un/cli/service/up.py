@@ -129,7 +129,8 @@ def _lines(greeting: StartupBanner, language: str) -> Iterator[str]:
         reason = because({"reason": queue.reason, "by": queue.by}, language)
         yield translate(_waiting(queue), language, count=waiting, reason=reason)
     yield translate(
-        "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends it.", language
+        "Next, in another terminal: maya home · maya status · maya run JOB · maya stop.\nCtrl-C ends `maya up`.",
+        language,
     )
 
 
@@ -137,8 +138,10 @@ def _waiting(queue: QueueView) -> str:
     if queue.recovery is not None:
         return marked("Jobs waiting behind it: {count}.")
     if queue.mode is QueueMode.RUNNING:
-        return marked("Waiting jobs from before: {count}.")
-    return marked("Waiting jobs from before: {count}; the queue is paused ({reason}). `maya queue resume` continues.")
+        return marked("Jobs that wait since the last start: {count}.")
+    return marked(
+        "Jobs that wait since the last start: {count}; the queue is paused ({reason}). `maya queue resume` continues."
+    )
 
 
 _INTERRUPTED = marked(
@@ -236,7 +239,8 @@ def _ending(*, finish: bool, job: int | None) -> str:
     if finish:
         return marked("Ending after the running step of job {job}; repeat the command to stop now.")
     return marked(
-        "Ending: job {job} stops on its path and stays interrupted; a person decides about it at the next start."
+        "Ending. The robot decelerates along the path. Job {job} is interrupted; decide about it after the "
+        "next start with `maya queue recover`."
     )
 
 
@@ -247,7 +251,7 @@ async def _finished(running: Stack, ending: ShutdownRequest, settings: OutputSet
     await asyncio.wait({closing, hurrying}, return_when=asyncio.FIRST_COMPLETED)
     if not closing.done():
         if not settings.json:
-            output.say(translate("Stopping on the path now.", settings.language))
+            output.say(translate("The robot decelerates along the path and stops now.", settings.language))
         await running.process.close()
     hurrying.cancel()
     await closing

@@ -14,7 +14,7 @@ from maya_un.schema.jobs import JobReport
 
 
 def home() -> Plan[JobReport]:
-    """Find the switches and define the position."""
+    """Find the limit switches, so that the position is known."""
     return (yield from wish({"command": "home"}))
 
 
@@ -29,12 +29,12 @@ def place(x: Spot | float, y: float | None = None, z: float | None = None) -> Pl
 
 
 def approach(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
-    """Go above a taught place or x, y, z [m], by the cell's clearance."""
+    """Go to a point above a taught place or x, y, z [m], by cell.clearance of the configuration."""
     return (yield from wish({"command": "approach", "target": spot(x, y, z)}))
 
 
 def line(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
-    """Go in a straight line to a taught place or x, y, z [m]. Nothing keeps the gripper above the parts."""
+    """Go in a straight line to a taught place or x, y, z [m]. Caution: it may hit parts on its way."""
     return (yield from wish({"command": "line", "target": spot(x, y, z)}))
 
 
@@ -44,7 +44,7 @@ def gripper(state: Literal["open", "close"]) -> Plan[JobReport]:
 
 
 def move(a: Spot | float, b: float | None = None, c: float | None = None) -> Plan[JobReport]:
-    """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space."""
+    """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space. It may hit parts."""
     return (yield from wish({"command": "move", "joints": spot(a, b, c)}))
 
 

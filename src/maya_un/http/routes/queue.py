@@ -121,7 +121,7 @@ def add_recovery(routes: Routes) -> None:
         async def found(service: Service) -> Recovery:
             waiting = service.queue.view().recovery
             if waiting is None:
-                raise NotFound(what="job", number="that was interrupted")
+                raise NotFound(what="interrupted job", number="now")
             return waiting
 
         return answer(await ask(found))

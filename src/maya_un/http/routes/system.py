@@ -206,7 +206,7 @@ def add_keeping(routes: Routes, bridge: Bridge) -> None:
 
         async def kept(_service: Service) -> Path:
             if not isinstance(bridge.journal, SqliteJournal):
-                raise NotFound(what="journal", number="in a file")
+                raise NotFound(what="stored queue", number="with `--journal memory`")
             return bridge.journal.path
 
         return await _copied(await ask(kept))

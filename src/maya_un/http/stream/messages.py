@@ -201,7 +201,7 @@ def kind_of(message: Mapping[str, Any]) -> str:
     """Return what a client's message is; raises `InvalidRequest` for what is none, or has a key that it cannot have."""
     kind = message.get("type")
     if not isinstance(kind, str) or kind not in _KEYS:
-        raise InvalidRequest(key="type", reason=f"it is one of {', '.join(_KEYS)}")
+        raise InvalidRequest(key="type", reason=f"it must be one of {', '.join(_KEYS)}")
     for key in message:
         if key not in _KEYS[kind] | {"type", "id"}:
             raise InvalidRequest(key=key, reason=f"a message of type {kind} has no such key")
@@ -212,7 +212,7 @@ def subscription(message: Mapping[str, Any]) -> StreamSubscription:
     """Return what a `subscribe` wants; raises `InvalidRequest`."""
     queue = message.get("queue", False)
     if not isinstance(queue, bool):
-        raise InvalidRequest(key="queue", reason="it is true or false")
+        raise InvalidRequest(key="queue", reason="it must be true or false")
     named = frozenset(message) & _KEYS["subscribe"]
     return StreamSubscription(named, _rate(message.get("state")), _past(message.get("events")), queue)
 
@@ -222,9 +222,9 @@ def _rate(wanted: object) -> float | None:
         return None
     rate = _part(wanted, "state", frozenset({"rate"})).get("rate", 10.0)
     if not isinstance(rate, int | float) or isinstance(rate, bool) or not isfinite(rate):
-        raise InvalidRequest(key="state.rate", reason="it is a number [Hz]")
+        raise InvalidRequest(key="state.rate", reason="it must be a number [Hz]")
     if not SLOWEST <= rate <= FASTEST:
-        raise InvalidRequest(key="state.rate", reason=f"it is {SLOWEST:g} to {FASTEST:g} Hz")
+        raise InvalidRequest(key="state.rate", reason=f"it must be {SLOWEST:g} to {FASTEST:g} Hz")
     return float(rate)
 
 
@@ -237,7 +237,7 @@ def _past(wanted: object) -> ReplayStart | None:
 
 def _part(wanted: object, name: str, keys: frozenset[str]) -> dict[str, Any]:
     if not isinstance(wanted, dict):
-        raise InvalidRequest(key=name, reason="it is an object, or null")
+        raise InvalidRequest(key=name, reason="it must be an object, or null")
     for key in wanted:
         if key not in keys:
             raise InvalidRequest(key=f"{name}.{key}", reason=f"there are {', '.join(sorted(keys))}")
@@ -249,7 +249,7 @@ def _number(part: Mapping[str, Any], key: str, least: int) -> int | None:
     if value is None:
         return None
     if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise InvalidRequest(key=f"events.{key}", reason=f"it is a whole number, {least} or more")
+        raise InvalidRequest(key=f"events.{key}", reason=f"it must be a whole number, {least} or more")
     return value
 
 

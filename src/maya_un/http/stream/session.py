@@ -78,7 +78,7 @@ class StreamHandshake:
             raise InvalidRequest(key="protocol", reason=f"this is version {PROTOCOL}")
         token = message.get("token")
         if token is not None and not isinstance(token, str):
-            raise InvalidRequest(key="token", reason="it is a text")
+            raise InvalidRequest(key="token", reason="it must be a text")
         if token is not None:
             self._shown = f"Bearer {token}"
         return await self.caller()
@@ -289,9 +289,9 @@ class StreamSession:
         """Renew a lease; one that is `bound` is given back when this connection ends."""
         lease, bound = message.get("lease"), message.get("bound", False)
         if not isinstance(lease, str) or not lease:
-            raise InvalidRequest(key="lease", reason="it is the id that taking the lease answered")
+            raise InvalidRequest(key="lease", reason="it must be the id that taking the lease answered")
         if not isinstance(bound, bool):
-            raise InvalidRequest(key="bound", reason="it is true or false")
+            raise InvalidRequest(key="bound", reason="it must be true or false")
         holder = replace(self._caller, lease=lease)
         view = await self._bridge.call(holder, Operation.RENEW, lambda service: service.lease.renew(holder))
         self._bound = lease if bound else ""

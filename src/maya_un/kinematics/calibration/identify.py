@@ -23,8 +23,8 @@ FAR = 0.03
 """Points that are farther off than this after a fit [m] are not explained by it."""
 
 SUSPECTS = (
-    "look whether the measuring frame is Maya's (z up, angle a clockwise from y to x) and whether the counts belong to "
-    "these points"
+    "check that the coordinates are in Maya's frame (z up, angle a clockwise from y to x) and that each "
+    "row has the counts of its point"
 )
 """The most likely error in points that no constants explain."""
 
@@ -93,9 +93,9 @@ def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float
     if len(names) == 1:
         reason = "the points do not show it"
     else:
-        reason = "changed together they leave the gripper where it is at all these points"
+        reason = "a common change of them does not move the gripper at any of these points"
     lacking = _lacking(joints, points)
-    remedy = f"measure at {lacking}, or hold what you know otherwise (--hold {_likeliest(names)})"
+    remedy = f"measure at {lacking}, or fix what you know otherwise (--hold {_likeliest(names)})"
     return NotIdentifiable(what=listed(names), reason=reason, remedy=remedy)
 
 

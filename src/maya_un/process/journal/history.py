@@ -43,7 +43,7 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
         with closing(file.open_for_reading(path)) as connection:
             connection.execute("BEGIN")
             if not tables.schema_version(connection, path):
-                raise FileNotOurs(path=path, remedy="no queue was ever kept in it")
+                raise FileNotOurs(path=path, remedy="it is not a queue of Maya")
             yield connection
     except sqlite3.Error as error:
         raise _unreadable(error, path) from error

@@ -96,7 +96,7 @@ def schema_version(connection: sqlite3.Connection, path: Path | str, known: int 
     found = int(connection.execute("PRAGMA user_version").fetchone()[0])
     application = int(connection.execute("PRAGMA application_id").fetchone()[0])
     if (found or _strangers(connection)) and application != APPLICATION_ID:
-        raise FileNotOurs(path=path, remedy="it is the database of another program; name another state folder")
+        raise FileNotOurs(path=path, remedy="another program made it; give another folder in MAYA_STATE_DIR")
     if found > known:
         raise StorageTooNew(path=path, found=found, known=known)
     return found

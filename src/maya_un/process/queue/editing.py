@@ -94,7 +94,7 @@ def _on_failure(key: str, value: object) -> OnFailure:
     try:
         return OnFailure(str(value))
     except ValueError:
-        raise InvalidValue(key=key, value=repr(value), reason=f"it is {' or '.join(OnFailure)}") from None
+        raise InvalidValue(key=key, value=repr(value), reason=f"it must be {' or '.join(OnFailure)}") from None
 
 
 _READERS: dict[str, Callable[[str, object], object]] = {
@@ -438,7 +438,7 @@ class JobEditor:
 
     def _moved(self, number: int, beside: int, *, behind: bool) -> list[Transaction]:
         self._waiting(number, "moved")
-        self._waiting(beside, "a neighbour")
+        self._waiting(beside, "a reference for `queue move`")
         if number == beside:
             return []
         places = self._items.order.moved(number, beside, behind=behind)

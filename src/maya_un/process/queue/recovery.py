@@ -32,7 +32,7 @@ from maya_un.robot.primitives.primitive import PartEffect
 from maya_un.schema.jobs import Choice, Recovery, TaskState
 from maya_un.values import Mode
 
-QUESTION = marked("is a part in the gripper?", "AnswerNeeded.question")
+QUESTION = marked("Does the gripper hold a part?", "AnswerNeeded.question")
 
 
 class RecoveryChoice(StrEnum):
@@ -89,13 +89,16 @@ def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> R
     """
     offered = [one.name for one in choices(situation)]
     if choice not in offered:
-        raise InvalidValue(key="choice", value=repr(choice), reason=f"it is one of {', '.join(offered)}")
+        raise InvalidValue(key="choice", value=repr(choice), reason=f"it must be one of {', '.join(offered)}")
     if holding and situation.holding is False:
         raise InvalidValue(key="holding", value="true", reason="the gripper is open")
     chosen = RecoveryChoice(choice)
     if holding is None and _needs_answer(situation, chosen):
         raise AnswerNeeded(
-            question=QUESTION, options=marked("holding: true or false; `--holding yes` or `no`", "AnswerNeeded.options")
+            question=QUESTION,
+            options=marked(
+                "add `--holding yes` or `--holding no`; over HTTP, holding: true or false", "AnswerNeeded.options"
+            ),
         )
     known = situation.holding if holding is None else holding
     if chosen is RecoveryChoice.ABORT:

@@ -240,7 +240,7 @@ class Scheduler:
 
     def _require_decided(self) -> None:
         if self._items.interrupted is not None:
-            question = marked("what becomes of the job that was interrupted?", "AnswerNeeded.question")
+            question = marked("What should happen to the interrupted job?", "AnswerNeeded.question")
             raise AnswerNeeded(question=question, options=", ".join(RecoveryChoice))
 
     def _next(self) -> tuple[QueueEntry, int | None] | None:

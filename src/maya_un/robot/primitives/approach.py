@@ -17,7 +17,7 @@ class Approach(Primitive):
     """Go to the cell's clearance above `target` [m], across the table without coming low."""
 
     command = "approach"
-    summary = "Go above {argument}, by the cell's clearance."
+    summary = "Go to a point above {argument}, by cell.clearance of the configuration."
     argument = TARGET
     target: Point
 

@@ -16,7 +16,7 @@ class Home(Primitive):
     """Home all axes, from wherever the robot is. The gripper stays as it is."""
 
     command = "home"
-    summary = "Find the switches and define the position."
+    summary = "Find the limit switches, so that the position is known."
     needs_homing = False
 
     def plan(self, builder: PlanBuilder) -> None:

@@ -17,7 +17,7 @@ class Line(Primitive):
     """Go to `target` [m] in a straight line from wherever the gripper is: nothing keeps it above the parts."""
 
     command = "line"
-    summary = "Go in a straight line to {argument}. Nothing keeps the gripper above the parts."
+    summary = "Go in a straight line to {argument}. Caution: it may hit parts on its way."
     argument = TARGET
     target: Point
 

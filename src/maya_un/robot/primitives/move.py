@@ -17,7 +17,7 @@ class MoveJoints(Primitive):
     """Go to `joints` (rad, m, m), straight in joint space: the way sags, and nothing keeps it above the parts."""
 
     command = "move"
-    summary = "Go to {argument}, in a straight line in joint space."
+    summary = "Go to {argument}, in a straight line in joint space. It may hit parts."
     argument = JOINTS
     joints: Joints
 

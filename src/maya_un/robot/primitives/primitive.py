@@ -207,7 +207,9 @@ def _in_order(value: object, key: str, lengths: tuple[int, ...], form: str) -> l
 def _by_name(value: Mapping[object, object], names: str, key: str, optional: str = "") -> list[float]:
     for name in value:
         if not isinstance(name, str) or name not in tuple(names):
-            raise InvalidValue(key=f"{key}.{name}", value=repr(value[name]), reason=f"it has {', '.join(names)} only")
+            raise InvalidValue(
+                key=f"{key}.{name}", value=repr(value[name]), reason=f"it must have {', '.join(names)} only"
+            )
     for name in names:
         if name not in value and name not in optional:
             raise InvalidValue(key=f"{key}.{name}", value=None, reason="it must be a number")

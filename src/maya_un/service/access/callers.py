@@ -270,7 +270,7 @@ class Callers:
         if loopback and stopping:
             return replace(BYSTANDER, source=source or BYSTANDER.source)
         if text is None:
-            raise NotSignedIn(reason="the request has none" if self.kept else "no users are kept yet")
+            raise NotSignedIn(reason="it has no token" if self.kept else "no users exist yet")
         return self._caller(await self._verified(text, source), lease, source)
 
     def current(self, caller: Caller) -> Caller:
@@ -280,7 +280,7 @@ class Callers:
         """
         if not caller.token:
             if self.kept:
-                raise NotSignedIn(reason="the request has none")
+                raise NotSignedIn(reason="it has no token")
             return caller
         token = self._register.tokens.get(caller.token)
         if token is None or token.user != caller.name or self._expired(token):
@@ -359,7 +359,7 @@ class Callers:
     async def _fail(self, name: str, source: str) -> NoReturn:
         self._refused(name, source)
         await asyncio.sleep(FAILURE_COSTS * self._scale)
-        raise NotSignedIn(reason="what was shown is wrong, has expired or was revoked")
+        raise NotSignedIn(reason="its token is wrong, expired or revoked")
 
     def _recalled(self, text: str) -> Token | None:
         """Return the token of a text that was found right before, None where it was not, or is right no more."""

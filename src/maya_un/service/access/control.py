@@ -127,7 +127,7 @@ _LONGEST = 200
 def require_note(note: str) -> None:
     """Raise `InvalidValue` for what is not one line of at most 200 characters."""
     if len(note) > _LONGEST or not note.isprintable():
-        raise InvalidValue(key="note", value=repr(note), reason=f"it is one line of at most {_LONGEST} characters")
+        raise InvalidValue(key="note", value=repr(note), reason=f"it must be one line of at most {_LONGEST} characters")
 
 
 class FixedCalendar:

@@ -34,7 +34,7 @@ class Role(IntEnum):
             if role.word == word:
                 return role
         known = ", ".join(role.word for role in cls)
-        raise InvalidValue(key="role", value=repr(word), reason=f"it is one of {known}")
+        raise InvalidValue(key="role", value=repr(word), reason=f"it must be one of {known}")
 
 
 assert set(RoleName.__args__) == {role.word for role in Role}

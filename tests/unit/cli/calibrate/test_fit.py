@@ -51,10 +51,10 @@ def test_table_shows_target_values_and_uncertainty(points: str, capsys: Capture)
     rows = {line[:18].strip(): line[18:].split() for line in shown.splitlines()[1:10]}
     assert rows["height (H)"][:2] == ["mm", "2350.00"]
     assert float(rows["height (H)"][2]) == pytest.approx(2362.0, abs=5.0)
-    assert rows["gripper_height (Φ)"] == ["mm", "200.00", "200.00", "held"]
+    assert rows["gripper_height (Φ)"] == ["mm", "200.00", "200.00", "fixed"]
     assert float(rows["zero of a"][2]) == pytest.approx(0.573, abs=0.1)
     assert "29 of 30 points" in shown
-    assert "Left out as outliers, by row: 6 (9" in shown
+    assert "The fit ignored these rows as outliers: 6 (9" in shown
     assert "only their difference" in shown
     assert not default_path().exists()
 
@@ -76,7 +76,7 @@ def test_as_json_it_is_si(points: str, capsys: Capture) -> None:
 def test_spanish_is_spoken(points: str, capsys: Capture) -> None:
     shown = output_of(capsys, "calibrate", points, "--lang", "es")
     assert "29 de 30 puntos" in shown
-    assert "Descartados como atípicos" in shown
+    assert "El ajuste ignoró estas filas" in shown
 
 
 def test_fit_option_may_be_given_or_omitted(points: str, capsys: Capture) -> None:

@@ -173,8 +173,8 @@ def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch)
     session = PendantSession(ServiceClient(url), WORKSPACE, "en")
     monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
     real_time(stop(session))
-    assert session.trouble.startswith("No Maya is running here")
-    assert session.notes[-1].startswith("NOT STOPPED: No Maya is running here")
+    assert session.trouble.startswith("`maya up` does not run on this computer")
+    assert session.notes[-1].startswith("NOT STOPPED: `maya up` does not run on this computer")
     assert session.trouble in picture(session)
 
 

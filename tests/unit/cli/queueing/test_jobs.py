@@ -141,11 +141,11 @@ def test_job_is_shown_step_by_step_with_its_submitter(serve: Serve, capsys: pyte
         ("hold 7", ("POST", "/v1/jobs/7/hold", None), "Job 7, two cubes: held.\n"),
         ("notes 7 hello", ("PATCH", "/v1/jobs/7", {"notes": "hello"}), "Job 7, two cubes: held.\n"),
         ("cancel 7", ("DELETE", "/v1/jobs/7", None), "Job 7, two cubes: held.\n"),
-        ("again 7", ("POST", "/v1/jobs/7/again", {}), "Job 7, two cubes: held; it is job 7 again.\n"),
+        ("again 7", ("POST", "/v1/jobs/7/again", {}), "Job 7, two cubes: held. It repeats job 7.\n"),
         (
             "again 7 --from 3",
             ("POST", "/v1/jobs/7/again", {"from_step": 3}),
-            "Job 7, two cubes: held; it is job 7 again.\n",
+            "Job 7, two cubes: held. It repeats job 7.\n",
         ),
         (
             "edit 7 --priority 3 --no-stepwise --after 5",

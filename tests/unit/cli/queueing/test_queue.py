@@ -64,8 +64,8 @@ def test_queue_paused_by_an_unknown_caller_shows_no_name(serve: Serve, capsys: p
 @pytest.mark.parametrize(
     ("counts", "said"),
     [
-        ({"queued": 1}, "All jobs will have ended at "),
-        ({"queued": 1, "held": 1}, "All jobs but the held ones will have ended at "),
+        ({"queued": 1}, "Estimated end of all jobs: "),
+        ({"queued": 1, "held": 1}, "Estimated end of all jobs that are not held: "),
     ],
 )
 def test_held_job_shows_no_predicted_end(
@@ -205,7 +205,7 @@ def test_leaving_without_an_answer_chooses_nothing(
 ) -> None:
     service = serve(**OFFERED)
     at_terminal(monkeypatch, "")
-    assert "nobody chose" in printed(["queue", "recover"], capsys, 2)
+    assert "no choice was given" in printed(["queue", "recover"], capsys, 2)
     assert service.said == []
 
 
@@ -228,7 +228,7 @@ def test_missing_service_is_reported(capsys: pytest.CaptureFixture[str]) -> None
 def test_end_after_a_homing_is_shown_as_an_estimate(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     view = {**VIEW, "counts": {"queued": 1}, "finish_at": "2026-03-01T10:00:00+00:00", "estimated": True}
     serve(**{"/v1/queue": view})
-    assert "ended at about 2026-03-01 10:00 (with an estimated homing)." in printed(["queue"], capsys)
+    assert "Estimated end of all jobs: about 2026-03-01 10:00 (with an estimated homing)." in printed(["queue"], capsys)
 
 
 @pytest.mark.parametrize(

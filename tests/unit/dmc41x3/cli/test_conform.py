@@ -83,7 +83,7 @@ def test_a_controller_without_differences_is_0(
 ) -> None:
     with small_controller() as port:
         assert run(["conform", f"127.0.0.1:{port}"]) == 0
-    assert capsys.readouterr().out.startswith("2 answers are right, 0 differ; 2 conversations were left out")
+    assert capsys.readouterr().out.startswith("2 answers are right, 0 differ. 2 checks were skipped")
 
 
 @pytest.mark.parametrize(("options", "asked"), [([], 2), (["--moves"], 3), (["--bench"], 4)])
@@ -111,7 +111,7 @@ def test_difference_exits_with_1_and_shows_its_source(
     assert lines[4].split() == ["received", "':'"]
     assert "EPICS" in lines[5]
     assert lines[5].endswith("(two sources)")
-    assert lines[6].startswith("2 answers are right, 1 differ;")
+    assert lines[6].startswith("2 answers are right, 1 differ.")
     assert (found["name"], found["expected"], found["received"], found["certainty"]) == (
         "wrong",
         ["?", "x"],

@@ -74,7 +74,7 @@ def test_a_package_of_that_name_is_never_touched(tmp_path: Path, capsys: pytest.
     (tmp_path / "gclib").mkdir()
     package = tmp_path / "gclib" / "__init__.py"
     package.write_text(FOREIGN, encoding="utf-8")
-    with pytest.raises(FileNotOurs, match="remove that package"):
+    with pytest.raises(FileNotOurs, match="remove it first"):
         gclib.install(SETTINGS, force=True, site=tmp_path)
     assert status_of(capsys, tmp_path)["path"] == str(package)
     assert not (tmp_path / "gclib.py").exists()

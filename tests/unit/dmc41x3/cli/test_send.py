@@ -64,5 +64,5 @@ def test_real_is_the_controller_in_the_environment(
 def test_real_without_an_address_is_refused(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
     assert dmc.main(["send", "real", "TP"]) == 2
     assert capsys.readouterr().err == (
-        "dmc: error 4001: HOST = 'real' is refused: $DMC_ADDRESS does not name a controller.\n"
+        "dmc: error 4001: HOST = 'real' is not valid: $DMC_ADDRESS does not name a controller.\n"
     )

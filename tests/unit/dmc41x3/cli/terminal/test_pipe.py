@@ -64,4 +64,4 @@ def test_own_commands_work_too(
     assert (code, out) == (1, [":", "#A", 'MG "hi"', "EN"])
     assert f"Downloaded: 3 lines from {file}\n" in err
     assert "message: hi\n" in err
-    assert "':nonsense' is not known" in err
+    assert "There is no ':nonsense'" in err

@@ -321,17 +321,17 @@ async def test_recording_is_made_during_lines(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        (":nonsense", "':nonsense' is not known"),
+        (":nonsense", "There is no ':nonsense'"),
         (":watch", "needs an expression"),
         (":wait long", "0 to 3600"),
         (":wait -1", "0 to 3600"),
-        (":unwatch _TPA", "'_TPA' is not known. Known: none"),
-        (":download /nowhere/x.dmc", "cannot be read: No such file"),
-        (":upload /nowhere/x.dmc", "cannot be written: No such file"),
+        (":unwatch _TPA", "There is no '_TPA'. Choose one of: none"),
+        (":download /nowhere/x.dmc", "Reading /nowhere/x.dmc failed: No such file"),
+        (":upload /nowhere/x.dmc", "Writing /nowhere/x.dmc failed: No such file"),
         (":scope", "CHANNELS"),
         (":scope _TPA", "--csv FILE or --png FILE"),
         (":scope _TPA --rate fast --csv a", "CHANNELS"),
-        (":scope _TPA --colour red --csv a", "'--colour' is not known"),
+        (":scope _TPA --colour red --csv a", "There is no '--colour'"),
         (":scope nothing --csv a", "refused"),
     ],
 )
