@@ -54,7 +54,7 @@ class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until 
 class Faulted(
     RequestError,
     code=2105,
-    en="The robot cannot move because of a fault: {fault}",
+    en="The robot cannot move because of a fault: {fault} `maya status` shows the fault.",
 ):
     """Motion was asked for while a fault waits for `recover`."""
 

@@ -69,7 +69,7 @@ def test_question_is_asked_only_for_relevant_facts(
     offered = {one.name: one.needs_answer for one in choices(situation)}
     assert offered[choice] is needed
     if needed:
-        with pytest.raises(AnswerNeeded, match="is a part in the gripper"):
+        with pytest.raises(AnswerNeeded, match="Does the gripper hold a part"):
             decide(situation, choice, None)
     else:
         decide(situation, choice, None)

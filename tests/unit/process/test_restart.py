@@ -78,7 +78,7 @@ async def test_a_queue_in_which_a_restart_left_something_is_not_resumed_unasked(
     machine = await killed_at(1)
     async with machine.running() as floor:
         for wish in (floor.process.turns.resume, floor.process.turns.step):
-            with pytest.raises(AnswerNeeded, match="what becomes of the job"):
+            with pytest.raises(AnswerNeeded, match="What should happen to the interrupted job"):
                 await wish("ana")
         await elapse(LONG)
         assert floor.controller.calls == []

@@ -48,7 +48,7 @@ def test_a_process_is_read_from_yaml(tmp_path: Path) -> None:
         ([HOME | {"args": [1]}], "an object"),
         ([HOME | {"robot": "MAYA/2"}], "must not"),
         ([HOME | {"robot": ""}], "printable"),
-        ([HOME | {"when": "now"}], "There is no 'when'"),
+        ([HOME | {"when": "now"}], "'when' is not known"),
         ([{"id": "a", "command": "home"}], "robot is missing"),
         ([HOME | {"after": "b"}], "a list of ids"),
     ],

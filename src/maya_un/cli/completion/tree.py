@@ -62,7 +62,7 @@ def _walk(command: Any, path: str) -> Iterator[CompletionCommand]:
 def _hurried() -> Iterator[tuple[str, str]]:
     """Return the commands that go past the parser."""
     yield "status", "Tell what the running robot is doing."
-    yield "stop", "Stop the running robot on its path."
+    yield "stop", "Stop the running robot: it decelerates along the path."
 
 
 def _about(command: Any) -> str:

@@ -217,7 +217,7 @@ def test_a_sigma_that_is_too_small_is_called_so() -> None:
 @pytest.mark.parametrize("known", [False, True])
 def test_mirrored_frame_is_not_taken_for_a_machine(known: bool) -> None:
     good = a_set(40, known=known)
-    with pytest.raises(NotIdentifiable, match="whether the measuring frame is Maya's"):
+    with pytest.raises(NotIdentifiable, match="the coordinates are in Maya's frame"):
         calibrate(Observations(good.counts, good.points * np.array([1.0, -1.0, 1.0]), good.sigma), NOW)
 
 

@@ -145,7 +145,7 @@ async def test_sentences_are_in_the_language_of_the_client() -> None:
         talker = one.talker()
         talker.client._language = "es"
         (told,) = await talker.ask("subscribe", topic="/nothing")
-        assert told["msg"].startswith("4019: No hay")
+        assert told["msg"].startswith("4019: No existe")
 
 
 async def test_defect_is_one_sentence_and_written_to_the_log() -> None:
