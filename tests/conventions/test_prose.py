@@ -39,7 +39,7 @@ def test_turned_sentence_or_private_word_on_a_page_is_found(text: str) -> None:
         "What stops the robot?",
         "## What stops it",
         "The part is where it was put.",
-        "Call `floor(x)` on [a page](../floors-apart.md).",
+        "Call `floor(x)` on [a page](../layers-as-ros-nodes.md).",
         "```\nWhat runs here is code\n```",
         "<!-- Who reads this -->",
     ],
