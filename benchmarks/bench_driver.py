@@ -16,7 +16,7 @@ from dmc41x3.wire.transport import TcpTransport
 
 REQUESTS = 2_000
 RATE = 50.0
-"""Records a second that the controller floor asks for."""
+"""Records a second that the controller layer asks for."""
 
 ASK = b"TP\r"
 REPLY = b" 200, -10, 0\r\n:"

@@ -1,7 +1,7 @@
 """How soon what happens is told, and how soon a stop is obeyed: from the controller to a client, and back.
 
 A twin on a socket plays the controller, and `maya up` drives it in a process of its own, in real time. An event is late
-by what passes from when the controller's floor says it to when a websocket client has read it; the worst of a hundred
+by what passes from when the controller's layer says it to when a websocket client has read it; the worst of a hundred
 is told. A stop is late by what passes from when a shell starts `maya stop` until the controller has read its ST; it is
 said while the robot homes. A busy machine delays both, so the best of all rounds counts.
 """

@@ -42,7 +42,7 @@ _NO = (False, False, False)
 
 
 def state(now: float) -> State:
-    """Return a state as the controller floor makes them."""
+    """Return a state as the controller layer makes them."""
     here = Joints(now, 1.5, 1.3)
     place = Point(0.1, 0.2, now)
     counts = (int(now), 1_500_000, 1_300_000)
@@ -52,7 +52,7 @@ def state(now: float) -> State:
 
 
 async def beat(driver: Driver) -> None:
-    """Ask what the controller floor asks all the time: whether the guard watches, and where the axes are."""
+    """Ask what the controller layer asks all the time: whether the guard watches, and where the axes are."""
     await driver.send("MG_XQ7,mayaout")
     await driver.record()
 

@@ -51,10 +51,10 @@ def cpu_time(pid: int) -> float:
 
 @contextmanager
 def robot() -> Iterator[Ros]:
-    """Have a ROS with the robot floor on the twin, in real time."""
+    """Have a ROS with the robot layer on the twin, in real time."""
     with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide()) as ros:
         launched = ros.launch("maya_robot", "robot.launch", speed=1)
-        launched.until("The robot floor is offered")
+        launched.until("The robot layer is offered")
         yield ros
 
 

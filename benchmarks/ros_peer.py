@@ -1,7 +1,7 @@
 """Run by the Python of nodes, for `bench_ros`: an empty service, a node that shows sensors, and who calls and listens.
 
 ros_peer.py empty       answers /bench/empty (std_srvs/Trigger) by rospy alone
-ros_peer.py sensors     tells 50 times a second where a robot is that moves, as the nodes of the controller floor do
+ros_peer.py sensors     tells 50 times a second where a robot is that moves, as the nodes of the controller layer do
 ros_peer.py calls       does what lines say ("NUMBER SERVICE kept|new") and says how long a call took [s]
 ros_peer.py listens     listens to what the sensors show
 """

@@ -133,7 +133,7 @@ TITLES = {
 }
 
 
-_LIMITED = {
+_LIMITED: dict[tuple[Operation, ...], str] = {
     (Operation.SUBMIT, Operation.PROPOSE): "as a proposal",
     (Operation.WISH, Operation.SUBMIT, Operation.PROPOSE): "as a proposal, or with `wait` while driving",
     (Operation.CHANGE_JOB, Operation.PROPOSE): "own jobs",

@@ -133,12 +133,12 @@ class Machine:
     @asynccontextmanager
     async def running(self) -> AsyncIterator[QueueBench]:
         """Start the program for the length of the block, and end it gracefully."""
-        floor = await self.started()
+        layer = await self.started()
         try:
-            yield floor
+            yield layer
         finally:
-            await floor.process.close()
-            floor.lease.close()
+            await layer.process.close()
+            layer.lease.close()
 
     async def started(self) -> QueueBench:
         """Start the program."""
@@ -146,21 +146,21 @@ class Machine:
         robot = MayaRobot(controller, controller.config)
         lease = ControlLease(controller.events)
         process = Process(robot, controller, controller.config, journal=self.journal, lease=lease)
-        floor = QueueBench(controller, robot, self.journal, lease, process)
+        layer = QueueBench(controller, robot, self.journal, lease, process)
         await process.open()
-        return floor
+        return layer
 
-    async def kill(self, floor: QueueBench) -> None:
+    async def kill(self, layer: QueueBench) -> None:
         """End the program at this instant: nothing that it had not written is known any more."""
         self.journal.cut = True
-        self.closed, self.homed = floor.controller.state.gripper_closed, floor.controller.state.homed
+        self.closed, self.homed = layer.controller.state.gripper_closed, layer.controller.state.homed
         while tasks := asyncio.all_tasks() - {asyncio.current_task()}:
             for task in tasks:
                 task.cancel()
             await asyncio.wait(tasks, timeout=1.0)
-        floor.lease.close()
+        layer.lease.close()
         self.journal.cut, self.journal.broken = False, "the program was killed"
-        await floor.process.close()  # pending writes in memory are lost
+        await layer.process.close()  # pending writes in memory are lost
         self.journal.broken = ""
 
 

@@ -71,7 +71,7 @@ class World:
     """A queue over many runs of the program, and what was heard of it."""
 
     machine: Machine = field(default_factory=Machine)
-    floor: QueueBench = field(init=False)
+    layer: QueueBench = field(init=False)
     states: dict[int, TaskState] = field(default_factory=dict)
     begun: Counter[tuple[int, int]] = field(default_factory=Counter)
     granted: Counter[tuple[int, int]] = field(default_factory=Counter)
@@ -84,16 +84,16 @@ class World:
     async def start(self) -> None:
         """Start the program; it does not start on a disk that takes nothing."""
         self.machine.journal.broken = ""
-        self.floor = await self.machine.started()
+        self.layer = await self.machine.started()
         self.permits = 0
         self.direct.clear()
-        self.floor.check_announcements()
-        self.floor.controller.events.heard_by(self._hear)
-        for line in self.floor.process.shown.lines():
+        self.layer.check_announcements()
+        self.layer.controller.events.heard_by(self._hear)
+        for line in self.layer.process.shown.lines():
             known = self.states[line.id]
             assert line.state is known or line.state in TRANSITIONS[known], f"{line.id}: {known} became {line.state}"
             self.states[line.id] = line.state
-        assert self.floor.process.running is None
+        assert self.layer.process.running is None
 
     def _hear(self, event: Event) -> None:
         try:
@@ -118,10 +118,10 @@ class World:
 
     def _judge_turn(self, number: int) -> None:
         """No job that waits, is ready and may begin goes before the one that begins."""
-        process, lease = self.floor.process, self.floor.lease
+        process, lease = self.layer.process, self.layer.lease
         lines = {line.id: line for line in process.shown.lines()}
         this = lines[number]
-        first = self.floor.states(number)[-2:] == ["queued", "running"] and this.done == 0
+        first = self.layer.states(number)[-2:] == ["queued", "running"] and this.done == 0
         holder = lease.holder
         if not first or number in self.direct:
             return
@@ -141,8 +141,8 @@ class World:
     def _hear_step(self, step: tuple[int, int]) -> None:
         self.begun[step] += 1
         assert self.begun[step] <= 1 + self.granted[step], f"step {step} is done once more, and nobody said so"
-        if self.floor.process.shown.mode is not QueueMode.RUNNING and step[0] not in self.direct:
-            assert self.permits > 0, f"step {step} begins in a queue that is {self.floor.process.shown.mode}"
+        if self.layer.process.shown.mode is not QueueMode.RUNNING and step[0] not in self.direct:
+            assert self.permits > 0, f"step {step} begins in a queue that is {self.layer.process.shown.mode}"
             self.permits -= 1
 
     async def do(self, action: Action) -> None:
@@ -153,8 +153,8 @@ class World:
         assert not self.flaws
 
     def _doers(self) -> dict[str, Callable[..., Awaitable[Any]]]:
-        floor = self.floor
-        process = floor.process
+        layer = self.layer
+        process = layer.process
         return {
             "submit": self._submit,
             "elapse": elapse,
@@ -186,58 +186,58 @@ class World:
 
     async def _submit(self, owner: str, steps: list[Any], options: dict[str, Any], before: int | None) -> None:
         depends_on = () if before is None or not self.accepted else (self._some(before),)
-        number = await self.floor.process.submit(job(*steps), submit_request(owner, depends_on=depends_on, **options))
+        number = await self.layer.process.submit(job(*steps), submit_request(owner, depends_on=depends_on, **options))
         self.accepted.append(number)
 
     async def _again(self, index: int) -> None:
-        self.accepted.append(await self.floor.process.again(self._some(index), submit_request()))
+        self.accepted.append(await self.layer.process.again(self._some(index), submit_request()))
 
     async def _cancel(self, index: int) -> None:
         with suppress(TimeoutError):  # a caller who cancels a job learns of its end when the disk takes it
             async with asyncio.timeout(PATIENCE):
-                await self.floor.process.cancel(self._some(index))
+                await self.layer.process.cancel(self._some(index))
 
     async def _command(self) -> None:
-        process = self.floor.process
+        process = self.layer.process
         if process.shown.mode is QueueMode.PAUSED and process.running is None:
             self.direct.add(max(self.accepted, default=0) + 1)
         number = await process.wish(Home())
         self.accepted.append(number)
 
     async def _fail(self, failure: Callable[[], MayaError]) -> None:
-        self.floor.controller.fail_at[len(self.floor.controller.calls) + 1] = failure()
+        self.layer.controller.fail_at[len(self.layer.controller.calls) + 1] = failure()
 
     async def _take(self, owner: str) -> None:
-        held = self.floor.lease.take(owner, "test", patience=60.0)
+        held = self.layer.lease.take(owner, "test", patience=60.0)
         self.lease = held.id, owner
 
     async def _release_lease(self) -> None:
-        self.floor.lease.release(*self.lease)
+        self.layer.lease.release(*self.lease)
 
     async def _recover(self, choice: str, holding: bool | None) -> None:
-        found = self.floor.process.shown.view().recovery
-        await self.floor.process.recover(choice, holding, resume_queue=True, by="ana")
+        found = self.layer.process.shown.view().recovery
+        await self.layer.process.recover(choice, holding, resume_queue=True, by="ana")
         if found is not None and choice in {"resume", "redo"}:
             self.granted[found.job, found.index] += 1
 
     async def _step(self) -> None:
-        if self.floor.process.shown.mode is QueueMode.PAUSED:
+        if self.layer.process.shown.mode is QueueMode.PAUSED:
             self.permits = 1
-        await self.floor.process.turns.step("ana")
+        await self.layer.process.turns.step("ana")
 
     async def _stop(self) -> None:
         self.permits = 0
-        self.floor.process.turns.halt(Stopped())
-        await self.floor.controller.stop()
+        self.layer.process.turns.halt(Stopped())
+        await self.layer.controller.stop()
 
     async def _kill(self) -> None:
-        await self.machine.kill(self.floor)
+        await self.machine.kill(self.layer)
         self._forget_what_nobody_heard()
         await self.start()
 
     async def _end(self, finish: bool) -> None:
-        await self.floor.process.close(finish=finish)
-        self.floor.lease.close()
+        await self.layer.process.close(finish=finish)
+        self.layer.lease.close()
         self._forget_what_nobody_heard()
         await self.start()
 
@@ -252,13 +252,13 @@ class World:
     async def bring_to_an_end(self) -> None:
         """Let everything go on until every job has ended."""
         self.machine.journal.broken = ""
-        self.floor.controller.fail_at.clear()
-        if self.floor.lease.holder is not None:
-            self.floor.lease.take("ana", "test", force=True)
-            self.floor.lease.drop("ana", "over")
+        self.layer.controller.fail_at.clear()
+        if self.layer.lease.holder is not None:
+            self.layer.lease.take("ana", "test", force=True)
+            self.layer.lease.drop("ana", "over")
         await elapse(10.0)
         for _ in range(200):
-            process = self.floor.process
+            process = self.layer.process
             process_lines = [line for line in process.shown.lines() if not line.state.ended]
             if not process_lines:
                 return
@@ -270,7 +270,7 @@ class World:
             if process.shown.view().recovery is None:
                 await process.turns.resume("ana")
             await elapse(500.0)
-        raise AssertionError(f"never ended: {self.floor.process.shown.view()}")
+        raise AssertionError(f"never ended: {self.layer.process.shown.view()}")
 
     async def judge_the_end(self) -> None:
         """Nothing was lost: every job that was accepted has ended, and its steps tell how."""
@@ -296,5 +296,5 @@ async def test_queue_keeps_its_guarantees(what_happens: list[Action]) -> None:
         await world.do(action)
     await world.bring_to_an_end()
     await world.judge_the_end()
-    await world.floor.process.close()
-    world.floor.lease.close()
+    await world.layer.process.close()
+    world.layer.lease.close()

@@ -111,7 +111,7 @@ class LaunchedLayers:
 
     def until_homed(self) -> None:
         """Wait until the upper layers know of a homing too."""
-        self.eventually(self.can_teleop, "the robot floor knows that it is homed")
+        self.eventually(self.can_teleop, "the robot layer knows that it is homed")
 
     def can_teleop(self) -> bool:
         """Ask whether the robot is homed and at rest."""

@@ -41,8 +41,8 @@ def ros(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Itera
     with Ros(tmp_path_factory.mktemp("ui"), workspace) as shared:
         shared.set_param("/hw_simulator/parts", {"cube": CUBE})
         launched = shared.launch("maya_process", "process.launch", speed=SPEED)
-        for floor in ("The robot layer is offered", "The queue is worked"):
-            launched.until(floor)
+        for layer in ("The robot layer is offered", "The queue is worked"):
+            launched.until(layer)
         yield shared
 
 
@@ -291,7 +291,7 @@ def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnecte
     with Ros(tmp_path, workspace) as own, screen(own) as alone:
         alone.wait("banner_text", "No robot")
         own.set_param("/maya/speed", SPEED)
-        floor = own.start(*FLOOR)
+        layer = own.start(*FLOOR)
         alone.wait("home", enabled=True)
         alone.click("home")
         alone.wait("mode", "Ready")
@@ -306,11 +306,11 @@ def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnecte
         alone.wait("mode", "Not homed")
         alone.click("stop")
         alone.wait("note", "Stop: done.", kind="good")
-        floor.send(signal.SIGSTOP)
+        layer.send(signal.SIGSTOP)
         alone.click("stop")
         alone.wait("note", "Nobody confirmed the stop", kind="bad")
-        floor.send(signal.SIGCONT)
-        floor.close()
+        layer.send(signal.SIGCONT)
+        layer.close()
         alone.wait("mode", "Disconnected")
         alone.wait("banner_text", "No ROS master answers.")
         assert not alone.read("home")["enabled"]

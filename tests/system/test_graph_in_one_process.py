@@ -87,21 +87,21 @@ class GraphStack:
 @asynccontextmanager
 async def graph_stack(*, homed: bool = True) -> AsyncIterator[GraphStack]:
     async with AsyncExitStack() as held:
-        floors = await held.enter_async_context(stack(Config(), live=False, parts={"cube": CUBE}))
+        layers = await held.enter_async_context(stack(Config(), live=False, parts={"cube": CUBE}))
         if homed:
-            await floors.controller.home()
+            await layers.controller.home()
         bus = Bus()
-        bridge = Bridge(asyncio.get_running_loop(), floors.service, gate=floors.gate)
+        bridge = Bridge(asyncio.get_running_loop(), layers.service, gate=layers.gate)
         echo = await held.enter_async_context(echoed(bridge, 1.0))
-        queue = GraphQueue(bridge.carry, lambda: echo.view, floors.controller)
+        queue = GraphQueue(bridge.carry, lambda: echo.view, layers.controller)
         doors = (
-            ("hw_simulator", ControllerServer(ControllerProxy(floors, bridge, echo))),
-            ("robot_controller", RobotServer(RobotProxy(floors, bridge, echo))),
+            ("hw_simulator", ControllerServer(ControllerProxy(layers, bridge, echo))),
+            ("robot_controller", RobotServer(RobotProxy(layers, bridge, echo))),
             ("process_controller", ProcessServer(queue)),
         )
         for name, door in doors:
             await held.enter_async_context(door.open(bus.node(name)))
-        seen = GraphStack(floors, bus, bus.node("somebody"))
+        seen = GraphStack(layers, bus, bus.node("somebody"))
         seen.client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
         await elapse(0.1)
         yield seen

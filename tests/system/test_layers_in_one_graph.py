@@ -44,75 +44,75 @@ def job(*steps: object) -> Job:
 PICK_AND_PLACE = job({"pick": "cube"}, {"place": "tray"})
 
 
-def moved(floors: LayerNodes) -> bool:
+def moved(layers: LayerNodes) -> bool:
     """Whether the part stands on the tray, by the mechanics, and nothing ever fell."""
-    x, y, _ = floors.mechanics.parts["cube"]
-    assert not floors.mechanics.record.whole.drops
+    x, y, _ = layers.mechanics.parts["cube"]
+    assert not layers.mechanics.record.whole.drops
     return abs(x - TRAY.x) < 0.002 and abs(y - TRAY.y) < 0.002
 
 
-async def stands_still(floors: LayerNodes, seconds: float = 30.0) -> None:
+async def stands_still(layers: LayerNodes, seconds: float = 30.0) -> None:
     """See that nothing moves for so long."""
-    before = floors.mechanics.true_joints()
+    before = layers.mechanics.true_joints()
     await elapse(seconds)
-    assert floors.mechanics.true_joints() == pytest.approx(before, abs=2e-5)
+    assert layers.mechanics.true_joints() == pytest.approx(before, abs=2e-5)
 
 
-async def ended(floors: LayerNodes, number: int) -> tuple[TaskState, int]:
+async def ended(layers: LayerNodes, number: int) -> tuple[TaskState, int]:
     """Wait until a job has ended; return its state and code."""
-    report = await floors.process.result(number)
+    report = await layers.process.result(number)
     return report.state, report.code
 
 
-async def finishes(floors: LayerNodes) -> None:
+async def finishes(layers: LayerNodes) -> None:
     """Have the robot do what is left of its task, as a person would after whatever happened."""
-    steps = [{"place": "tray"}] if floors.robot.holding else [{"gripper": "open"}, {"pick": "cube"}, {"place": "tray"}]
-    if not floors.controller.state.homed:
+    steps = [{"place": "tray"}] if layers.robot.holding else [{"gripper": "open"}, {"pick": "cube"}, {"place": "tray"}]
+    if not layers.controller.state.homed:
         steps = ["home", *steps]
-    if floors.process.shown.mode is not QueueMode.RUNNING:
-        await floors.process.turns.resume("a person")
-    number = await floors.process.submit(job(*steps))
-    assert await ended(floors, number) == (TaskState.DONE, 0)
-    assert moved(floors)
+    if layers.process.shown.mode is not QueueMode.RUNNING:
+        await layers.process.turns.resume("a person")
+    number = await layers.process.submit(job(*steps))
+    assert await ended(layers, number) == (TaskState.DONE, 0)
+    assert moved(layers)
 
 
 async def test_a_job_from_power_up_to_the_part_on_the_tray() -> None:
-    async with layer_nodes(parts={"cube": CUBE}, homed=False) as floors:
+    async with layer_nodes(parts={"cube": CUBE}, homed=False) as layers:
         steps = ("home", {"pick": "cube"}, {"place": "tray"}, {"line": [1.1, 0.5, 0.6]}, {"move": [0.3, 1.5, 1.3]})
-        assert await ended(floors, await floors.process.submit(job(*steps))) == (TaskState.DONE, 0)
-        assert moved(floors)
-        assert floors.robot.holding is False
-        assert floors.controller.state.joints == floors.controller_node.rig.controller.state.joints
+        assert await ended(layers, await layers.process.submit(job(*steps))) == (TaskState.DONE, 0)
+        assert moved(layers)
+        assert layers.robot.holding is False
+        assert layers.controller.state.joints == layers.controller_node.rig.controller.state.joints
 
 
 async def test_phases_are_those_of_the_layer_in_its_order() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
         phases: list[str] = []
-        await floors.robot.run(Pick(CUBE), phases.append)
+        await layers.robot.run(Pick(CUBE), phases.append)
         assert phases == ["approach", "down", "close", "up"]
-        assert floors.robot.holding is True
-        await floors.robot.run(Place(TRAY), phases.append)
+        assert layers.robot.holding is True
+        await layers.robot.run(Place(TRAY), phases.append)
         assert phases[4:] == ["approach", "down", "open", "up"]
-        told = [event.detail["name"] for event in floors.controller.events.since(0) if isinstance(event, PhaseBegun)]
+        told = [event.detail["name"] for event in layers.controller.events.since(0) if isinstance(event, PhaseBegun)]
         assert told == phases
 
 
 async def test_preview_equals_the_later_run_of_the_layer() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        preview = floors.robot.preview(Pick(CUBE), floors.robot.pose)
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        preview = layers.robot.preview(Pick(CUBE), layers.robot.pose)
         began = asyncio.get_running_loop().time()
-        await floors.robot.run(Pick(CUBE))
+        await layers.robot.run(Pick(CUBE))
         assert preview.duration is not None
         assert asyncio.get_running_loop().time() - began == pytest.approx(preview.duration, abs=1.5)
-        assert floors.robot.pose == preview.end
+        assert layers.robot.pose == preview.end
 
 
 async def test_refusal_of_a_layer_is_raised_unchanged() -> None:
-    async with layer_nodes() as floors:
+    async with layer_nodes() as layers:
         task = {"task": primitive_to_message(Pick(Point(0.3, 1.0, 2.3)))}
-        there = await floors.nodes["process_controller"].do(TASK.name, TASK.type, task)
+        there = await layers.nodes["process_controller"].do(TASK.name, TASK.type, task)
         with pytest.raises(Exception, match="cannot be reached") as raised:
-            await floors.robot.run(Pick(Point(0.3, 1.0, 2.3)))
+            await layers.robot.run(Pick(Point(0.3, 1.0, 2.3)))
         assert there.outcome is GoalStatus.REJECTED
         assert (str(getattr(raised.value, "code", 0)), str(raised.value)) == (
             there.result["code"],
@@ -121,210 +121,210 @@ async def test_refusal_of_a_layer_is_raised_unchanged() -> None:
 
 
 async def test_an_empty_gripper_that_a_person_has_seen_is_opened_for_the_pick() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        await floors.controller_node.rig.controller.gripper(open_=False)
-        await floors.controller.settled()
-        floors.robot.seen(holding=False)
-        await floors.robot.run(Pick(CUBE))
-        await floors.robot.run(Place(TRAY))
-        assert moved(floors)
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        await layers.controller_node.rig.controller.gripper(open_=False)
+        await layers.controller.settled()
+        layers.robot.seen(holding=False)
+        await layers.robot.run(Pick(CUBE))
+        await layers.robot.run(Place(TRAY))
+        assert moved(layers)
 
 
 @pytest.mark.parametrize("how", ["cancel", "stop"])
 async def test_job_ended_at_any_instant_leaves_a_usable_robot(how: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=100)):
         rng = campaign.rng(case)
-        async with layer_nodes(parts={"cube": CUBE}) as floors:
-            number = await floors.process.submit(PICK_AND_PLACE)
+        async with layer_nodes(parts={"cube": CUBE}) as layers:
+            number = await layers.process.submit(PICK_AND_PLACE)
             await elapse(rng.uniform(0.0, LONGEST))
-            over = (await floors.process.shown.report(number)).state.ended
+            over = (await layers.process.shown.report(number)).state.ended
             if how == "cancel":
-                await floors.process.cancel(number)
+                await layers.process.cancel(number)
             elif not over:
-                floors.process.turns.halt(Stopped())
-                await floors.controller.stop()
-            state, code = await ended(floors, number)
+                layers.process.turns.halt(Stopped())
+                await layers.controller.stop()
+            state, code = await ended(layers, number)
             assert (state, code) in {
                 (TaskState.CANCELLED, Cancelled.code if how == "cancel" else Stopped.code),
                 (TaskState.DONE, 0),
             }
-            await stands_still(floors)
-            await finishes(floors)
+            await stands_still(layers)
+            await finishes(layers)
 
 
 async def test_homing_is_stopped_at_any_instant_and_restarted(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
-        async with layer_nodes(homed=False) as floors:
-            number = await floors.process.submit(job("home"))
+        async with layer_nodes(homed=False) as layers:
+            number = await layers.process.submit(job("home"))
             await elapse(rng.uniform(0.0, 250.0))
-            floors.process.turns.halt(Stopped())
-            await floors.controller.stop()
-            state, _ = await ended(floors, number)
-            await stands_still(floors)
+            layers.process.turns.halt(Stopped())
+            await layers.controller.stop()
+            state, _ = await ended(layers, number)
+            await stands_still(layers)
             if state is not TaskState.DONE:
                 assert state is TaskState.CANCELLED
-                assert floors.controller.state.mode is Mode.NOT_HOMED
-                assert await ended(floors, await floors.process.submit(job("home"))) == (TaskState.DONE, 0)
+                assert layers.controller.state.mode is Mode.NOT_HOMED
+                assert await ended(layers, await layers.process.submit(job("home"))) == (TaskState.DONE, 0)
 
 
 async def test_paused_and_slowed_job_ends_like_an_undisturbed_one(campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
-        async with layer_nodes(parts={"cube": CUBE}) as floors:
-            number = await floors.process.submit(PICK_AND_PLACE)
+        async with layer_nodes(parts={"cube": CUBE}) as layers:
+            number = await layers.process.submit(PICK_AND_PLACE)
             for _ in range(3):
                 await elapse(rng.uniform(1.0, 30.0))
-                if (await floors.process.shown.report(number)).state.ended:
+                if (await layers.process.shown.report(number)).state.ended:
                     break
-                await floors.controller.override(rng.choice([0.3, 0.6, 1.0]))
-                await _held(floors, rng)
-            assert await ended(floors, number) == (TaskState.DONE, 0)
-            assert moved(floors)
+                await layers.controller.override(rng.choice([0.3, 0.6, 1.0]))
+                await _held(layers, rng)
+            assert await ended(layers, number) == (TaskState.DONE, 0)
+            assert moved(layers)
 
 
-async def _held(floors: LayerNodes, rng: Random) -> None:
-    await floors.process.turns.pause("a person", now=True)
+async def _held(layers: LayerNodes, rng: Random) -> None:
+    await layers.process.turns.pause("a person", now=True)
     await elapse(1.5)
-    await stands_still(floors, rng.uniform(1.0, 60.0))
-    await floors.process.turns.resume("a person")
+    await stands_still(layers, rng.uniform(1.0, 60.0))
+    await layers.process.turns.resume("a person")
 
 
 async def test_a_fault_ends_the_job_pauses_the_queue_and_is_recovered_from() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        first = await floors.process.submit(PICK_AND_PLACE)
-        second = await floors.process.submit(job({"approach": "tray"}))
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        first = await layers.process.submit(PICK_AND_PLACE)
+        second = await layers.process.submit(job({"approach": "tray"}))
         await elapse(15.0)
-        with faults.abort_input(floors.controller_node.rig.virtual):
-            assert await ended(floors, first) == (TaskState.FAILED, AbortInput.code)
-            assert floors.controller.state.mode is Mode.FAULT
-            assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
-        await floors.controller.recover()
-        await stands_still(floors)
-        assert not (await floors.process.shown.report(second)).state.ended
-        await floors.process.cancel(second)
-        await finishes(floors)
+        with faults.abort_input(layers.controller_node.rig.virtual):
+            assert await ended(layers, first) == (TaskState.FAILED, AbortInput.code)
+            assert layers.controller.state.mode is Mode.FAULT
+            assert (layers.process.shown.mode, layers.process.shown.reason) == (QueueMode.PAUSED, "fault")
+        await layers.controller.recover()
+        await stands_still(layers)
+        assert not (await layers.process.shown.report(second)).state.ended
+        await layers.process.cancel(second)
+        await finishes(layers)
 
 
 async def test_a_second_task_is_refused_and_the_first_unharmed() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        number = await floors.process.submit(PICK_AND_PLACE)
-        somebody = floors.bus.node("somebody")
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        number = await layers.process.submit(PICK_AND_PLACE)
+        somebody = layers.bus.node("somebody")
         await elapse(10.0)
         for _ in range(3):
             other = await somebody.do(TASK.name, TASK.type, {"task": primitive_to_message(Approach(TRAY))})
             assert other.outcome is GoalStatus.REJECTED
             assert isinstance(error_of(other.result), Busy)
             await elapse(20.0)
-        assert await ended(floors, number) == (TaskState.DONE, 0)
-        assert moved(floors)
+        assert await ended(layers, number) == (TaskState.DONE, 0)
+        assert moved(layers)
 
 
 async def test_due_job_waits_for_another_clients_task() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        somebody = floors.bus.node("somebody")
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        somebody = layers.bus.node("somebody")
         other = asyncio.ensure_future(somebody.do(TASK.name, TASK.type, {"task": primitive_to_message(Approach(TRAY))}))
         await elapse(2.0)
-        number = await floors.process.submit(PICK_AND_PLACE)
+        number = await layers.process.submit(PICK_AND_PLACE)
         assert (await other).outcome is GoalStatus.SUCCEEDED
-        assert await ended(floors, number) == (TaskState.DONE, 0)
-        assert moved(floors)
+        assert await ended(layers, number) == (TaskState.DONE, 0)
+        assert moved(layers)
 
 
 @pytest.mark.parametrize("name", ["robot_controller", "primitive_server"])
 async def test_death_of_a_middle_node_stops_the_robot_and_the_queue(name: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=1, long=60)):
         rng = campaign.rng(case)
-        async with layer_nodes(parts={"cube": CUBE}) as floors:
-            first = await floors.process.submit(PICK_AND_PLACE)
-            second = await floors.process.submit(job({"approach": "tray"}))
+        async with layer_nodes(parts={"cube": CUBE}) as layers:
+            first = await layers.process.submit(PICK_AND_PLACE)
+            second = await layers.process.submit(job({"approach": "tray"}))
             await elapse(rng.uniform(0.5, 50.0))
-            await floors.dies(name)
-            assert await ended(floors, first) == (TaskState.FAILED, NodeGone.code)
-            assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
+            await layers.dies(name)
+            assert await ended(layers, first) == (TaskState.FAILED, NodeGone.code)
+            assert (layers.process.shown.mode, layers.process.shown.reason) == (QueueMode.PAUSED, "fault")
             await elapse(2.0)
-            await stands_still(floors)
-            assert floors.controller_node.rig.controller.state.mode is Mode.IDLE
-            node = floors.bus.node(name)
+            await stands_still(layers)
+            assert layers.controller_node.rig.controller.state.mode is Mode.IDLE
+            node = layers.bus.node(name)
             again = robot_floor(node, CALM) if name == "robot_controller" else tasks_handed_on(node)
             async with again:
-                await stands_still(floors)
-                assert not (await floors.process.shown.report(second)).state.ended
-                await floors.process.cancel(second)
-                await finishes(floors)
+                await stands_still(layers)
+                assert not (await layers.process.shown.report(second)).state.ended
+                await layers.process.cancel(second)
+                await finishes(layers)
 
 
 async def test_death_of_the_controller_node_is_reported_by_all_above() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        first = await floors.process.submit(PICK_AND_PLACE)
-        second = await floors.process.submit(job({"approach": "tray"}))
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        first = await layers.process.submit(PICK_AND_PLACE)
+        second = await layers.process.submit(job({"approach": "tray"}))
         await elapse(15.0)
-        await floors.dies("hw_simulator")
-        assert await ended(floors, first) == (TaskState.FAILED, NodeGone.code)
+        await layers.dies("hw_simulator")
+        assert await ended(layers, first) == (TaskState.FAILED, NodeGone.code)
         await elapse(0.5)
-        assert floors.controller.state.mode is Mode.DISCONNECTED
-        assert (floors.process.shown.mode, floors.process.shown.reason) == (QueueMode.PAUSED, "fault")
-        gone = [event for event in floors.controller.events.since(0) if isinstance(event, Disconnected)]
+        assert layers.controller.state.mode is Mode.DISCONNECTED
+        assert (layers.process.shown.mode, layers.process.shown.reason) == (QueueMode.PAUSED, "fault")
+        gone = [event for event in layers.controller.events.since(0) if isinstance(event, Disconnected)]
         assert [event.code for event in gone] == [NodeGone.code]
         with pytest.raises(NotConnected):
-            await floors.process.submit(PICK_AND_PLACE)
+            await layers.process.submit(PICK_AND_PLACE)
         with pytest.raises(NotConnected):
-            await floors.controller.stop()
-        assert not (await floors.process.shown.report(second)).state.ended
+            await layers.controller.stop()
+        assert not (await layers.process.shown.report(second)).state.ended
 
 
 async def test_death_of_the_process_node_stops_the_robot() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        number = await floors.process.submit(PICK_AND_PLACE)
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        number = await layers.process.submit(PICK_AND_PLACE)
         await elapse(15.0)
-        await floors.dies("process_controller")
+        await layers.dies("process_controller")
         await elapse(2.0)
-        assert floors.controller_node.rig.controller.state.mode is Mode.IDLE
-        await stands_still(floors)
-        await floors.process.result(number)
+        assert layers.controller_node.rig.controller.state.mode is Mode.IDLE
+        await stands_still(layers)
+        await layers.process.result(number)
 
 
 async def test_death_of_a_client_stops_its_path() -> None:
-    async with layer_nodes() as floors:
-        somebody = floors.bus.node("somebody")
+    async with layer_nodes() as layers:
+        somebody = layers.bus.node("somebody")
         points = [{"positions": [0.3, 1.5, 1.3]}, {"positions": [1.2, 1.0, 1.8]}]
         goal = {"trajectory": {"joint_names": ["a", "b", "c"], "points": points}}
         following = asyncio.ensure_future(somebody.do(FOLLOW.name, FOLLOW.type, goal))
         await elapse(5.0)
-        assert floors.controller.state.mode is Mode.MOVING
+        assert layers.controller.state.mode is Mode.MOVING
         somebody.close()
         assert (await following).outcome is GoalStatus.LOST
         await elapse(2.0)
-        assert floors.controller.state.mode is Mode.IDLE
-        await stands_still(floors)
+        assert layers.controller.state.mode is Mode.IDLE
+        await stands_still(layers)
 
 
 @pytest.mark.parametrize("word", ["stop", "abort"])
 @pytest.mark.parametrize("kind", [MotionEnded, GripperClosed])
 async def test_a_stop_between_two_motions_of_a_primitive_ends_it_too(word: str, kind: type[Event]) -> None:
     """Just there nothing moves that could be stopped: the next motion is still on its way over the graph."""
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        somebody, saying = floors.bus.node("somebody"), list[asyncio.Task[object]]()
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        somebody, saying = layers.bus.node("somebody"), list[asyncio.Task[object]]()
 
         def hear(event: Event) -> None:
             if isinstance(event, kind) and not saying:
                 call = somebody.call(f"/controller/{word}", {}, "std_srvs/Trigger")
                 saying.append(asyncio.get_running_loop().create_task(call))
 
-        floors.controller_node.rig.controller.events.heard_by(hear)
+        layers.controller_node.rig.controller.events.heard_by(hear)
         with pytest.raises(Stopped):
-            await floors.robot.run(Pick(CUBE))
+            await layers.robot.run(Pick(CUBE))
         assert saying
         await elapse(1.0)
-        await stands_still(floors)
-        assert floors.controller_node.rig.controller.state.mode in {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
+        await stands_still(layers)
+        assert layers.controller_node.rig.controller.state.mode in {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
 
 
 async def test_a_stop_as_a_task_sets_out_ends_it() -> None:
-    async with layer_nodes(parts={"cube": CUBE}) as floors:
-        somebody = floors.bus.node("somebody")
-        running = asyncio.ensure_future(floors.robot.run(Pick(CUBE)))
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        somebody = layers.bus.node("somebody")
+        running = asyncio.ensure_future(layers.robot.run(Pick(CUBE)))
         await somebody.call("/controller/stop", {}, "std_srvs/Trigger")
         await asyncio.wait({running})
         assert isinstance(running.exception(), Stopped)
-        await stands_still(floors)
+        await stands_still(layers)

@@ -31,58 +31,58 @@ LAG = 3e-4
 GO = Row("/go", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "move", (), ())
 
 
-def by_controller(floors: LayerNodes) -> Awaitable[object]:
-    return floors.controller_node.rig.controller.move(FAR)
+def by_controller(layers: LayerNodes) -> Awaitable[object]:
+    return layers.controller_node.rig.controller.move(FAR)
 
 
-def by_direct(floors: LayerNodes) -> Awaitable[object]:
-    return DirectCommands(floors.process, floors.robot, floors.controller_node.rig.controller, lambda: None).move(FAR)
+def by_direct(layers: LayerNodes) -> Awaitable[object]:
+    return DirectCommands(layers.process, layers.robot, layers.controller_node.rig.controller, lambda: None).move(FAR)
 
 
-def gate(floors: LayerNodes) -> Gate:
-    return Gate(cast("Service", None), ControlLease(floors.controller_node.rig.controller.events))
+def gate(layers: LayerNodes) -> Gate:
+    return Gate(cast("Service", None), ControlLease(layers.controller_node.rig.controller.events))
 
 
-def by_gate(floors: LayerNodes) -> Awaitable[object]:
-    return gate(floors).call(LOCAL, Operation.WISH, lambda _: by_controller(floors))
+def by_gate(layers: LayerNodes) -> Awaitable[object]:
+    return gate(layers).call(LOCAL, Operation.WISH, lambda _: by_controller(layers))
 
 
-def by_bridge(floors: LayerNodes) -> Awaitable[object]:
-    bridge = Bridge(asyncio.get_running_loop(), cast("Service", None), gate=gate(floors))
-    return bridge.carry(LOCAL, Operation.WISH, lambda _: by_controller(floors))
+def by_bridge(layers: LayerNodes) -> Awaitable[object]:
+    bridge = Bridge(asyncio.get_running_loop(), cast("Service", None), gate=gate(layers))
+    return bridge.carry(LOCAL, Operation.WISH, lambda _: by_controller(layers))
 
 
-async def _answer(floors: LayerNodes) -> Message:
-    await by_controller(floors)
+async def _answer(layers: LayerNodes) -> Message:
+    await by_controller(layers)
     return {"success": True, "message": ""}
 
 
-def by_service_of_the_bus(floors: LayerNodes) -> Awaitable[object]:
-    node = floors.bus.node("server")
-    node.serve(GO.name, GO.type, lambda _: _answer(floors))
-    return floors.bus.node("client").call(GO.name, {}, GO.type)
+def by_service_of_the_bus(layers: LayerNodes) -> Awaitable[object]:
+    node = layers.bus.node("server")
+    node.serve(GO.name, GO.type, lambda _: _answer(layers))
+    return layers.bus.node("client").call(GO.name, {}, GO.type)
 
 
-def by_service_asked(floors: LayerNodes) -> Awaitable[object]:
-    node = floors.bus.node("server")
-    node.serve(GO.name, GO.type, lambda _: _answer(floors))
-    return call_service(floors.bus.node("client"), GO, {})
+def by_service_asked(layers: LayerNodes) -> Awaitable[object]:
+    node = layers.bus.node("server")
+    node.serve(GO.name, GO.type, lambda _: _answer(layers))
+    return call_service(layers.bus.node("client"), GO, {})
 
 
-def by_action_of_the_bus(floors: LayerNodes) -> Awaitable[object]:
-    return floors.bus.node("client").do(MOVE.name, MOVE.type, FAR._asdict())
+def by_action_of_the_bus(layers: LayerNodes) -> Awaitable[object]:
+    return layers.bus.node("client").do(MOVE.name, MOVE.type, FAR._asdict())
 
 
-def by_action_asked(floors: LayerNodes) -> Awaitable[object]:
-    return run_action(floors.bus.node("client"), MOVE, FAR._asdict())
+def by_action_asked(layers: LayerNodes) -> Awaitable[object]:
+    return run_action(layers.bus.node("client"), MOVE, FAR._asdict())
 
 
-def by_controller_over_the_graph(floors: LayerNodes) -> Awaitable[object]:
-    return floors.controller.move(FAR)
+def by_controller_over_the_graph(layers: LayerNodes) -> Awaitable[object]:
+    return layers.controller.move(FAR)
 
 
-def by_robot_over_the_graph(floors: LayerNodes) -> Awaitable[object]:
-    return floors.robot.run(MoveJoints(FAR))
+def by_robot_over_the_graph(layers: LayerNodes) -> Awaitable[object]:
+    return layers.robot.run(MoveJoints(FAR))
 
 
 PLACES: dict[str, Callable[[LayerNodes], Awaitable[object]]] = {
@@ -106,8 +106,8 @@ PLACES: dict[str, Callable[[LayerNodes], Awaitable[object]]] = {
 async def test_command_cancelled_many_times_returns_with_the_axes_at_rest(place: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=4, long=200)):
         rng = campaign.rng(case)
-        async with layer_nodes() as floors:
-            wish = asyncio.ensure_future(_whole(PLACES[place](floors)))
+        async with layer_nodes() as layers:
+            wish = asyncio.ensure_future(_whole(PLACES[place](layers)))
             await elapse(rng.uniform(0.0, 20.0))
             for _ in range(rng.randint(2, 6)):
                 wish.cancel()
@@ -115,15 +115,15 @@ async def test_command_cancelled_many_times_returns_with_the_axes_at_rest(place:
             with suppress(asyncio.CancelledError):
                 await wish
             assert wish.cancelled()
-            before = _joints(floors)
+            before = _joints(layers)
             await elapse(5.0)
-            assert _joints(floors) == pytest.approx(before, abs=LAG)
+            assert _joints(layers) == pytest.approx(before, abs=LAG)
 
 
 async def _whole(wish: Awaitable[object]) -> object:
     return await wish
 
 
-def _joints(floors: LayerNodes) -> tuple[float, ...]:
-    floors.controller_node.rig.virtual.sync()
-    return floors.mechanics.true_joints()
+def _joints(layers: LayerNodes) -> tuple[float, ...]:
+    layers.controller_node.rig.virtual.sync()
+    return layers.mechanics.true_joints()

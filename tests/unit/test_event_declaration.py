@@ -111,12 +111,12 @@ def test_the_stream_sends_it_as_json() -> None:
 
 
 async def test_graph_publishes_it_by_its_word_and_a_client_reads_it() -> None:
-    async with layer_nodes(homed=False) as floors:
+    async with layer_nodes(homed=False) as layers:
         texts, heard = list[str](), list[Event]()
-        somebody = floors.bus.node("somebody")
+        somebody = layers.bus.node("somebody")
         somebody.subscribe("/maya_event", "std_msgs/String", lambda message: texts.append(message["data"]))
-        floors.controller.events.heard_by(heard.append)
-        floors.controller_node.rig.controller.events.emit(LIT)
+        layers.controller.events.heard_by(heard.append)
+        layers.controller_node.rig.controller.events.emit(LIT)
         while not (heard and texts[-1].startswith("lamp")):
             await turn()
     told = read(texts[-1])

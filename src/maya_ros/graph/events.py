@@ -179,10 +179,10 @@ class ControllerView(Protocol):
 
 
 class EventPublisher:
-    """Tells events of `floor` on `publisher`, in the loop's next turn, when the state shows what they say."""
+    """Tells events of `layer` on `publisher`, in the loop's next turn, when the state shows what they say."""
 
-    def __init__(self, floor: ControllerView, publisher: Publisher) -> None:
-        self._floor = floor
+    def __init__(self, layer: ControllerView, publisher: Publisher) -> None:
+        self._layer = layer
         self._publisher = publisher
         self._news: list[Event] = []
         self._told = self._standing()
@@ -230,4 +230,4 @@ class EventPublisher:
         self._publisher.publish({"data": told.text()})
 
     def _standing(self) -> ControllerCondition:
-        return ControllerCondition.of(self._floor.state, self._floor.workspace)
+        return ControllerCondition.of(self._layer.state, self._layer.workspace)

@@ -43,7 +43,7 @@ class Row:
     name: str
     form: Kind
     type: str
-    floor: Layer
+    layer: Layer
     summary: str
     sources: tuple[str, ...] = ()
     sinks: tuple[str, ...] = ()
@@ -222,9 +222,9 @@ TABLE = (
 """The whole graph: first what the manual names, then what is ours."""
 
 
-def rows(*floors: Layer) -> tuple[Row, ...]:
+def rows(*layers: Layer) -> tuple[Row, ...]:
     """Return the rows of some layers."""
-    return tuple(row for row in TABLE if row.floor in floors)
+    return tuple(row for row in TABLE if row.layer in layers)
 
 
 def asked_by_topic(topic: str) -> Operation:

@@ -48,17 +48,17 @@ def fast_enough(config: Config, speed: float) -> Config:
     return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": rate})})
 
 
-async def offered(node: RosNode, floor: ControllerAssembly, *, skip_home: bool) -> None:
+async def offered(node: RosNode, layer: ControllerAssembly, *, skip_home: bool) -> None:
     """Offer a controller layer to the graph until cancelled; with `skip_home` take over the homing that it bears.
 
     If that is refused, the graph stays up, and motion is refused until a homing.
     """
-    door = ControllerServer(floor.controller, address=floor.address, clock=ros_time, speed=node.speed)
+    door = ControllerServer(layer.controller, address=layer.address, clock=ros_time, speed=node.speed)
     async with rights_of_node(node.speed) as rights, door.open(PermittedGraph(node.graph, rights.permit)):
-        await node.say_ready(f"The controller at {floor.address} is offered to the graph.")
+        await node.say_ready(f"The controller at {layer.address} is offered to the graph.")
         if skip_home:
             try:
-                await floor.controller.skip_home()
+                await layer.controller.skip_home()
             except MayaError as refusal:
                 node.warn(f"skip_home: error {refusal.code}: {refusal}")
         await asyncio.Event().wait()

@@ -69,12 +69,12 @@ class _LayerServer(Protocol):
 
 def _doors(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple[tuple[str, _LayerServer], ...]:
     """Return what is offered, by the nodes that offer it in a graph of ROS."""
-    floor = ControllerProxy(stack, bridge, echo)
+    layer = ControllerProxy(stack, bridge, echo)
     hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
     queue = GraphQueue(bridge.carry, lambda: echo.view, stack.controller)
     return (
-        (hardware, ControllerServer(floor, address=stack.address, clock=now)),
-        (sensor, SensorServer(floor, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
+        (hardware, ControllerServer(layer, address=stack.address, clock=now)),
+        (sensor, SensorServer(layer, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
         ("robot_controller", RobotServer(RobotProxy(stack, bridge, echo), clock=now)),
         ("process_controller", ProcessServer(queue, clock=now)),
         ("process_controller", OperationServer(InternalApp(bridge))),

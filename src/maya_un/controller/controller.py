@@ -114,7 +114,7 @@ class GalilController:
         One that the robot stands in is taken as any: no motion passes the check then, before it is taken away.
         """
         monitor = self._monitor
-        with monitor.desk.take("zones"):
+        with monitor.slot.take("zones"):
             if monitor.moving():
                 raise Busy(doing="the axes finish an earlier motion")
             monitor.workspace = monitor.workspace.with_zones(zones)
@@ -167,9 +167,9 @@ class GalilController:
 
     async def close(self) -> None:
         """Brake if something moves, give the handle back."""
-        if self._monitor.desk.current is not None and self._monitor.link.up:
+        if self._monitor.slot.current is not None and self._monitor.link.up:
             await self.stop()
-            await self._monitor.desk.free()
+            await self._monitor.slot.free()
         await self._end()
 
     async def _end(self) -> None:
@@ -182,7 +182,7 @@ class GalilController:
         Raises `MarkerMissing` where there is none since the last reset, `Busy`, `NotConnected`, `Faulted`.
         """
         monitor = self._monitor
-        with monitor.desk.take("skip home"):
+        with monitor.slot.take("skip home"):
             driver = monitor.ready(homed=False)
             await monitor.look()
             if monitor.moving():
@@ -267,7 +267,7 @@ class GalilController:
     async def gripper(self, open_: bool) -> None:
         """Open or close the gripper and wait until it has moved; no motion, so no homing is needed."""
         monitor = self._monitor
-        with monitor.desk.take("open" if open_ else "close") as wish:
+        with monitor.slot.take("open" if open_ else "close") as wish:
             driver = monitor.ready(homed=False)
             grip = self.config.gripper
             high = (grip.closed_by == "set") is not open_
@@ -281,7 +281,7 @@ class GalilController:
         """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others."""
         require_output(self.config, number)
         monitor = self._monitor
-        with monitor.desk.take("output") as wish:
+        with monitor.slot.take("output") as wish:
             await self._lookout.output(monitor.ready(homed=False), number, high=on)
             self.events.emit(OutputSet(number) if on else OutputCleared(number))
             await monitor.look()
@@ -321,7 +321,7 @@ class GalilController:
         monitor = self._monitor
         driver = monitor.link.driver
         sent = driver.urgent("AB 1")
-        wish = monitor.desk.current
+        wish = monitor.slot.current
         if wish is not None:
             wish.interrupt(Stopped())
         monitor.release()
@@ -342,7 +342,7 @@ class GalilController:
         driver = monitor.link.driver
         if monitor.fault is None:
             raise NothingToRecover
-        with monitor.desk.take("recover"):
+        with monitor.slot.take("recover"):
             record = await monitor.look()
             if monitor.moving():
                 raise Busy(doing="the axes finish an earlier motion")
@@ -415,7 +415,7 @@ class GalilController:
     async def _motion(self, name: str, *, homed: bool) -> AsyncIterator[tuple[RunningCommand, Driver]]:
         """Hold the slot for a motion; if it ends early, the axes are at rest before the block ends."""
         monitor = self._monitor
-        with monitor.desk.take(name) as wish:
+        with monitor.slot.take(name) as wish:
             driver = monitor.ready(homed=homed)
             try:
                 yield wish, driver

@@ -99,7 +99,7 @@ class Pacing:
             raise CannotPause(reason="a homing cannot be interrupted and continued")
         if monitor.stopping:
             raise CannotPause(reason="the robot is stopping")
-        if monitor.desk.current is None and not ahead:
+        if monitor.slot.current is None and not ahead:
             raise CannotPause(reason="nothing moves")
 
     async def _tell(self) -> None:
@@ -122,7 +122,7 @@ class Pacing:
         try:
             await sent
         except CommandRejected as refusal:
-            wish = self._monitor.desk.current
+            wish = self._monitor.slot.current
             if wish is not None and not driver.lost.done():
                 wish.interrupt(refusal)
             raise

@@ -233,7 +233,7 @@ class FaultMonitor:
             await erase(driver)
         if monitor.fault is not None:
             return
-        wish = monitor.desk.current
+        wish = monitor.slot.current
         if wish is not None:
             wish.interrupt(error)
         if not monitor.under_way:
@@ -244,7 +244,7 @@ class FaultMonitor:
         monitor = self._monitor
         if monitor.fault is not None:
             return
-        wish = monitor.desk.current
+        wish = monitor.slot.current
         if monitor.displaced is not None and not monitor.under_way:
             driver = monitor.link.driver
             letters = strays(record, monitor.config, monitor.order)
@@ -309,7 +309,7 @@ class FaultMonitor:
             self._monitor.end(error)
 
     def _ending(self) -> bool:
-        wish = self._monitor.desk.current
+        wish = self._monitor.slot.current
         return wish is not None and wish.interrupted.done()
 
     def _on_message(self, text: str) -> None:

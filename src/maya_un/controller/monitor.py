@@ -293,7 +293,7 @@ class Monitor:
         self.torque = Torque(config)
         self.reckoning = PositionReckoner(config, self.order)
         self.displaced: MachineError | None = None
-        self.desk = ExclusiveSlot()
+        self.slot = ExclusiveSlot()
         self.link = DriverLink(dial, address, config.controller.timeout, self._on_lost, self._on_back)
         self.pace = MotionPace()
         self.run: MotionRun | None = None
@@ -340,7 +340,7 @@ class Monitor:
         """How far the motion under way has come, None at rest; the phases of a homing have no known duration."""
         now = self._loop.time()
         if self.run is not None:
-            name = self.desk.current.name if self.desk.current else "move"
+            name = self.slot.current.name if self.slot.current else "move"
             return Progress(name, *self.run.times(now))
         if self.phase is not None:
             return Progress(self.phase[0], now - self.phase[1], 0.0)
@@ -470,10 +470,10 @@ class Monitor:
 
     def end(self, error: MayaError) -> None:
         """End the running command with an error, or enter the fault state at once if there is none."""
-        if self.desk.current is None:
+        if self.slot.current is None:
             self.enter_fault(error)
         else:
-            self.desk.current.interrupt(error)
+            self.slot.current.interrupt(error)
 
     def enter_fault(self, error: MayaError) -> None:
         """Enter the fault state with an error, whatever is under way."""
@@ -497,8 +497,8 @@ class Monitor:
         self.fault = reason
         self.release()
         self.events.emit(Disconnected(str(reason), code=reason.code))
-        if self.desk.current is not None:
-            self.desk.current.interrupt(reason)
+        if self.slot.current is not None:
+            self.slot.current.interrupt(reason)
         self.publish()
 
     async def _on_back(self, driver: Driver) -> None:

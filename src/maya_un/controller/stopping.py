@@ -33,7 +33,7 @@ class MotionStopper:
         driver = monitor.link.driver
         sent = driver.urgent("ST S")
         report = None if monitor.run is None else monitor.run.stop_report(self._loop.time())
-        wish = monitor.desk.current
+        wish = monitor.slot.current
         if wish is not None:
             monitor.stopping = monitor.run is not None or monitor.phase is not None
             wish.interrupt(Stopped())

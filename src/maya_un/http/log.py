@@ -83,15 +83,15 @@ def note_defect(error: BaseException) -> str:
 def kept(*, people: bool = True) -> Iterator[None]:
     """Keep a log while the block runs; with `people` the error line has warnings too, under systemd everything."""
     logger = logging.getLogger(ROOT)
-    desk = _LogWriter(LogFile.opened(), _for_people() if people else None)
+    slot = _LogWriter(LogFile.opened(), _for_people() if people else None)
     logger.setLevel(logging.INFO)
     logger.propagate = False
-    logger.addHandler(desk)
+    logger.addHandler(slot)
     try:
         yield
     finally:
-        logger.removeHandler(desk)
-        desk.close()
+        logger.removeHandler(slot)
+        slot.close()
 
 
 def hand_over(name: str) -> None:

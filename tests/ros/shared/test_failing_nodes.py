@@ -60,7 +60,7 @@ def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: Launch
     robot.at_rest()
     stood = robot.twin()["joints"]
     robot.at_speed(1.0)
-    robot.eventually(robot.can_teleop, "the robot floor sees it again")
+    robot.eventually(robot.can_teleop, "the robot layer sees it again")
     assert near(robot.twin()["joints"], stood, within=1e-9)
 
 

@@ -12,22 +12,22 @@ from tests.virtual_time import elapse
 
 
 async def test_second_command_is_refused_with_the_name_of_the_first() -> None:
-    desk = ExclusiveSlot()
-    with desk.take("home") as first:
-        assert desk.current is first
-        with pytest.raises(Busy) as refusal, desk.take("move"):
+    slot = ExclusiveSlot()
+    with slot.take("home") as first:
+        assert slot.current is first
+        with pytest.raises(Busy) as refusal, slot.take("move"):
             pytest.fail("two commands at once")
         assert refusal.value.details == {"doing": "home"}
-        assert desk.current is first
-    assert desk.current is None
+        assert slot.current is first
+    assert slot.current is None
 
 
 @pytest.mark.parametrize("error", [NotHomed(), AbortInput(), asyncio.CancelledError()])
 async def test_failed_command_frees_the_slot(error: BaseException) -> None:
-    desk = ExclusiveSlot()
-    with pytest.raises(type(error)), desk.take("move"):
+    slot = ExclusiveSlot()
+    with pytest.raises(type(error)), slot.take("move"):
         raise error
-    with desk.take("home") as wish:
+    with slot.take("home") as wish:
         assert wish.name == "home"
 
 

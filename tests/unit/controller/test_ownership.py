@@ -258,13 +258,13 @@ async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(wish
         guard._beat = asyncio.create_task(elapse(1000.0))
         await foreign(bench, "ZAB=77")
         rest, outputs = bench.mechanics.true_joints(), await foreign(bench, "MG _OP0,_MOA,_MOB,_MOC")
-        floor = bench.controller
+        layer = bench.controller
         wishes = {
-            "move": lambda: floor.move(FAR),
-            "home": floor.home,
-            "skip_home": floor.skip_home,
-            "gripper": lambda: floor.gripper(True),
-            "output": lambda: floor.output(2, on=True),
+            "move": lambda: layer.move(FAR),
+            "home": layer.home,
+            "skip_home": layer.skip_home,
+            "gripper": lambda: layer.gripper(True),
+            "output": lambda: layer.output(2, on=True),
         }
         with pytest.raises(OwnershipLost):
             await wishes[wish]()

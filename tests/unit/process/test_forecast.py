@@ -13,129 +13,129 @@ MOVE = job({"approach": "cube"}, {"approach": "tray"})
 BACK = job({"approach": "tray"}, {"approach": "cube"})
 
 
-async def waiting(floor: QueueBench) -> list[JobLine]:
+async def waiting(layer: QueueBench) -> list[JobLine]:
     """Let the forecast do its work, and return what waits."""
     await elapse(0.0)
     for _ in range(40):
         await elapse(0.0)
-    return list(floor.process.shown.view().waiting)
+    return list(layer.process.shown.view().waiting)
 
 
 async def test_every_job_is_predicted_from_the_end_of_the_one_before() -> None:
-    async with Machine().running() as floor:
-        await floor.process.turns.pause("ana", now=False)
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
         for one in (MOVE, MOVE, BACK):
-            await floor.process.submit(one)
-        first, second, third = [line.predicted or 0.0 for line in await waiting(floor)]
+            await layer.process.submit(one)
+        first, second, third = [line.predicted or 0.0 for line in await waiting(layer)]
         assert first != pytest.approx(second)  # the first comes from where homing ended
         assert third < second  # it begins at the tray, where the second ends
-        await floor.process.turns.resume("ana")
-        took = [(await floor.process.result(number)).duration for number in (1, 2, 3)]
+        await layer.process.turns.resume("ana")
+        took = [(await layer.process.result(number)).duration for number in (1, 2, 3)]
         assert took == pytest.approx([first, second, third])
 
 
 async def test_unchanged_prediction_is_not_computed_again() -> None:
-    async with Machine().running() as floor:
-        await floor.process.turns.pause("ana", now=False)
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
         for one in (MOVE, BACK, MOVE):
-            await floor.process.submit(one)
-        await waiting(floor)
-        before = floor.controller.previews
-        await floor.process.change(2, {"notes": "as before"})
-        await floor.process.submit(job("home"), submit_request(held=True))
-        await waiting(floor)
-        assert floor.controller.previews == before
+            await layer.process.submit(one)
+        await waiting(layer)
+        before = layer.controller.previews
+        await layer.process.change(2, {"notes": "as before"})
+        await layer.process.submit(job("home"), submit_request(held=True))
+        await waiting(layer)
+        assert layer.controller.previews == before
 
 
 async def test_job_that_would_be_refused_is_not_predicted_nor_its_successors() -> None:
-    async with Machine().running() as floor:
-        await floor.process.turns.pause("ana", now=False)
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
         for one in (MOVE, job({"approach": [5.0, 5.0]}), MOVE):
-            await floor.process.submit(one)
-        lines = await waiting(floor)
+            await layer.process.submit(one)
+        lines = await waiting(layer)
         assert [line.predicted is None for line in lines] == [False, True, False]
-        await floor.process.turns.resume("ana")
+        await layer.process.turns.resume("ana")
         await elapse(1.0)
-        view = floor.process.shown.view()
+        view = layer.process.shown.view()
         assert view.running is not None
         assert view.running.eta is not None
         assert [line.eta for line in view.waiting] == [None, None]
 
 
 async def test_a_long_job_is_predicted_too() -> None:
-    async with Machine().running() as floor:
-        await floor.process.turns.pause("ana", now=False)
-        await floor.process.submit(job({"approach": "cube"}, {"approach": "tray"}, repeat=150))
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
+        await layer.process.submit(job({"approach": "cube"}, {"approach": "tray"}, repeat=150))
         await elapse(1.0)
-        (line,) = floor.process.shown.view().waiting
+        (line,) = layer.process.shown.view().waiting
         assert line.predicted is not None
-        await floor.process.turns.resume("ana")
-        report = await floor.process.result(1)
+        await layer.process.turns.resume("ana")
+        report = await layer.process.result(1)
         assert report.duration == pytest.approx(line.predicted)
 
 
 async def test_a_slower_robot_is_later() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(MOVE)
-        await floor.process.submit(MOVE)
+    async with Machine().running() as layer:
+        await layer.process.submit(MOVE)
+        await layer.process.submit(MOVE)
         await elapse(1.0)
-        full = floor.process.shown.view().waiting[0].eta
-        await floor.controller.override(0.5)
-        half = floor.process.shown.view().waiting[0].eta
+        full = layer.process.shown.view().waiting[0].eta
+        await layer.controller.override(0.5)
+        half = layer.process.shown.view().waiting[0].eta
         assert full is not None
         assert half == pytest.approx(2.0 * full)
 
 
 async def test_held_jobs_and_their_dependents_do_not_count() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(MOVE)
-        await floor.process.submit(BACK, submit_request(held=True))
-        await floor.process.submit(MOVE, submit_request(depends_on=(2,)))
-        await floor.process.submit(BACK)
+    async with Machine().running() as layer:
+        await layer.process.submit(MOVE)
+        await layer.process.submit(BACK, submit_request(held=True))
+        await layer.process.submit(MOVE, submit_request(depends_on=(2,)))
+        await layer.process.submit(BACK)
         await elapse(1.0)
-        view = floor.process.shown.view()
+        view = layer.process.shown.view()
         assert view.running is not None
         lines = {line.id: line for line in view.waiting}
         assert [lines[number].eta is None for number in (2, 3, 4)] == [True, True, False]
         assert lines[4].eta == pytest.approx((view.running.eta or 0.0) + (lines[4].predicted or 0.0))
         assert None not in {lines[2].predicted, lines[4].predicted}
-        await floor.process.release(2, "ana")
+        await layer.process.release(2, "ana")
         await elapse(1.0)
-        etas = {line.id: line.eta or 0.0 for line in floor.process.shown.view().waiting}
+        etas = {line.id: line.eta or 0.0 for line in layer.process.shown.view().waiting}
         assert 0.0 < etas[2] < etas[3] < etas[4]
 
 
 async def test_job_that_waits_for_a_later_one_comes_after_it() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(MOVE)
-        await floor.process.submit(BACK)
-        await floor.process.submit(MOVE)
-        await floor.process.change(2, {"depends_on": [3]})
+    async with Machine().running() as layer:
+        await layer.process.submit(MOVE)
+        await layer.process.submit(BACK)
+        await layer.process.submit(MOVE)
+        await layer.process.change(2, {"depends_on": [3]})
         await elapse(1.0)
-        etas = {line.id: line.eta or 0.0 for line in floor.process.shown.view().waiting}
+        etas = {line.id: line.eta or 0.0 for line in layer.process.shown.view().waiting}
         assert 0.0 < etas[3] < etas[2]
 
 
 async def test_homing_is_estimated_by_a_bound_and_then_by_the_last_one() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(MOVE)
+    async with Machine().running() as layer:
+        await layer.process.submit(MOVE)
         await elapse(1.0)
-        assert not floor.process.shown.view().estimated
-        bound = await with_homing(floor)
+        assert not layer.process.shown.view().estimated
+        bound = await with_homing(layer)
         assert 200.0 < bound < 400.0
-        floor.controller.events.emit(HomingBegun())
+        layer.controller.events.emit(HomingBegun())
         await elapse(7.0)
-        floor.controller.events.emit(HomingDone())
-        assert await with_homing(floor) == pytest.approx(7.0)
+        layer.controller.events.emit(HomingDone())
+        assert await with_homing(layer) == pytest.approx(7.0)
 
 
-async def with_homing(floor: QueueBench) -> float:
+async def with_homing(layer: QueueBench) -> float:
     """Return what a homing that is queued now is estimated at [s]."""
-    number = await floor.process.submit(job("home"))
+    number = await layer.process.submit(job("home"))
     await elapse(0.5)
-    view = floor.process.shown.view()
+    view = layer.process.shown.view()
     assert view.estimated
     etas = {line.id: line.eta or 0.0 for line in view.waiting}
-    await floor.process.cancel(number)
+    await layer.process.cancel(number)
     assert view.running is not None
     return etas[number] - (view.running.eta or 0.0)

@@ -49,10 +49,10 @@ async def test_start_with_many_waiting_jobs_keeps_few_of_them_in_memory() -> Non
     machine = await full()
     gc.collect()
     before = whole(QueueEntry)
-    async with machine.running() as floor:
+    async with machine.running() as layer:
         await elapse(1.0)
         assert whole(QueueEntry) - before <= AT_HAND
-        assert floor.process.shown.view().counts == {"queued": MANY - MANY // 10, "held": MANY // 10}
+        assert layer.process.shown.view().counts == {"queued": MANY - MANY // 10, "held": MANY // 10}
 
 
 async def grown(count: int) -> int:
@@ -76,41 +76,41 @@ async def test_memory_of_a_waiting_job_is_its_place() -> None:
 async def test_clear_of_many_waiting_jobs_is_one_write_and_reports_every_end() -> None:
     machine = await full()
     written: list[str] = []
-    async with machine.running() as floor:
+    async with machine.running() as layer:
         machine.journal._connection.set_trace_callback(written.append)
-        await floor.process.clear()
+        await layer.process.clear()
         machine.journal._connection.set_trace_callback(None)
         assert sum(said.startswith("COMMIT") for said in written) <= 3
-        assert floor.process.shown.view().counts == {}
+        assert layer.process.shown.view().counts == {}
         assert machine.journal.now(FAR)[0].state is TaskState.CANCELLED
         await elapse(10.0)
-        ended = [event.detail["job"] for event in floor.told(JobAdvanced) if event.detail["state"] == "cancelled"]
+        ended = [event.detail["job"] for event in layer.told(JobAdvanced) if event.detail["state"] == "cancelled"]
         assert sorted(ended, key=str) == sorted(range(1, MANY + 1), key=str)
-        assert {event.detail["owner"] for event in floor.told(JobAdvanced)} == {"ana", "root"}
+        assert {event.detail["owner"] for event in layer.told(JobAdvanced)} == {"ana", "root"}
 
 
 async def test_clear_that_cannot_be_written_ends_nothing() -> None:
     machine = await full()
-    async with machine.running() as floor:
+    async with machine.running() as layer:
         machine.journal.broken = "the disk is full"
         with pytest.raises(Exception, match="the disk is full"):
-            await floor.process.clear()
-        assert floor.process.shown.line(FAR).state is TaskState.QUEUED
+            await layer.process.clear()
+        assert layer.process.shown.line(FAR).state is TaskState.QUEUED
         machine.journal.broken = ""
-        await floor.process.clear()
-        assert floor.process.shown.view().counts == {}
+        await layer.process.clear()
+        assert layer.process.shown.view().counts == {}
 
 
 async def test_close_reports_every_end_before_it_returns() -> None:
     machine = await full()
-    async with machine.running() as floor:
-        await floor.process.clear()
-    assert sum(event.detail["state"] == "cancelled" for event in floor.told(JobAdvanced)) == MANY
+    async with machine.running() as layer:
+        await layer.process.clear()
+    assert sum(event.detail["state"] == "cancelled" for event in layer.told(JobAdvanced)) == MANY
 
 
 async def test_a_job_far_behind_is_held_released_moved_changed_and_cancelled() -> None:
-    async with (await full()).running() as floor:
-        process = floor.process
+    async with (await full()).running() as layer:
+        process = layer.process
         await process.hold(FAR)
         assert process.shown.line(FAR).state is TaskState.HELD
         await process.release(FAR, "ana")
@@ -126,45 +126,45 @@ async def test_a_job_far_behind_is_held_released_moved_changed_and_cancelled() -
 
 
 async def test_waiter_for_a_job_far_behind_learns_of_its_end() -> None:
-    async with (await full()).running() as floor:
-        waiting = [asyncio.ensure_future(floor.process.result(FAR)) for _ in range(3)]
+    async with (await full()).running() as layer:
+        waiting = [asyncio.ensure_future(layer.process.result(FAR)) for _ in range(3)]
         await elapse(1.0)
-        await floor.process.clear()
+        await layer.process.clear()
         assert {(await one).state for one in waiting} == {TaskState.CANCELLED}
 
 
 async def test_ended_job_ends_its_dependents() -> None:
     dependent = row(MANY + 1, options=JobOptions(depends_on=(FAR,)))
-    async with (await full(MANY, dependent)).running() as floor:
-        await floor.process.cancel(FAR)
-        assert floor.process.shown.line(MANY + 1).state is TaskState.HELD
-        await floor.process.clear()
-        assert floor.process.shown.view().counts == {}
+    async with (await full(MANY, dependent)).running() as layer:
+        await layer.process.cancel(FAR)
+        assert layer.process.shown.line(MANY + 1).state is TaskState.HELD
+        await layer.process.clear()
+        assert layer.process.shown.view().counts == {}
 
 
 async def test_jobs_begin_in_order_though_they_were_left_in_the_journal() -> None:
     machine = await full(5 * AT_HAND)
-    async with machine.running() as floor:
-        await floor.process.turns.resume("ana")
+    async with machine.running() as layer:
+        await layer.process.turns.resume("ana")
         await elapse(30.0)
-        begun = [event.detail["job"] for event in floor.told(JobAdvanced) if event.detail["state"] == "running"]
+        begun = [event.detail["job"] for event in layer.told(JobAdvanced) if event.detail["state"] == "running"]
         assert begun == [number for number in range(1, 1000) if number % 10][: len(begun)]
         assert begun
 
 
 async def test_jobs_submitted_behind_many_stay_in_the_journal() -> None:
     machine = await full(2 * AT_HAND)
-    async with machine.running() as floor:
+    async with machine.running() as layer:
         await elapse(1.0)
         before = whole(QueueEntry)
-        numbers = [await floor.process.submit(HOME, submit_request()) for _ in range(50)]
+        numbers = [await layer.process.submit(HOME, submit_request()) for _ in range(50)]
         assert whole(QueueEntry) - before <= 2
-        assert [floor.process.shown.line(number).state for number in numbers] == [TaskState.QUEUED] * 50
+        assert [layer.process.shown.line(number).state for number in numbers] == [TaskState.QUEUED] * 50
 
 
 async def test_all_of_an_owner_become_proposals_also_far_behind() -> None:
-    async with (await full()).running() as floor:
-        floor.process.owner_ended("ana")
+    async with (await full()).running() as layer:
+        layer.process.owner_ended("ana")
         await elapse(10.0)
-        lines = floor.process.shown.lines()
+        lines = layer.process.shown.lines()
         assert {(line.owner, line.proposal) for line in lines} == {("ana", True), ("root", False)}

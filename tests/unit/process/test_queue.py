@@ -28,55 +28,55 @@ HOME = job("home", name="home")
 LONG = 1000.0
 
 
-async def order_of(floor: QueueBench) -> list[int]:
+async def order_of(layer: QueueBench) -> list[int]:
     """Let everything run and return the order in which jobs began."""
     await elapse(LONG)
-    return [int(str(e.detail["job"])) for e in floor.told(JobAdvanced) if e.detail["state"] == "running"]
+    return [int(str(e.detail["job"])) for e in layer.told(JobAdvanced) if e.detail["state"] == "running"]
 
 
 async def test_the_greater_priority_goes_first_and_equals_in_the_order_they_came() -> None:
-    async with Machine().running() as floor:
+    async with Machine().running() as layer:
         for priority in (0, 0, 5, -5, 5, 0):
-            await floor.process.submit(HOME, submit_request(priority=priority))
-        assert [line.position for line in floor.process.shown.lines()] == [None, 3, 1, 5, 2, 4]
-        assert await order_of(floor) == [1, 3, 5, 2, 6, 4]
+            await layer.process.submit(HOME, submit_request(priority=priority))
+        assert [line.position for line in layer.process.shown.lines()] == [None, 3, 1, 5, 2, 4]
+        assert await order_of(layer) == [1, 3, 5, 2, 6, 4]
 
 
 async def test_a_held_job_lets_the_others_pass_until_it_is_released() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         for held in (False, True, False):
             await process.submit(HOME, submit_request(held=held))
-        assert await order_of(floor) == [1, 3]
+        assert await order_of(layer) == [1, 3]
         await process.release(2, "ben")
-        assert await order_of(floor) == [1, 3, 2]
+        assert await order_of(layer) == [1, 3, 2]
         with pytest.raises(WrongState, match="done"):
             await process.hold(2)
 
 
 async def test_a_job_is_put_aside_and_taken_up_again() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(HOME)
-        await floor.process.submit(HOME)
-        await floor.process.hold(2)
-        await floor.process.hold(2)
-        assert floor.process.shown.line(2).state is TaskState.HELD
-        assert await order_of(floor) == [1]
-        await floor.process.release(2, "ana")
-        assert floor.states(2) == ["queued", "held", "queued"]
-        assert await order_of(floor) == [1, 2]
+    async with Machine().running() as layer:
+        await layer.process.submit(HOME)
+        await layer.process.submit(HOME)
+        await layer.process.hold(2)
+        await layer.process.hold(2)
+        assert layer.process.shown.line(2).state is TaskState.HELD
+        assert await order_of(layer) == [1]
+        await layer.process.release(2, "ana")
+        assert layer.states(2) == ["queued", "held", "queued"]
+        assert await order_of(layer) == [1, 2]
 
 
 async def test_jobs_are_moved() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         for _ in range(5):
             await process.submit(HOME)
         await process.move_to(4, last=False)
         await process.move(2, 5, behind=True)
         await process.move_to(3, last=True)
         await process.submit(HOME)
-        assert await order_of(floor) == [1, 4, 5, 2, 3, 6]
+        assert await order_of(layer) == [1, 4, 5, 2, 3, 6]
         with pytest.raises(WrongState):
             await process.move(1, 2, behind=True)
         with pytest.raises(NotFound):
@@ -84,21 +84,21 @@ async def test_jobs_are_moved() -> None:
 
 
 async def test_a_job_waits_for_those_on_which_it_depends() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(HOME)
-        await floor.process.submit(HOME, submit_request(held=True))
-        await floor.process.submit(HOME, submit_request(depends_on=(1, 2)))
-        await floor.process.submit(HOME)
-        assert await order_of(floor) == [1, 4]
-        assert floor.process.shown.line(3).state is TaskState.QUEUED
-        await floor.process.release(2, "ana")
-        assert await order_of(floor) == [1, 4, 2, 3]
+    async with Machine().running() as layer:
+        await layer.process.submit(HOME)
+        await layer.process.submit(HOME, submit_request(held=True))
+        await layer.process.submit(HOME, submit_request(depends_on=(1, 2)))
+        await layer.process.submit(HOME)
+        assert await order_of(layer) == [1, 4]
+        assert layer.process.shown.line(3).state is TaskState.QUEUED
+        await layer.process.release(2, "ana")
+        assert await order_of(layer) == [1, 4, 2, 3]
 
 
 @pytest.mark.parametrize("before", [True, False])
 async def test_dependent_of_a_failed_job_is_held_with_the_reason(before: bool) -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         bad = await process.submit(job({"place": "tray"}))
         if not before:
             await elapse(1.0)
@@ -113,20 +113,20 @@ async def test_dependent_of_a_failed_job_is_held_with_the_reason(before: bool) -
 
 
 async def test_only_jobs_that_exist_can_be_depended_on() -> None:
-    async with Machine().running() as floor:
+    async with Machine().running() as layer:
         with pytest.raises(InvalidValue, match="no such job"):
-            await floor.process.submit(HOME, submit_request(depends_on=(7,)))
+            await layer.process.submit(HOME, submit_request(depends_on=(7,)))
         for _ in range(3):
-            await floor.process.submit(HOME, submit_request(held=True))
-        await floor.process.change(2, {"depends_on": [1]})
-        await floor.process.change(3, {"depends_on": [2]})
+            await layer.process.submit(HOME, submit_request(held=True))
+        await layer.process.change(2, {"depends_on": [1]})
+        await layer.process.change(3, {"depends_on": [2]})
         with pytest.raises(InvalidValue, match="wait for itself"):
-            await floor.process.change(1, {"depends_on": [3]})
+            await layer.process.change(1, {"depends_on": [3]})
 
 
 async def test_after_a_pause_no_step_begins_before_resume() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         await process.submit(job(*PICK_AND_PLACE))
         await process.submit(HOME)
         await elapse(1.0)
@@ -139,41 +139,41 @@ async def test_after_a_pause_no_step_begins_before_resume() -> None:
             (1, TaskState.PAUSED, 1),
             (2, TaskState.QUEUED, 0),
         ]
-        assert "home" not in floor.controller.names()
+        assert "home" not in layer.controller.names()
         await process.turns.resume("ana")
         assert (await process.result(2)).state is TaskState.DONE
-        assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
-        told = [(e.detail["state"], e.detail["by"]) for e in floor.told(QueueChanged)]
+        assert layer.states(1) == ["queued", "running", "paused", "running", "done"]
+        told = [(e.detail["state"], e.detail["by"]) for e in layer.told(QueueChanged)]
         assert told == [("paused", "ben"), ("running", "ana")]
 
 
 async def test_a_pause_now_holds_the_motion_too() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         await process.submit(job(*PICK_AND_PLACE))
         await elapse(1.0)
         await process.turns.pause("ben", now=True)
-        assert ("pause", True) in floor.controller.calls
+        assert ("pause", True) in layer.controller.calls
         assert process.shown.line(1).state is TaskState.PAUSED
         await process.turns.resume("ben")
-        assert ("resume", None) in floor.controller.calls
-        assert floor.states(1) == ["queued", "running", "paused", "running"]
+        assert ("resume", None) in layer.controller.calls
+        assert layer.states(1) == ["queued", "running", "paused", "running"]
         assert (await process.result(1)).state is TaskState.DONE
 
 
 async def test_a_motion_pause_is_seen_in_the_job_and_a_job_that_ends_in_it_follows_the_table() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(job({"approach": "cube"}))
+    async with Machine().running() as layer:
+        await layer.process.submit(job({"approach": "cube"}))
         await elapse(1.0)
-        await floor.process.turns.pause_motion()
-        assert floor.process.shown.line(1).state is TaskState.PAUSED
-        await floor.process.result(1)  # the fake goes on all the same
-        assert floor.states(1) == ["queued", "running", "paused", "running", "done"]
+        await layer.process.turns.pause_motion()
+        assert layer.process.shown.line(1).state is TaskState.PAUSED
+        await layer.process.result(1)  # the fake goes on all the same
+        assert layer.states(1) == ["queued", "running", "paused", "running", "done"]
 
 
 async def test_one_step_at_a_time() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         await process.turns.pause("ana", now=False)
         await process.submit(job("home", *PICK_AND_PLACE))
         await process.submit(HOME)
@@ -195,27 +195,27 @@ async def test_one_step_at_a_time() -> None:
 
 
 async def test_a_step_of_a_queue_that_runs_is_its_last() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"))
+    async with Machine().running() as layer:
+        await layer.process.submit(job("home", "home"))
         await elapse(1.0)
-        await floor.process.turns.step("ana")
+        await layer.process.turns.step("ana")
         await elapse(LONG)
-        assert (floor.process.shown.line(1).done, floor.process.shown.reason) == (1, "step")
+        assert (layer.process.shown.line(1).done, layer.process.shown.reason) == (1, "step")
 
 
 async def test_a_stepwise_job_pauses_after_every_step() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"), submit_request(stepwise=True))
+    async with Machine().running() as layer:
+        await layer.process.submit(job("home", "home"), submit_request(stepwise=True))
         await elapse(LONG)
-        assert (floor.process.shown.mode, floor.process.shown.reason) == (QueueMode.PAUSED, "step")
-        assert floor.process.shown.line(1).done == 1
-        await floor.process.turns.resume("ana")
-        assert (await floor.process.result(1)).state is TaskState.DONE
+        assert (layer.process.shown.mode, layer.process.shown.reason) == (QueueMode.PAUSED, "step")
+        assert layer.process.shown.line(1).done == 1
+        await layer.process.turns.resume("ana")
+        assert (await layer.process.result(1)).state is TaskState.DONE
 
 
 async def test_command_runs_at_once_while_the_queue_is_paused() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         await process.turns.pause("ana", now=False)
         await process.submit(job(*PICK_AND_PLACE))
         report = await process.result(await process.wish(Home()))
@@ -227,74 +227,74 @@ async def test_command_runs_at_once_while_the_queue_is_paused() -> None:
 
 
 async def test_immediate_command_does_not_survive_a_stop() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         await process.turns.pause("ana", now=False)
         await process.submit(HOME)
         first = await process.wish(Home())
         second = await process.wish(Home())
         await elapse(1.0)
         process.turns.halt(Stopped())
-        await floor.controller.stop()
+        await layer.controller.stop()
         assert (await process.result(first)).state is TaskState.CANCELLED
         await elapse(LONG)
         assert process.shown.line(second).state is TaskState.QUEUED
-        assert floor.controller.names().count("home") == 1
+        assert layer.controller.names().count("home") == 1
 
 
 async def test_harmless_failure_is_retried() -> None:
-    async with Machine().running() as floor:
-        floor.controller.fail_at = {1: Busy(doing="x"), 2: Busy(doing="x")}
-        report = await floor.process.result(await floor.process.submit(HOME, submit_request(retries=2)))
+    async with Machine().running() as layer:
+        layer.controller.fail_at = {1: Busy(doing="x"), 2: Busy(doing="x")}
+        report = await layer.process.result(await layer.process.submit(HOME, submit_request(retries=2)))
         assert report.state is TaskState.DONE
-        assert floor.controller.names() == ["home"] * 3
-        tried = [(e.detail.get("attempt"), e.code) for e in floor.told(StepAdvanced) if e.detail["state"] == "running"]
+        assert layer.controller.names() == ["home"] * 3
+        tried = [(e.detail.get("attempt"), e.code) for e in layer.told(StepAdvanced) if e.detail["state"] == "running"]
         assert tried == [(None, 0), (2, 2104), (3, 2104)]
         assert report.duration == pytest.approx(2 * 30.0 + 60.0 + 2 * runner.RETRY_AFTER)
 
 
 async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
-    async with Machine().running() as floor:
-        floor.controller.fail_at = {1: Busy(doing="x")}
-        number = await floor.process.submit(HOME, submit_request(retries=2))
-        await floor.until(1, 1)
-        while not floor.controller.calls:
+    async with Machine().running() as layer:
+        layer.controller.fail_at = {1: Busy(doing="x")}
+        number = await layer.process.submit(HOME, submit_request(retries=2))
+        await layer.until(1, 1)
+        while not layer.controller.calls:
             await elapse(0.01)
         await elapse(30.0 + runner.RETRY_AFTER / 2)
-        assert not any(event.code for event in floor.told(JobAdvanced))
-        floor.process.turns.halt(Stopped())
-        report = await floor.process.result(number)
+        assert not any(event.code for event in layer.told(JobAdvanced))
+        layer.process.turns.halt(Stopped())
+        report = await layer.process.result(number)
         assert (report.state, report.code) == (TaskState.CANCELLED, Stopped.code)
-        assert floor.controller.names() == ["home"]
+        assert layer.controller.names() == ["home"]
 
 
 @pytest.mark.parametrize("error", [Stopped(), PathRefused(target="y", reason="x")])
 async def test_pick_is_never_retried_and_nothing_is_after_a_stop(error: Stopped | PathRefused) -> None:
-    async with Machine().running() as floor:
-        floor.controller.fail_at = {1: error}
+    async with Machine().running() as layer:
+        layer.controller.fail_at = {1: error}
         step = "home" if isinstance(error, Stopped) else {"pick": "cube"}
-        report = await floor.process.result(await floor.process.submit(job(step), submit_request(retries=3)))
+        report = await layer.process.result(await layer.process.submit(job(step), submit_request(retries=3)))
         assert report.code == error.code
-        assert len(floor.controller.calls) == 1
+        assert len(layer.controller.calls) == 1
 
 
 @pytest.mark.parametrize(("policy", "mode"), [("continue", "running"), ("pause", "paused")])
 async def test_queue_obeys_requests_after_a_refusal(policy: str, mode: str) -> None:
-    async with Machine().running() as floor:
-        await floor.process.turns.pause("ana", now=False)
-        await floor.process.submit(job({"place": "tray"}), submit_request(on_failure=OnFailure(policy)))
-        await floor.process.submit(HOME)
-        await floor.process.turns.resume("ana")
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
+        await layer.process.submit(job({"place": "tray"}), submit_request(on_failure=OnFailure(policy)))
+        await layer.process.submit(HOME)
+        await layer.process.turns.resume("ana")
         await elapse(1.0)
-        assert floor.process.shown.mode.value == mode
+        assert layer.process.shown.mode.value == mode
         await elapse(LONG)
-        assert (floor.process.shown.line(2).state is TaskState.DONE) is (mode == "running")
+        assert (layer.process.shown.line(2).state is TaskState.DONE) is (mode == "running")
 
 
 async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
-        floor.controller.fail_at = {2: PathRefused(target="y", reason="x")}
+    async with Machine().running() as layer:
+        process = layer.process
+        layer.controller.fail_at = {2: PathRefused(target="y", reason="x")}
         first = await process.submit(job("home", *PICK_AND_PLACE, "home"))
         assert [step.state.value for step in (await process.result(first)).steps] == [
             "done",
@@ -313,15 +313,15 @@ async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
 
 
 async def test_unfinished_job_cannot_be_run_again() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(HOME, submit_request(held=True))
+    async with Machine().running() as layer:
+        await layer.process.submit(HOME, submit_request(held=True))
         with pytest.raises(WrongState, match="held"):
-            await floor.process.again(1, submit_request())
+            await layer.process.again(1, submit_request())
 
 
 async def test_a_job_is_changed_while_it_waits() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         await process.submit(HOME)
         await process.submit(HOME)
         await process.submit(HOME)
@@ -335,13 +335,13 @@ async def test_a_job_is_changed_while_it_waits() -> None:
             await process.change(2, {"held": True})
         with pytest.raises(InvalidJob):
             await process.change(2, {"job": {"steps": []}})
-        assert await order_of(floor) == [1, 3, 2]
+        assert await order_of(layer) == [1, 3, 2]
         assert (await process.shown.report(3)).line.done == 2
 
 
 async def test_waiting_steps_of_a_paused_job_are_replaced() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         steps = ["home", {"gripper": "open"}, "home"]
         await process.submit(job(*steps), submit_request(stepwise=True))
         await elapse(LONG)
@@ -354,8 +354,8 @@ async def test_waiting_steps_of_a_paused_job_are_replaced() -> None:
 
 
 async def test_the_same_key_is_the_same_job() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         same = [await process.submit(HOME, submit_request(key="k")) for _ in range(3)]
         at_once = await asyncio.gather(*(process.submit(HOME, submit_request(key="l")) for _ in range(3)))
         assert (same, at_once) == ([1, 1, 1], [2, 2, 2])
@@ -367,55 +367,55 @@ async def test_the_same_key_is_the_same_job() -> None:
 
 
 async def test_only_a_caller_with_the_lease_may_begin() -> None:
-    async with Machine().running() as floor:
-        held = floor.lease.take("ben", "test", patience=1e5)
-        await floor.process.submit(HOME, submit_request("ana"))
-        await floor.process.submit(HOME, submit_request("ben"))
-        assert await order_of(floor) == [2]
-        floor.lease.release(held.id, "ben")
-        assert await order_of(floor) == [2, 1]
+    async with Machine().running() as layer:
+        held = layer.lease.take("ben", "test", patience=1e5)
+        await layer.process.submit(HOME, submit_request("ana"))
+        await layer.process.submit(HOME, submit_request("ben"))
+        assert await order_of(layer) == [2]
+        layer.lease.release(held.id, "ben")
+        assert await order_of(layer) == [2, 1]
 
 
 async def test_owner_drives_while_his_job_runs_until_it_is_taken_over() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"), submit_request("ana"))
-        await floor.process.submit(HOME, submit_request("ana"))
+    async with Machine().running() as layer:
+        await layer.process.submit(job("home", "home"), submit_request("ana"))
+        await layer.process.submit(HOME, submit_request("ana"))
         await elapse(1.0)
-        holder = floor.lease.holder
+        holder = layer.lease.holder
         assert holder is not None
         assert (holder.name, holder.implicit) == ("ana", True)
-        floor.lease.take("eva", "test", patience=1e5)
-        assert (await floor.process.result(1)).state is TaskState.DONE
+        layer.lease.take("eva", "test", patience=1e5)
+        assert (await layer.process.result(1)).state is TaskState.DONE
         await elapse(LONG)
-        assert floor.process.shown.line(2).state is TaskState.QUEUED
+        assert layer.process.shown.line(2).state is TaskState.QUEUED
 
 
 async def test_half_done_job_continues_under_another_driver() -> None:
-    async with Machine().running() as floor:
-        await floor.process.submit(job("home", "home"), submit_request("ana", stepwise=True))
-        await floor.process.submit(HOME, submit_request("eva"))
+    async with Machine().running() as layer:
+        await layer.process.submit(job("home", "home"), submit_request("ana", stepwise=True))
+        await layer.process.submit(HOME, submit_request("eva"))
         await elapse(LONG)
-        floor.lease.take("eva", "test", patience=1e5)
-        await floor.process.turns.resume("eva")
-        assert await order_of(floor) == [1, 1]
-        assert floor.process.shown.reason == "step"
-        await floor.process.turns.resume("eva")
-        assert await order_of(floor) == [1, 1, 2]
+        layer.lease.take("eva", "test", patience=1e5)
+        await layer.process.turns.resume("eva")
+        assert await order_of(layer) == [1, 1]
+        assert layer.process.shown.reason == "step"
+        await layer.process.turns.resume("eva")
+        assert await order_of(layer) == [1, 1, 2]
 
 
 async def test_a_lost_driver_pauses_the_queue_after_the_step() -> None:
-    async with Machine().running() as floor:
-        floor.lease.take("ana", "test", patience=10.0)
-        await floor.process.submit(job("home", "home"))
-        await floor.process.submit(HOME)
-        await floor.process.change(2, {"notes": "waits"})
+    async with Machine().running() as layer:
+        layer.lease.take("ana", "test", patience=10.0)
+        await layer.process.submit(job("home", "home"))
+        await layer.process.submit(HOME)
+        await layer.process.change(2, {"notes": "waits"})
         await elapse(LONG)
-        assert (floor.process.shown.mode, floor.process.shown.reason) == (QueueMode.PAUSED, "driver")
+        assert (layer.process.shown.mode, layer.process.shown.reason) == (QueueMode.PAUSED, "driver")
 
 
 async def test_clear_cancels_all_that_waits() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         for held in (False, False, True):
             await process.submit(HOME, submit_request(held=held))
         await process.clear()
@@ -424,13 +424,13 @@ async def test_clear_cancels_all_that_waits() -> None:
 
 
 async def test_automatic_pause_ends_with_its_cause() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         await process.submit(HOME)
         await process.submit(HOME)
         await elapse(1.0)
         process.turns.halt(Stopped())
-        await floor.controller.stop()
+        await layer.controller.stop()
         await process.result(1)
         assert process.shown.mode is QueueMode.PAUSED
         await process.cancel(2)
@@ -443,22 +443,22 @@ async def test_automatic_pause_ends_with_its_cause() -> None:
 
 async def test_request_before_a_stop_does_not_begin_after_it() -> None:
     machine = Machine()
-    async with machine.running() as floor:
+    async with machine.running() as layer:
         machine.journal.slow = 5.0
-        submitting = asyncio.create_task(floor.process.submit(HOME))
+        submitting = asyncio.create_task(layer.process.submit(HOME))
         await elapse(1.0)
-        floor.process.turns.halt(Stopped())
+        layer.process.turns.halt(Stopped())
         assert await submitting == 1
         await elapse(LONG)
-        assert (floor.process.shown.line(1).state, floor.process.shown.reason) == (TaskState.QUEUED, "stop")
+        assert (layer.process.shown.line(1).state, layer.process.shown.reason) == (TaskState.QUEUED, "stop")
 
 
 @pytest.mark.parametrize("wish", ["hold", "clear", "cancel", "pause"])
 async def test_request_while_a_job_is_about_to_begin_is_obeyed(wish: str) -> None:
     """The journal is slow: another change is being written, and both the beginning and the request wait behind it."""
     machine = Machine()
-    async with machine.running() as floor:
-        process = floor.process
+    async with machine.running() as layer:
+        process = layer.process
         await process.submit(HOME, submit_request(held=True))
         await process.submit(HOME, submit_request(held=True))
         machine.journal.slow = 5.0
@@ -477,13 +477,13 @@ async def test_request_while_a_job_is_about_to_begin_is_obeyed(wish: str) -> Non
         await elapse(LONG)
         state = process.shown.line(1).state
         assert state in {"hold": [TaskState.HELD], "pause": [TaskState.QUEUED]}.get(wish, [TaskState.CANCELLED])
-        assert floor.controller.calls == []
+        assert layer.controller.calls == []
 
 
 async def test_job_held_between_selection_and_start_does_not_begin() -> None:
     machine = Machine()
-    async with machine.running() as floor:
-        process = floor.process
+    async with machine.running() as layer:
+        process = layer.process
         await process.turns.pause("ana", now=False)
         await process.submit(HOME)
         await process.submit(HOME)
@@ -494,23 +494,23 @@ async def test_job_held_between_selection_and_start_does_not_begin() -> None:
         await asyncio.gather(resuming, holding)
         await elapse(LONG)
         assert [line.state for line in process.shown.lines()] == [TaskState.HELD, TaskState.DONE]
-        assert floor.states(1)[-1] == "held"
+        assert layer.states(1)[-1] == "held"
 
 
 async def test_job_is_submitted_when_its_caller_leaves_during_the_write() -> None:
     machine = Machine()
-    async with machine.running() as floor:
+    async with machine.running() as layer:
         machine.journal.slow = 5.0
-        submitting = asyncio.create_task(floor.process.submit(HOME))
+        submitting = asyncio.create_task(layer.process.submit(HOME))
         await elapse(1.0)
         submitting.cancel()
         await elapse(LONG)
-        assert floor.process.shown.line(1).state is TaskState.DONE
+        assert layer.process.shown.line(1).state is TaskState.DONE
 
 
 async def test_end_of_the_queue_is_predicted_from_the_end_of_each_job() -> None:
-    async with Machine().running() as floor:
-        process = floor.process
+    async with Machine().running() as layer:
+        process = layer.process
         for _ in range(3):
             await process.submit(job(*PICK_AND_PLACE, {"approach": "cube"}))
         await elapse(5.0)
@@ -524,21 +524,21 @@ async def test_end_of_the_queue_is_predicted_from_the_end_of_each_job() -> None:
 
 
 async def test_paused_queue_has_no_predicted_end() -> None:
-    async with Machine().running() as floor:
-        await floor.process.turns.pause("ana", now=False)
-        await floor.process.submit(job(*PICK_AND_PLACE))
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
+        await layer.process.submit(job(*PICK_AND_PLACE))
         await elapse(1.0)
-        view = floor.process.shown.view()
+        view = layer.process.shown.view()
         assert (view.finish_at, view.waiting[0].eta) == (None, None)
         assert view.waiting[0].predicted is not None
 
 
 async def test_command_keeps_its_text() -> None:
-    async with Machine().running() as floor:
-        number = await floor.process.wish(Gripper(True), submit_request(held=True))
-        assert await floor.process.shown.body(number) == {"wish": {"command": "gripper", "open": True}}
-        await floor.process.submit(HOME, submit_request(held=True))
-        assert await floor.process.shown.body(2) == {
+    async with Machine().running() as layer:
+        number = await layer.process.wish(Gripper(True), submit_request(held=True))
+        assert await layer.process.shown.body(number) == {"wish": {"command": "gripper", "open": True}}
+        await layer.process.submit(HOME, submit_request(held=True))
+        assert await layer.process.shown.body(2) == {
             "name": "home",
             "parts": {"cube": [0.5, 1.1]},
             "places": {"tray": [1.1, 0.5]},

@@ -37,40 +37,40 @@ WISHES: dict[str, Wish] = {
 
 @asynccontextmanager
 async def robot(*, homed: bool = True) -> AsyncIterator[Stack]:
-    async with stack(Config(), live=False, parts={"cube": CUBE}) as floors:
+    async with stack(Config(), live=False, parts={"cube": CUBE}) as layers:
         if homed:
-            await floors.service.direct.home()
-        yield floors
+            await layers.service.direct.home()
+        yield layers
 
 
-async def begun(floors: Stack, wish: Wish) -> asyncio.Task[object]:
+async def begun(layers: Stack, wish: Wish) -> asyncio.Task[object]:
     """Begin a command as the ROS graph does, and return once the robot moves for it."""
 
     async def gated() -> object:
-        return await floors.gate.call(ROS, Operation.WISH, wish)
+        return await layers.gate.call(ROS, Operation.WISH, wish)
 
     task = asyncio.ensure_future(gated())
-    while floors.controller.state.mode not in (Mode.MOVING, Mode.HOMING) and not task.done():
+    while layers.controller.state.mode not in (Mode.MOVING, Mode.HOMING) and not task.done():
         await elapse(0.01)
     return task
 
 
 async def test_each_is_done_at_once() -> None:
-    async with robot(homed=False) as floors:
-        direct = floors.service.direct
+    async with robot(homed=False) as layers:
+        direct = layers.service.direct
         await direct.primitive(Home())
         await direct.move(AWAY)
-        assert floors.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
+        assert layers.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
         await direct.gripper(open_=True)
-        assert not floors.controller.state.gripper_closed
+        assert not layers.controller.state.gripper_closed
         await direct.primitive(Pick(CUBE))
-        assert floors.robot.holding
+        assert layers.robot.holding
         assert direct.doing == ""
 
 
 async def test_first_of_two_simultaneous_commands_continues_unharmed() -> None:
-    async with robot() as floors:
-        direct = floors.service.direct
+    async with robot() as layers:
+        direct = layers.service.direct
         first = asyncio.ensure_future(direct.primitive(Pick(CUBE)))
         second = asyncio.ensure_future(direct.move(AWAY))
         with pytest.raises(Busy):
@@ -80,133 +80,133 @@ async def test_first_of_two_simultaneous_commands_continues_unharmed() -> None:
                 await direct.move(AWAY)
             await elapse(0.05)
         first.result()
-        assert floors.robot.holding
+        assert layers.robot.holding
 
 
 async def test_direct_command_is_refused_while_a_job_runs() -> None:
-    async with robot() as floors:
-        job = await floors.service.wish(Pick(CUBE), wait=False)
+    async with robot() as layers:
+        job = await layers.service.wish(Pick(CUBE), wait=False)
         with pytest.raises(Busy, match=f"job {job.id}"):
-            await floors.service.direct.move(AWAY)
-        assert (await floors.service.wait(job.id)).state is TaskState.DONE
+            await layers.service.direct.move(AWAY)
+        assert (await layers.service.wait(job.id)).state is TaskState.DONE
 
 
 async def test_due_job_waits_for_a_direct_command_and_then_begins() -> None:
-    async with robot() as floors:
-        task = await begun(floors, WISHES["move"])
-        job = await floors.service.wish(Pick(CUBE), wait=False)
+    async with robot() as layers:
+        task = await begun(layers, WISHES["move"])
+        job = await layers.service.wish(Pick(CUBE), wait=False)
         await elapse(0.2)
         assert not task.done()
-        assert (await floors.service.job(job.id)).state is TaskState.QUEUED
+        assert (await layers.service.job(job.id)).state is TaskState.QUEUED
         await task
-        assert (await floors.service.wait(job.id)).state is TaskState.DONE
+        assert (await layers.service.wait(job.id)).state is TaskState.DONE
 
 
 async def test_a_step_of_a_paused_queue_is_refused_meanwhile() -> None:
-    async with robot() as floors:
-        await floors.service.queue.pause()
-        job = await floors.service.submit({"steps": [{"approach": list(CUBE)}]})
-        task = await begun(floors, WISHES["move"])
+    async with robot() as layers:
+        await layers.service.queue.pause()
+        job = await layers.service.submit({"steps": [{"approach": list(CUBE)}]})
+        task = await begun(layers, WISHES["move"])
         with pytest.raises(Busy, match="move"):
-            await floors.service.queue.step()
+            await layers.service.queue.step()
         await task
-        await floors.service.queue.step()
-        assert (await floors.service.wait(job.id)).state is TaskState.DONE
+        await layers.service.queue.step()
+        assert (await layers.service.wait(job.id)).state is TaskState.DONE
 
 
 async def test_jogs_and_zones_do_not_wait_and_are_refused_meanwhile() -> None:
-    async with robot() as floors:
-        task = await begun(floors, WISHES["primitive"])
+    async with robot() as layers:
+        task = await begun(layers, WISHES["primitive"])
         with pytest.raises(Busy, match="pick"):
-            await floors.service.jog("z", 0.05)
+            await layers.service.jog("z", 0.05)
         with pytest.raises(Busy, match="pick"):
-            await floors.service.remove_zone("wall")
+            await layers.service.remove_zone("wall")
         await task
 
 
 async def test_command_beside_another_driver_is_refused_with_the_lease_code() -> None:
-    async with robot() as floors:
-        floors.lease.take("ana", "http")
+    async with robot() as layers:
+        layers.lease.take("ana", "http")
         with pytest.raises(LeaseHeld):
-            await floors.gate.call(ROS, Operation.WISH, WISHES["move"])
-        assert floors.controller.state.joints == pytest.approx(homed_pose(Config()), abs=1e-3)
+            await layers.gate.call(ROS, Operation.WISH, WISHES["move"])
+        assert layers.controller.state.joints == pytest.approx(homed_pose(Config()), abs=1e-3)
 
 
 async def test_broken_lease_stops_it_on_its_path() -> None:
-    async with robot() as floors:
-        task = await begun(floors, WISHES["move"])
-        floors.lease.take("ana", "http", force=True)
+    async with robot() as layers:
+        task = await begun(layers, WISHES["move"])
+        layers.lease.take("ana", "http", force=True)
         with pytest.raises(LeaseLost):
             await task
-        assert floors.controller.state.mode is Mode.IDLE
-        assert floors.service.direct.doing == ""
+        assert layers.controller.state.mode is Mode.IDLE
+        assert layers.service.direct.doing == ""
 
 
 @pytest.mark.parametrize("name", WISHES)
 async def test_a_stop_goes_past_it(name: str) -> None:
-    async with robot() as floors:
-        task = await begun(floors, WISHES[name])
+    async with robot() as layers:
+        task = await begun(layers, WISHES[name])
         await elapse(0.3)
-        await floors.service.stop()
+        await layers.service.stop()
         with pytest.raises(Stopped):
             await task
-        await still_and_able(floors)
+        await still_and_able(layers)
 
 
 @pytest.mark.parametrize("name", WISHES)
 async def test_leaving_caller_stops_the_command_and_waits_for_rest(name: str) -> None:
-    async with robot() as floors:
-        task = await begun(floors, WISHES[name])
+    async with robot() as layers:
+        task = await begun(layers, WISHES[name])
         await elapse(0.3)
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
             await task
-        assert not floors.controller.state.moving
-        await still_and_able(floors)
+        assert not layers.controller.state.moving
+        await still_and_able(layers)
 
 
 @pytest.mark.parametrize("name", WISHES)
 async def test_stop_queue_cancels_it_at_any_instant(name: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=2, long=100)):
-        async with robot() as floors:
-            task = await begun(floors, WISHES[name])
-            job = await floors.service.wish(Pick(CUBE), wait=False)
+        async with robot() as layers:
+            task = await begun(layers, WISHES[name])
+            job = await layers.service.wish(Pick(CUBE), wait=False)
             await elapse(campaign.rng(case).uniform(0.0, 6.0))
-            await floors.service.direct.end_all()
-            assert not floors.controller.state.moving
+            await layers.service.direct.end_all()
+            assert not layers.controller.state.moving
             with suppress(Cancelled, Stopped):
                 await task  # it may have ended before
-            assert (await floors.service.job(job.id)).state is TaskState.CANCELLED
-            assert floors.service.queue.view().mode.value == "running"
-            await still_and_able(floors)
+            assert (await layers.service.job(job.id)).state is TaskState.CANCELLED
+            assert layers.service.queue.view().mode.value == "running"
+            await still_and_able(layers)
 
 
 async def test_the_end_of_everything_ends_the_job_under_way_and_those_that_wait() -> None:
-    async with robot() as floors:
-        jobs = [await floors.service.wish(Pick(CUBE), wait=False) for _ in range(3)]
+    async with robot() as layers:
+        jobs = [await layers.service.wish(Pick(CUBE), wait=False) for _ in range(3)]
         await elapse(1.0)
-        assert floors.controller.state.mode is Mode.MOVING
-        await floors.service.direct.end_all()
-        assert [(await floors.service.job(job.id)).state for job in jobs] == [TaskState.CANCELLED] * 3
-        assert not floors.controller.state.moving
-        await still_and_able(floors)
+        assert layers.controller.state.mode is Mode.MOVING
+        await layers.service.direct.end_all()
+        assert [(await layers.service.job(job.id)).state for job in jobs] == [TaskState.CANCELLED] * 3
+        assert not layers.controller.state.moving
+        await still_and_able(layers)
 
 
 async def test_stop_queue_without_a_running_command_does_nothing() -> None:
-    async with robot() as floors:
-        before = len(floors.controller.events)
-        await floors.service.direct.end_all()
-        kinds = [type(event) for event in floors.controller.events.since(before)]
+    async with robot() as layers:
+        before = len(layers.controller.events)
+        await layers.service.direct.end_all()
+        kinds = [type(event) for event in layers.controller.events.since(before)]
         assert FaultEntered not in kinds
-        await floors.service.direct.move(AWAY)
+        await layers.service.direct.move(AWAY)
 
 
-async def still_and_able(floors: Stack) -> None:
+async def still_and_able(layers: Stack) -> None:
     """Check that nothing moves by itself any more, and that the robot obeys the next command."""
     await elapse(2.0)
-    await floors.controller._monitor.look()
-    assert not floors.controller.state.moving
-    if not floors.controller.state.homed:
-        await floors.service.direct.home()
-    await floors.service.direct.gripper(open_=True)
-    await floors.service.direct.move(AWAY)
+    await layers.controller._monitor.look()
+    assert not layers.controller.state.moving
+    if not layers.controller.state.homed:
+        await layers.service.direct.home()
+    await layers.service.direct.gripper(open_=True)
+    await layers.service.direct.move(AWAY)

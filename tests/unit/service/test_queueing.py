@@ -26,8 +26,8 @@ LONG = 1000.0
 
 @asynccontextmanager
 async def opened_service(machine: Machine | None = None) -> AsyncIterator[tuple[QueueBench, Service]]:
-    async with (machine or Machine()).running() as floor:
-        yield floor, Service(floor.process, floor.robot, floor.controller, floor.controller.config)
+    async with (machine or Machine()).running() as layer:
+        yield layer, Service(layer.process, layer.robot, layer.controller, layer.controller.config)
 
 
 async def test_students_job_is_a_proposal_until_an_operator_releases_it() -> None:
@@ -65,12 +65,12 @@ async def test_students_change_and_cancel_their_own_jobs() -> None:
 
 
 async def test_student_cannot_approve_his_own_simultaneous_change() -> None:
-    async with opened_service() as (floor, service):
+    async with opened_service() as (layer, service):
         await service.queue.pause(EVA)
         await service.submit(HOME, by=ANA)
         await service.queue.release(1, by=EVA)
         await service.queue.hold(1, by=ANA)
-        floor.journal.slow = 0.5
+        layer.journal.slow = 0.5
         changing = asyncio.create_task(service.queue.change(1, {"job": {"steps": [{"gripper": "open"}]}}, by=ANA))
         await elapse(0.1)
         with pytest.raises(NotAllowed):
@@ -110,14 +110,14 @@ async def test_words_that_are_not_understood_are_refused() -> None:
 
 
 async def test_the_queue_is_paused_stepped_and_cleared() -> None:
-    async with opened_service() as (floor, service):
+    async with opened_service() as (layer, service):
         view = await service.queue.pause(EVA)
         assert (view.mode, view.by, view.reason) == (QueueMode.PAUSED, "eva", "asked")
         for _ in range(3):
             await service.submit(HOME)
         await service.queue.step(EVA)
         await elapse(LONG)
-        assert floor.controller.names() == ["home"]
+        assert layer.controller.names() == ["home"]
         moved = await service.queue.move(3, before=2)
         assert (moved.position, moved.id) == (1, 3)
         cleared = await service.queue.clear(EVA)
@@ -138,10 +138,10 @@ async def test_rerun_job_of_a_student_is_a_proposal() -> None:
 
 async def test_interrupted_job_is_recovered_through_the_service() -> None:
     machine = Machine()
-    floor = await machine.started()
-    await floor.process.submit(job("home", "home"))
-    await floor.until(1, 1)
-    await machine.kill(floor)
+    layer = await machine.started()
+    await layer.process.submit(job("home", "home"))
+    await layer.until(1, 1)
+    await machine.kill(layer)
     async with opened_service(machine) as (_, service):
         with pytest.raises(AnswerNeeded):
             await service.queue.resume()
@@ -171,14 +171,14 @@ async def test_the_same_key_is_the_same_job_for_one_owner() -> None:
 
 @pytest.mark.parametrize("way", ["demoted", "removed"])
 async def test_demoted_owners_step_finishes_and_the_rest_waits_for_approval(way: str) -> None:
-    async with opened_service() as (floor, service):
+    async with opened_service() as (layer, service):
         root = Caller("root", Role.ADMIN, "lab")
         await service.users.add("root", "admin")
         await service.users.add("eva", "operator")
         for _ in range(2):
             await service.submit(job(*PICK_AND_PLACE), by=EVA)
         await service.submit(HOME, by=root)
-        await floor.until(1, 1)
+        await layer.until(1, 1)
         if way == "demoted":
             await service.users.change("eva", role="viewer", by=root)
         else:

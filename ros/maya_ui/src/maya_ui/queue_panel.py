@@ -1,4 +1,4 @@
-"""The list of tasks that is prepared here, and the queue of the process floor it is given to."""
+"""The list of tasks that is prepared here, and the queue of the process layer it is given to."""
 
 from __future__ import annotations
 

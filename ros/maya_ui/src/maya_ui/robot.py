@@ -72,7 +72,7 @@ class Joints:
 
 @dataclass(frozen=True)
 class Presence:
-    """Which floors take part in the graph now; `silent` is a controller floor that is there and says nothing."""
+    """Which layers take part in the graph now; `silent` is a controller layer that is there and says nothing."""
 
     master: bool = False
     controller: bool = False
@@ -117,7 +117,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class Queue:
-    """How the queue of the process floor is, as /queue_status says.
+    """How the queue of the process layer is, as /queue_status says.
 
     `reason` says why it is paused. `job` and `step` name an interrupted job that waits for a person, "" without one,
     and `choices` are those that this person has.
@@ -196,15 +196,15 @@ class Robot(Protocol):
         ...
 
     def send(self, task: Task) -> None:
-        """Append a task to the queue of the process floor."""
+        """Append a task to the queue of the process layer."""
         ...
 
     def start_queue(self, tasks: Sequence[Task]) -> None:
-        """Append tasks to the queue of the process floor as one job."""
+        """Append tasks to the queue of the process layer as one job."""
         ...
 
     def stop_queue(self) -> None:
-        """Stop all motion and cancel everything in the queue of the process floor."""
+        """Stop all motion and cancel everything in the queue of the process layer."""
         ...
 
     def resume_queue(self) -> None:

@@ -8,11 +8,11 @@ from typing import Any
 from maya_ui.robot import Cell, Choice, Fact, Happened, Joints, Position, Presence, Queue, Standing, Under
 
 BUSY = frozenset({"homing", "moving", "stopping"})
-"""The modes in which the controller floor does something."""
+"""The modes in which the controller layer does something."""
 
 
 class Seen:
-    """The newest of every kind of fact. What a floor said that is not there any more does not count."""
+    """The newest of every kind of fact. What a layer said that is not there any more does not count."""
 
     def __init__(self) -> None:
         self.presence = Presence()
@@ -52,7 +52,7 @@ class Seen:
 
     @property
     def here(self) -> bool:
-        """Whether the controller floor is there, speaks, and has said how it stands."""
+        """Whether the controller layer is there, speaks, and has said how it stands."""
         return self.presence.controller and not self.presence.silent and self._standing is not None
 
     @property

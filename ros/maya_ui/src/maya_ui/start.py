@@ -69,7 +69,7 @@ def join(leave: Callable[[], object]) -> None:
     """Make this program a node as soon as there is a master; `leave` is called when ROS ends it."""
     import rospy  # noqa: PLC0415 - it takes long to load, and the window is there before
 
-    from maya_ui.floors import master_answers  # noqa: PLC0415
+    from maya_ui.layers import master_answers  # noqa: PLC0415
 
     wait = threading.Event()
     while not master_answers(NODE):

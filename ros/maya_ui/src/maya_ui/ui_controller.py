@@ -23,7 +23,7 @@ from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from maya_ui.floors import NO_ANSWER, Door, answer, ask, call, expect, in_thread, master, master_answers
+from maya_ui.layers import NO_ANSWER, Door, answer, ask, call, expect, in_thread, master, master_answers
 from maya_ui.robot import (
     Cell,
     Choice,
@@ -47,16 +47,16 @@ OF_THE_CONTROLLER = (
     "controller/recover",
     "gripper",
 )
-"""The services of the controller floor that are called from here."""
+"""The services of the controller layer that are called from here."""
 
 LOOK = 0.5
 """Time between two looks at who is there [s]."""
 
 SILENCE = 3.0
-"""A controller floor that publishes no joints for so long is silent [s]."""
+"""A controller layer that publishes no joints for so long is silent [s]."""
 
 LEAVE = 1.0
-"""A jog that is under way when the dashboard is closed has so long to come to rest [s]; then the floor ends it."""
+"""A jog that is under way when the dashboard is closed has so long to come to rest [s]; then the layer ends it."""
 
 STOP_ANSWER = 2.0
 """A stop that is not confirmed within this is told to be unheard [s]."""
@@ -69,7 +69,7 @@ _AT_REST = frozenset({"idle", "not_homed", "paused", "fault"})
 class UiController:
     """Everything the dashboard asks for goes over the graph from here; what comes back is told as facts.
 
-    Home, tasks and the gripper go to the highest floor that is there, so that whoever decides there decides about them
+    Home, tasks and the gripper go to the highest layer that is there, so that whoever decides there decides about them
     too. `prepare` makes this program a node, and may wait for a master; in rqt it is one already.
     """
 
@@ -96,7 +96,7 @@ class UiController:
             gone.wait(LEAVE)
 
     def home(self) -> None:
-        """Home, by the robot floor where it is there."""
+        """Home, by the robot layer where it is there."""
         graph = self._graph
         if graph is not None and graph.presence.robot:
             self._begin(graph.task, Wish.HOME, TaskGoal(_primitive(Task(HOME))))
@@ -114,7 +114,7 @@ class UiController:
             self._begin(graph.task, Wish.TASK, TaskGoal(_primitive(task)))
 
     def gripper(self, open_: bool) -> None:
-        """Open or close the gripper, by the robot floor where it is there."""
+        """Open or close the gripper, by the robot layer where it is there."""
         self._heard(Under(Wish.GRIPPER))
         if self._graph is not None and self._graph.presence.robot:
             task = MayaPrimitive(command=MayaPrimitive.GRIPPER, open=open_)
@@ -151,7 +151,7 @@ class UiController:
             self._graph.speed.publish(Float64(ratio))
 
     def jog(self, path: Path) -> None:
-        """Go along a path as a goal of the controller floor, which ends it if this program dies."""
+        """Go along a path as a goal of the controller layer, which ends it if this program dies."""
         graph = self._graph
         if graph is None or not graph.follow.there:
             self._heard(Ended(Wish.JOG, done=False, message="no_answer"))
@@ -283,13 +283,13 @@ class _Part:
         self._heard(presence)
 
     def cancel_all(self) -> None:
-        """Cancel every goal of the controller floor and of the robot floor, whoever sent it; needs no master."""
+        """Cancel every goal of the controller layer and of the robot layer, whoever sent it; needs no master."""
         for door in (self.follow, self.home, self.task):
             door.cancel_all()
         self._cancel_move.publish(GoalID())
 
     def rests(self, within: float) -> bool:
-        """Tell whether the controller floor says from now on that nothing moves; wait for that so long at most [s]."""
+        """Tell whether the controller layer says from now on that nothing moves; wait for that so long at most [s]."""
         with self._news:
             told = self._told
             return self._news.wait_for(lambda: self._told > told and self._standing.mode in _AT_REST, within)
@@ -328,7 +328,7 @@ class _Part:
             self._heard(found)
 
     def _tell(self, standing: Standing | None = None) -> None:
-        """Take notice that the controller floor said something, and how it stands."""
+        """Take notice that the controller layer said something, and how it stands."""
         with self._news:
             self._told += 1
             self._standing = standing or self._standing

@@ -121,21 +121,21 @@ class ControllerServer:
     """
 
     def __init__(
-        self, floor: ControllerLayer, *, address: str = "", clock: Clock | None = None, speed: float = 1.0
+        self, layer: ControllerLayer, *, address: str = "", clock: Clock | None = None, speed: float = 1.0
     ) -> None:
-        self._floor = floor
+        self._layer = layer
         self._address = address
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
-        self._desk = ActionSlot(floor.events)
+        self._slot = ActionSlot(layer.events)
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
         """Offer it while the block runs; motion that it has begun is at rest when the block ends."""
         events = graph.advertise(EVENT.name, EVENT.type, latch=EVENT.latch, queue_size=EVENT.queue_size)
-        teller = EventPublisher(self._floor, events)
+        teller = EventPublisher(self._layer, events)
         async with tasks() as working:
-            with self._floor.events.listening(teller.hear):
+            with self._layer.events.listening(teller.hear):
                 held = [*self._actions(graph), *self._services(graph, teller), *self._topics(graph, teller, working)]
                 working.begin(every(self._speed / LOOK_RATE, teller.look), "look at the controller layer")
                 working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
@@ -145,60 +145,60 @@ class ControllerServer:
                     for one in held:
                         one.close()
                     await working.settle()
-                    await self._desk.free()
+                    await self._slot.free()
         events.close()
 
     def _actions(self, graph: Graph) -> list[GraphHandle]:
-        floor, desk = self._floor, self._desk
+        layer, slot = self._layer, self._slot
 
         async def home(_: Message, feedback: Feedback) -> Message:
-            return await desk.act(
-                "home", floor.home, ActionProgress(feedback, lambda phase: {"phase": phase}, ticks=False)
+            return await slot.act(
+                "home", layer.home, ActionProgress(feedback, lambda phase: {"phase": phase}, ticks=False)
             )
 
         async def move(goal: Message, feedback: Feedback) -> Message:
-            return await desk.act("move", lambda: floor.move(joints_of(goal)), self._course(feedback))
+            return await slot.act("move", lambda: layer.move(joints_of(goal)), self._course(feedback))
 
         async def follow(goal: Message, feedback: Feedback) -> Message:
-            return await desk.act("follow", lambda: self._follow(goal["trajectory"]), self._course(feedback))
+            return await slot.act("follow", lambda: self._follow(goal["trajectory"]), self._course(feedback))
 
         rows = ((HOME, home), (MOVE, move), (FOLLOW, follow))
         return [graph.act(row.name, row.type, act) for row, act in rows]
 
     def _services(self, graph: Graph, teller: EventPublisher) -> list[GraphHandle]:
-        floor = self._floor
+        layer = self._layer
 
         async def stop() -> str:
             """Stop; that is told also where nothing moved, for others may be between two motions of theirs."""
-            report = await floor.stop()
+            report = await layer.stop()
             if not report.was_moving:
                 teller.say(MotionStopped.word)
             return json.dumps(asdict(report), separators=(",", ":"))
 
         async def abort() -> str:
-            await floor.abort()
+            await layer.abort()
             teller.say(MotionStopped.word)
             return ""
 
         async def gripper(request: Message) -> Message:
             try:
-                await floor.gripper(request["data"])
+                await layer.gripper(request["data"])
             except MayaError as error:
                 return trigger_failure(error)
             return {"success": True, "message": ""}
 
         async def output(request: Message) -> Message:
             try:
-                await floor.output(request["number"], on=request["on"])
+                await layer.output(request["number"], on=request["on"])
             except MayaError as error:
                 return trigger_failure(error)
             return {"success": True, "message": ""}
 
         rows: tuple[tuple[Row, Callable[[], Awaitable[str]]], ...] = (
             (STOP, stop),
-            (PAUSE, lambda: _reported(floor.pause())),
-            (RECOVER, lambda: _silent(floor.recover())),
-            (RESUME, lambda: _silent(floor.resume())),
+            (PAUSE, lambda: _reported(layer.pause())),
+            (RECOVER, lambda: _silent(layer.recover())),
+            (RESUME, lambda: _silent(layer.resume())),
             (ABORT, abort),
         )
         served = [graph.serve(row.name, row.type, trigger(work)) for row, work in rows]
@@ -213,13 +213,13 @@ class ControllerServer:
                 teller.refused(wish, error)
 
         def command(trajectory: Message) -> None:
-            work = self._desk.do("follow", lambda: self._follow(trajectory), self._course(lambda _: None))
+            work = self._slot.do("follow", lambda: self._follow(trajectory), self._course(lambda _: None))
             working.begin(told(COMMAND.name, work), COMMAND.name)
 
         async def follow_ratios() -> None:
             while ratios:
                 ratio, context = ratios.pop()
-                work = told(SPEED.name, self._floor.override(ratio))
+                work = told(SPEED.name, self._layer.override(ratio))
                 await asyncio.get_running_loop().create_task(work, context=context)
 
         ratios = deque[tuple[float, Context]](maxlen=SPEED.queue_size)
@@ -238,19 +238,19 @@ class ControllerServer:
 
     async def _follow(self, trajectory: Message) -> None:
         path, least = path_from_message(trajectory)
-        await self._floor.follow(path, speed=speed_for(self._floor.preview, path, least))
+        await self._layer.follow(path, speed=speed_for(self._layer.preview, path, least))
 
     def _course(self, feedback: Feedback) -> ActionProgress:
         return ActionProgress(feedback, lambda _: self._now(), ticks=True, speed=self._speed)
 
     def _now(self) -> Message:
         """Return the feedback of a motion."""
-        progress, joints = self._floor.progress(), self._floor.state.joints
+        progress, joints = self._layer.progress(), self._layer.state.joints
         a, b, c = (0.0, 0.0, 0.0) if joints is None else joints
         return {"a": a, "b": b, "c": c, "progress": 0.0 if progress is None else progress.fraction}
 
     def _statuses(self) -> list[diagnostics.DiagnosticStatus]:
-        state = self._floor.state
+        state = self._layer.state
         return [diagnostics.controller(state, self._address), diagnostics.axes(state)]
 
 

@@ -74,8 +74,8 @@ class ProcessLayer(Protocol):
 class ProcessServer:
     """Offers a process layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, floor: ProcessLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
-        self._floor = floor
+    def __init__(self, layer: ProcessLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
+        self._layer = layer
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
         self._refused = ""
@@ -112,19 +112,19 @@ class ProcessServer:
             self._ended_by = copy_context()
             while not self._coming.empty():
                 self._coming.get_nowait()
-            working.begin(self._told(STOP_QUEUE, self._floor.end_all), STOP_QUEUE.name)
+            working.begin(self._told(STOP_QUEUE, self._layer.end_all), STOP_QUEUE.name)
 
         rows = ((SEND_TASK, send), (START_QUEUE, start), (STOP_QUEUE, stop))
         return [graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size) for row, heard in rows]
 
     def _services(self, graph: Graph) -> list[GraphHandle]:
         async def resume() -> str:
-            await self._floor.resume()
+            await self._layer.resume()
             return ""
 
         async def recover(request: Message) -> Message:
             try:
-                await self._floor.recover(request["choice"], _answer(request["holding"]))
+                await self._layer.recover(request["choice"], _answer(request["holding"]))
             except MayaError as error:
                 return failure(error)
             return success()
@@ -140,7 +140,7 @@ class ProcessServer:
 
         def tell() -> None:
             nonlocal last
-            text = json.dumps(self._floor.told(), separators=(",", ":"))
+            text = json.dumps(self._layer.told(), separators=(",", ":"))
             if text != last:
                 last = text
                 status.publish({"data": text})
@@ -159,12 +159,12 @@ class ProcessServer:
             work = self._told(row, lambda messages=messages: self._append(messages))
             await loop.create_task(work, context=context)
             if self._ends != ends:
-                await loop.create_task(self._told(STOP_QUEUE, self._floor.end_all), context=self._ended_by)
+                await loop.create_task(self._told(STOP_QUEUE, self._layer.end_all), context=self._ended_by)
 
     async def _append(self, messages: Sequence[Message]) -> None:
         if not messages:
             raise InvalidJob(key="tasks", reason="there is none")
-        await self._floor.append([primitive_from_message(message) for message in messages])
+        await self._layer.append([primitive_from_message(message) for message in messages])
 
     async def _told(self, row: Row, work: Callable[[], Awaitable[None]]) -> None:
         """Do what a topic asks for; nobody waits for an answer, so a refusal is logged and told in /diagnostics."""
@@ -177,7 +177,7 @@ class ProcessServer:
             self._refused = ""
 
     def _statuses(self) -> list[DiagnosticStatus]:
-        return [with_values(self._floor.status(), {"last refused": self._refused})]
+        return [with_values(self._layer.status(), {"last refused": self._refused})]
 
 
 def _answer(word: str) -> bool | None:

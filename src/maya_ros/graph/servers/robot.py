@@ -53,11 +53,11 @@ class RobotLayer(Protocol):
 class RobotServer:
     """Offers a robot layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
-    def __init__(self, floor: RobotLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
-        self._floor = floor
+    def __init__(self, layer: RobotLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
+        self._layer = layer
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
-        self._desk = ActionSlot()
+        self._slot = ActionSlot()
         self._refused = ""
 
     @asynccontextmanager
@@ -84,7 +84,7 @@ class RobotServer:
                 heard.close()
                 served.close()
                 await working.settle()
-                await self._desk.free()
+                await self._slot.free()
 
     @asynccontextmanager
     async def task(self, graph: Graph, name: str = TASK.name) -> AsyncGenerator[None]:
@@ -94,16 +94,16 @@ class RobotServer:
             yield
         finally:
             served.close()
-            await self._desk.free()
+            await self._slot.free()
 
     async def _act(self, goal: Message, feedback: Feedback) -> Message:
         course = ActionProgress(feedback, self._look, ticks=True, speed=self._speed)
-        return await self._desk.act("task", self._work(goal["task"], course), course)
+        return await self._slot.act("task", self._work(goal["task"], course), course)
 
     async def _answer(self, request: Message) -> Message:
         course = ActionProgress(lambda _: None, self._look, ticks=False)
         try:
-            await self._desk.do("maya_command", self._work(request["task"], course), course)
+            await self._slot.do("maya_command", self._work(request["task"], course), course)
         except MayaError as error:
             return failure(error)
         return success()
@@ -112,7 +112,7 @@ class RobotServer:
         """Do what came on the topic, where nobody waits for an answer."""
         course = ActionProgress(lambda _: None, self._look, ticks=False)
         try:
-            await self._desk.do("maya_move", self._work(message, course), course)
+            await self._slot.do("maya_move", self._work(message, course), course)
         except MayaError as error:
             self._refused = f"{message['command'][:40]}: {error.code} {error}"
             log.warning("%s: %s", PRIMITIVE.name, self._refused)
@@ -121,25 +121,25 @@ class RobotServer:
 
     def _work(self, message: Message, course: ActionProgress) -> Callable[[], Awaitable[None]]:
         async def work() -> None:
-            await self._floor.run(primitive_from_message(message), course.enter)
+            await self._layer.run(primitive_from_message(message), course.enter)
 
         return work
 
     def _quick(self, request: Message) -> Message | None:
         if request["task"]["command"] != CanTeleop.command:
             return None
-        error = why_not(self._floor.state, can_teleop=self._floor.can_teleop, doing=self._desk.doing)
+        error = why_not(self._layer.state, can_teleop=self._layer.can_teleop, doing=self._slot.doing)
         return success() if error is None else failure(error)
 
     def _look(self, phase: str) -> Message:
-        progress, point = self._floor.progress(), self._floor.state.point
+        progress, point = self._layer.progress(), self._layer.state.point
         told: Message = {"phase": phase, "progress": 0.0 if progress is None else progress.fraction}
         return told if point is None else {**told, "position": dict(zip("xyz", point, strict=True))}
 
     def _statuses(self) -> list[diagnostics.DiagnosticStatus]:
-        state = self._floor.state
+        state = self._layer.state
         there = state.mode is not Mode.DISCONNECTED
-        able, doing = self._floor.can_teleop, self._desk.doing
+        able, doing = self._layer.can_teleop, self._slot.doing
         error = why_not(state, can_teleop=able)
         why = "" if error is None else f"{error.code} {error}"
         status = diagnostics.robot(controller_there=there, can_teleop=able, running=doing, why=why)

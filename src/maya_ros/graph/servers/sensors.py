@@ -53,7 +53,7 @@ Raw = Callable[[], DataRecord | None]
 
 
 class SensorServer:
-    """Publishes what `floor` measures; `raw` is where /hardware_sensor comes from, which is not offered without.
+    """Publishes what `layer` measures; `raw` is where /hardware_sensor comes from, which is not offered without.
 
     `scene` is what is drawn besides. `clock` stamps messages [s]; `speed` is how fast the loop's clock runs, for rates
     are in the time of whoever listens.
@@ -61,7 +61,7 @@ class SensorServer:
 
     def __init__(
         self,
-        floor: SensorLayer,
+        layer: SensorLayer,
         config: Config,
         *,
         raw: Raw | None = None,
@@ -69,7 +69,7 @@ class SensorServer:
         clock: Clock | None = None,
         speed: float = 1.0,
     ) -> None:
-        self._floor = floor
+        self._layer = layer
         self._config = config
         self._raw = raw
         self._scene = scene
@@ -85,7 +85,7 @@ class SensorServer:
         """Publish while the block runs."""
         rows = [POSITION, JOINTS, MARKERS, *([] if self._raw is None else [SENSORS])]
         publishers = {row.name: _advertised(graph, row) for row in rows}
-        ways = self._ways = PathMarkers(graph, self._floor.workspace.mechanism, lambda: self._floor.state.joints)
+        ways = self._ways = PathMarkers(graph, self._layer.workspace.mechanism, lambda: self._layer.state.joints)
         try:
             async with tasks() as working:
                 working.begin(self._follow(publishers), "sensors")
@@ -102,7 +102,7 @@ class SensorServer:
         period = _SPARE * self._speed / POSITION.rate
         now = asyncio.get_running_loop().time
         due = now()
-        async with aclosing(_generated(self._floor.watch())) as states:
+        async with aclosing(_generated(self._layer.watch())) as states:
             async for state in states:
                 self._publish(publishers, state)
                 due = max(due + period, now() + 0.5 * period)
@@ -113,7 +113,7 @@ class SensorServer:
         if state.point is not None:
             publishers[POSITION.name].publish(dict(zip("xyz", state.point, strict=True)))
         holding = self._scene is not None and self._scene.carried is not None
-        joints = joint_state(state, self._floor.workspace.mechanism, seconds, holding=holding)
+        joints = joint_state(state, self._layer.workspace.mechanism, seconds, holding=holding)
         if joints is not None:
             publishers[JOINTS.name].publish(joints)
         record = None if self._raw is None else self._raw()
@@ -129,7 +129,7 @@ class SensorServer:
         if not readers or (not come and now - self._drawn < self._speed / DRAWING_RATE):
             return
         self._drawn = now
-        workspace, scene = self._floor.workspace, self._scene
+        workspace, scene = self._layer.workspace, self._scene
         parts, carried = ({}, None) if scene is None else (scene.parts, scene.carried)
         way = () if self._ways is None else self._ways.way
         news = self._drawing.update(MarkerScene(state, workspace, workspace.zones, parts, carried, way), whole=come)

@@ -35,5 +35,5 @@ async def serve(node: RosNode) -> None:
                 take_over=take_over,
                 heard=lambda events: events.heard_by(log_event),
                 workers=staff.own,
-            ) as floor:
-                await offered(node, floor, skip_home=await node.flag("skip_home"))
+            ) as layer:
+                await offered(node, layer, skip_home=await node.flag("skip_home"))

@@ -42,9 +42,9 @@ async def serve(node: RosNode) -> None:
                 speed=node.speed,
                 heard=lambda events: events.heard_by(log_event),
                 workers=staff.own,
-            ) as floor:
-                if floor.twin is not None:
-                    serve_inspection(node.graph, floor.twin)
-                sensors = SensorServer(floor.controller, config, scene=floor.twin, clock=ros_time, speed=node.speed)
+            ) as layer:
+                if layer.twin is not None:
+                    serve_inspection(node.graph, layer.twin)
+                sensors = SensorServer(layer.controller, config, scene=layer.twin, clock=ros_time, speed=node.speed)
                 async with sensors.open(node.graph):
-                    await offered(node, floor, skip_home=await node.flag("skip_home"))
+                    await offered(node, layer, skip_home=await node.flag("skip_home"))

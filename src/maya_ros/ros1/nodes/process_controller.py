@@ -53,10 +53,10 @@ async def serve(node: RosNode) -> None:
     ):
         config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
         metrics = Metrics()
-        async with _floor(node, config, metrics) as (floor, controller), graph_rights(floor.entrance.callers) as rights:
-            bridge = _bridge(floor, missing)
+        async with _layer(node, config, metrics) as (layer, controller), graph_rights(layer.entrance.callers) as rights:
+            bridge = _bridge(layer, missing)
             app = create_app(bridge, None, metrics)
-            queue = GraphQueue(floor.gate.call, floor.service.queue.view, controller, rights.who)
+            queue = GraphQueue(layer.gate.call, layer.service.queue.view, controller, rights.who)
             door = ProcessServer(queue, clock=ros_time, speed=node.speed)
             operations = OperationServer(InternalApp(bridge), rights.who)
             async with (
@@ -70,7 +70,7 @@ async def serve(node: RosNode) -> None:
                     await node.say_ready(f"The queue is worked; {url} and the `maya` commands find it.")
                     await asyncio.Event().wait()
                 finally:
-                    await floor.process.close()
+                    await layer.process.close()
 
 
 async def _door(node: RosNode) -> socket.socket:
@@ -84,7 +84,7 @@ async def _door(node: RosNode) -> socket.socket:
 
 
 @asynccontextmanager
-async def _floor(
+async def _layer(
     node: RosNode, config: Config, metrics: Metrics
 ) -> AsyncIterator[tuple[ProcessAssembly, GraphController]]:
     """Wire the process layer on the layers of the graph, and what it keeps."""
@@ -111,8 +111,8 @@ async def _floor(
                 calendar=dates,
                 users=kept.users,
                 staff=staff,
-            ) as floor:
-                yield floor, controller
+            ) as layer:
+                yield layer, controller
 
 
 def _listened(events: EventLog, metrics: Metrics) -> None:
@@ -120,13 +120,13 @@ def _listened(events: EventLog, metrics: Metrics) -> None:
         events.heard_by(listener)
 
 
-def _bridge(floor: ProcessAssembly, missing: Callable[[], Sequence[MayaError]]) -> Bridge:
+def _bridge(layer: ProcessAssembly, missing: Callable[[], Sequence[MayaError]]) -> Bridge:
     return Bridge(
         asyncio.get_running_loop(),
-        floor.service,
-        gate=floor.gate,
-        callers=floor.entrance.callers,
-        journal=floor.journal,
+        layer.service,
+        gate=layer.gate,
+        callers=layer.entrance.callers,
+        journal=layer.journal,
         missing=missing,
     )
 

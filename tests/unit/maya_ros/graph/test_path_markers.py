@@ -109,13 +109,13 @@ async def test_subscriber_sees_the_path_appear_and_disappear() -> None:
     def hear(array: Message) -> None:
         told.extend((one["ns"], one["action"]) for one in array["markers"])
 
-    async with controller_node(bus, homed=True) as floor:
+    async with controller_node(bus, homed=True) as layer:
         viewer = bus.node("rviz")
         viewer.subscribe("/maya_markers", "visualization_msgs/MarkerArray", hear)
         await elapse(1.0)
         assert ("workspace", 0) in told
         assert ("path", 0) not in told
-        there = floor.rig.controller.mechanism.ik(Point(0.6, 1.3, 1.2))
+        there = layer.rig.controller.mechanism.ik(Point(0.6, 1.3, 1.2))
         await viewer.do("/move", "maya_controller/Move", there._asdict())
         assert ("path", 0) in told
         assert ("path", 2) not in told

@@ -56,39 +56,39 @@ def test_query_is_not_a_job() -> None:
 @asynccontextmanager
 async def queue_server(controller: FakeController) -> AsyncIterator[tuple[ProcessAssembly, GraphQueue]]:
     robot = MayaRobot(controller, controller.config)
-    async with process_floor(robot, controller, Config()) as floor:
-        yield floor, GraphQueue(floor.gate.call, floor.service.queue.view, controller)
+    async with process_floor(robot, controller, Config()) as layer:
+        yield layer, GraphQueue(layer.gate.call, layer.service.queue.view, controller)
 
 
 async def test_appended_job_runs_in_its_turn_for_the_graph() -> None:
     controller = FakeController()
-    async with queue_server(controller) as (floor, queue):
+    async with queue_server(controller) as (layer, queue):
         await queue.append([Pick(CUBE), Place(TRAY)])
         await queue.append([Home()])
-        reports = [await floor.process.result(number) for number in (1, 2)]
+        reports = [await layer.process.result(number) for number in (1, 2)]
         assert [report.state for report in reports] == [TaskState.DONE, TaskState.DONE]
-        assert [line.owner for line in floor.process.shown.lines()] == ["ros", "ros"]
+        assert [line.owner for line in layer.process.shown.lines()] == ["ros", "ros"]
         assert controller.names()[-1] == "home"
 
 
 async def test_the_end_of_everything_stops_and_empties() -> None:
     controller = FakeController()
-    async with queue_server(controller) as (floor, queue):
+    async with queue_server(controller) as (layer, queue):
         await queue.append([Home()])
         await queue.append([Pick(CUBE)])
         await elapse(5.0)
         assert queue.status().level is DiagnosticLevel.OK
         await queue.end_all()
-        states = [(await floor.process.result(number)).state for number in (1, 2)]
+        states = [(await layer.process.result(number)).state for number in (1, 2)]
         assert states == [TaskState.CANCELLED, TaskState.CANCELLED]
         await queue.append([Home()])
-        assert (await floor.process.result(3)).state is TaskState.DONE
+        assert (await layer.process.result(3)).state is TaskState.DONE
 
 
 async def test_status_shows_whether_the_queue_runs() -> None:
     controller = FakeController()
-    async with queue_server(controller) as (floor, queue):
-        await floor.process.turns.pause("ana", now=False)
+    async with queue_server(controller) as (layer, queue):
+        await layer.process.turns.pause("ana", now=False)
         status = queue.status()
         assert status.level is DiagnosticLevel.WARN
         assert "paused" in status.message

@@ -61,8 +61,8 @@ def test_the_manuals_names_have_the_manuals_types() -> None:
 def test_every_name_is_listed_once_and_belongs_to_one_layer() -> None:
     names = [row.name for row in TABLE]
     assert len(names) == len(set(names))
-    assert [row for floor in Layer for row in rows(floor)] == sorted(
-        TABLE, key=lambda row: list(Layer).index(row.floor)
+    assert [row for layer in Layer for row in rows(layer)] == sorted(
+        TABLE, key=lambda row: list(Layer).index(row.layer)
     )
 
 

@@ -38,9 +38,9 @@ def event(word: str, mode: Mode, *, homed: bool) -> dict[str, Any]:
 async def sensed() -> AsyncIterator[tuple[SensedController, BusNode]]:
     bus = Bus()
     box = bus.node("box")
-    floor = SensedController(CONFIG)
-    async with floor.listening(bus.node("sensor_converter")):
-        yield floor, box
+    layer = SensedController(CONFIG)
+    async with layer.listening(bus.node("sensor_converter")):
+        yield layer, box
 
 
 async def publish(box: BusNode, topic: str, kind: str, message: dict[str, Any]) -> None:
@@ -49,50 +49,50 @@ async def publish(box: BusNode, topic: str, kind: str, message: dict[str, Any]) 
 
 
 async def test_before_homing_the_counts_say_nothing_about_lengths() -> None:
-    async with sensed() as (floor, box):
+    async with sensed() as (layer, box):
         await publish(box, EVENT.name, EVENT.type, event("not_homed", Mode.NOT_HOMED, homed=False))
         await publish(box, SENSORS.name, SENSORS.type, raw(moving=[False, True, False], motor_off=[True, False, False]))
-        state = floor.state
+        state = layer.state
         assert (state.joints, state.point, state.mode, state.moving) == (None, None, Mode.NOT_HOMED, True)
         assert (state.counts, state.motors_on) == (Units.of(CONFIG).to_counts(JOINTS), (False, True, True))
         assert state.gripper_closed
 
 
 async def test_once_homed_they_are_joints_and_a_place_in_the_measured_workspace() -> None:
-    async with sensed() as (floor, box):
+    async with sensed() as (layer, box):
         await publish(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
         await publish(box, SENSORS.name, SENSORS.type, raw(velocity=[0.0, 45000.0, 0.0]))
-        state = floor.state
+        state = layer.state
         expected = Units.of(CONFIG).to_joints(Units.of(CONFIG).to_counts(JOINTS))
         assert (state.joints, state.point) == (expected, Mechanism.of(CONFIG).fk(expected))
         assert state.velocity == (0.0, 0.045, 0.0)
         workspace = Workspace.of(CONFIG)
         a, b, c = STROKES
-        assert floor.workspace == replace(workspace, boom=a, line_b=b, line_c=c)
+        assert layer.workspace == replace(workspace, boom=a, line_b=b, line_c=c)
 
 
 async def test_lines_that_cannot_meet_have_no_place() -> None:
-    async with sensed() as (floor, box):
+    async with sensed() as (layer, box):
         await publish(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
         await publish(box, SENSORS.name, SENSORS.type, raw(position=[0, 100_000, 100_000]))
-        assert floor.state.joints is not None
-        assert floor.state.point is None
+        assert layer.state.joints is not None
+        assert layer.state.point is None
 
 
 async def test_unknown_event_sends_nothing() -> None:
-    async with sensed() as (floor, box):
+    async with sensed() as (layer, box):
         await publish(box, EVENT.name, EVENT.type, event("homed", Mode.IDLE, homed=True))
         await publish(box, EVENT.name, EVENT.type, {"data": "hello"})
         await publish(box, SENSORS.name, SENSORS.type, raw())
-        assert floor.state.homed
+        assert layer.state.homed
 
 
 async def test_new_subscriber_gets_current_measurements_newest_first() -> None:
-    async with sensed() as (floor, box):
+    async with sensed() as (layer, box):
         seen: list[State] = []
 
         async def watch() -> None:
-            async for state in floor.watch():
+            async for state in layer.watch():
                 seen.append(state)
                 await elapse(1.0)
 

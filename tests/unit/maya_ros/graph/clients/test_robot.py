@@ -50,10 +50,10 @@ class ScriptedRobot:
 
 
 @asynccontextmanager
-async def robot_on(floor: ScriptedRobot) -> AsyncIterator[tuple[GraphRobot, GraphController, BusNode]]:
+async def robot_on(layer: ScriptedRobot) -> AsyncIterator[tuple[GraphRobot, GraphController, BusNode]]:
     bus = Bus()
     server, node = bus.node("primitive_server"), bus.node("process_controller")
-    server.act(TASK.name, TASK.type, floor.act)
+    server.act(TASK.name, TASK.type, layer.act)
     async with GraphController.on(node, CALM) as controller:
         yield GraphRobot(node, controller, CALM), controller, server
 
@@ -69,29 +69,29 @@ async def test_every_phase_is_reported_once_and_is_an_event() -> None:
 
 
 async def test_command_refused_for_another_clients_task_waits_its_turn() -> None:
-    floor = ScriptedRobot(("home",), refusals=5)
-    async with robot_on(floor) as (robot, _, __):
+    layer = ScriptedRobot(("home",), refusals=5)
+    async with robot_on(layer) as (robot, _, __):
         await robot.run(Home())
-        assert (floor.refusals, floor.begun) == (0, 1)
+        assert (layer.refusals, layer.begun) == (0, 1)
 
 
 async def test_waiting_command_can_be_cancelled() -> None:
-    floor = ScriptedRobot(refusals=10_000)
-    async with robot_on(floor) as (robot, _, __):
+    layer = ScriptedRobot(refusals=10_000)
+    async with robot_on(layer) as (robot, _, __):
         wish = asyncio.ensure_future(robot.run(Home()))
         await elapse(10.0)
         wish.cancel()
         await asyncio.wait({wish})
         assert wish.cancelled()
-        assert floor.begun == 0
+        assert layer.begun == 0
 
 
 async def test_busy_in_the_middle_is_an_error_and_nothing_is_repeated() -> None:
-    floor = ScriptedRobot(("approach",), error=Busy(doing="move"))
-    async with robot_on(floor) as (robot, _, __):
+    layer = ScriptedRobot(("approach",), error=Busy(doing="move"))
+    async with robot_on(layer) as (robot, _, __):
         with pytest.raises(Busy):
             await robot.run(Pick(CUBE))
-        assert floor.begun == 1
+        assert layer.begun == 1
 
 
 async def test_second_command_from_here_is_refused() -> None:

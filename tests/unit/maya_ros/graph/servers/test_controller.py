@@ -87,39 +87,39 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
     """Put a controller behind its server; a `homed` one is at the pose where homing ends."""
     bus = Bus()
     client = bus.node("somebody")
-    async with rig(CALM, live=live) as floor:
+    async with rig(CALM, live=live) as layer:
         if homed:
-            await floor.controller.home()
-        async with ControllerServer(floor.controller, address="twin").open(bus.node("hw_simulator")):
-            seen = Behind(floor.controller, floor.virtual, bus, client)
+            await layer.controller.home()
+        async with ControllerServer(layer.controller, address="twin").open(bus.node("hw_simulator")):
+            seen = Behind(layer.controller, layer.virtual, bus, client)
             client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
             await elapse(0.01)
             yield seen
 
 
 async def test_home_and_move_succeed_and_every_event_has_the_status() -> None:
-    async with behind() as floor:
-        assert floor.words == ["not_homed"]
-        assert await floor.home() == (GoalStatus.SUCCEEDED, "")
-        assert await floor.move(NEAR) == (GoalStatus.SUCCEEDED, "")
+    async with behind() as layer:
+        assert layer.words == ["not_homed"]
+        assert await layer.home() == (GoalStatus.SUCCEEDED, "")
+        assert await layer.move(NEAR) == (GoalStatus.SUCCEEDED, "")
         await elapse(0.01)
-        assert floor.words == ["not_homed", "homing", "homed", "moving", "idle"]
-        modes = [told.standing.mode for told in floor.told]
+        assert layer.words == ["not_homed", "homing", "homed", "moving", "idle"]
+        modes = [told.standing.mode for told in layer.told]
         assert modes == [Mode.NOT_HOMED, Mode.HOMING, Mode.IDLE, Mode.MOVING, Mode.IDLE]
-        assert floor.told[0].standing.strokes is None
-        workspace = floor.controller.workspace
-        assert floor.told[-1].standing.strokes == (workspace.boom, workspace.line_b, workspace.line_c)
-        assert floor.controller.state.joints == pytest.approx(NEAR, abs=1e-3)
+        assert layer.told[0].standing.strokes is None
+        workspace = layer.controller.workspace
+        assert layer.told[-1].standing.strokes == (workspace.boom, workspace.line_b, workspace.line_c)
+        assert layer.controller.state.joints == pytest.approx(NEAR, abs=1e-3)
 
 
 async def test_feedback_has_the_phases_of_a_homing_and_the_progress_of_a_motion() -> None:
-    async with behind() as floor:
+    async with behind() as layer:
         phases, places = list[Message](), list[Message]()
-        await floor.client.do("/home", "maya_controller/Home", {}, phases.append)
+        await layer.client.do("/home", "maya_controller/Home", {}, phases.append)
         assert phases[0] == {"phase": "homing"}
         assert len({phase["phase"] for phase in phases}) > 3
         before = asyncio.get_running_loop().time()
-        await floor.client.do("/move", "maya_controller/Move", AWAY._asdict(), places.append)
+        await layer.client.do("/move", "maya_controller/Move", AWAY._asdict(), places.append)
         duration = asyncio.get_running_loop().time() - before
         assert len(places) == pytest.approx(duration * FEEDBACK_RATE, rel=0.1)
         progress = [place["progress"] for place in places]
@@ -137,44 +137,44 @@ async def test_feedback_has_the_phases_of_a_homing_and_the_progress_of_a_motion(
     ],
 )
 async def test_unreachable_target_is_rejected_with_its_code_and_moves_nothing(joints: Joints, code: str) -> None:
-    async with behind(homed=True) as floor:
-        assert await floor.move(joints) == (GoalStatus.REJECTED, code)
-        assert floor.words == ["idle"]
+    async with behind(homed=True) as layer:
+        assert await layer.move(joints) == (GoalStatus.REJECTED, code)
+        assert layer.words == ["idle"]
 
 
 async def test_motion_before_homing_is_rejected() -> None:
-    async with behind() as floor:
-        assert await floor.move(NEAR) == (GoalStatus.REJECTED, "2103")
+    async with behind() as layer:
+        assert await layer.move(NEAR) == (GoalStatus.REJECTED, "2103")
 
 
 async def test_a_second_goal_is_rejected_and_the_first_unharmed() -> None:
-    async with behind(homed=True) as floor:
-        first = await floor.begun(AWAY)
-        assert await floor.move(NEAR) == (GoalStatus.REJECTED, "2104")
-        assert await floor.home() == (GoalStatus.REJECTED, "2104")
-        assert "2104: " in (await floor.client.call("/gripper", {"data": True}))["message"]
+    async with behind(homed=True) as layer:
+        first = await layer.begun(AWAY)
+        assert await layer.move(NEAR) == (GoalStatus.REJECTED, "2104")
+        assert await layer.home() == (GoalStatus.REJECTED, "2104")
+        assert "2104: " in (await layer.client.call("/gripper", {"data": True}))["message"]
         assert await first == (GoalStatus.SUCCEEDED, "")
-        assert floor.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
+        assert layer.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
 
 
 async def test_a_cancel_stops_on_the_path() -> None:
-    async with behind(homed=True) as floor:
-        moving = await floor.begun(AWAY)
+    async with behind(homed=True) as layer:
+        moving = await layer.begun(AWAY)
         await elapse(1.0)
-        floor.client.advertise("/move/cancel", "actionlib_msgs/GoalID").publish({})
+        layer.client.advertise("/move/cancel", "actionlib_msgs/GoalID").publish({})
         assert await moving == (GoalStatus.PREEMPTED, "2202")
-        await floor.at_rest("stopped")
-        a, b, c = floor.controller.state.joints or (0.0, 0.0, 0.0)
+        await layer.at_rest("stopped")
+        a, b, c = layer.controller.state.joints or (0.0, 0.0, 0.0)
         assert NEAR.a < a + 0.3 < AWAY.a + 0.3
         assert (b, c) == pytest.approx(AWAY[1:], abs=1e-3)
 
 
 @pytest.mark.parametrize("name", ["/controller/stop", "/controller/abort"])
 async def test_a_stop_ends_the_goal_of_another(name: str) -> None:
-    async with behind(homed=True) as floor:
-        moving = await floor.begun(AWAY)
+    async with behind(homed=True) as layer:
+        moving = await layer.begun(AWAY)
         await elapse(1.0)
-        answer = await floor.trigger(name)
+        answer = await layer.trigger(name)
         assert answer["success"]
         outcome, code = await moving
         assert (outcome, code) == (GoalStatus.PREEMPTED, "2201")
@@ -186,148 +186,148 @@ async def test_a_stop_ends_the_goal_of_another(name: str) -> None:
 
 
 async def test_client_that_dies_stops_its_motion() -> None:
-    async with behind(homed=True) as floor:
-        other = floor.bus.node("other")
+    async with behind(homed=True) as layer:
+        other = layer.bus.node("other")
         task = asyncio.ensure_future(other.do("/move", "maya_controller/Move", AWAY._asdict()))
-        await floor.until("moving")
+        await layer.until("moving")
         other.close()
         assert (await task).outcome is GoalStatus.LOST
-        await floor.until("stopped")
-        await floor.at_rest("stopped")
-        assert await floor.move(NEAR) == (GoalStatus.SUCCEEDED, "")
+        await layer.until("stopped")
+        await layer.at_rest("stopped")
+        assert await layer.move(NEAR) == (GoalStatus.SUCCEEDED, "")
 
 
 async def test_closing_server_stops_the_motion() -> None:
-    async with rig() as floor:
-        await floor.controller.home()
+    async with rig() as layer:
+        await layer.controller.home()
         bus = Bus()
         client = bus.node("somebody")
-        async with ControllerServer(floor.controller).open(bus.node("hw_simulator")):
+        async with ControllerServer(layer.controller).open(bus.node("hw_simulator")):
             task = asyncio.ensure_future(client.do("/move", "maya_controller/Move", AWAY._asdict()))
             await elapse(2.0)
-            assert floor.controller.state.mode is Mode.MOVING
-        assert floor.controller.state.mode is Mode.IDLE
+            assert layer.controller.state.mode is Mode.MOVING
+        assert layer.controller.state.mode is Mode.IDLE
         ended = await task
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.PREEMPTED, "2202")
         assert await bus.directory.services() == {}
 
 
 async def test_a_path_is_followed_in_every_space_and_takes_the_time_it_is_to_take() -> None:
-    async with behind(homed=True) as floor:
-        here = floor.controller.mechanism.fk(HOMED)
+    async with behind(homed=True) as layer:
+        here = layer.controller.mechanism.fk(HOMED)
         there = here._replace(z=here.z + 0.1)
         path = Path.line(here, there._replace(z=here.z + 0.05), there)
-        least = 2.0 * floor.controller.preview(path).duration
+        least = 2.0 * layer.controller.preview(path).duration
         goal = {"trajectory": path_to_message(path, least)}
         before = asyncio.get_running_loop().time()
-        ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
+        ended = await layer.client.do("/controller/follow", "maya_controller/Follow", goal)
         assert ended.outcome is GoalStatus.SUCCEEDED
         assert least <= asyncio.get_running_loop().time() - before < 1.1 * least
-        assert floor.controller.state.point == pytest.approx(there, abs=1e-3)
+        assert layer.controller.state.point == pytest.approx(there, abs=1e-3)
 
 
 async def test_a_path_that_starts_elsewhere_is_refused() -> None:
-    async with behind(homed=True) as floor:
+    async with behind(homed=True) as layer:
         goal = {"trajectory": path_to_message([NEAR, AWAY])}
-        ended = await floor.client.do("/controller/follow", "maya_controller/Follow", goal)
+        ended = await layer.client.do("/controller/follow", "maya_controller/Follow", goal)
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "2107")
         nonsense = {"trajectory": {"joint_names": ["x"]}}
-        ended = await floor.client.do("/controller/follow", "maya_controller/Follow", nonsense)
+        ended = await layer.client.do("/controller/follow", "maya_controller/Follow", nonsense)
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.REJECTED, "4018")
 
 
 async def test_path_on_the_topic_is_followed_and_its_refusal_is_an_event() -> None:
-    async with behind(homed=True) as floor:
-        command = floor.client.advertise("/controller/command", TRAJECTORY)
+    async with behind(homed=True) as layer:
+        command = layer.client.advertise("/controller/command", TRAJECTORY)
         command.publish(path_to_message([HOMED, AWAY]))
-        await floor.until("moving")
+        await layer.until("moving")
         command.publish(path_to_message([HOMED, NEAR]))
-        await floor.until("refused")
-        assert (floor.told[-1].code, floor.told[-1].detail["wish"]) == (2104, "/controller/command")
-        assert "follow" in str(floor.told[-1].detail["message"])
-        assert floor.told[-1].standing.mode is Mode.MOVING
-        await floor.until("idle")
-        assert floor.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
+        await layer.until("refused")
+        assert (layer.told[-1].code, layer.told[-1].detail["wish"]) == (2104, "/controller/command")
+        assert "follow" in str(layer.told[-1].detail["message"])
+        assert layer.told[-1].standing.mode is Mode.MOVING
+        await layer.until("idle")
+        assert layer.controller.state.joints == pytest.approx(AWAY, abs=1e-3)
         command.publish(path_to_message([NEAR, AWAY]))
         await elapse(0.1)
-        assert (floor.words[-1], floor.told[-1].code) == ("refused", 2107)
+        assert (layer.words[-1], layer.told[-1].code) == ("refused", 2107)
 
 
 async def test_newest_of_many_fast_speeds_is_set(monkeypatch: pytest.MonkeyPatch) -> None:
-    async with behind() as floor:
-        asked, override = list[float](), floor.controller.override
+    async with behind() as layer:
+        asked, override = list[float](), layer.controller.override
 
         async def slowly(ratio: float) -> None:
             asked.append(ratio)
             await elapse(0.1)
             await override(ratio)
 
-        monkeypatch.setattr(floor.controller, "override", slowly)
-        speed = floor.client.advertise("/controller/speed", "std_msgs/Float64")
+        monkeypatch.setattr(layer.controller, "override", slowly)
+        speed = layer.client.advertise("/controller/speed", "std_msgs/Float64")
         for percent in range(10, 60):
             speed.publish({"data": percent / 100.0})
             await turn()
         await elapse(1.0)
-        assert (asked, floor.controller.state.override) == ([0.1, 0.59], 0.59)
+        assert (asked, layer.controller.state.override) == ([0.1, 0.59], 0.59)
         speed.publish({"data": 0.7})
         await elapse(1.0)
-        assert floor.controller.state.override == 0.7
+        assert layer.controller.state.override == 0.7
 
 
 async def test_speed_pause_and_resume_go_by_topic_and_service() -> None:
-    async with behind(homed=True) as floor:
-        speed = floor.client.advertise("/controller/speed", "std_msgs/Float64")
+    async with behind(homed=True) as layer:
+        speed = layer.client.advertise("/controller/speed", "std_msgs/Float64")
         speed.publish({"data": 0.5})
         await elapse(0.1)
         speed.publish({"data": 7.0})
         await elapse(0.1)
-        assert [(told.word, told.code) for told in floor.told[1:]] == [("speed", 0), ("refused", 4001)]
-        assert floor.told[-1].standing.override == 0.5
-        refused = await floor.trigger("/controller/pause")
+        assert [(told.word, told.code) for told in layer.told[1:]] == [("speed", 0), ("refused", 4001)]
+        assert layer.told[-1].standing.override == 0.5
+        refused = await layer.trigger("/controller/pause")
         assert refused["message"].startswith("2111: ")
-        moving = await floor.begun(AWAY)
+        moving = await layer.begun(AWAY)
         await elapse(1.0)
-        report = json.loads((await floor.trigger("/controller/pause"))["message"])
+        report = json.loads((await layer.trigger("/controller/pause"))["message"])
         assert report["was_moving"]
         await elapse(30.0)
         assert not moving.done()
-        assert floor.told[-1].standing.mode is Mode.PAUSED
-        assert (await floor.trigger("/controller/resume"))["success"]
+        assert layer.told[-1].standing.mode is Mode.PAUSED
+        assert (await layer.trigger("/controller/resume"))["success"]
         assert await moving == (GoalStatus.SUCCEEDED, "")
-        assert (await floor.trigger("/controller/resume"))["message"].startswith("2112: ")
+        assert (await layer.trigger("/controller/resume"))["message"].startswith("2112: ")
 
 
 async def test_the_gripper_answers_and_its_new_state_is_an_event() -> None:
-    async with behind() as floor:
+    async with behind() as layer:
         for open_, word in ((False, "gripper_closed"), (True, "gripper_open")):
-            assert await floor.client.call("/gripper", {"data": open_}) == {"success": True, "message": ""}
+            assert await layer.client.call("/gripper", {"data": open_}) == {"success": True, "message": ""}
             await elapse(0.01)
-            assert floor.words[-1] == word
-            assert floor.told[-1].standing.gripper_closed is not open_
+            assert layer.words[-1] == word
+            assert layer.told[-1].standing.gripper_closed is not open_
 
 
 async def test_a_fault_is_named_and_recovered_from() -> None:
-    async with behind(live=True) as floor:
-        assert (await floor.trigger("/controller/recover"))["message"].startswith("2108: ")
-        homing = asyncio.ensure_future(floor.home())
+    async with behind(live=True) as layer:
+        assert (await layer.trigger("/controller/recover"))["message"].startswith("2108: ")
+        homing = asyncio.ensure_future(layer.home())
         await elapse(1.0)
-        with abort_input(floor.virtual):
+        with abort_input(layer.virtual):
             assert await homing == (GoalStatus.ABORTED, "2303")
             await elapse(0.1)
-            assert (await floor.trigger("/controller/recover"))["message"].startswith("2303: ")
-        assert floor.told[-1].standing.fault is not None
-        assert floor.told[-1].standing.fault.code == floor.told[-1].code == 2303
-        assert await floor.home() == (GoalStatus.REJECTED, "2105")
-        assert (await floor.trigger("/controller/recover"))["success"]
+            assert (await layer.trigger("/controller/recover"))["message"].startswith("2303: ")
+        assert layer.told[-1].standing.fault is not None
+        assert layer.told[-1].standing.fault.code == layer.told[-1].code == 2303
+        assert await layer.home() == (GoalStatus.REJECTED, "2105")
+        assert (await layer.trigger("/controller/recover"))["success"]
         await elapse(0.1)
-        assert "recovered" in floor.words
-        assert floor.told[-1].standing.fault is None
+        assert "recovered" in layer.words
+        assert layer.told[-1].standing.fault is None
 
 
 async def test_late_subscriber_gets_the_status_and_diagnostics() -> None:
-    async with behind(homed=True) as floor:
-        await floor.move(NEAR)
-        late, heard = floor.bus.node("late"), list[Message]()
+    async with behind(homed=True) as layer:
+        await layer.move(NEAR)
+        late, heard = layer.bus.node("late"), list[Message]()
         late.subscribe("/maya_event", "", heard.append)
         diagnostics = list[Message]()
         late.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", diagnostics.append)
@@ -340,11 +340,11 @@ async def test_late_subscriber_gets_the_status_and_diagnostics() -> None:
 
 
 async def test_change_without_an_event_is_published_when_seen_twice() -> None:
-    async with rig() as floor:
+    async with rig() as layer:
         bus = Bus()
         heard = list[str]()
         bus.node("x").subscribe("/maya_event", "std_msgs/String", lambda message: heard.append(message["data"]))
-        stands = Stands(floor.controller.state, floor.controller.workspace)
+        stands = Stands(layer.controller.state, layer.controller.workspace)
         teller = EventPublisher(stands, bus.node("y").advertise("/maya_event", "std_msgs/String", latch=True))
         teller.look()
         stands.state = replace(stands.state, mode=Mode.IDLE, homed=True)

@@ -50,12 +50,12 @@ async def sensing(
 ) -> AsyncIterator[Heard]:
     fast = Config().model_copy(update={"controller": Config().controller.model_copy(update={"stream_rate": 50.0})})
     bus = Bus()
-    async with robot(fast, live=True) as floor:
+    async with robot(fast, live=True) as layer:
         door = SensorServer(
-            floor.controller, fast, raw=lambda: floor.controller.record, scene=scene, clock=lambda: 7.0, speed=speed
+            layer.controller, fast, raw=lambda: layer.controller.record, scene=scene, clock=lambda: 7.0, speed=speed
         )
         async with door.open(bus.node("hw_simulator")):
-            yield Heard(floor, bus)
+            yield Heard(layer, bus)
 
 
 async def test_position_is_not_published_before_homing() -> None:
@@ -121,7 +121,7 @@ async def test_late_subscriber_gets_the_last_position() -> None:
 
 async def test_without_a_source_of_raw_data_there_is_no_such_topic() -> None:
     bus = Bus()
-    async with rig() as floor, SensorServer(floor.controller, Config()).open(bus.node("sensor_converter")):
+    async with rig() as layer, SensorServer(layer.controller, Config()).open(bus.node("sensor_converter")):
         published = (await bus.directory.nodes())["/sensor_converter"].publishes
         assert set(published) == {"/maya_position", "/joint_states", "/maya_markers"}
     assert await bus.directory.topics() == {}

@@ -47,21 +47,21 @@ async def test_feedback_is_published_ten_times_a_second_to_subscribers(speed: fl
 
 
 async def test_one_at_a_time() -> None:
-    desk, never = ActionSlot(), asyncio.Event()
+    slot, never = ActionSlot(), asyncio.Event()
 
     async def work() -> None:
         await never.wait()
 
-    first = asyncio.ensure_future(desk.do("first", work, course([])))
+    first = asyncio.ensure_future(slot.do("first", work, course([])))
     await elapse(0.0)
-    assert desk.doing == "first"
+    assert slot.doing == "first"
     with pytest.raises(Busy, match="first"):
-        await desk.do("second", work, course([]))
-    assert desk.doing == "first"
+        await slot.do("second", work, course([]))
+    assert slot.doing == "first"
     never.set()
     await first
-    await desk.free()
-    assert desk.doing == ""
+    await slot.free()
+    assert slot.doing == ""
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ async def test_one_at_a_time() -> None:
     ],
 )
 async def test_error_before_the_start_is_a_refusal(error: Exception, begun: bool, raised: type[Exception]) -> None:
-    desk, going = ActionSlot(), course([])
+    slot, going = ActionSlot(), course([])
 
     async def work() -> None:
         if begun:
@@ -82,5 +82,5 @@ async def test_error_before_the_start_is_a_refusal(error: Exception, begun: bool
         raise error
 
     with pytest.raises(raised):
-        await desk.act("wish", work, going)
-    await desk.free()
+        await slot.act("wish", work, going)
+    await slot.free()

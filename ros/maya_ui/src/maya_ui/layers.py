@@ -1,4 +1,4 @@
-"""The doors of the floors over rospy: services that are asked in threads of their own, and actions."""
+"""The doors of the layers over rospy: services that are asked in threads of their own, and actions."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def answer(wish: Wish, reply: Any) -> Ended:
 
 
 class Door:
-    """An action of a floor: at most one goal of ours at a time.
+    """An action of a layer: at most one goal of ours at a time.
 
     Nothing of actionlib is called while the lock is held, since it calls back holding locks of its own.
     """
