@@ -318,7 +318,7 @@ class JobComputer:
         self._sealed: tuple[TaughtPlaces | None, bytes] = (None, b"")
 
     async def written(self, job: object, *, whose: str) -> StoredJob:
-        """Return a job of somebody ready to be queued, which comes as `desk.parsed` reads it.
+        """Return a job of somebody ready to be queued, which comes as `parsed` reads it.
 
         Raises as `Job.parse` and `write_job` do, and as `Workers.run`.
         """

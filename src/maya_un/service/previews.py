@@ -76,7 +76,7 @@ class PreviewService:
         self._workers = workers
 
     async def preview(self, job: object, *, from_homed: bool = False, by: Caller = LOCAL) -> bytes:
-        """Return a `JobPreview` as JSON, of a job as `desk.parsed` reads it.
+        """Return a `JobPreview` as JSON, of a job as `computation.parsed` reads it.
 
         It starts at the position of the robot, or at the end of homing.
         """
@@ -88,7 +88,7 @@ class PreviewService:
     async def inspect(self, job: object, *, from_homed: bool = False, samples: int = 200, by: Caller = LOCAL) -> bytes:
         """Return a `JobInspection` as JSON, of a job as for `preview`; every motion has so many `samples`, 2 to 10 000.
 
-        Raises `InvalidValue`, and `TooLarge` for more samples of all motions than `desk.MOST_SAMPLED`.
+        Raises `InvalidValue`, and `TooLarge` for more samples of all motions than `computation.MOST_SAMPLED`.
         """
         require_samples(samples)
         start = self._start(from_homed)
@@ -144,12 +144,12 @@ def prepare(config: Config) -> None:
 
 
 def preview(*args: Any) -> Generator[Any, None, None]:
-    """Yield the result of `desk.preview` as JSON."""
+    """Yield the result of `computation.preview` as JSON."""
     yield from _pieces(to_json((yield from computation.preview(*args))))
 
 
 def inspect(*args: Any) -> Generator[Any, None, None]:
-    """Yield the result of `desk.inspect` as JSON."""
+    """Yield the result of `computation.inspect` as JSON."""
     yield from _pieces(to_json((yield from computation.inspect(*args))))
 
 
