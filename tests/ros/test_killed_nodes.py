@@ -113,7 +113,7 @@ def test_death_of_robot_controller_stops_its_motion(robot: LaunchedLayers) -> No
     outcome, result = goal.ended()
     assert (outcome, result["code"]) == (GoalStatus.ABORTED, NODE_GONE)
     comes_to_rest(robot, before)
-    assert "robot_controller is not running" in examined(robot)
+    assert "robot_controller has ended" in examined(robot)
     returns_without_motion(robot, "robot_controller", "maya_robot", "The robot layer is offered")
     robot.until_homed()
     works(robot)

@@ -44,7 +44,7 @@ def code_of(robot: LaunchedLayers, service: str) -> str:
     try:
         answer = robot.driver.call(service)
     except RefusedError as refusal:
-        return NOT_SIGNED_IN if "valid token" in str(refusal) else str(refusal)
+        return NOT_SIGNED_IN if f"[{NOT_SIGNED_IN}]" in str(refusal) else str(refusal)
     return "" if answer["success"] else str(answer["message"]).partition(":")[0]
 
 

@@ -123,7 +123,7 @@ def test_unreachable_target_is_refused_with_its_sentence(ready: Screen) -> None:
     ready.ask("speak", language="es")
     ready.wait("now", enabled=True)
     ready.click("now")
-    ready.wait("note", "no se puede", kind="bad")
+    ready.wait("note", "No se puede alcanzar", kind="bad")
     ready.ask("speak", language="en")
 
 

@@ -71,7 +71,7 @@ def test_the_heartbeat_is_the_command_itself(monkeypatch: pytest.MonkeyPatch) ->
             assert "You hold this lease, on this machine." in owner("lease")
             driver.send(signal.SIGTERM)
             code, said = driver.end()
-            assert (code, "Given back" in said) == (0, True)
+            assert (code, "You gave the lease back" in said) == (0, True)
         assert "Nobody drives" in owner("lease")
         with running("lease take") as driver:
             driver.until("You drive now")

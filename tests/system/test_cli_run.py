@@ -140,7 +140,7 @@ def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> 
         code, text = done("pick 0.5 1.1 5")
         assert (code, "error 2101" in text) == (1, True)
         code, text = done("jog a 2deg")
-        assert (code, text) == (0, "a by 2.00°.\n")
+        assert (code, text) == (0, "Moved a by 2.00°.\n")
         code, text = done("status")
         assert (code, text.startswith("idle")) == (0, True)
         up.send(signal.SIGTERM)

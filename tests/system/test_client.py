@@ -33,7 +33,6 @@ from maya_un.errors import (
 )
 from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.values import Joints, Mode, Point
-from tests.calm import CALM_FILE
 from tests.system.processes import CALM, running
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(180)]
@@ -45,10 +44,7 @@ FAR = JobBuilder("far").approach([0.20, 1.30, 0.50]).approach([1.20, 0.40, 0.50]
 
 @pytest.fixture(scope="module")
 def homed() -> Iterator[Client]:
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setenv("MAYA_CONFIG", str(CALM_FILE))
-        twin = Client.twin(speed=60, parts={"cube": CUBE})
-    with twin as client:
+    with Client.twin(speed=60, parts={"cube": CUBE}) as client:
         client.home()
         yield client
 
@@ -178,7 +174,7 @@ def test_stop_ends_the_command_of_another_client(maya: Client) -> None:
     other = Client(maya.address)
     stopping = threading.Thread(target=lambda: (moving(other), other.stop()))
     stopping.start()
-    with pytest.raises(Stopped, match="by a stop command"):
+    with pytest.raises(Stopped, match="A stop command ended this motion"):
         maya.approach(0.20, 1.30, 0.50)
     stopping.join()
     other.close()

@@ -22,5 +22,5 @@ def test_rosbridge_is_an_edge() -> None:
 
 
 def test_a_missing_edge_is_named() -> None:
-    with pytest.raises(EdgeNotInstalled, match="provides the edge fieldbus"):
+    with pytest.raises(EdgeNotInstalled, match="provides the interface fieldbus"):
         edge("fieldbus")

@@ -44,7 +44,7 @@ async def test_missing_layer_makes_it_not_ready() -> None:
     bridge.missing = lambda: [NodeGone(node="robot_controller")]
     found = await readiness(bridge, "en")
     assert (found.ready, [reason.code for reason in found.reasons]) == (False, [1011])
-    assert found.reasons[0].message.startswith("robot_controller is not running")
+    assert found.reasons[0].message.startswith("robot_controller has ended")
 
 
 async def test_hanging_loop_is_not_ready_and_reported_in_time() -> None:

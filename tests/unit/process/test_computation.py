@@ -99,7 +99,7 @@ async def test_a_target_out_of_reach_is_refused_by_a_worker_with_the_nearest() -
     with staff() as kept:
         async with stack(Config(), live=False, staff=kept) as robot:
             await robot.controller.home()
-            with pytest.raises(Unreachable, match="Nearest"):
+            with pytest.raises(Unreachable, match="nearest reachable point"):
                 await robot.robot.run(Approach(Point(5.0, 5.0, 0.4)))
 
 

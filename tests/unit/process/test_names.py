@@ -180,8 +180,8 @@ def test_invalid_cell_is_refused_at_its_key(step: dict[str, Any], key: str, reas
     [
         ({"pick": "shelv"}, r"tray\[row,column\], box\[row,column\], rack\[row,column\], shelf, slack"),
         ({"pick": "crate[1,1]"}, "shelf"),
-        ({"move": "rack"}, "Known: shelf, slack"),
-        ({"for_each": "shelf", "do": ["home"]}, "Known: tray, box, rack"),
+        ({"move": "rack"}, "Choose one of: shelf, slack"),
+        ({"for_each": "shelf", "do": ["home"]}, "Choose one of: tray, box, rack"),
     ],
 )
 def test_an_unknown_name_lists_the_known_ones(step: dict[str, Any], known: str) -> None:
