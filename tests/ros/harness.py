@@ -8,6 +8,7 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -78,6 +79,11 @@ class Ros:
         )  # fmt: skip
         assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}:\n{done.stdout}"
         return done.stdout
+
+    def maya(self, *words: str) -> subprocess.CompletedProcess[str]:
+        """Run `maya` on this graph and return how it ends."""
+        command = [str(Path(sys.executable).with_name("maya")), *words]
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=40.0, check=False)
 
     def driver(self) -> Driver:
         """Return a node that obeys the test."""

@@ -134,6 +134,16 @@ class LaunchedLayers:
         self.until_told("homing" if command == "home" else "moving", before)
         return goal
 
+    def moving(self) -> int:
+        """Have the robot move, so slowly that it outlasts the start of a node or the end of a master.
+
+        Return the number of earlier messages.
+        """
+        self.at_speed(0.02)
+        before = self.mark()
+        self.begun("approach", self.away())
+        return before
+
     def away(self) -> tuple[float, float, float]:
         """Return the one of the two places that is farther from the gripper, for a motion that lasts."""
         x, y, _ = self.twin()["point"]

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-from tests.ros.harness import Ros
 from tests.ros.launched_layers import LaunchedLayers, near
 
 pytestmark = pytest.mark.system
 
-MAYA = str(Path(sys.executable).with_name("maya"))
 ALREADY, GONE = "5004", "1011"
-SLOW = 0.02
-"""Share of the speed at which a motion outlasts the start of a node."""
 
 SCRIPTS = {
     "hw_simulator": "maya_controller",
@@ -26,22 +19,9 @@ SCRIPTS = {
 }
 
 
-def maya(ros: Ros, *words: str) -> subprocess.CompletedProcess[str]:
-    """Return how a command ends."""
-    return subprocess.run([MAYA, *words], env=ros.environment, capture_output=True, text=True, timeout=40, check=False)
-
-
-def moving(robot: LaunchedLayers) -> int:
-    """Have the robot move; return the number of earlier messages."""
-    robot.at_speed(SLOW)
-    before = robot.mark()
-    robot.begun("approach", robot.away())
-    return before
-
-
 @pytest.mark.parametrize("node", SCRIPTS)
 def test_second_node_of_a_name_is_refused_and_the_first_continues(robot: LaunchedLayers, node: str) -> None:
-    before = moving(robot)
+    before = robot.moving()
     second = robot.ros.start("rosrun", SCRIPTS[node], f"{node}.py")
     assert second.wait() == 2, second.said
     assert f"error {ALREADY}: " in second.said
@@ -52,9 +32,9 @@ def test_second_node_of_a_name_is_refused_and_the_first_continues(robot: Launche
 
 
 def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: LaunchedLayers) -> None:
-    before = moving(robot)
+    before = robot.moving()
     with robot.frozen("/hw_simulator"):
-        said = maya(robot.ros, "--json", "stop")
+        said = robot.ros.maya("--json", "stop")
         assert json.loads(said.stdout or said.stderr).get("error", {}).get("code") == int(GONE), said
     robot.until_told("stopped", before)
     robot.at_rest()
@@ -65,7 +45,7 @@ def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: Launch
 
 
 def test_hanging_node_carries_out_only_the_stop_of_a_disconnected_caller(robot: LaunchedLayers) -> None:
-    before = moving(robot)
+    before = robot.moving()
     with (
         robot.ros.asking("/gripper") as gripper,
         robot.ros.asking("/controller/stop") as stop,

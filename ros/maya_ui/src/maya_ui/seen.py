@@ -12,7 +12,7 @@ BUSY = frozenset({"homing", "moving", "stopping"})
 
 
 class Seen:
-    """The newest of every kind of fact. What a layer said that is not there any more does not count."""
+    """The newest fact of each kind. Facts of a layer that has left the graph do not count."""
 
     def __init__(self) -> None:
         self.presence = Presence()

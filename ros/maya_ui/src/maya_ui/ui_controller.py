@@ -69,8 +69,8 @@ _AT_REST = frozenset({"idle", "not_homed", "paused", "fault"})
 class UiController:
     """Everything the dashboard asks for goes over the graph from here; what comes back is told as facts.
 
-    Home, tasks and the gripper go to the highest layer that is there, so that whoever decides there decides about them
-    too. `prepare` makes this program a node, and may wait for a master; in rqt it is one already.
+    Home, tasks and the gripper go to the highest layer in the graph, because that layer decides about all motion.
+    `prepare` makes this program a node, and may wait for a master; in rqt it is one already.
     """
 
     def __init__(self, prepare: Callable[[], None] | None = None) -> None:
@@ -283,7 +283,7 @@ class _Part:
         self._heard(presence)
 
     def cancel_all(self) -> None:
-        """Cancel every goal of the controller layer and of the robot layer, whoever sent it; needs no master."""
+        """Cancel the goals of all clients in the controller layer and the robot layer; needs no master."""
         for door in (self.follow, self.home, self.task):
             door.cancel_all()
         self._cancel_move.publish(GoalID())
