@@ -67,8 +67,8 @@ class Box:
             thread.join()
 
 
-class Door:
-    """The service's door."""
+class Probe:
+    """Measures a running service from outside."""
 
     def __init__(self, running: Service) -> None:
         self._service = running
@@ -95,8 +95,8 @@ class Door:
                 subscribed.set()
 
         host, _, port = self._service.url.removeprefix("http://").partition(":")
-        wish = {"type": "subscribe", "events": {}}
-        transport, client = await loop.create_connection(lambda: Client(wish, seen), host, int(port))
+        request = {"type": "subscribe", "events": {}}
+        transport, client = await loop.create_connection(lambda: Client(request, seen), host, int(port))
         await client.open.wait()
         await subscribed.wait()
         for call in range(CALLS):
@@ -129,11 +129,11 @@ def nothing() -> None:
 def main() -> None:
     box = Box()
     with box.running(), service("--address", box.address) as running:
-        door = Door(running)
+        probe = Probe(running)
         cases = [
-            Case("event to client, 99 of 100 are sooner", door.event, "ms", Goal(5.0)),
+            Case("event to client, 99 of 100 are sooner", probe.event, "ms", Goal(5.0)),
             Case("python -c pass in a shell", timed(nothing), "ms"),
-            Case("maya stop in a shell, until ST is read", lambda: door.stop(box), "ms", Goal(200.0)),
+            Case("maya stop in a shell, until ST is read", lambda: probe.stop(box), "ms", Goal(200.0)),
         ]
         figures = measure(cases, rounds=7)
     report(figures)

@@ -1,7 +1,7 @@
 """How late the robot's loop is, and how long a stop takes to the wire, while a crowd sends hostile requests.
 
-The whole stack runs with its worker processes and its door, the twin included, in real time; the crowd is a process of
-its own. The loop's beat is a timer of 5 ms: how late the latest is within a second counts. Goals are about what the
+The whole stack runs with its worker processes, its listener and the twin in real time; the crowd is a process of its
+own. The loop's beat is a timer of 5 ms: how late the latest is within a second counts. Goals are about what the
 crowd adds to the same without a crowd, so that other work of the machine does not count.
 """
 
@@ -41,7 +41,7 @@ QUIET = "nobody"
 
 
 class Running:
-    """A stack behind its door, in a thread with a loop of its own; `port` is that of the door."""
+    """A stack that serves HTTP at `port`, in a thread with a loop of its own."""
 
     def __init__(self) -> None:
         self.port = 0
@@ -73,11 +73,11 @@ class Running:
         self._loop.close()
 
     async def _serve(self) -> None:
-        with staffed(Config()) as staff, bound_socket(0) as door:
-            self.port = door.getsockname()[1]
+        with staffed(Config()) as staff, bound_socket(0) as listener:
+            self.port = listener.getsockname()[1]
             async with stack(Config(), staff=staff) as robot:
                 bridge = Bridge(self._loop, robot.service, gate=robot.gate, callers=robot.entrance.callers)
-                async with served(create_app(bridge), door):
+                async with served(create_app(bridge), listener):
                     self._robot.set_result(robot)
                     await self._over.wait()
 

@@ -79,7 +79,7 @@ async def accept_only(job: Job) -> None:
     """Have a job accepted, looked at once, and cancelled before its first step."""
     async with stack(Config(), live=False) as robot:
         accepted = await robot.service.submit(job)
-        await asyncio.sleep(0)  # the wishes of an edge are steps of their own
+        await asyncio.sleep(0)  # the requests of an edge are steps of their own
         await robot.service.job(accepted.id)
         await asyncio.sleep(0)
         await robot.service.cancel(accepted.id)

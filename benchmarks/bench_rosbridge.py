@@ -112,8 +112,8 @@ class Server:
         taken: list[float] = []
         for number in range(TIMES):
             began = time.perf_counter()
-            wish = {"task": {"command": "can_teleop"}}
-            await client.send(said("call_service", id=number, service="/maya_command", args=wish))
+            request = {"task": {"command": "can_teleop"}}
+            await client.send(said("call_service", id=number, service="/maya_command", args=request))
             while json.loads(await client.recv()).get("id") != number:
                 pass
             taken.append(time.perf_counter() - began)

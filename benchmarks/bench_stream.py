@@ -73,8 +73,8 @@ async def serve_ours() -> None:
     async with stack(Config(), live=False) as robot:
         beating = Beating(robot.service)
         bridge = Bridge(asyncio.get_running_loop(), cast("Any", beating))
-        with bound_socket(0) as door:
-            async with served(create_app(bridge), door) as url:
+        with bound_socket(0) as listener:
+            async with served(create_app(bridge), listener) as url:
                 print(url.rpartition(":")[2], flush=True)
                 await obey(beating.going)
 
@@ -111,12 +111,12 @@ async def serve_bare() -> None:
             for socket in tuple(clients):
                 await socket.send_text(text)
 
-    with bound_socket(0) as door:
-        door.listen()
+    with bound_socket(0) as listener:
+        listener.listen()
         server = uvicorn.Server(uvicorn.Config(app, log_config=None, access_log=False, ws_per_message_deflate=False))
-        serving = asyncio.create_task(server.serve([door]))
+        serving = asyncio.create_task(server.serve([listener]))
         beating = asyncio.create_task(beat())
-        print(door.getsockname()[1], flush=True)
+        print(listener.getsockname()[1], flush=True)
         await obey(going)
         beating.cancel()
         server.should_exit = True
@@ -145,9 +145,9 @@ class Server:
         return self._process.stdout.readline()
 
     async def _connect(self) -> None:
-        wish = {"type": "subscribe", "state": {"rate": RATE}}
+        request = {"type": "subscribe", "state": {"rate": RATE}}
         for _ in range(CLIENTS):
-            _, client = await self._loop.create_connection(lambda: Client(wish, self._see), "127.0.0.1", self._port)
+            _, client = await self._loop.create_connection(lambda: Client(request, self._see), "127.0.0.1", self._port)
             await client.open.wait()
 
     def _see(self, text: bytes, now: float) -> None:

@@ -17,7 +17,7 @@ MAYA = str(Path(sys.executable).with_name("maya"))
 
 
 class Service(NamedTuple):
-    """A running `maya up`: its process, its door, and the environment in which other commands find it."""
+    """A running `maya up`: its process, its address, and the environment in which other commands find it."""
 
     pid: int
     url: str

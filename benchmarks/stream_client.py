@@ -13,10 +13,10 @@ Seen = Callable[[bytes, float], None]
 
 
 class Client(asyncio.Protocol):
-    """Says one `wish` to /v1/stream and hands on what comes; understands frames of a server and nothing else."""
+    """Says one `request` to /v1/stream and hands on what comes; understands frames of a server and nothing else."""
 
-    def __init__(self, wish: Mapping[str, object], seen: Seen) -> None:
-        self._wish = json.dumps(wish).encode()
+    def __init__(self, request: Mapping[str, object], seen: Seen) -> None:
+        self._request = json.dumps(request).encode()
         self._seen = seen
         self._transport: asyncio.Transport | None = None
         self._buffer = b""
@@ -49,9 +49,9 @@ class Client(asyncio.Protocol):
         if not ended:
             return False
         assert self._transport is not None
-        assert len(self._wish) < 126
+        assert len(self._request) < 126
         self._buffer = rest
-        self._transport.write(bytes((0x81, 0x80 | len(self._wish))) + bytes(4) + self._wish)
+        self._transport.write(bytes((0x81, 0x80 | len(self._request))) + bytes(4) + self._request)
         self.open.set()
         return True
 

@@ -42,8 +42,8 @@ async def main(speed: float) -> None:
         except MayaError as error:
             print(f"refused with {error.code}:", error)
 
-        report = await service.wish(Gripper(open=True))
-        print("a wish through the queue:", report.steps[0].step, report.state)
+        report = await service.command(Gripper(open=True))
+        print("a command through the queue:", report.steps[0].step, report.state)
 
         if maya.twin is not None:
             place = maya.twin.mechanics.parts["cube"]

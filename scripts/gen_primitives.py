@@ -62,7 +62,7 @@ def calls() -> Iterator[str]:
     """Yield the plans of a client, and the class that has them as methods."""
     yield f'"""The primitives as plans of a client, and as its methods.{NOTE}"""'
     yield "\n\nfrom __future__ import annotations\n\nfrom typing import Literal\n"
-    yield "\nfrom maya_un.client.plans.robot import wish"
+    yield "\nfrom maya_un.client.plans.robot import command"
     yield "\nfrom maya_un.client.steps import Plan, Verb"
     yield "\nfrom maya_un.client.targets import Spot, spot, state_of"
     yield "\nfrom maya_un.schema.jobs import JobReport\n"
@@ -71,7 +71,7 @@ def calls() -> Iterator[str]:
         value = f', "{argument.key}": {form.value}' if argument.key else ""
         yield f"\n\ndef {primitive.command}({form.parameters}) -> Plan[JobReport]:\n"
         yield f'    """{primitive.help(units=True)}"""\n'
-        yield f'    return (yield from wish({{"command": "{primitive.command}"{value}}}))\n'
+        yield f'    return (yield from command({{"command": "{primitive.command}"{value}}}))\n'
     yield '\n\nclass PrimitiveVerbs:\n    """A method for each primitive; it returns when the primitive is done."""\n\n'
     yield from (f"    {one.command} = Verb({one.command})\n" for one in _in_jobs())
 

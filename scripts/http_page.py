@@ -135,7 +135,7 @@ TITLES = {
 
 _LIMITED: dict[tuple[Operation, ...], str] = {
     (Operation.SUBMIT, Operation.PROPOSE): "as a proposal",
-    (Operation.WISH, Operation.SUBMIT, Operation.PROPOSE): "as a proposal, or with `wait` while driving",
+    (Operation.COMMAND, Operation.SUBMIT, Operation.PROPOSE): "as a proposal, or with `wait` while driving",
     (Operation.CHANGE_JOB, Operation.PROPOSE): "own jobs",
     (Operation.CANCEL, Operation.PROPOSE): "own jobs",
     (Operation.LEND, Operation.LEASE): "an offered lease",

@@ -41,15 +41,15 @@ class Outcome:
 class Person(threading.Thread):
     """Somebody who does `count` things, one after the other."""
 
-    def __init__(self, door: tuple[str, int], token: str, count: int, seed: str, outcome: Outcome) -> None:
+    def __init__(self, address: tuple[str, int], token: str, count: int, seed: str, outcome: Outcome) -> None:
         super().__init__(daemon=True)
-        self._door = door
+        self._address = address
         self._token = token
         self._count = count
         self._rng = Random(seed)
         self._outcome = outcome
         self._lease = ""
-        self._connection = HTTPConnection(*door, timeout=30.0)
+        self._connection = HTTPConnection(*address, timeout=30.0)
 
     def run(self) -> None:
         """Live."""
@@ -61,21 +61,21 @@ class Person(threading.Thread):
             idle.wait(self._rng.choice([0.0, 0.02, 0.2] if self._lease else [0.0, 0.1, 0.5, 1.5]))
         self._connection.close()
 
-    def _do(self, wish: str) -> None:
-        if wish == "vanish":
+    def _do(self, request: str) -> None:
+        if request == "vanish":
             self._connection.close()
-            self._connection = HTTPConnection(*self._door, timeout=30.0)
+            self._connection = HTTPConnection(*self._address, timeout=30.0)
             self._lease = ""
             return
-        if wish == "jog":
+        if request == "jog":
             way = ("POST", "/v1/jog", {"axis": "a", "distance": self._rng.choice([-1.0, 1.0])})
-        elif wish == "speed":
+        elif request == "speed":
             way = ("POST", "/v1/speed", {"ratio": self._rng.choice([0.5, 1.0])})
         else:
-            way = _PATHS[wish]
-        self._ask(wish, *way)
+            way = _PATHS[request]
+        self._ask(request, *way)
 
-    def _ask(self, wish: str, method: str, path: str, body: dict[str, Any] | None) -> None:
+    def _ask(self, request: str, method: str, path: str, body: dict[str, Any] | None) -> None:
         headers = {"Authorization": f"Bearer {self._token}", "Content-Type": "application/json"}
         if self._lease:
             headers["Maya-Lease"] = self._lease
@@ -85,27 +85,27 @@ class Person(threading.Thread):
             response = self._connection.getresponse()
             answer = json.loads(response.read())
         except (OSError, HTTPException) as error:
-            self._outcome.broken.append(f"{wish}: {error!r}")
+            self._outcome.broken.append(f"{request}: {error!r}")
             self._connection.close()
             return
-        self._note(wish, response.status, answer, asked)
+        self._note(request, response.status, answer, asked)
 
-    def _note(self, wish: str, status: int, answer: Any, asked: float) -> None:
-        key = f"{wish} {status}"
+    def _note(self, request: str, status: int, answer: Any, asked: float) -> None:
+        key = f"{request} {status}"
         self._outcome.statuses[key] = self._outcome.statuses.get(key, 0) + 1
-        if wish == "stop":
+        if request == "stop":
             self._outcome.stops.append((asked, status))
-        if wish in {"take", "force"} and status == 200:
+        if request in {"take", "force"} and status == 200:
             self._lease = answer["id"]
-        elif wish == "release" or (status == 409 and answer.get("code") == 4105):
+        elif request == "release" or (status == 409 and answer.get("code") == 4105):
             self._lease = ""
 
 
 def main() -> None:
-    """Run the orders of the input: {"door": [host, port], "tokens": [...], "count": n, "seed": text}."""
+    """Run the orders of the input: {"address": [host, port], "tokens": [...], "count": n, "seed": text}."""
     asked = json.loads(sys.stdin.read())
     outcome = Outcome()
-    host, port = asked["door"]
+    host, port = asked["address"]
     people = [
         Person((host, port), token, asked["count"], f"{asked['seed']} {n}", outcome)
         for n, token in enumerate(asked["tokens"])

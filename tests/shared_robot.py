@@ -98,11 +98,11 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))
-            with bound_socket(0) as near, bound_socket(0) as door:
-                place = EndpointOptions(door, OriginPolicy(near=_UNBOUNDED), state / "steps.db")
+            with bound_socket(0) as near, bound_socket(0) as listener:
+                place = EndpointOptions(listener, OriginPolicy(near=_UNBOUNDED), state / "steps.db")
                 beside = partial(endpoint, running, bridge, place, speed=SPEED)
                 async with served(app, near, beside=beside) as url:
-                    rosbridge = "ws://{}:{}".format(*door.getsockname())
+                    rosbridge = "ws://{}:{}".format(*listener.getsockname())
                     robot = SharedRobot(url, app, loop, running, over, rosbridge=rosbridge)
                     await _prepare(robot, users=users)
                     started.set_result(robot)
@@ -113,8 +113,8 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
 
 async def _prepare(robot: SharedRobot, *, users: bool) -> None:
     service = robot.stack.service
-    await service.wish({"command": "gripper", "open": True})
-    await service.wish({"command": "home"})
+    await service.command({"command": "gripper", "open": True})
+    await service.command({"command": "home"})
     for role in reversed(Role) if users else ():
         made = await service.users.add(f"the-{role.word}", role.word, PASSWORD)
         robot.tokens[role.word] = made.token

@@ -13,8 +13,8 @@ import struct
 import sys
 from contextlib import suppress
 
-WISH = json.dumps({"type": "subscribe", "events": {"since": 0}}).encode()
-FRAME = struct.pack("!BB4x", 0x81, 0x80 | len(WISH)) + WISH
+REQUEST = json.dumps({"type": "subscribe", "events": {"since": 0}}).encode()
+FRAME = struct.pack("!BB4x", 0x81, 0x80 | len(REQUEST)) + REQUEST
 """As a client sends it: masked, here with zeros (RFC 6455, 5.3)."""
 
 UPGRADE = (

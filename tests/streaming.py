@@ -140,8 +140,8 @@ async def streamed(watched: Watched, *, most_behind: int = MOST_EVENTS) -> Async
     bridge = Bridge(asyncio.get_running_loop(), watched.service, gate=gate, callers=watched.entrance.callers)
     app = FastAPI()
     add_stream(app, bridge, most_behind)
-    with bound_socket(0) as door:
-        async with served(app, door) as url:
+    with bound_socket(0) as listener:
+        async with served(app, listener) as url:
             yield f"{url.replace('http', 'ws', 1)}/v1/stream"
 
 

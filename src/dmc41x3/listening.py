@@ -161,11 +161,11 @@ class Listener(asyncio.AbstractServer):
         self._untouched: set[socket.socket] = set()
         self._open = True
         self.sockets = tuple(sockets)
-        for door in self.sockets:
-            door.setblocking(False)
-            door.listen(BACKLOG)
-        for door in self.sockets:
-            self._loop.add_reader(door.fileno(), self._accept, door)
+        for listener in self.sockets:
+            listener.setblocking(False)
+            listener.listen(BACKLOG)
+        for listener in self.sockets:
+            self._loop.add_reader(listener.fileno(), self._accept, listener)
 
     @property
     def address(self) -> tuple[str, int]:
@@ -178,9 +178,9 @@ class Listener(asyncio.AbstractServer):
         if not self._open:
             return
         self._open = False
-        for door in self.sockets:
-            self._loop.remove_reader(door.fileno())
-            door.close()
+        for listener in self.sockets:
+            self._loop.remove_reader(listener.fileno())
+            listener.close()
         for task in tuple(self._greeting):
             task.cancel()
 
@@ -193,15 +193,15 @@ class Listener(asyncio.AbstractServer):
         """Tell whether connections are accepted."""
         return self._open
 
-    def _accept(self, door: socket.socket) -> None:
+    def _accept(self, listener: socket.socket) -> None:
         """Accept one connection; if few descriptors are left, wait with the next until this one is served or closed."""
         try:
-            connection, _ = door.accept()
+            connection, _ = listener.accept()
         except OSError as error:
             if error.errno in _USED_UP:
                 self._refusals.add()
-                self._pause(door)
-                self._loop.call_later(_AGAIN, self._go_on, door)
+                self._pause(listener)
+                self._loop.call_later(_AGAIN, self._go_on, listener)
             return  # or the connection was broken off before it was accepted
         number = connection.fileno()
         if number >= self._share.most:
@@ -210,7 +210,7 @@ class Listener(asyncio.AbstractServer):
                 connection.close()
                 return
         connection.setblocking(False)
-        paused = door if number >= self._share.full else None
+        paused = listener if number >= self._share.full else None
         if paused is not None:
             self._pause(paused)
         task = self._loop.create_task(self._greet(connection, paused), name="connection")
@@ -252,12 +252,12 @@ class Listener(asyncio.AbstractServer):
         oldest.cancel()
         return True
 
-    def _pause(self, door: socket.socket) -> None:
-        self._loop.remove_reader(door.fileno())
+    def _pause(self, listener: socket.socket) -> None:
+        self._loop.remove_reader(listener.fileno())
 
-    def _go_on(self, door: socket.socket) -> None:
+    def _go_on(self, listener: socket.socket) -> None:
         if self._open:
-            self._loop.add_reader(door.fileno(), self._accept, door)
+            self._loop.add_reader(listener.fileno(), self._accept, listener)
 
 
 async def listen(host: str, port: int, factory: Callable[[], asyncio.BaseProtocol]) -> Listener:
@@ -265,12 +265,12 @@ async def listen(host: str, port: int, factory: Callable[[], asyncio.BaseProtoco
     loop = asyncio.get_running_loop()
     bound = await loop.create_server(asyncio.Protocol, host, port, start_serving=False)
     try:
-        sockets = [door.dup() for door in bound.sockets]
+        sockets = [listener.dup() for listener in bound.sockets]
     finally:
         bound.close()
     try:
         return Listener(sockets, factory, DescriptorShares.now().near)
     except OSError:
-        for door in sockets:
-            door.close()
+        for listener in sockets:
+            listener.close()
         raise

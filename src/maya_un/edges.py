@@ -20,7 +20,7 @@ GROUP = "maya_un.edges"
 class EndpointOptions(NamedTuple):
     """The socket of an edge, its origin policy, and the file that records which steps were carried out."""
 
-    door: socket
+    listener: socket
     edge: OriginPolicy
     steps: Path
 

@@ -72,9 +72,9 @@ async def held(where: str, *, homed: bool = True) -> AsyncIterator[Held]:
             yield Held(controller, low.rig)
 
 
-async def ends(wish: Awaitable[object]) -> MayaError:
+async def ends(command: Awaitable[object]) -> MayaError:
     with pytest.raises(MayaError) as raised:
-        await wish
+        await command
     return raised.value
 
 
@@ -104,12 +104,12 @@ def _line(controller: Controller, target: Point) -> Path:
 
 @pytest.mark.parametrize("what", REFUSALS)
 async def test_refusal_has_the_same_code_and_words_everywhere(what: str) -> None:
-    wish, error = REFUSALS[what]
+    command, error = REFUSALS[what]
     said: list[tuple[int, str]] = []
     for where in WHERE:
         async with held(where) as robot:
             before = robot.exact
-            refused = await ends(wish(robot.controller))
+            refused = await ends(command(robot.controller))
             assert isinstance(refused, error)
             assert robot.exact == before
             assert robot.controller.state.mode is Mode.IDLE

@@ -112,12 +112,12 @@ class Scene:
             if kind == "job":
                 await elapse(seconds)
                 return
-            wish = asyncio.ensure_future(self.commanded(name, seconds))
-            drive.carry(wish)
+            work = asyncio.ensure_future(self.commanded(name, seconds))
+            drive.carry(work)
             try:
-                await asyncio.wait({wish})
+                await asyncio.wait({work})
             finally:
-                cancel_once(wish)
+                cancel_once(work)
 
     async def commanded(self, name: str, seconds: float) -> None:
         """Command the robot again and again."""
@@ -172,10 +172,10 @@ class Scene:
         else:
             assert isinstance(task.exception(), MayaError), f"{name} drove with {model}"
 
-    def _shown(self, name: str, wish: object) -> None:
-        assert callable(wish)
+    def _shown(self, name: str, work: object) -> None:
+        assert callable(work)
         try:
-            wish(self.ids.get(name, ""))
+            work(self.ids.get(name, ""))
             assert self.model.holder == name
         except (LeaseLost, LeaseHeld, LeaseNeeded):
             assert self.model.holder != name

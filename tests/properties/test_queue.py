@@ -59,7 +59,7 @@ actions = st.one_of(
     st.tuples(st.just("end"), st.booleans()),
     *(
         st.tuples(st.just(word))
-        for word in ("pause", "pause now", "resume", "resume motion", "step", "stop", "clear", "wish", "kill")
+        for word in ("pause", "pause now", "resume", "resume motion", "step", "stop", "clear", "command", "kill")
     ),
     st.tuples(st.just("release lease")),
     st.tuples(st.sampled_from(("break", "mend"))),
@@ -174,7 +174,7 @@ class World:
             "step": self._step,
             "stop": self._stop,
             "clear": process.clear,
-            "wish": self._command,
+            "command": self._command,
             "kill": self._kill,
             "end": self._end,
             "break": lambda: self._storage("the disk is full"),
@@ -201,7 +201,7 @@ class World:
         process = self.layer.process
         if process.shown.mode is QueueMode.PAUSED and process.running is None:
             self.direct.add(max(self.accepted, default=0) + 1)
-        number = await process.wish(Home())
+        number = await process.command(Home())
         self.accepted.append(number)
 
     async def _fail(self, failure: Callable[[], MayaError]) -> None:

@@ -75,9 +75,9 @@ class Driver(QObject):
         self.said.emit('{"do": "leave"}')
 
     def _line(self, line: str) -> None:
-        wish = json.loads(line)
+        command = json.loads(line)
         try:
-            answer = getattr(self, f"do_{wish.pop('do')}")(**wish)
+            answer = getattr(self, f"do_{command.pop('do')}")(**command)
         except Exception as error:  # noqa: BLE001 - whoever drives is told
             answer = {"error": f"{type(error).__name__}: {error}"}
         if answer is not self:
@@ -179,8 +179,8 @@ class Driver(QObject):
     def do_tell(self, fact: str, times: int = 1, **fields: Any) -> Any:
         """Have the stand-in tell a fact, once or more, and answer when it has been heard."""
         kind = getattr(facts, fact)
-        if "wish" in fields:
-            fields["wish"] = facts.Wish(fields["wish"])
+        if "command" in fields:
+            fields["command"] = facts.Command(fields["command"])
         if "choices" in fields:
             fields["choices"] = tuple(facts.Choice(*one) for one in fields["choices"])
         if fields.get("standing") is not None:

@@ -41,10 +41,10 @@ def main() -> None:
     rospy.signal_shutdown("nothing more to do")
 
 
-def _serve(wish: dict[str, Any]) -> None:
-    number = wish.pop("id")
+def _serve(request: dict[str, Any]) -> None:
+    number = request.pop("id")
     try:
-        _tell({"id": number, "value": OPERATIONS[wish.pop("op")](**wish)})
+        _tell({"id": number, "value": OPERATIONS[request.pop("op")](**request)})
     except Exception as error:  # noqa: BLE001 - whatever it is, the test is told
         _tell({"id": number, "error": f"{type(error).__name__}: {error}"})
 

@@ -47,21 +47,21 @@ class Peer:
             raise
 
     async def _act(self, goal: Message, feedback: Feedback) -> Message:
-        wish = GoalOutcome(round(goal["a"]))
-        if wish is GoalOutcome.IS_REFUSED:
+        request = GoalOutcome(round(goal["a"]))
+        if request is GoalOutcome.IS_REFUSED:
             raise GoalRefused(failure(Busy(doing="something else")))
-        if wish is GoalOutcome.FAILS:
+        if request is GoalOutcome.FAILS:
             raise LimitReached(axis="b", side="forward")
-        if wish is GoalOutcome.BREAKS:
+        if request is GoalOutcome.BREAKS:
             raise ZeroDivisionError("by design")
         feedback({"a": 1.0, "progress": 0.5})
-        if wish is GoalOutcome.LASTS:
+        if request is GoalOutcome.LASTS:
             going_on = asyncio.ensure_future(self._go_on(feedback))
             try:
                 await self._until_cancelled("goal")
             finally:
                 going_on.cancel()
-        if wish is GoalOutcome.TAKES_A_WHILE:
+        if request is GoalOutcome.TAKES_A_WHILE:
             await work(0.2 * self._node.speed)
         return success()
 
@@ -84,8 +84,8 @@ class Peer:
         return {"success": True, "message": "in the loop"}
 
     def _heard(self, message: Message) -> None:
-        wish = json.loads(message["data"])
-        match wish["op"]:
+        request = json.loads(message["data"])
+        match request["op"]:
             case "cancel":
                 for task in self._tasks:
                     task.cancel()
@@ -94,18 +94,18 @@ class Peer:
             case "writers":
                 self._say("writers", names=sorted(self._echoed.writers), readers=self._out.readers)
             case _:
-                task = asyncio.ensure_future(self._done(wish))
+                task = asyncio.ensure_future(self._done(request))
                 self._tasks.add(task)
                 task.add_done_callback(self._tasks.discard)
 
-    async def _done(self, wish: Message) -> None:
+    async def _done(self, request: Message) -> None:
         try:
-            if wish["op"] == "call":
+            if request["op"] == "call":
                 self._say("calling")
-                answer = await self._graph.call(wish["service"], {}, wish.get("kind", ""))
+                answer = await self._graph.call(request["service"], {}, request.get("kind", ""))
                 self._say("answered", answer=answer)
             else:
-                ended = await self._graph.do(wish["action"], MOVE, wish["goal"], self._feedback)
+                ended = await self._graph.do(request["action"], MOVE, request["goal"], self._feedback)
                 self._say("ended", outcome=ended.outcome, result=ended.result)
         except asyncio.CancelledError:
             self._say("did cancel")

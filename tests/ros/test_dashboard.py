@@ -42,8 +42,8 @@ def screen(only: Screen) -> Screen:
     only.ask("speak", language="en")
     only.tell("Presence", **HERE)
     stand(only, "idle")
-    for wish in ("jog", "task"):
-        only.tell("Ended", wish=wish, done=True)
+    for command in ("jog", "task"):
+        only.tell("Ended", command=command, done=True)
     only.tell("Position", x=0.41, y=1.13, z=0.75)
     only.tell("Joints", a=0.35, b=1.61, c=1.82)
     if only.read("clear")["enabled"]:
@@ -270,10 +270,10 @@ def test_a_button_held_with_the_pointer_lets_go_when_it_is_hidden(screen: Screen
 
 
 def test_running_command_is_shown_until_its_end(screen: Screen) -> None:
-    screen.tell("Under", wish="task", phase="lower", share=0.4)
+    screen.tell("Under", command="task", phase="lower", share=0.4)
     assert screen.text("progress") == "Task: lower  %p%"
     assert "is running" in screen.read("now")["tip"]
-    screen.tell("Ended", wish="task", done=False, code="2201", message="A stop command ended this motion.")
+    screen.tell("Ended", command="task", done=False, code="2201", message="A stop command ended this motion.")
     assert screen.text("note") == "Task: A stop command ended this motion. (2201)"
     assert screen.read("note")["kind"] == ""
     assert screen.text("progress") == ""

@@ -62,8 +62,8 @@ def peer(ros: Ros, driver: Driver) -> Peer:
     return Peer(ros, driver)
 
 
-def move(driver: Driver, wish: GoalOutcome) -> Goal:
-    return driver.do("/peer/move", MOVE, {"a": float(wish)})
+def move(driver: Driver, asked: GoalOutcome) -> Goal:
+    return driver.do("/peer/move", MOVE, {"a": float(asked)})
 
 
 def mark(feed: Feed) -> int:
@@ -155,14 +155,14 @@ ENDS = [
 ]
 
 
-@pytest.mark.parametrize(("wish", "outcome", "code"), ENDS)
+@pytest.mark.parametrize(("asked", "outcome", "code"), ENDS)
 def test_a_goal_ends_as_its_act_does(
-    wish: GoalOutcome, outcome: GoalStatus, code: str, peer: Peer, driver: Driver
+    asked: GoalOutcome, outcome: GoalStatus, code: str, peer: Peer, driver: Driver
 ) -> None:
-    ended, result = move(driver, wish).ended()
+    ended, result = move(driver, asked).ended()
     assert (ended, result["code"], result["success"]) == (outcome, code, not code)
     before = mark(peer.said)
-    peer.do("do", action="/peer/move", goal={"a": float(wish)})
+    peer.do("do", action="/peer/move", goal={"a": float(asked)})
     told = peer.says("ended", before)
     assert (told["outcome"], told["result"]["code"]) == (outcome, code)
 

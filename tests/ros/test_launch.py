@@ -93,9 +93,9 @@ print(json.dumps(told))
 """Nodes that launch files would start, as roslaunch itself reads them; output of commands is left out."""
 
 
-def planned(workspace: Workspace, wishes: list[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:
+def planned(workspace: Workspace, requests: list[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:
     """Return nodes and parameters that launch files with these arguments would bring."""
-    asked = [(str(PLACES / PACKAGES[file] / "launch" / file), written(arguments)) for file, arguments in wishes]
+    asked = [(str(PLACES / PACKAGES[file] / "launch" / file), written(arguments)) for file, arguments in requests]
     said = run(["/usr/bin/python3", "-c", PLANNED, json.dumps(asked)], workspace.place, workspace.environment())
     return json.loads(said.splitlines()[-1])
 

@@ -68,9 +68,9 @@ REFUSED: Refused = {
 class DatabaseSetup(ABC):
     """A database with a robot that is at home, and the URLs of its `maya coms` and of its `maya up`."""
 
-    def __init__(self, link: str, door: str) -> None:
+    def __init__(self, link: str, service: str) -> None:
         self.link = link
-        self.door = door
+        self.service = service
 
     @abstractmethod
     def send_all(self, commands: Mapping[str, Any]) -> None:
@@ -102,7 +102,7 @@ class DatabaseSetup(ABC):
 
     def stop(self) -> None:
         """Stop the robot."""
-        assert call("POST", self.door, "/v1/stop")["status"] == 200
+        assert call("POST", self.service, "/v1/stop")["status"] == 200
 
     def wait_after_stop(self) -> None:
         """Wait for as long as no command may come after a stop, and as long again."""

@@ -254,10 +254,10 @@ class Person:
         assert (self._twin.mechanics.true_joints(), self._twin.mechanics.record.carried) == before
         assert self._view().running is None
 
-    async def _do(self, said: str, wish: dict[str, object]) -> None:
+    async def _do(self, said: str, request: dict[str, object]) -> None:
         """Have the robot do something now, while the queue is paused."""
         self._ledger.write("said", choice=said)
-        report = await self._robot.service.wish(wish, by=LOCAL)
+        report = await self._robot.service.command(request, by=LOCAL)
         assert report.state is TaskState.DONE, report.message
 
     async def _judge(self, offer: Recovery) -> None:

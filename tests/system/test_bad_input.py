@@ -48,11 +48,11 @@ async def _live(ready: SimpleQueue[_Ready]) -> None:
     assert isinstance(loop, JumpingLoop)
     async with stack(Config(), live=False) as running:
         assert running.twin is not None
-        await running.service.wish({"command": "gripper", "open": True})
-        await running.service.wish({"command": "home"})
+        await running.service.command({"command": "gripper", "open": True})
+        await running.service.command({"command": "home"})
         running.twin.controller.tap = lambda _, way, data: wire.append(data) if way == "rx" else None
-        with loop.external(), bound_socket(0) as door:
-            async with served(create_app(Bridge(loop, running.service)), door) as url:
+        with loop.external(), bound_socket(0) as listener:
+            async with served(create_app(Bridge(loop, running.service)), listener) as url:
                 ready.put(_Ready(Robot(url, wire), loop, end))
                 await end.wait()
 
@@ -85,7 +85,7 @@ def refused(line: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> N
     assert "Traceback" not in captured.err + captured.out
 
 
-WISHES = [
+REQUESTS = [
     ("pick nan 1.2", 4001),
     ("pick 0.5 inf", 4001),
     ("pick 0.5 1e999", 4001),
@@ -135,7 +135,7 @@ WISHES = [
 ]
 
 
-@pytest.mark.parametrize(("line", "code"), WISHES, ids=[line for line, _ in WISHES])
+@pytest.mark.parametrize(("line", "code"), REQUESTS, ids=[line for line, _ in REQUESTS])
 def test_commands(line: str, code: int, found: Robot, capsys: pytest.CaptureFixture[str]) -> None:
     before = len(found.wire)
     refused(line.split(), code, capsys)

@@ -76,10 +76,10 @@ def robot(config: Config, truth: TrueConstants) -> Iterator[Robot]:
 
     async def serve() -> None:
         loop = asyncio.get_running_loop()
-        with bound_socket(0) as door:
+        with bound_socket(0) as listener:
             async with (
                 stack(config, seed=5, truth=truth, speed=SPEED) as running,
-                served(create_app(Bridge(loop, running.service)), door) as url,
+                served(create_app(Bridge(loop, running.service)), listener) as url,
             ):
                 runtime.publish(runtime.Running(url, os.getpid(), None))
                 started.set_result(Robot(loop, running))

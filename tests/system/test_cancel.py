@@ -60,8 +60,8 @@ async def assert_at_rest(maya: Stack) -> None:
 
 async def tidy_up(maya: Stack, place: Point) -> None:
     """Put down what the gripper holds, or just open it where nothing is known to be in it."""
-    wish = Place(place) if maya.robot.holding else Gripper(open=True)
-    report = await maya.service.wish(wish)
+    request = Place(place) if maya.robot.holding else Gripper(open=True)
+    report = await maya.service.command(request)
     assert report.state == "done", report.message
 
 
@@ -70,7 +70,7 @@ async def test_cancelled_at_random_instants(campaign: Campaign) -> None:
     rng = campaign.rng()
     async with stack(Config(), parts={"cube": START}, live=False) as maya:
         assert maya.twin is not None
-        assert (await maya.service.wish(Home())).state == "done"
+        assert (await maya.service.command(Home())).state == "done"
         mark = maya.twin.mechanics.record.mark()
         for _ in range(campaign.size(ci=20, long=300)):
             goal = drawn_place(rng)

@@ -267,13 +267,13 @@ def test_a_cancelled_task_stops_the_robot(maya: Client) -> None:
 
     async def later() -> None:
         async with AsyncClient(maya.address) as client:
-            wish = asyncio.create_task(client.approach(0.20, 1.30, 0.50))
+            request = asyncio.create_task(client.approach(0.20, 1.30, 0.50))
             async for state in client.states(rate=50.0):
                 if state.moving:
                     break
-            wish.cancel()
+            request.cancel()
             with pytest.raises(asyncio.CancelledError):
-                await wish
+                await request
 
     run(later())
     (line,) = maya.history.page(limit=1)

@@ -66,8 +66,8 @@ TOO_MUCH: coms_hostile.Refused = {
 class FirestoreSetup(coms_hostile.DatabaseSetup):
     """Firestore with a robot; `token` is that of a supervisor."""
 
-    def __init__(self, port: int, token: str, link: str, door: str) -> None:
-        super().__init__(link, door)
+    def __init__(self, port: int, token: str, link: str, service: str) -> None:
+        super().__init__(link, service)
         self._url = f"http://127.0.0.1:{port}/v1/"
         self._token = token
 
@@ -145,11 +145,11 @@ def firestore_setup(request: pytest.FixtureRequest) -> Iterator[FirestoreSetup]:
         emulated = request.param == "emulator"
         port = held.enter_context(emulator(RULES)) if emulated else database.port
         up = held.enter_context(running(UP))
-        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
+        service, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         environment = {"FIRESTORE_EMULATOR_HOST": f"127.0.0.1:{port}", **admit(database)}
         link = Process(f"coms --port 0 --url firestore://demo --rosbridge {rosbridge} --connect", env=environment)
         held.callback(link.kill)
-        one = FirestoreSetup(port, database.store.sign_in("lab"), url_in(link.until("http://")), door)
+        one = FirestoreSetup(port, database.store.sign_in("lab"), url_in(link.until("http://")), service)
         accounts = {"accounts/maya": {"robot": "MAYA"}, "accounts/lab": {"commands": ["MAYA"]}}
         assert one.write({**accounts, "robots/MAYA": {}}, OWNER).is_success
         one.send_all({"home": {"command": "home"}})

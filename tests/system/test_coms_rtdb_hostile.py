@@ -44,8 +44,8 @@ EMPTY: dict[str, Any] = {"null": None, "nothing": {}, "nothing deep": {"args": {
 class RtdbSetup(coms_hostile.DatabaseSetup):
     """A Realtime Database with a robot."""
 
-    def __init__(self, database: RealtimeDatabase, link: str, door: str) -> None:
-        super().__init__(link, door)
+    def __init__(self, database: RealtimeDatabase, link: str, service: str) -> None:
+        super().__init__(link, service)
         self.database = database
 
     def send_all(self, commands: Mapping[str, Any]) -> None:
@@ -77,9 +77,9 @@ class RtdbSetup(coms_hostile.DatabaseSetup):
 @pytest.fixture(scope="module")
 def rtdb_setup() -> Iterator[RtdbSetup]:
     with realtime_database() as database, running(UP) as up:
-        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
+        service, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         with connected(database, rosbridge) as link:
-            one = RtdbSetup(database, url_in(link.until("http://")), door)
+            one = RtdbSetup(database, url_in(link.until("http://")), service)
             one.send_all({"home": {"command": "home"}})
             assert one.result("home")["success"]
             yield one

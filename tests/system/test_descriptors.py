@@ -95,10 +95,10 @@ def test_stop_with_descriptors_used_up_is_answered(limit: int, said: str, own_fo
 
 def test_stop_with_rosbridge_flooded_is_answered(own_folders: Path) -> None:
     with limited(48, "up --port 0 --rosbridge-port 0") as service:
-        door = service.until("http://")
+        announced = service.until("http://")
         rosbridge = address_in(service.until("ws://"))
         with half_open(rosbridge, b"GET / HTTP/1.1\r\n"):
-            assert stopped(address_in(door)) == 200
+            assert stopped(address_in(announced)) == 200
     log = own_folders / "state" / "maya.log"
     assert not log.exists() or log.stat().st_size < MOST_LOGGED
 

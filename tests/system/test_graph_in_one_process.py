@@ -94,13 +94,13 @@ async def graph_stack(*, homed: bool = True) -> AsyncIterator[GraphStack]:
         bridge = Bridge(asyncio.get_running_loop(), layers.service, gate=layers.gate)
         echo = await held.enter_async_context(echoed(bridge, 1.0))
         queue = GraphQueue(bridge.carry, lambda: echo.view, layers.controller)
-        doors = (
+        servers = (
             ("hw_simulator", ControllerServer(ControllerProxy(layers, bridge, echo))),
             ("robot_controller", RobotServer(RobotProxy(layers, bridge, echo))),
             ("process_controller", ProcessServer(queue)),
         )
-        for name, door in doors:
-            await held.enter_async_context(door.open(bus.node(name)))
+        for name, server in servers:
+            await held.enter_async_context(server.open(bus.node(name)))
         seen = GraphStack(layers, bus, bus.node("somebody"))
         seen.client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
         await elapse(0.1)
@@ -154,10 +154,10 @@ async def test_every_way_moves_the_part(way: str) -> None:
 
 
 def homing(robot: GraphStack) -> Awaitable[None]:
-    async def wished() -> None:
+    async def requested() -> None:
         robot.publish("/maya_move", "maya_robot/MayaPrimitive", HOME)
 
-    return wished()
+    return requested()
 
 
 @pytest.mark.parametrize("way", [*WAYS, "homing"])

@@ -108,13 +108,13 @@ class Race:
     def moving(self) -> bool:
         return self.running.controller.state.mode is Mode.MOVING
 
-    async def ask(self, who: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]]) -> T:
+    async def ask(self, who: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]]) -> T:
         """Ask through the gate; whatever drives is noted with the newest event when it is let in."""
 
         def noted(service: Service) -> Awaitable[T]:
             if operation in {Operation.JOG, Operation.SPEED}:
                 self.let_in.append((who.name, len(self.running.controller.events)))
-            return wish(service)
+            return work(service)
 
         return await self.running.gate.call(who, operation, noted)
 
@@ -142,10 +142,10 @@ class Person:
         for _ in range(count):
             habit = DRIVING if self._lease else WAITING
             offered = self._race.running.lease.offered_to == self.name
-            wish = "take" if offered else self._rng.choices(list(habit), list(habit.values()))[0]
+            work = "take" if offered else self._rng.choices(list(habit), list(habit.values()))[0]
             try:
-                await self._do(wish)
-                self._race.done[wish] = self._race.done.get(wish, 0) + 1
+                await self._do(work)
+                self._race.done[work] = self._race.done.get(work, 0) + 1
             except MayaError as refusal:
                 self._race.refused[refusal.code] = self._race.refused.get(refusal.code, 0) + 1
                 if isinstance(refusal, LeaseLost):
@@ -159,10 +159,10 @@ class Person:
         token = self._race.tokens[self.name]
         return await callers.resolve(f"Bearer {token}", self._lease, f"10.0.0.{len(self.name)}", loopback=False)
 
-    async def _do(self, wish: str) -> None:
-        match wish:
+    async def _do(self, work: str) -> None:
+        match work:
             case "take" | "force":
-                who, force = await self._who(), wish == "force"
+                who, force = await self._who(), work == "force"
                 taken = self._race.ask(who, Operation.LEASE, lambda service: service.lease.take(who, force=force))
                 self._lease = (await taken).id
             case "jog":
@@ -174,9 +174,9 @@ class Person:
             case "stop":
                 await self._stop()
             case _:
-                await self._say(wish)
+                await self._say(work)
 
-    async def _say(self, wish: str) -> None:
+    async def _say(self, work: str) -> None:
         """Say what is over at once."""
         who = await self._who()
         to = self._rng.choice(list(self._race.tokens))
@@ -188,8 +188,8 @@ class Person:
             "renew": (Operation.RENEW, lambda service: service.lease.renew(who)),
             "speed": (Operation.SPEED, lambda service: service.speed(ratio)),
         }
-        await self._race.ask(who, *ways[wish])
-        if wish == "release":
+        await self._race.ask(who, *ways[work])
+        if work == "release":
             self._lease = ""
 
     async def _begin_jog(self) -> None:
@@ -240,7 +240,7 @@ class Person:
 async def shared_race() -> AsyncIterator[Race]:
     """Home a robot, give everybody a token, and listen to the wire."""
     async with stack(Config(), calendar=Days(), live=False) as running:
-        await running.service.wish({"command": "home"})
+        await running.service.command({"command": "home"})
         await running.service.jog("a", 1.0)
         tokens: dict[str, str] = {}
         for role, count in PEOPLE.items():
@@ -303,12 +303,12 @@ class Watched(Gate):
     asked: list[float]
 
     async def call(
-        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], detail: str = ""
+        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], detail: str = ""
     ) -> T:
         """Pass a request on."""
         if operation is Operation.STOP:
             self.asked.append(time.monotonic())
-        return await super().call(caller, operation, wish, detail)
+        return await super().call(caller, operation, work, detail)
 
 
 async def served_race(count: int, seed: str) -> Served:
@@ -327,14 +327,14 @@ async def served_race(count: int, seed: str) -> Served:
                 stops.append(time.monotonic())
 
         running.twin.controller.tap = tap
-        await running.service.wish({"command": "home"}, wait=False)
+        await running.service.command({"command": "home"}, wait=False)
         loop = asyncio.get_running_loop()
         gate = Watched(running.service, running.lease)
         gate.asked = []
         bridge = Bridge(loop, running.service, gate=gate, callers=running.entrance.callers)
-        with bound_socket(0) as door:
-            async with served(create_app(bridge), door):
-                asked = {"door": door.getsockname(), "tokens": tokens, "count": count, "seed": seed}
+        with bound_socket(0) as listener:
+            async with served(create_app(bridge), listener):
+                asked = {"address": listener.getsockname(), "tokens": tokens, "count": count, "seed": seed}
                 said = await loop.run_in_executor(None, _client_orders, json.dumps(asked))
         assert running.controller.state.mode is Mode.NOT_HOMED
         return Served(json.loads(said), gate.asked, stops, spans(running.controller.events.since(0)))

@@ -145,16 +145,16 @@ def flow_of_database(database: RealtimeDatabase, link: str) -> str:
     return example("maya-rtdb.json", changes)
 
 
-def cube(door: str) -> list[float]:
+def cube(service: str) -> list[float]:
     """Return where the twin's own record has the cube."""
-    found: list[float] = call("GET", door, "/v1/twin")["parts"]["cube"]
+    found: list[float] = call("GET", service, "/v1/twin")["parts"]["cube"]
     return found
 
 
 def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path) -> None:
     (tmp_path / "red").mkdir()
     with broker(tmp_path) as one, observing(one) as observer, running(TABLE) as up:
-        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
+        service, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         link = coms(one, rosbridge)
         try:
             url = url_in(link.until("http://"))
@@ -164,7 +164,7 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
                 red.press("maya.example")
                 observer.until(lambda _: len(observer.results()) == 3)
                 red.require_example_done()
-                assert cube(door)[:2] == pytest.approx([1.0, 0.6], abs=2e-4)
+                assert cube(service)[:2] == pytest.approx([1.0, 0.6], abs=2e-4)
                 red.require_failure_ends()
                 observer.until(lambda _: len(observer.results()) == 4)
         finally:
@@ -174,7 +174,7 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
 
 def test_node_red_carries_out_a_process_over_a_database_with_rules(tmp_path: Path) -> None:
     with realtime_database(RULES) as database, running(TABLE) as up:
-        door, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
+        service, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))
         database.store.users["lab@example.org"] = SECRET
         database.set("accounts/lab", {"commands": {"MAYA": True}})
         link = coms_of_database(database, rosbridge, **admit(database))
@@ -185,7 +185,7 @@ def test_node_red_carries_out_a_process_over_a_database_with_rules(tmp_path: Pat
                 red.press("maya.connect")
                 red.press("maya.example")
                 red.require_example_done()
-                assert cube(door)[:2] == pytest.approx([1.0, 0.6], abs=2e-4)
+                assert cube(service)[:2] == pytest.approx([1.0, 0.6], abs=2e-4)
                 red.require_failure_ends()
                 wait(lambda: database.get("robots/MAYA/results") is None)
         finally:

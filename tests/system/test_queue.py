@@ -46,7 +46,7 @@ async def test_a_job_that_was_cut_short_is_carried_on_after_a_restart(tmp_path: 
         assert (view.recovery.index, view.recovery.state.homed) == (2, False)
         with pytest.raises((NotHomed, AnswerNeeded)):
             await service.queue.recover("redo", False)
-        assert (await service.wish({"command": "home"})).state is TaskState.DONE
+        assert (await service.command({"command": "home"})).state is TaskState.DONE
         await service.queue.recover("redo", False)
         report = await service.wait(1)
         assert [step.state.value for step in report.steps] == ["done"] * 3
@@ -70,6 +70,6 @@ async def test_stop_of_the_twin_pauses_waiting_jobs_and_resume_continues() -> No
         rest = robot.controller.state.counts
         await elapse(1000.0)
         assert robot.controller.state.counts == pytest.approx(rest, abs=2)
-        assert (await robot.service.wish({"command": "home"})).state is TaskState.DONE
+        assert (await robot.service.command({"command": "home"})).state is TaskState.DONE
         await robot.service.queue.resume()
         assert (await robot.service.wait(2)).state is TaskState.DONE

@@ -39,7 +39,7 @@ from tests.machines import Machine, anywhere, drawn_machine, edge_place, homed
 from tests.virtual_time import elapse
 
 SHARDS = 8
-WISHES = 4
+REQUESTS = 4
 LAG = 0.1
 """The axes are at rest at the latest so long after what they follow is [s]."""
 
@@ -88,8 +88,8 @@ def test_motions_keep_to_their_word(shard: int, campaign: Campaign) -> None:
     tally = Counter[str]()
     for case in range(campaign.size(ci=25, long=1250)):
         run_virtual(_job(campaign.rng(case), tally))
-    assert tally["done"] > 0.2 * tally["wishes"]
-    assert tally["refused"] > 0.05 * tally["wishes"]
+    assert tally["done"] > 0.2 * tally["requests"]
+    assert tally["refused"] > 0.05 * tally["requests"]
     print(dict(sorted(tally.items())))
 
 
@@ -98,8 +98,8 @@ async def _job(rng: Random, tally: Counter[str]) -> None:
     async with homed(machine, place) as bench:
         trial = Trial(bench, machine, rng, tally)
         robot = MayaRobot(bench.controller, machine.config)
-        for _ in range(rng.randint(1, WISHES)):
-            tally["wishes"] += 1
+        for _ in range(rng.randint(1, REQUESTS)):
+            tally["requests"] += 1
             await elapse(LAG)
             if rng.random() < 0.25:
                 await _skill(trial, robot)

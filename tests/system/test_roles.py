@@ -32,7 +32,7 @@ WITHOUT_TOKEN = frozenset({Operation.STOP, Operation.ABORT})
 _JOB = {"steps": [{"gripper": "open"}]}
 _BOX = {"kind": "box", "low": [0.0, -2.0, 0.0], "high": [0.1, -1.9, 0.1]}
 _GRID = {"corners": [[0.3, 1.0, 0.4], [0.5, 1.0, 0.4], [0.3, 1.2, 0.4]], "rows": 2, "columns": 2}
-_WISH = {"command": "gripper", "open": True}
+_REQUEST = {"command": "gripper", "open": True}
 
 
 class Asked(NamedTuple):
@@ -82,8 +82,8 @@ TABLE: dict[str, Asked] = {
     "POST /v1/stop": for_(Operation.STOP),
     "POST /v1/abort": for_(Operation.ABORT),
     "POST /v1/jobs?held=true": for_(*_SUBMIT, body=_JOB),
-    "POST /v1/tasks?held=true": for_(*_SUBMIT, body=_WISH),
-    "POST /v1/tasks?wait=true": for_(Operation.WISH, body=_WISH),
+    "POST /v1/tasks?held=true": for_(*_SUBMIT, body=_REQUEST),
+    "POST /v1/tasks?wait=true": for_(Operation.COMMAND, body=_REQUEST),
     "POST /v1/jobs/{job}/again": for_(*_SUBMIT, body={}),
     "PATCH /v1/jobs/{job}": for_(*_CHANGE, body={"notes": "x"}),
     "POST /v1/jobs/{job}/hold": for_(*_CHANGE),
@@ -150,9 +150,9 @@ class RoleClient:
         """Hang up."""
         self._connection.close()
 
-    def ask(self, wish: str, body: object, headers: Mapping[str, str]) -> tuple[Answer, Any]:
+    def ask(self, request: str, body: object, headers: Mapping[str, str]) -> tuple[Answer, Any]:
         """Return what comes of "METHOD /path"."""
-        method, path = wish.split(" ", 1)
+        method, path = request.split(" ", 1)
         payload = None if body is None else dumps(body)
         self._connection.request(method, path, payload, {"Content-Type": "application/json", **headers})
         response = self._connection.getresponse()
@@ -161,10 +161,10 @@ class RoleClient:
         value: Any = loads(text) if "json" in kind else None
         return Answer(response.status, value["code"] if "problem" in kind else 0), value
 
-    def must(self, wish: str, body: object, headers: Mapping[str, str]) -> Any:
+    def must(self, request: str, body: object, headers: Mapping[str, str]) -> Any:
         """Return the answer to a command that is carried out."""
-        answer, value = self.ask(wish, body, headers)
-        assert answer.status < 300, f"{wish}: {value}"
+        answer, value = self.ask(request, body, headers)
+        assert answer.status < 300, f"{request}: {value}"
         return value
 
 
@@ -185,7 +185,7 @@ def role_client(robot: SharedRobot) -> Iterator[RoleClient]:
 
 def test_every_path_is_in_the_table(robot: SharedRobot) -> None:
     declared = {f"{method} {route.path_format}" for route, _ in ruled(robot.app) for method in route.methods or ()}
-    assert {wish.partition("?")[0] for wish in TABLE} == declared
+    assert {request.partition("?")[0] for request in TABLE} == declared
 
 
 def test_every_operation_belongs_to_some_path() -> None:
@@ -222,13 +222,13 @@ async def _freed(stack: Stack) -> None:
     lease.on_change.pop()
 
 
-def own(role_client: RoleClient, wish: str, who: str) -> str:
+def own(role_client: RoleClient, request: str, who: str) -> str:
     """Return a request about the caller's own entries, if there can be one."""
-    name = f"the-{who}" if "/users/" in wish and not wish.startswith("DELETE") else "unheard-of"
+    name = f"the-{who}" if "/users/" in request and not request.startswith("DELETE") else "unheard-of"
     job = 1
-    if "{job}" in wish and who not in PEOPLE[:2]:
+    if "{job}" in request and who not in PEOPLE[:2]:
         job = role_client.must("POST /v1/jobs?held=true", _JOB, role_client.robot.headers(who))["id"]
-    return wish.format(job=job, name=name, token="no-such-token")
+    return request.format(job=job, name=name, token="no-such-token")
 
 
 def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int]:
@@ -244,11 +244,11 @@ def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int
     return {LeaseNeeded.code} if lease == FREE else {LeaseHeld.code}
 
 
-def is_refused(wish: str, answer: Answer, value: Any) -> bool:
+def is_refused(request: str, answer: Answer, value: Any) -> bool:
     """Return whether a request was refused to its caller: codes of the lease have more than one meaning."""
     if answer.code not in ACCESS_CODES:
         return False
-    if wish.partition(" ")[2].startswith("/v1/lease"):
+    if request.partition(" ")[2].startswith("/v1/lease"):
         return answer.code == NotSignedIn.code or value["details"].get("needed") in {"student", "operator"}
     return True
 
@@ -261,26 +261,29 @@ CASES = [(who, lease) for who in PEOPLE for lease in (FREE, TAKEN, OWN) if lease
 def test_role_has_its_rights_and_no_others(who: str, lease: str, role_client: RoleClient) -> None:
     robot = role_client.robot
     wrong: list[str] = []
-    for wish, line in TABLE.items():
+    for request, line in TABLE.items():
         shown = set_lease(role_client, who, lease)
         headers = robot.headers(who) | shown
-        if wish == "DELETE /v1/session" and who != NOBODY:
+        if request == "DELETE /v1/session" and who != NOBODY:
             one_more = role_client.must(f"POST /v1/users/the-{who}/tokens", {}, headers)
             headers["Authorization"] = f"Bearer {one_more['token']}"
-        answer, value = role_client.ask(own(role_client, wish, who), line.body, headers)
+        answer, value = role_client.ask(own(role_client, request, who), line.body, headers)
         must = expected(line.operations, who, lease)
-        as_it_must = answer.code in must if must else not is_refused(wish, answer, value) or not line.operations
+        as_it_must = answer.code in must if must else not is_refused(request, answer, value) or not line.operations
         if not as_it_must or answer.status >= 500:
-            wrong.append(f"{wish}: {answer}, not {must or 'allowed'}: {value}")
+            wrong.append(f"{request}: {answer}, not {must or 'allowed'}: {value}")
     assert wrong == []
 
 
 def test_without_users_a_local_caller_needs_no_token(tmp_path: Path) -> None:
     with shared_robot(tmp_path, users=False) as alone:
         role_client = RoleClient(alone)
-        answers = {wish: role_client.ask(own(role_client, wish, NOBODY), line.body, {}) for wish, line in TABLE.items()}
+        answers = {
+            request: role_client.ask(own(role_client, request, NOBODY), line.body, {})
+            for request, line in TABLE.items()
+        }
         role_client.close()
-    refused = {wish for wish, (answer, _) in answers.items() if answer.code in ACCESS_CODES}
+    refused = {request for request, (answer, _) in answers.items() if answer.code in ACCESS_CODES}
     # Nobody took the lease, so there is none to renew or give back; and nobody has a password.
     assert refused <= {"POST /v1/lease/renew", "DELETE /v1/lease", "POST /v1/session", "POST /v1/lease"}
-    assert {wish for wish, (answer, _) in answers.items() if answer.status >= 500} == set()
+    assert {request for request, (answer, _) in answers.items() if answer.status >= 500} == set()

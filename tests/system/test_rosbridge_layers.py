@@ -224,14 +224,14 @@ async def test_second_command_is_refused_with_a_code_and_the_first_unharmed(tmp_
         one.talker.say("send_action_goal", id="first", action="/task", args={"task": task("home")}, feedback=True)
         await one.until(lambda message: message["op"] == "action_feedback")
         other = one.come()
-        for number, wish in enumerate(
+        for number, request in enumerate(
             (
                 ("send_action_goal", {"action": "/task", "args": {"task": task("home")}}),
                 ("send_action_goal", {"action": "/home"}),
                 ("send_action_goal", {"action": "/move", "args": {"a": 0.1, "b": 1.0, "c": 1.0}}),
             )
         ):
-            other.say(wish[0], id=number, **wish[1])
+            other.say(request[0], id=number, **request[1])
             refused = await one.until(lambda message, name=number: message.get("id") == name, other)
             assert (refused["result"], refused["values"][:6]) == (False, "2104: ")
         other.say("call_service", id="g", service="/gripper", args={"data": True})

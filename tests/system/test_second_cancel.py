@@ -44,12 +44,12 @@ def gate(layers: LayerNodes) -> Gate:
 
 
 def by_gate(layers: LayerNodes) -> Awaitable[object]:
-    return gate(layers).call(LOCAL, Operation.WISH, lambda _: by_controller(layers))
+    return gate(layers).call(LOCAL, Operation.COMMAND, lambda _: by_controller(layers))
 
 
 def by_bridge(layers: LayerNodes) -> Awaitable[object]:
     bridge = Bridge(asyncio.get_running_loop(), cast("Service", None), gate=gate(layers))
-    return bridge.carry(LOCAL, Operation.WISH, lambda _: by_controller(layers))
+    return bridge.carry(LOCAL, Operation.COMMAND, lambda _: by_controller(layers))
 
 
 async def _answer(layers: LayerNodes) -> Message:
@@ -86,8 +86,8 @@ def by_robot_over_the_graph(layers: LayerNodes) -> Awaitable[object]:
 
 
 PLACES: dict[str, Callable[[LayerNodes], Awaitable[object]]] = {
-    wish.__name__.removeprefix("by_"): wish
-    for wish in (
+    work.__name__.removeprefix("by_"): work
+    for work in (
         by_controller,
         by_direct,
         by_gate,
@@ -107,21 +107,21 @@ async def test_command_cancelled_many_times_returns_with_the_axes_at_rest(place:
     for case in range(campaign.size(ci=4, long=200)):
         rng = campaign.rng(case)
         async with layer_nodes() as layers:
-            wish = asyncio.ensure_future(_whole(PLACES[place](layers)))
+            work = asyncio.ensure_future(_whole(PLACES[place](layers)))
             await elapse(rng.uniform(0.0, 20.0))
             for _ in range(rng.randint(2, 6)):
-                wish.cancel()
+                work.cancel()
                 await elapse(rng.choice((0.0, rng.uniform(0.0, 0.1))))
             with suppress(asyncio.CancelledError):
-                await wish
-            assert wish.cancelled()
+                await work
+            assert work.cancelled()
             before = _joints(layers)
             await elapse(5.0)
             assert _joints(layers) == pytest.approx(before, abs=LAG)
 
 
-async def _whole(wish: Awaitable[object]) -> object:
-    return await wish
+async def _whole(work: Awaitable[object]) -> object:
+    return await work
 
 
 def _joints(layers: LayerNodes) -> tuple[float, ...]:

@@ -79,7 +79,7 @@ async def fill(robot: Stack) -> None:
     held = JobOptions(held=True)
     await asyncio.gather(*(robot.service.submit(CARRY[0], options=held) for _ in range(REMEMBERED)))
     await robot.service.queue.clear()
-    await robot.service.wish({"command": "gripper", "open": True})
+    await robot.service.command({"command": "gripper", "open": True})
 
 
 async def one_round(robot: Stack, number: int) -> None:

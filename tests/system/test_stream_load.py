@@ -85,9 +85,9 @@ def test_a_stop_is_obeyed_however_many_want_all_of_the_past(campaign: Campaign) 
                 robot.controller.events.emit(PhaseBegun(f"{number:60}"))
             stops, loop = tapped(robot), asyncio.get_running_loop()
             bridge = Bridge(loop, robot.service, gate=robot.gate, callers=robot.entrance.callers)
-            with bound_socket(0) as door:
-                port = door.getsockname()[1]
-                async with served(create_app(bridge), door):
+            with bound_socket(0) as listener:
+                port = listener.getsockname()[1]
+                async with served(create_app(bridge), listener):
                     crowd = stream_load(port)
                     await loop.run_in_executor(None, crowd.__enter__)
                     try:

@@ -28,14 +28,14 @@ steps:
 """
 
 
-def ask(wish: str, body: object = None, **headers: str) -> tuple[int, Any]:
+def ask(request: str, body: object = None, **headers: str) -> tuple[int, Any]:
     """Ask the running robot on loopback for "METHOD /path"; return the status and what it answers."""
     found = runtime.find()
     assert found is not None
     address = urlsplit(found.url)
     connection = HTTPConnection(address.hostname or "", address.port, timeout=30.0)
     try:
-        method, path = wish.split(" ", 1)
+        method, path = request.split(" ", 1)
         connection.request(method, path, None if body is None else json.dumps(body), headers)
         response = connection.getresponse()
         return response.status, json.loads(response.read())

@@ -11,14 +11,14 @@ from types import FrameType
 
 
 @contextmanager
-def on_end(wish: Callable[[], object], *kinds: signal.Signals) -> Iterator[None]:
-    """Call `wish` in the running loop when one of the signals comes, while the block runs.
+def on_end(callback: Callable[[], object], *kinds: signal.Signals) -> Iterator[None]:
+    """Call `callback` in the running loop when one of the signals comes, while the block runs.
 
     Must run in the main thread, as signals do.
     """
     loop = asyncio.get_running_loop()
     for kind in kinds:
-        loop.add_signal_handler(kind, wish)
+        loop.add_signal_handler(kind, callback)
     try:
         yield
     finally:

@@ -68,10 +68,10 @@ async def robot_floor(
     command is at rest when the block ends.
     """
     async with GraphController.on(graph, config, speed=speed) as controller:
-        door = RobotServer(
+        server = RobotServer(
             DistributedLayers(MayaRobot(controller, config, workers), controller), clock=clock, speed=speed
         )
-        async with door.commands(graph), door.task(graph, INNER):
+        async with server.commands(graph), server.task(graph, INNER):
             yield controller
 
 

@@ -201,9 +201,9 @@ class EventPublisher:
             detail["message"] = str(error)
         self._tell(ReportedEvent(word, self._standing(), 0 if error is None else error.code, detail))
 
-    def refused(self, wish: str, error: MayaError) -> None:
+    def refused(self, topic: str, error: MayaError) -> None:
         """Tell that a command on a topic was refused, or failed."""
-        self.say(REFUSED, error, wish=wish)
+        self.say(REFUSED, error, topic=topic)
 
     def look(self) -> None:
         """Tell how it stands where that has changed and no event said so, seen twice: called now and then."""

@@ -86,32 +86,32 @@ MARKERS = Row(
 GRIPPER = Row(
     "/gripper", Kind.SERVICE, "std_srvs/SetBool", Layer.CONTROLLER, "open the gripper if true, else close it",
     HARDWARE, ("robot_controller",),
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 OUTPUT = Row(
     "/controller/output", Kind.SERVICE, "maya_controller/SetOutput", Layer.CONTROLLER,
     "switch a digital output that `controller.outputs` lists", HARDWARE, ("robot_controller",), manual=False,
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 HOME = Row(
     "/home", Kind.ACTION, "maya_controller/Home", Layer.CONTROLLER, "find the switches",
     HARDWARE, ("robot_controller",),
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 MOVE = Row(
     "/move", Kind.ACTION, "maya_controller/Move", Layer.CONTROLLER, "go to joints a, b, c [rad, m, m]",
     HARDWARE, ("robot_controller",),
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 FOLLOW = Row(
     "/controller/follow", Kind.ACTION, "maya_controller/Follow", Layer.CONTROLLER, "go along a path",
     HARDWARE, ("robot_controller",),
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 COMMAND = Row(
     "/controller/command", Kind.TOPIC, "trajectory_msgs/JointTrajectory", Layer.CONTROLLER,
     "go along a path; refusals are told on /maya_event", (), HARDWARE, heard=True, queue_size=1, manual=False,
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 STOP = Row(
     "/controller/stop", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "brake on the path, at once",
@@ -146,17 +146,17 @@ SPEED = Row(
 PRIMITIVE = Row(
     "/maya_move", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.ROBOT, "do a primitive; the topic form of /task",
     (), ("robot_controller",), heard=True, queue_size=10,
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 MAYA_COMMAND = Row(
     "/maya_command", Kind.SERVICE, "maya_robot/MayaCommand", Layer.ROBOT,
     "can_teleop answers at once, other primitives when they are done", ("robot_controller",), ("process_controller",),
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 TASK = Row(
     "/task", Kind.ACTION, "maya_robot/Task", Layer.ROBOT, "do a primitive", ("primitive_server",),
     ("process_controller",),
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 SEND_TASK = Row(
     "/send_task", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.PROCESS, "append one primitive to the queue",
@@ -197,7 +197,7 @@ CALL_OPERATION = Row(
 STEP_COMMAND = Row(
     COMMAND_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "a step of a process, as JSON",
     ("ros_coms",), ("firebase_bridge",), heard=True,
-    asks=Operation.WISH,
+    asks=Operation.COMMAND,
 )  # fmt: skip
 STEP_RESULT = Row(
     RESULT_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "how a step ended, as JSON",

@@ -53,8 +53,8 @@ async def offered(node: RosNode, layer: ControllerAssembly, *, skip_home: bool) 
 
     If that is refused, the graph stays up, and motion is refused until a homing.
     """
-    door = ControllerServer(layer.controller, address=layer.address, clock=ros_time, speed=node.speed)
-    async with rights_of_node(node.speed) as rights, door.open(PermittedGraph(node.graph, rights.permit)):
+    server = ControllerServer(layer.controller, address=layer.address, clock=ros_time, speed=node.speed)
+    async with rights_of_node(node.speed) as rights, server.open(PermittedGraph(node.graph, rights.permit)):
         await node.say_ready(f"The controller at {layer.address} is offered to the graph.")
         if skip_home:
             try:

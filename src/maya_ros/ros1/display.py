@@ -49,8 +49,8 @@ def no_display(environment: Mapping[str, str]) -> str | None:
 def _knock(host: str, number: int) -> None:
     """Connect to an X server as its clients do: by a socket of this machine where no host is named, else by TCP."""
     if host in {"", "unix"}:
-        with socket.socket(socket.AF_UNIX) as door:
-            door.settimeout(PATIENCE)
-            door.connect(f"/tmp/.X11-unix/X{number}")
+        with socket.socket(socket.AF_UNIX) as display:
+            display.settimeout(PATIENCE)
+            display.connect(f"/tmp/.X11-unix/X{number}")
     else:
         socket.create_connection((host, 6000 + number), PATIENCE).close()

@@ -77,7 +77,7 @@ async def _nothing_else(_: Driver) -> None:
 
 
 class SensedController:
-    """The state as /hardware_sensor and /maya_event tell it: a layer to publish from (`doors.sensors.SensorLayer`)."""
+    """The state as /hardware_sensor and /maya_event tell it; published by `servers.sensors.SensorLayer`."""
 
     def __init__(self, config: Config) -> None:
         self._config = config

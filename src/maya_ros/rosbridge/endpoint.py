@@ -91,12 +91,12 @@ class Endpoint:
         return len(self._sessions)
 
     @asynccontextmanager
-    async def serving(self, door: socket.socket) -> AsyncIterator[None]:
-        """Serve at `door` while the block runs; whoever is there at its end is told that the service ends."""
+    async def serving(self, listener: socket.socket) -> AsyncIterator[None]:
+        """Serve at `listener` while the block runs; whoever is there at its end is told that the service ends."""
         with self._seat(Guest()) as graph:
             self._count = graph.advertise(CLIENT_COUNT, "std_msgs/Int32", latch=True)
             self._tell_count()
-            server = Listener([door], lambda: RosbridgeWire(self), DescriptorShares.now().far)
+            server = Listener([listener], lambda: RosbridgeWire(self), DescriptorShares.now().far)
             try:
                 yield
             finally:

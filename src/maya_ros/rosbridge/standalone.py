@@ -37,7 +37,7 @@ async def endpoint(
     """Serve rosbridge for `stack` at a place, on the graph that `graph_of` makes of it, while the block runs."""
     async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
         serving = Endpoint(partial(_seat, bus), now, place.edge, admission=bridge)
-        async with serving.serving(place.door):
+        async with serving.serving(place.listener):
             yield serving
 
 
@@ -56,8 +56,8 @@ async def graph_of(
         store = await StepStore.open(steps)
         held.push_async_callback(store.close)
         echo = await held.enter_async_context(echoed(bridge, speed))
-        for name, door in _doors(stack, bridge, echo, now):
-            await _open(held, bus, name, door)
+        for name, server in _servers(stack, bridge, echo, now):
+            await _open(held, bus, name, server)
         name = stack.config.coms.name
         await _open(held, bus, "firebase_bridge", TaskServer(store, dates.now, clock=now, name=name))
         yield bus
@@ -67,7 +67,7 @@ class _LayerServer(Protocol):
     def open(self, graph: Graph, /) -> AbstractAsyncContextManager[object]: ...
 
 
-def _doors(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple[tuple[str, _LayerServer], ...]:
+def _servers(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple[tuple[str, _LayerServer], ...]:
     """Return what is offered, by the nodes that offer it in a graph of ROS."""
     layer = ControllerProxy(stack, bridge, echo)
     hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
@@ -81,10 +81,10 @@ def _doors(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple
     )
 
 
-async def _open(held: AsyncExitStack, bus: Bus, name: str, door: _LayerServer) -> None:
+async def _open(held: AsyncExitStack, bus: Bus, name: str, server: _LayerServer) -> None:
     node = bus.node(name)
     held.callback(node.close)
-    await held.enter_async_context(door.open(node))
+    await held.enter_async_context(server.open(node))
 
 
 async def _describe(bus: Bus, stack: Stack, speed: float) -> None:

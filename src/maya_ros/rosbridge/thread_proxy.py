@@ -29,7 +29,7 @@ from maya_un.values import Joints, Progress, State, StopReport
 
 T = TypeVar("T")
 
-Wish = Callable[[Service], Awaitable[T]]
+Work = Callable[[Service], Awaitable[T]]
 
 
 class StackEvents:
@@ -122,50 +122,50 @@ class ControllerProxy:
 
     async def home(self) -> None:
         """Find the switches."""
-        await self._wish(Operation.WISH, lambda service: service.direct.home(), "home")
+        await self._call(Operation.COMMAND, lambda service: service.direct.home(), "home")
 
     async def move(self, target: Joints) -> None:
         """Go to joints (rad, m, m)."""
-        await self._wish(Operation.WISH, lambda service: service.direct.move(target), "move")
+        await self._call(Operation.COMMAND, lambda service: service.direct.move(target), "move")
 
     async def follow(self, path: Route, *, speed: float = 1.0) -> None:
         """Go along a path that starts where the robot is."""
-        await self._wish(Operation.WISH, lambda service: service.direct.follow(path, speed=speed), "follow")
+        await self._call(Operation.COMMAND, lambda service: service.direct.follow(path, speed=speed), "follow")
 
     async def gripper(self, open_: bool) -> None:
         """Open or close the gripper."""
-        await self._wish(Operation.WISH, lambda service: service.direct.gripper(open_), "gripper")
+        await self._call(Operation.COMMAND, lambda service: service.direct.gripper(open_), "gripper")
 
     async def output(self, number: int, *, on: bool) -> None:
         """Switch a digital output of the controller."""
-        await self._wish(Operation.WISH, lambda service: service.direct.output(number, on=on), "output")
+        await self._call(Operation.COMMAND, lambda service: service.direct.output(number, on=on), "output")
 
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path."""
-        return await self._wish(Operation.STOP, lambda service: service.stop())
+        return await self._call(Operation.STOP, lambda service: service.stop())
 
     async def abort(self) -> None:
         """Stop without deceleration."""
-        await self._wish(Operation.ABORT, lambda service: service.abort())
+        await self._call(Operation.ABORT, lambda service: service.abort())
 
     async def pause(self) -> StopReport:
         """Brake on the path and hold all motion."""
-        return await self._wish(Operation.PAUSE, lambda service: service.pause())
+        return await self._call(Operation.PAUSE, lambda service: service.pause())
 
     async def resume(self) -> None:
         """Let motion go on after a pause."""
-        await self._wish(Operation.RESUME, lambda service: service.resume())
+        await self._call(Operation.RESUME, lambda service: service.resume())
 
     async def recover(self) -> None:
         """Clear a fault."""
-        await self._wish(Operation.RECOVER, lambda service: service.recover())
+        await self._call(Operation.RECOVER, lambda service: service.recover())
 
     async def override(self, ratio: float) -> None:
         """Scale the speed of all motion."""
-        await self._wish(Operation.SPEED, lambda service: service.speed(ratio), f"{ratio}")
+        await self._call(Operation.SPEED, lambda service: service.speed(ratio), f"{ratio}")
 
-    async def _wish(self, operation: Operation, wish: Wish[T], subject: str = "") -> T:
-        return await self._bridge.carry(caller(), operation, wish, subject)
+    async def _call(self, operation: Operation, work: Work[T], subject: str = "") -> T:
+        return await self._bridge.carry(caller(), operation, work, subject)
 
 
 class RobotProxy:
@@ -201,5 +201,5 @@ class RobotProxy:
                 loop.call_soon_threadsafe(on_phase, phase)
 
         await self._bridge.carry(
-            caller(), Operation.WISH, lambda service: service.direct.primitive(primitive, told), primitive.command
+            caller(), Operation.COMMAND, lambda service: service.direct.primitive(primitive, told), primitive.command
         )

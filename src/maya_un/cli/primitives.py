@@ -30,7 +30,7 @@ from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import JointTarget, Primitive, Switch, Target
 
 
-def wish(primitive: Mapping[str, object], settings: OutputSettings) -> int:
+def request(primitive: Mapping[str, object], settings: OutputSettings) -> int:
     """Have the running robot carry out a primitive; return the exit code. Ctrl-C and SIGTERM cancel it.
 
     Raises `ServiceNotRunning` and whatever the service refuses at once.
@@ -165,7 +165,7 @@ def _command(primitive: type[Primitive]) -> Run:
 def _run(primitive: type[Primitive], context: typer.Context, value: object = None) -> int:
 
     argument = {primitive.argument.key: value} if primitive.argument.key else {}
-    return wish({"command": primitive.command, **argument}, settings_of(context))
+    return request({"command": primitive.command, **argument}, settings_of(context))
 
 
 def _to_nothing(run: Run) -> Run:

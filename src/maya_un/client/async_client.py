@@ -59,7 +59,7 @@ class AsyncClient(RobotVerbs, AwaitingDriver):
     ) -> Self:
         """Start a twin of one's own and return the client of it; as `Client.twin`."""
         twin = await asyncio.to_thread(TwinProcess, speed=speed, seed=seed, table=table, parts=parts)
-        client = cls(twin.door.url, token="")
+        client = cls(twin.service.url, token="")
         client._twin = twin
         return client
 

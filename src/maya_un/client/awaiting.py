@@ -116,12 +116,12 @@ class AwaitingDriver(Awaiting):
             return Line(await lines.enter_async_context(self._connected(self._find(), path)))
 
     @asynccontextmanager
-    async def _connected(self, door: ServiceAddress, path: str) -> AsyncIterator[ClientConnection]:
+    async def _connected(self, service: ServiceAddress, path: str) -> AsyncIterator[ClientConnection]:
         """Open a websocket for a block; in a loop that ends there is no time left to take leave, then it is cut."""
         socket = await connect(
-            transport.stream_url(door, path),
-            ssl=self._trust if door.url.startswith("https") else None,
-            additional_headers=transport.identity(door.token),
+            transport.stream_url(service, path),
+            ssl=self._trust if service.url.startswith("https") else None,
+            additional_headers=transport.identity(service.token),
             compression=None,
             proxy=None,
             open_timeout=TIMEOUT,

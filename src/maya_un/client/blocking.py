@@ -127,11 +127,11 @@ class BlockingDriver(Blocking):
         with transport.translated():
             return Line(lines.enter_context(self._connected(self._find(), path)))
 
-    def _connected(self, door: ServiceAddress, path: str) -> ClientConnection:
+    def _connected(self, service: ServiceAddress, path: str) -> ClientConnection:
         return connect(
-            transport.stream_url(door, path),
-            ssl=self._trust if door.url.startswith("https") else None,
-            additional_headers=transport.identity(door.token),
+            transport.stream_url(service, path),
+            ssl=self._trust if service.url.startswith("https") else None,
+            additional_headers=transport.identity(service.token),
             compression=None,
             proxy=None,
             open_timeout=TIMEOUT,

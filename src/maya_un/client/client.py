@@ -65,7 +65,7 @@ class Client(RobotVerbs, BlockingDriver):
         `parts={"cube": (0.5, 1.1)}`. `seed` draws where it powers up. Raises what starting raises.
         """
         twin = TwinProcess(speed=speed, seed=seed, table=table, parts=parts)
-        client = cls(twin.door.url, token="")
+        client = cls(twin.service.url, token="")
         client._twin = twin
         return client
 

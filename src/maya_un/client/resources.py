@@ -29,7 +29,7 @@ class RobotVerbs(methods.RobotMethods, PrimitiveVerbs):
     state = Verb(robot.state)
     states = Stream(streaming.states)
     events = Stream(streaming.events)
-    wish = Verb(robot.wish)
+    command = Verb(robot.command)
     jog = Verb(robot.jog)
     stop = Verb(robot.stop)
     abort = Verb(robot.abort)

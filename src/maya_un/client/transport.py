@@ -150,18 +150,18 @@ def identity(token: str) -> dict[str, str]:
     return {"Authorization": f"Bearer {token}"} if token else {}
 
 
-def encoded(request: Request[Any], door: ServiceAddress, lease: str) -> EncodedRequest:
+def encoded(request: Request[Any], service: ServiceAddress, lease: str) -> EncodedRequest:
     """Return a request with this control lease, "" for none but that of the service."""
-    headers = {"Accept": "application/json", **identity(door.token)}
-    if lease or door.lease:
-        headers["Maya-Lease"] = lease or door.lease
+    headers = {"Accept": "application/json", **identity(service.token)}
+    if lease or service.lease:
+        headers["Maya-Lease"] = lease or service.lease
     if request.key:
         headers["Idempotency-Key"] = request.key
     content = b""
     if request.body is not None:
         headers["Content-Type"] = "application/json"
         content = to_json(request.body)
-    return EncodedRequest(door.url + request.target, headers, content)
+    return EncodedRequest(service.url + request.target, headers, content)
 
 
 def decoded(request: Request[T], status: int, headers: Mapping[str, str], content: bytes) -> T:
@@ -184,9 +184,9 @@ def decoded(request: Request[T], status: int, headers: Mapping[str, str], conten
         raise ServiceNotAnswering(reason=reason) from error
 
 
-def stream_url(door: ServiceAddress, path: str) -> str:
+def stream_url(service: ServiceAddress, path: str) -> str:
     """Return the address of a websocket."""
-    return "ws" + door.url.removeprefix("http") + path
+    return "ws" + service.url.removeprefix("http") + path
 
 
 def decoded_message(text: str | bytes) -> dict[str, Any]:

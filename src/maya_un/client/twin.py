@@ -47,7 +47,7 @@ class TwinProcess:
         try:
             self._process = self._started(["--speed", str(speed), "--seed", str(seed), *self._on_table(table, parts)])
             atexit.register(self.close)
-            self.door = ServiceAddress(self._announced())
+            self.service = ServiceAddress(self._announced())
         except BaseException:
             self.close()
             raise

@@ -100,12 +100,12 @@ def application(switch: AgentSwitch) -> Starlette:
     return Starlette(routes=routes, middleware=[Middleware(BaseHTTPMiddleware, dispatch=_from_here)])
 
 
-async def serve(switch: AgentSwitch, door: socket.socket) -> None:
+async def serve(switch: AgentSwitch, listener: socket.socket) -> None:
     """Serve at a socket until Ctrl-C or SIGTERM, then disconnect."""
     config = uvicorn.Config(application(switch), log_config=None, access_log=False, lifespan="off", server_header=False)
     server = _AgentServer(config)
     try:
-        await server.serve([door])
+        await server.serve([listener])
     finally:
         await switch.disconnect()
 

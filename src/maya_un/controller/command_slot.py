@@ -57,11 +57,11 @@ class ExclusiveSlot:
         """Hold the slot while the block runs; raises `Busy`."""
         if self.current is not None:
             raise Busy(doing=self.current.name)
-        wish = RunningCommand(name)
-        self.current = wish
+        command = RunningCommand(name)
+        self.current = command
         self._done.clear()
         try:
-            yield wish
+            yield command
         finally:
             self.current = None
             self._done.set()

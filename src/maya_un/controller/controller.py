@@ -204,8 +204,8 @@ class GalilController:
         Raises as all motion does, and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`.
         """
         monitor = self._monitor
-        async with self._motion("home", homed=False) as (wish, driver):
-            await self._execution.allowed(wish)
+        async with self._motion("home", homed=False) as (command, driver):
+            await self._execution.allowed(command)
             await monitor.look()
             if monitor.moving():
                 raise Busy(doing="the axes finish an earlier motion")
@@ -219,7 +219,7 @@ class GalilController:
             self.events.emit(HomingBegun())
             monitor.seeking = True
             monitor.reckoning.forget()
-            seeker = Seeker(driver, self.config, self.units, wish.wait, self._loop.time, self._lookout.load)
+            seeker = Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._lookout.load)
             found = await HomingRun(seeker, driver, self.config, self.units, monitor.enter_phase).run()
             ends = (found.b_end, found.c_end)
             await leave(driver, ends, self.units)
@@ -233,7 +233,7 @@ class GalilController:
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
 
-        async def way(_wish: RunningCommand, here: Joints) -> Route:
+        async def way(_command: RunningCommand, here: Joints) -> Route:
             return [here, target]
 
         await self._travel("move", way, speed)
@@ -244,7 +244,7 @@ class GalilController:
         `on_via` is told every waypoint between the ends as it is passed, by its number from 0.
         """
 
-        async def way(_wish: RunningCommand, here: Joints) -> Route:
+        async def way(_command: RunningCommand, here: Joints) -> Route:
             return self._planner.begun_at(path, here)
 
         await self._travel("follow", way, speed, on_via)
@@ -256,9 +256,9 @@ class GalilController:
         """
         gone = Jogged(axis, distance)
 
-        async def way(wish: RunningCommand, here: Joints) -> Route:
+        async def way(command: RunningCommand, here: Joints) -> Route:
             nonlocal gone
-            gone = await self._planning.jogged(wish, self.workspace, axis, here, distance) if clip else gone
+            gone = await self._planning.jogged(command, self.workspace, axis, here, distance) if clip else gone
             return self._jogging.path(axis, here, gone.distance)
 
         await self._travel("jog", way, speed)
@@ -267,25 +267,25 @@ class GalilController:
     async def gripper(self, open_: bool) -> None:
         """Open or close the gripper and wait until it has moved; no motion, so no homing is needed."""
         monitor = self._monitor
-        with monitor.slot.take("open" if open_ else "close") as wish:
+        with monitor.slot.take("open" if open_ else "close") as command:
             driver = monitor.ready(homed=False)
             grip = self.config.gripper
             high = (grip.closed_by == "set") is not open_
             await self._lookout.output(driver, grip.output, high=high)
-            await wish.wait(self._loop.time() + grip.settle_time)
+            await command.wait(self._loop.time() + grip.settle_time)
             await monitor.look()
             self.events.emit(GripperOpened() if open_ else GripperClosed())
-            wish.check()
+            command.check()
 
     async def output(self, number: int, *, on: bool) -> None:
         """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others."""
         require_output(self.config, number)
         monitor = self._monitor
-        with monitor.slot.take("output") as wish:
+        with monitor.slot.take("output") as command:
             await self._lookout.output(monitor.ready(homed=False), number, high=on)
             self.events.emit(OutputSet(number) if on else OutputCleared(number))
             await monitor.look()
-            wish.check()
+            command.check()
 
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path, past every queue; tell how long and how far it takes.
@@ -321,9 +321,9 @@ class GalilController:
         monitor = self._monitor
         driver = monitor.link.driver
         sent = driver.urgent("AB 1")
-        wish = monitor.slot.current
-        if wish is not None:
-            wish.interrupt(Stopped())
+        command = monitor.slot.current
+        if command is not None:
+            command.interrupt(Stopped())
         monitor.release()
         await sent
         await monitor.look()
@@ -381,45 +381,45 @@ class GalilController:
         return self._planner.inspect(self.workspace, path, speed, samples)
 
     async def _travel(self, name: str, way: _Way, speed: float, on_via: OnVia | None = None) -> None:
-        async with self._motion(name, homed=True) as (wish, driver):
-            plan = await self._planned(wish, way, speed)
+        async with self._motion(name, homed=True) as (command, driver):
+            plan = await self._planned(command, way, speed)
             begun = plan.move is None
             while plan.move is not None and not begun:
                 if self._monitor.pace.paused:
-                    await self._execution.allowed(wish)
-                    plan = await self._planned(wish, way, speed)
+                    await self._execution.allowed(command)
+                    plan = await self._planned(command, way, speed)
                     continue
-                wish.check()
+                command.check()
                 self.events.emit(MotionBegun(str(tuple(round(value, 4) for value in plan.end))))
-                begun = await self._execution.carry_out(wish, driver, plan, on_via)
+                begun = await self._execution.carry_out(command, driver, plan, on_via)
         if plan.move is not None:
             self.events.emit(MotionEnded())
 
-    async def _planned(self, wish: RunningCommand, way: _Way, speed: float) -> MotionPlan:
+    async def _planned(self, command: RunningCommand, way: _Way, speed: float) -> MotionPlan:
         """Return the plan from where the reference is by the newest record; raises what motion raises."""
         monitor = self._monitor
         known = monitor.here()
-        plan = await self._plan(wish, way, known, speed)  # a refusal sends nothing
+        plan = await self._plan(command, way, known, speed)  # a refusal sends nothing
         await monitor.look()
         if monitor.displaced is not None:
             raise monitor.displaced
         if monitor.moving():
             raise Busy(doing="the axes finish an earlier motion")
         here = monitor.here()
-        return plan if here == known else await self._plan(wish, way, here, speed)
+        return plan if here == known else await self._plan(command, way, here, speed)
 
-    async def _plan(self, wish: RunningCommand, way: _Way, here: Joints, speed: float) -> MotionPlan:
-        return await self._planning.plan(wish, self.workspace, await way(wish, here), speed)
+    async def _plan(self, command: RunningCommand, way: _Way, here: Joints, speed: float) -> MotionPlan:
+        return await self._planning.plan(command, self.workspace, await way(command, here), speed)
 
     @asynccontextmanager
     async def _motion(self, name: str, *, homed: bool) -> AsyncIterator[tuple[RunningCommand, Driver]]:
         """Hold the slot for a motion; if it ends early, the axes are at rest before the block ends."""
         monitor = self._monitor
-        with monitor.slot.take(name) as wish:
+        with monitor.slot.take(name) as command:
             driver = monitor.ready(homed=homed)
             try:
-                yield wish, driver
-                wish.check()  # said during the last look at what has ended: what comes next must not begin
+                yield command, driver
+                command.check()  # said during the last look at what has ended: what comes next must not begin
             except asyncio.CancelledError:
                 await self._stopping.rest(driver, self._tell_stopped)
                 raise

@@ -110,9 +110,9 @@ class Pacing:
             monitor.publish()
             return
         driver = monitor.link.driver
-        command = speed_ratio(monitor.pace.ratio)
-        sent = driver.urgent(command)
-        monitor.registers.sent([command])
+        line = speed_ratio(monitor.pace.ratio)
+        sent = driver.urgent(line)
+        monitor.registers.sent([line])
         run.follow(monitor.pace, self._loop.time())
         monitor.publish()
         await self._accepted(sent, driver)
@@ -122,9 +122,9 @@ class Pacing:
         try:
             await sent
         except CommandRejected as refusal:
-            wish = self._monitor.slot.current
-            if wish is not None and not driver.lost.done():
-                wish.interrupt(refusal)
+            command = self._monitor.slot.current
+            if command is not None and not driver.lost.done():
+                command.interrupt(refusal)
             raise
 
 
@@ -146,13 +146,13 @@ class Execution:
         self._lookout = lookout
         self._loop = asyncio.get_running_loop()
 
-    async def allowed(self, wish: RunningCommand) -> None:
+    async def allowed(self, command: RunningCommand) -> None:
         """Wait until nobody holds all motion."""
         while self._monitor.pace.paused:
-            await wish.wait(inf, self._monitor.pace.news)
+            await command.wait(inf, self._monitor.pace.news)
 
     async def carry_out(
-        self, wish: RunningCommand, driver: Driver, plan: MotionPlan, on_via: OnVia | None = None
+        self, command: RunningCommand, driver: Driver, plan: MotionPlan, on_via: OnVia | None = None
     ) -> bool:
         """Do the move of a plan and return True; if the speed changed meanwhile, move nothing and return False."""
         monitor, move = self._monitor, plan.move
@@ -165,7 +165,7 @@ class Execution:
         note = [MOVING] if monitor.live else []
         await self._lookout.load(driver, [*note, *monitor.registers.torque(limits), *commands(move, ratio)])
         # Nothing can come between this check of command and ratio and the bytes of BGS: there is no await.
-        wish.check()
+        command.check()
         if monitor.fault is not None:  # the fault ended the pause in which this command waited
             monitor.hold(driver)
             raise Faulted(fault=str(monitor.fault))
@@ -182,7 +182,7 @@ class Execution:
             record = await monitor.look()
             raise monitor.motor_off() or self._blocked(record, run, refusal) or refusal from refusal
         monitor.publish()
-        await self._to_its_end(wish, driver, run)
+        await self._to_its_end(command, driver, run)
         monitor.run = None
         monitor.hold(driver)
         return True
@@ -209,21 +209,21 @@ class Execution:
                     return SwitchBlocks(axis=AXES[i], side=side)
         return None
 
-    async def _to_its_end(self, wish: RunningCommand, driver: Driver, run: MotionRun) -> None:
-        record = await self._ended(wish, run)
+    async def _to_its_end(self, command: RunningCommand, driver: Driver, run: MotionRun) -> None:
+        record = await self._ended(command, run)
         try:
             self._arrived(record, run)
         except Stopped:
             await self._lookout.load(driver, [])  # the guard did it, if this program slept until now
-            wish.check()
+            command.check()
             raise
         run.tell_vias(inf)
 
-    async def _ended(self, wish: RunningCommand, run: MotionRun) -> DataRecord:
+    async def _ended(self, command: RunningCommand, run: MotionRun) -> DataRecord:
         """Wait for the predicted end, however it changes, and look until the axes are at rest."""
         pace = self._monitor.pace
         while True:
-            await wish.wait(self._due(run), pace.news)
+            await command.wait(self._due(run), pace.news)
             now = self._loop.time()
             run.tell_vias(now)
             if not pace.paused and now < run.end + SETTLE - _ROUNDING:

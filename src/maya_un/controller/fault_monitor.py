@@ -233,9 +233,9 @@ class FaultMonitor:
             await erase(driver)
         if monitor.fault is not None:
             return
-        wish = monitor.slot.current
-        if wish is not None:
-            wish.interrupt(error)
+        command = monitor.slot.current
+        if command is not None:
+            command.interrupt(error)
         if not monitor.under_way:
             monitor.enter_fault(error)
 
@@ -244,7 +244,7 @@ class FaultMonitor:
         monitor = self._monitor
         if monitor.fault is not None:
             return
-        wish = monitor.slot.current
+        command = monitor.slot.current
         if monitor.displaced is not None and not monitor.under_way:
             driver = monitor.link.driver
             letters = strays(record, monitor.config, monitor.order)
@@ -260,13 +260,13 @@ class FaultMonitor:
                 monitor.homed = False
                 monitor.end(ControllerReset())
             return
-        if wish is not None and monitor.under_way:
+        if command is not None and monitor.under_way:
             found = self._met(record)
             if found is not None:
-                wish.interrupt(found)
+                command.interrupt(found)
             return
         found = monitor.motor_off()
-        if found is not None and wish is None:
+        if found is not None and command is None:
             monitor.enter_fault(found)
 
     def _met(self, record: DataRecord) -> MayaError | None:
@@ -309,8 +309,8 @@ class FaultMonitor:
             self._monitor.end(error)
 
     def _ending(self) -> bool:
-        wish = self._monitor.slot.current
-        return wish is not None and wish.interrupted.done()
+        command = self._monitor.slot.current
+        return command is not None and command.interrupted.done()
 
     def _on_message(self, text: str) -> None:
         """Read at once after a report of the controller: a limit or a following error."""

@@ -181,10 +181,10 @@ class Planner:
         wide = Workspace(self._mechanism, _ENDLESS, _ENDLESS, _ENDLESS, inf, self._grain, zones)
         per_unit, here, slowed = np.array(self._units.per_unit)[:, np.newaxis], joints, False
 
-        def safely(directions: Floats, braking: float, wished: Floats) -> Floats:
+        def safely(directions: Floats, braking: float, requested: Floats) -> Floats:
             nonlocal slowed
-            found = emergency_speed(wide, self._emergency, here, directions / per_unit, braking, wished)
-            slowed = slowed or bool((found < wished).any())
+            found = emergency_speed(wide, self._emergency, here, directions / per_unit, braking, requested)
+            slowed = slowed or bool((found < requested).any())
             return found
 
         move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
@@ -435,24 +435,26 @@ class Planning:
         self._jogging = jogging
         self._workers = workers
 
-    async def plan(self, wish: RunningCommand, workspace: Workspace, route: Route, speed: float) -> MotionPlan:
-        """Return the plan of a route for `wish`; raises as `Planner.plan`, what ends the command, `WorkerFailed`."""
+    async def plan(self, command: RunningCommand, workspace: Workspace, route: Route, speed: float) -> MotionPlan:
+        """Return the plan of a route for `command`; raises as `Planner.plan`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._planner.plan(workspace, route, speed)
-        return await _unless_ended(wish, self._workers.run(plan_offline, workspace, route, speed, whose=OWN))
+        return await _unless_ended(command, self._workers.run(plan_offline, workspace, route, speed, whose=OWN))
 
-    async def jogged(self, wish: RunningCommand, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
+    async def jogged(
+        self, command: RunningCommand, workspace: Workspace, axis: str, here: Joints, way: float
+    ) -> Jogged:
         """Return how far a jog goes; raises as `Jogging.within`, what ends the command, `WorkerFailed`."""
         if self._workers is None:
             return self._jogging.within(workspace, axis, here, way)
-        return await _unless_ended(wish, self._workers.run(jogged, workspace, axis, here, way, whose=OWN))
+        return await _unless_ended(command, self._workers.run(jogged, workspace, axis, here, way, whose=OWN))
 
 
-async def _unless_ended(wish: RunningCommand, work: Coroutine[Any, Any, WorkResult[T]]) -> T:
+async def _unless_ended(command: RunningCommand, work: Coroutine[Any, Any, WorkResult[T]]) -> T:
     """Return the result of work; a stop does not wait for it."""
     task = asyncio.ensure_future(work)
     try:
-        await wish.wait(inf, task)
+        await command.wait(inf, task)
         return task.result().value
     finally:
         task.cancel()

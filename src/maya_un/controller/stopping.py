@@ -33,17 +33,17 @@ class MotionStopper:
         driver = monitor.link.driver
         sent = driver.urgent("ST S")
         report = None if monitor.run is None else monitor.run.stop_report(self._loop.time())
-        wish = monitor.slot.current
-        if wish is not None:
+        command = monitor.slot.current
+        if command is not None:
             monitor.stopping = monitor.run is not None or monitor.phase is not None
-            wish.interrupt(Stopped())
-        if wish is not None or monitor.pace.paused:
+            command.interrupt(Stopped())
+        if command is not None or monitor.pace.paused:
             monitor.release()
             monitor.publish()
         with suppress(CommandRejected):  # a refused ST S means that there is no sequence
             await sent
         record = await self._stop_strays(driver)
-        if wish is None:  # at rest as well: a process between two steps must not go on
+        if command is None:  # at rest as well: a process between two steps must not go on
             monitor.events.emit(MotionStopped())
         return report or self._braking(record)
 

@@ -135,20 +135,20 @@ class Bridge:
             self._loop.call_soon_threadsafe(end)
 
     async def call(
-        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
+        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], subject: str = ""
     ) -> T:
-        """Return the answer to `wish` of `caller`, carried out in the stack's loop; raises what it and the gate raise.
+        """Return the answer to `work` of `caller`, carried out in the stack's loop; raises what it and the gate raise.
 
         `subject` is the subject in the audit log. Cancelling the caller cancels the request.
         """
 
         async def carried_out() -> T:
-            return await self._gate.call(caller, operation, wish, subject)
+            return await self._gate.call(caller, operation, work, subject)
 
         return await self.within(carried_out)
 
     async def carry(
-        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], subject: str = ""
+        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], subject: str = ""
     ) -> T:
         """Return as `call` does; a cancellation returns when the request has ended, a motion when it is at rest."""
         begun: list[asyncio.Future[T]] = []
@@ -157,7 +157,7 @@ class Bridge:
         async def carried() -> None:
             if left:
                 return
-            begun.append(asyncio.ensure_future(self._gate.call(caller, operation, wish, subject)))
+            begun.append(asyncio.ensure_future(self._gate.call(caller, operation, work, subject)))
             await asyncio.wait(begun)
             if not begun[0].cancelled():
                 begun[0].exception()
@@ -172,9 +172,9 @@ class Bridge:
             raise Cancelled
         return begun[0].result()
 
-    async def asked(self, wish: Callable[[Service], Awaitable[T]]) -> T:
+    async def asked(self, work: Callable[[Service], Awaitable[T]]) -> T:
         """Return the answer to a request that needs no caller, like signing in, past the gate."""
-        return await self.within(lambda: wish(self._service))
+        return await self.within(lambda: work(self._service))
 
     async def within(self, work: Callable[[], Awaitable[T]]) -> T:
         """Return what `work` answers in the stack's loop, past the gate: for what no caller asked for."""

@@ -149,11 +149,11 @@ CHANGES = _changes()
 
 def _zone() -> dict[str, Any]:
     """Return the schema of a zone that somebody sends: its name is that of the path."""
-    schema = TypeAdapter(ZoneConfig).json_schema(ref_template=REFERENCE.format(model="{model}Wish"))
-    kinds = {f"{name}Wish": kind for name, kind in schema["$defs"].items()}
+    schema = TypeAdapter(ZoneConfig).json_schema(ref_template=REFERENCE.format(model="{model}Request"))
+    kinds = {f"{name}Request": kind for name, kind in schema["$defs"].items()}
     for kind in kinds.values():
         kind["required"] = [key for key in kind["required"] if key != "name"]
-    return schema | {"$defs": kinds, "title": "ZoneWish"}
+    return schema | {"$defs": kinds, "title": "ZoneRequest"}
 
 
 ZONE = _zone()

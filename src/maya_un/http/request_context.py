@@ -30,22 +30,22 @@ class RequestContext:
         self._subject = subject
         self.caller = caller
 
-    async def __call__(self, wish: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
-        """Return what `wish` answers.
+    async def __call__(self, work: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
+        """Return what `work` answers.
 
         It is asked for as the first of `operations`, without any of all that the route is for, which the caller's role
         includes; where it includes none, as the last, which is refused.
         """
         of = operations or self._operations
         chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
-        return await self._bridge.call(self.caller, chosen, wish, self._subject)
+        return await self._bridge.call(self.caller, chosen, work, self._subject)
 
-    async def unless_left(self, wish: Callable[[Service], Awaitable[T]]) -> T:
-        """Return the answer of `wish`; if the client disconnects, cancel it and raise `Cancelled`.
+    async def unless_left(self, work: Callable[[Service], Awaitable[T]]) -> T:
+        """Return the answer of `work`; if the client disconnects, cancel it and raise `Cancelled`.
 
         The body of the request must have been read.
         """
-        asked = asyncio.ensure_future(self(wish))
+        asked = asyncio.ensure_future(self(work))
         left = asyncio.ensure_future(self._left())
         try:
             await asyncio.wait({asked, left}, return_when=asyncio.FIRST_COMPLETED)

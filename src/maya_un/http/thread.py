@@ -67,20 +67,20 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
     except (OSError, UnicodeError) as error:
         raise InvalidValue(key="--listen", value=address, reason="there is no such address") from error
     family, kind, protocol, _, place = found[0]
-    door = socket.socket(family, kind, protocol)  # TCP by name: else asyncio leaves Nagle's wait of 40 ms on
+    listener = socket.socket(family, kind, protocol)  # TCP by name: else asyncio leaves Nagle's wait of 40 ms on
     try:
-        door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        door.bind(place)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(place)
         # Several processes may bind the port; the last of them to listen fails.
-        door.listen()
+        listener.listen()
     except OSError as error:
-        door.close()
+        listener.close()
         if error.errno == errno.EADDRNOTAVAIL:
             raise InvalidValue(key="--listen", value=address, reason="this machine has no such address") from error
         if error.errno == errno.EACCES:
             raise InvalidValue(key="port", value=port, reason="ports below 1024 are for root") from error
         raise AddressInUse(address=address) from error
-    return door
+    return listener
 
 
 def far_socket(host: str, port: int, tls: ssl.SSLContext | None) -> ListeningSocket:
@@ -116,10 +116,10 @@ _STARTED = 10.0
 class _HttpServer(uvicorn.Server):
     """Reports when it listens, accepts with our own listener, and leaves signals to the main thread."""
 
-    def __init__(self, app: FastAPI, door: ListeningSocket, share: DescriptorShare) -> None:
-        self._places = ConnectionSlots(door.most, door.most_each, share)
-        super().__init__(_configured(app, door, self._places))
-        self.door = door
+    def __init__(self, app: FastAPI, listener: ListeningSocket, share: DescriptorShare) -> None:
+        self._places = ConnectionSlots(listener.most, listener.most_each, share)
+        super().__init__(_configured(app, listener, self._places))
+        self.listener = listener
         self.listening = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
@@ -136,8 +136,8 @@ class _HttpServer(uvicorn.Server):
         self.listening.set()
 
 
-def _configured(app: FastAPI, door: ListeningSocket, places: ConnectionSlots) -> uvicorn.Config:
-    tls = door.tls
+def _configured(app: FastAPI, listener: ListeningSocket, places: ConnectionSlots) -> uvicorn.Config:
+    tls = listener.tls
     return uvicorn.Config(
         app,
         http=partial(BoundedProtocol, places),  # type: ignore[arg-type]
@@ -178,7 +178,7 @@ class _Thread(threading.Thread):
 
     async def _serve(self) -> None:
         async with self._beside():
-            await asyncio.gather(*(server.serve(sockets=[server.door.socket]) for server in self._servers))
+            await asyncio.gather(*(server.serve(sockets=[server.listener.socket]) for server in self._servers))
 
 
 @asynccontextmanager
@@ -192,8 +192,8 @@ async def served(
     hand_over("uvicorn.error")
     first = near if isinstance(near, ListeningSocket) else ListeningSocket(near)
     shares = DescriptorShares.now()
-    servers = [_HttpServer(app, first, shares.near), *(_HttpServer(app, door, shares.far) for door in far)]
-    url = servers[0].door.url
+    servers = [_HttpServer(app, first, shares.near), *(_HttpServer(app, listener, shares.far) for listener in far)]
+    url = servers[0].listener.url
     thread = _Thread(servers, beside)
     loop = asyncio.get_running_loop()
     thread.start()
@@ -208,4 +208,4 @@ async def served(
             server.should_exit = True
         await loop.run_in_executor(None, thread.join)
         for server in servers:
-            server.door.socket.close()
+            server.listener.socket.close()

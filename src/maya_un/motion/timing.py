@@ -95,7 +95,7 @@ def _fastest(chords: Chords, budget: Budget) -> Fastest:
 
 
 def _allowed(safely: Safely, chords: Chords, vd: float) -> Allowed:
-    return lambda wished: safely(chords.directions, vd, wished)
+    return lambda requested: safely(chords.directions, vd, requested)
 
 
 def _rise_rate(chords: Chords, limits: Limits) -> int:

@@ -114,13 +114,13 @@ class Process:
         halts = self.turns.halts
         return await self._submit(await self.foresight.written(job, whose=asked.owner.name), asked, halts=halts)
 
-    async def wish(self, wish: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:
+    async def command(self, command: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:
         """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.
 
         While the queue is paused and nothing runs, a command without options for the queue is done at once: a person
         who sends "home" to a waiting robot means now.
         """
-        written = write_command(wish, self._grasp_height, self._recall)
+        written = write_command(command, self._grasp_height, self._recall)
         if (
             asked.options == DEFAULT_OPTIONS
             and not asked.proposal

@@ -165,7 +165,7 @@ class SigningIn:
 
 
 @dataclass(frozen=True, slots=True)
-class UserWish:
+class UserRequest:
     """A user to be added; without a password, the user signs in by token only."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
@@ -188,7 +188,7 @@ class UserChange:
 
 
 @dataclass(frozen=True, slots=True)
-class TokenWish:
+class TokenRequest:
     """A token to be made: what it is for, and when it ends (a date in UTC; "" for never)."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE

@@ -4,7 +4,7 @@ It is one planned motion to the border of the workspace, so that it is bounded a
 by the border, another user's stop or a fault, it does not begin again until the key is released.
 
 The queue waits meanwhile: a job begins when the direct command has ended. A command is refused with `Busy` while a job
-or another command is running. Callers have passed the gate by `Operation.WISH`.
+or another command is running. Callers have passed the gate by `Operation.COMMAND`.
 """
 
 from __future__ import annotations

@@ -110,9 +110,9 @@ class Service:
         line = await self._process.shown.found_line(number)
         return JobAccepted(number, line.name, line.steps)
 
-    async def wish(
+    async def command(
         self,
-        wish: Primitive | Mapping[str, object],
+        command: Primitive | Mapping[str, object],
         *,
         wait: bool = True,
         by: Caller = LOCAL,
@@ -127,7 +127,7 @@ class Service:
         failures are in the report. It is done at once if the queue is paused and nothing runs, unless `options` are
         given.
         """
-        number = await self._process.wish(wish, self._asked(by, options, key))
+        number = await self._process.command(command, self._asked(by, options, key))
         return await (self._process.result(number) if wait else self._process.shown.report(number))
 
     def _rights_ended(self, token: str, name: str, why: str) -> None:
@@ -353,23 +353,23 @@ class Gate:
         self._current = current
 
     async def call(
-        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[T]], detail: str = ""
+        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], detail: str = ""
     ) -> T:
-        """Return what `wish` answers; `detail` says in the audit log what it is about ("job 17").
+        """Return what `work` answers; `detail` says in the audit log what it is about ("job 17").
 
         A request that drives ends with its lease: if another user takes the lease, if it expires, or if its holder is
         demoted or removed, the request is cancelled, and its motion stops on the path. Jobs differ: if the owner is
         demoted or removed, the running step is finished, then the queue pauses (`Process.owner_ended`).
 
         Raises `NotSignedIn` for a caller whose rights ended after the interface checked them, `NotAllowed`,
-        `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `wish` raises.
+        `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `work` raises.
         """
         code = InternalError.code
         try:
             if operation not in STOPPING:
                 caller = self._current(caller)
             require(caller, operation)
-            answer = await (self._driven(caller, wish) if RULES[operation].drives else wish(self._service))
+            answer = await (self._driven(caller, work) if RULES[operation].drives else work(self._service))
             code = 0
             return answer
         except MayaError as error:
@@ -382,13 +382,13 @@ class Gate:
             if operation not in QUIET:
                 self._audit(caller, operation, code, detail)
 
-    async def _driven(self, caller: Caller, wish: Callable[[Service], Awaitable[T]]) -> T:
+    async def _driven(self, caller: Caller, work: Callable[[Service], Awaitable[T]]) -> T:
         """Carry out a request while the caller drives."""
         shown = caller.lease
         if not shown and not caller.implicit:
             self._lease.require(shown, caller.name)
         with self._lease.driving(caller.name, caller.source, shown, direct=True) as drive:
-            task = asyncio.ensure_future(wish(self._service))
+            task = asyncio.ensure_future(work(self._service))
             drive.carry(task)
             try:
                 return await run_to_rest(task)

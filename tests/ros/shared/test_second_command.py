@@ -50,12 +50,12 @@ SECONDS = {
 }
 
 
-@pytest.mark.parametrize("door", SECONDS)
-def test_second_command_is_refused_and_the_first_goes_on(door: str, robot: LaunchedLayers) -> None:
+@pytest.mark.parametrize("interface", SECONDS)
+def test_second_command_is_refused_and_the_first_goes_on(interface: str, robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     place = robot.away()
     first = robot.begun("approach", place)
-    assert SECONDS[door](robot) == (GoalStatus.REJECTED, BUSY)
+    assert SECONDS[interface](robot) == (GoalStatus.REJECTED, BUSY)
     assert not robot.can_teleop()
     robot.at_speed(1.0)
     assert first.ended() == (GoalStatus.SUCCEEDED, DONE)

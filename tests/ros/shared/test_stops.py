@@ -39,7 +39,7 @@ def _home(robot: LaunchedLayers, rng: Random) -> list[Goal]:
     return [robot.driver.do("/home", "maya_controller/Home")]
 
 
-WISHES = (_queue, _home, _task, _move)
+REQUESTS = (_queue, _home, _task, _move)
 
 
 def stop(robot: LaunchedLayers) -> None:
@@ -53,7 +53,7 @@ def test_stop_queue_at_random_instants(robot: LaunchedLayers, campaign: Campaign
         rng = campaign.rng(case)
         robot.ready()
         before = robot.mark()
-        goals = WISHES[case % len(WISHES)](robot, rng)
+        goals = REQUESTS[case % len(REQUESTS)](robot, rng)
         Event().wait(rng.uniform(0.0, 1.2))  # the instant is drawn: no fact is waited for
         stop(robot)
         robot.until_told("stopped", before)  # a stop that comes late would end the next homing

@@ -77,7 +77,7 @@ async function services(ros) {
   tell("nobody", await called(ros, "/nobody", "std_srvs/SetBool", {}).catch((refused) => refused));
 }
 
-const wished = (client, goalMessage, onFeedback) =>
+const requested = (client, goalMessage, onFeedback) =>
   new Promise((done) => {
     const goal = new Goal({ actionClient: client, goalMessage });
     goal.on("feedback", (feedback) => onFeedback?.(feedback, goal));
@@ -90,7 +90,7 @@ async function move(ros) {
   tell("before", await called(ros, "/maya_command", kind, { task: primitive("can_teleop") }));
   const client = new ActionClient({ ros, serverName: "/task", actionName: "maya_robot/TaskAction" });
   const phases = new Set();
-  tell("homed", await wished(client, { task: primitive("home") }, (feedback) => phases.add(feedback.phase)));
+  tell("homed", await requested(client, { task: primitive("home") }, (feedback) => phases.add(feedback.phase)));
   tell("phases", [...phases].sort());
   const action = new Action({ ros, name: "/task", actionType: "maya_robot/Task" });
   const done = (task) =>
@@ -98,7 +98,7 @@ async function move(ros) {
   tell("pick", await done(primitive("pick", 0.41, 1.13, 0.4)));
   tell("place", await called(ros, "/maya_command", kind, { task: primitive("place", 1.18, 0.21, 0.4) }));
   const far = { task: primitive("approach", 0.41, 1.13, 0.4) };
-  tell("cancelled", await wished(client, far, (_, goal) => goal.cancel()));
+  tell("cancelled", await requested(client, far, (_, goal) => goal.cancel()));
   const refused = await new Promise((ended) => {
     const id = action.sendGoal(far, ended, () => action.cancelGoal(id), ended);
   });

@@ -140,13 +140,13 @@ class RealtimeDatabase:
         return asyncio.run_coroutine_threadsafe(main(), self._loop).result(30.0)
 
     async def _start(self) -> None:
-        door = socket.socket(proto=socket.IPPROTO_TCP)  # by name: else asyncio leaves Nagle's wait of 40 ms on
-        door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        door.bind(("127.0.0.1", self.port))
-        door.listen(128)
+        listener = socket.socket(proto=socket.IPPROTO_TCP)  # by name: else asyncio leaves Nagle's wait of 40 ms on
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(("127.0.0.1", self.port))
+        listener.listen(128)
         config = uvicorn.Config(_Faulty(_application(self), self), log_config=None, access_log=False, lifespan="off")
         self._server = uvicorn.Server(config)
-        self._serving = self._loop.create_task(self._server._serve([door]))
+        self._serving = self._loop.create_task(self._server._serve([listener]))
         while not self._server.started:
             await turn()
 

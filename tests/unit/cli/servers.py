@@ -48,8 +48,8 @@ def http_service(says: Answer, *, ours: bool = True) -> Iterator[str]:
 @contextmanager
 def hanging_service() -> Iterator[str]:
     """Accept connections and never answer, as a stopped process does; yields the URL."""
-    with socket.create_server(("127.0.0.1", 0)) as door:
-        yield f"http://127.0.0.1:{door.getsockname()[1]}"
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        yield f"http://127.0.0.1:{listener.getsockname()[1]}"
 
 
 @contextmanager
@@ -58,7 +58,7 @@ def controller(record: bytes) -> Iterator[tuple[int, list[bytes]]]:
     said: list[bytes] = []
 
     def serve() -> None:
-        connection, _ = door.accept()
+        connection, _ = listener.accept()
         with connection, connection.makefile("rb") as lines:
             waiting = b""
             while byte := lines.read(1):
@@ -68,8 +68,8 @@ def controller(record: bytes) -> Iterator[tuple[int, list[bytes]]]:
                     connection.sendall(record + b":" if waiting == b"QR\r" else b":")
                     waiting = b""
 
-    with socket.create_server(("127.0.0.1", 0)) as door:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
         thread = threading.Thread(target=serve)
         thread.start()
-        yield door.getsockname()[1], said
+        yield listener.getsockname()[1], said
         thread.join()

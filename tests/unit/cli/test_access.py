@@ -305,10 +305,10 @@ def test_running_service_prevents_a_reset(state: Path, capsys: pytest.CaptureFix
     state.parent.mkdir()
     lock = file.JournalLock(state)
     try:
-        for wish in ("root", "--all"):
-            assert "error 5010" in printed(f"maya user reset {wish}", capsys, code=2)
+        for request in ("root", "--all"):
+            assert "error 5010" in printed(f"maya user reset {request}", capsys, code=2)
     finally:
         lock.release()
     assert not state.exists()
-    for wish in ("", "root --all", "Root"):
-        assert "error 400" in printed(f"maya user reset {wish}", capsys, code=2)
+    for request in ("", "root --all", "Root"):
+        assert "error 400" in printed(f"maya user reset {request}", capsys, code=2)

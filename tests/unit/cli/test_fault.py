@@ -29,7 +29,7 @@ class _Host:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever)
         self._thread.start()
-        self.virtual, self._door, self.port = self._call(self._open())
+        self.virtual, self._control, self.port = self._call(self._open())
 
     async def _open(self) -> tuple[VirtualController, FaultControlServer, int]:
         virtual = VirtualController(VirtualDmc(BenchPlant()))
@@ -37,7 +37,7 @@ class _Host:
         return virtual, await FaultControlServer.opened(virtual.faults), port
 
     async def _close(self) -> None:
-        await self._door.close()
+        await self._control.close()
         await self.virtual.close()
 
     def _call(self, work: Any) -> Any:
@@ -51,7 +51,7 @@ class _Host:
 
     @property
     def twin(self) -> ServedTwin:
-        return ServedTwin("127.0.0.1", self.port, self._door.port, os.getpid())
+        return ServedTwin("127.0.0.1", self.port, self._control.port, os.getpid())
 
 
 @contextmanager

@@ -37,4 +37,4 @@ def test_every_path_is_in_the_reference() -> None:
     routes = [route for route in create_app(bridge).routes if isinstance(route, APIRoute)]
     assert len(routes) > 20
     asked = [f"{method} {route.path_format}" for route in routes for method in route.methods or ()]
-    assert [wish for wish in asked if f"`{wish}" not in page] == []
+    assert [request for request in asked if f"`{request}" not in page] == []

@@ -22,12 +22,12 @@ from maya_un.schema.jobs import JobAccepted
 from maya_un.values import Point
 
 OURS = {"Maya": "0.1.0"}
-DOOR = ServiceAddress("http://127.0.0.1:4133")
+SERVICE = ServiceAddress("http://127.0.0.1:4133")
 
 
 def test_request_goes_to_its_path_with_its_credentials() -> None:
     request = Request("POST", "/v1/jobs", JobAccepted, {"held": True, "notes": "a b"}, {"steps": ["home"]}, key="k1")
-    url, headers, content = transport.encoded(request, ServiceAddress(DOOR.url, "maya_t"), "lease 1")
+    url, headers, content = transport.encoded(request, ServiceAddress(SERVICE.url, "maya_t"), "lease 1")
     assert url == "http://127.0.0.1:4133/v1/jobs?held=true&notes=a+b"
     assert headers["Authorization"] == "Bearer maya_t"
     assert headers["Maya-Lease"] == "lease 1"
@@ -36,14 +36,14 @@ def test_request_goes_to_its_path_with_its_credentials() -> None:
 
 
 def test_own_lease_takes_precedence_over_that_of_the_shell() -> None:
-    door = ServiceAddress("http://robot:1", "", "shell")
-    assert transport.encoded(get("/", int), door, "own").headers["Maya-Lease"] == "own"
-    assert transport.encoded(get("/", int), door, "").headers["Maya-Lease"] == "shell"
+    service = ServiceAddress("http://robot:1", "", "shell")
+    assert transport.encoded(get("/", int), service, "own").headers["Maya-Lease"] == "own"
+    assert transport.encoded(get("/", int), service, "").headers["Maya-Lease"] == "shell"
 
 
 def test_missing_parameter_is_omitted_and_several_values_repeat_the_key() -> None:
     url, headers, content = transport.encoded(
-        get("/v1/jobs", int, owner=None, state=("done", "failed"), below=7), DOOR, ""
+        get("/v1/jobs", int, owner=None, state=("done", "failed"), below=7), SERVICE, ""
     )
     assert url.endswith("/v1/jobs?state=done&state=failed&below=7")
     assert not {"Authorization", "Maya-Lease", "Idempotency-Key", "Content-Type"} & headers.keys()

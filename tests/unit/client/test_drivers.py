@@ -96,9 +96,9 @@ def test_submission_with_a_lost_answer_is_repeated_with_its_key() -> None:
     def says(asked: Asked) -> Any:
         return answers.pop(0)
 
-    wish = Request("POST", "/v1/jobs", JobAccepted, body={"steps": ["home"]}, key="k1")
+    command = Request("POST", "/v1/jobs", JobAccepted, body={"steps": ["home"]}, key="k1")
     with service(says) as stand, Client(stand.url) as client:
-        assert client.perform(persistently(wish)).id == 7
+        assert client.perform(persistently(command)).id == 7
     assert [asked.headers["idempotency-key"] for asked in stand.asked] == ["k1"] * 3
 
 
@@ -241,11 +241,11 @@ def test_cancelled_waiting_task_cancels_its_command() -> None:
 
     async def later(url: str) -> None:
         async with AsyncClient(url) as client:
-            wish = asyncio.create_task(client.perform(robot.followed(7, since=0)))
+            command = asyncio.create_task(client.perform(robot.followed(7, since=0)))
             await asyncio.to_thread(waiting.wait, 10.0)
-            wish.cancel()
+            command.cancel()
             with pytest.raises(asyncio.CancelledError):
-                await wish
+                await command
 
     with service(says) as stand:
         run(later(stand.url))

@@ -272,7 +272,7 @@ def test_a_name_with_numbers_is_no_place() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wish", "body"),
+    ("command", "body"),
     [
         (primitives.home, {"command": "home"}),
         (lambda: primitives.pick("tray[1,2]"), {"command": "pick", "target": "tray[1,2]"}),
@@ -283,9 +283,9 @@ def test_a_name_with_numbers_is_no_place() -> None:
         (lambda: primitives.gripper("close"), {"command": "gripper", "open": False}),
     ],
 )
-def test_primitives_are_sent_in_the_form_of_the_service(wish: Callable[[], Plan[JobReport]], body: object) -> None:
+def test_primitives_are_sent_in_the_form_of_the_service(command: Callable[[], Plan[JobReport]], body: object) -> None:
     player = Player(Service(ended()))
-    player.perform(wish())
+    player.perform(command())
     (post,) = [request for request in player.asked if request.method == "POST"]
     assert (post.path, post.body) == ("/v1/tasks", body)
 

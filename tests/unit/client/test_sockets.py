@@ -169,8 +169,8 @@ def test_self_signed_certificate_is_trusted_when_named(certificate: Path) -> Non
     secret.load_cert_chain(certificate)
     stopping = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
-    async def later(door: str, stream_url: str) -> None:
-        async with AsyncClient(door, ca=certificate) as client:
+    async def later(service: str, stream_url: str) -> None:
+        async with AsyncClient(service, ca=certificate) as client:
             assert await client.stop() == stopping
         async with AsyncClient(stream_url, ca=certificate) as client:
             assert (await anext(client.states())).homed

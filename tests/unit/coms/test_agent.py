@@ -53,8 +53,8 @@ class Robot:
         self.go.set()
         self.bus = Bus()
         self.store = store
-        with bound_socket(0) as door:
-            self.port = door.getsockname()[1]
+        with bound_socket(0) as listener:
+            self.port = listener.getsockname()[1]
         self._task = self.bus.node("primitive_server").act(TASK.name, TASK.type, self._act)
 
     @property

@@ -26,8 +26,8 @@ async def test_invalid_address_is_named(url: str) -> None:
 
 
 async def test_credentials_in_the_address_are_shown_nowhere() -> None:
-    with bound_socket(0) as door:
-        port = door.getsockname()[1]
+    with bound_socket(0) as listener:
+        port = listener.getsockname()[1]
     robot = Rosbridge(f"ws://anna:geheim@127.0.0.1:{port}/?token=secreto")
     shown = json.dumps(Agent("MAYA", robot, Memory(), dates.now).status())
     with pytest.raises(RobotNotReached) as caught:

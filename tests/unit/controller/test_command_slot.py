@@ -27,56 +27,56 @@ async def test_failed_command_frees_the_slot(error: BaseException) -> None:
     slot = ExclusiveSlot()
     with pytest.raises(type(error)), slot.take("move"):
         raise error
-    with slot.take("home") as wish:
-        assert wish.name == "home"
+    with slot.take("home") as command:
+        assert command.name == "home"
 
 
 async def test_the_first_interruption_decides() -> None:
-    wish = RunningCommand("move")
-    wish.check()
-    wish.interrupt(Stopped())
-    wish.interrupt(AbortInput())
+    command = RunningCommand("move")
+    command.check()
+    command.interrupt(Stopped())
+    command.interrupt(AbortInput())
     for _ in range(2):
         with pytest.raises(Stopped):
-            wish.check()
+            command.check()
 
 
 async def test_a_pause_lasts_until_its_time() -> None:
-    wish = RunningCommand("move")
-    await wish.wait(now() + 2.5)
+    command = RunningCommand("move")
+    await command.wait(now() + 2.5)
     assert now() == 2.5
-    await wish.wait(1.0)
+    await command.wait(1.0)
     assert now() == 2.5
 
 
 async def test_an_interruption_ends_a_pause_at_once() -> None:
-    wish = RunningCommand("move")
-    asyncio.get_running_loop().call_later(0.75, wish.interrupt, LinkLost(address="box", reason="cut"))
+    command = RunningCommand("move")
+    asyncio.get_running_loop().call_later(0.75, command.interrupt, LinkLost(address="box", reason="cut"))
     with pytest.raises(LinkLost):
-        await wish.wait(now() + 100.0)
+        await command.wait(now() + 100.0)
     assert now() == 0.75
 
 
 async def test_ended_pause_still_reports_an_interruption() -> None:
-    wish = RunningCommand("move")
-    wish.interrupt(Stopped())
+    command = RunningCommand("move")
+    command.interrupt(Stopped())
     with pytest.raises(Stopped):
-        await wish.wait(now() - 1.0)
+        await command.wait(now() - 1.0)
 
 
 async def test_a_cancelled_pause_interrupts_nothing() -> None:
-    wish = RunningCommand("move")
-    pause = asyncio.create_task(wish.wait(now() + 9.0))
+    command = RunningCommand("move")
+    pause = asyncio.create_task(command.wait(now() + 9.0))
     asyncio.get_running_loop().call_later(1.0, pause.cancel)
     await asyncio.wait({pause})
     assert pause.cancelled()
-    wish.check()
+    command.check()
 
 
 async def test_news_end_a_wait_without_an_end() -> None:
-    wish = RunningCommand("move")
+    command = RunningCommand("move")
     news: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-    waiting = asyncio.create_task(wish.wait(inf, news))
+    waiting = asyncio.create_task(command.wait(inf, news))
     await elapse(1e6)
     assert not waiting.done()
     news.set_result(None)
@@ -84,10 +84,10 @@ async def test_news_end_a_wait_without_an_end() -> None:
 
 
 async def test_an_interruption_ends_a_wait_for_news() -> None:
-    wish = RunningCommand("move")
+    command = RunningCommand("move")
     news: asyncio.Future[None] = asyncio.get_running_loop().create_future()
-    waiting = asyncio.create_task(wish.wait(inf, news))
+    waiting = asyncio.create_task(command.wait(inf, news))
     await elapse(1.0)
-    wish.interrupt(Stopped())
+    command.interrupt(Stopped())
     with pytest.raises(Stopped):
         await waiting

@@ -249,8 +249,8 @@ async def stopped_before_begin(bench: Rig) -> tuple[asyncio.Task[None], asyncio.
     return move, awake
 
 
-@pytest.mark.parametrize("wish", ["move", "home", "skip_home", "gripper", "output"])
-async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(wish: str) -> None:
+@pytest.mark.parametrize("action", ["move", "home", "skip_home", "gripper", "output"])
+async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(action: str) -> None:
     """The token goes to another before the proof, and this host has had no beat to learn of it."""
     async with homed(parse({"controller": {"outputs": [2]}}), live=True) as bench:
         guard = guard_of(bench.controller)
@@ -259,7 +259,7 @@ async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(wish
         await foreign(bench, "ZAB=77")
         rest, outputs = bench.mechanics.true_joints(), await foreign(bench, "MG _OP0,_MOA,_MOB,_MOC")
         layer = bench.controller
-        wishes = {
+        actions = {
             "move": lambda: layer.move(FAR),
             "home": layer.home,
             "skip_home": layer.skip_home,
@@ -267,7 +267,7 @@ async def test_nothing_moves_from_the_instant_at_which_the_token_is_another(wish
             "output": lambda: layer.output(2, on=True),
         }
         with pytest.raises(OwnershipLost):
-            await wishes[wish]()
+            await actions[action]()
         await elapse(5.0)
         assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
         assert await foreign(bench, "MG _OP0,_MOA,_MOB,_MOC") == outputs

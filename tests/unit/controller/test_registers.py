@@ -68,8 +68,8 @@ async def test_a_register_that_was_not_kept_is_named(register: str, found: str) 
     async with conversation(box(Config(), **{register: found})) as (driver, _):
         with pytest.raises(ParameterMismatch) as mismatch:
             await Registers(Config()).configure(driver)
-    wished = wanted(Config())[f"_{register}"]
-    assert mismatch.value.details == {"register": register, "found": f"{float(found):g}", "wanted": f"{wished:g}"}
+    requested = wanted(Config())[f"_{register}"]
+    assert mismatch.value.details == {"register": register, "found": f"{float(found):g}", "wanted": f"{requested:g}"}
 
 
 async def test_all_is_written_before_anything_is_read_back() -> None:

@@ -33,9 +33,13 @@ async def seeking(
         monitor = bench.controller._monitor
         driver = monitor.link.driver
         await monitor.power(driver)
-        wish = RunningCommand("home")
+        command = RunningCommand("home")
         del bench.sent[:]
-        yield Seeker(driver, bench.controller.config, bench.controller.units, wish.wait, now, unguarded), bench, wish
+        yield (
+            Seeker(driver, bench.controller.config, bench.controller.units, command.wait, now, unguarded),
+            bench,
+            command,
+        )
 
 
 async def unguarded(driver: Driver, commands: Sequence[str]) -> None:
@@ -133,16 +137,16 @@ async def test_move_ends_on_request() -> None:
 
 
 async def test_stop_reaches_a_move_between_two_looks() -> None:
-    async with seeking() as (seeker, _, wish):
-        asyncio.get_running_loop().call_later(1.01, wish.interrupt, Stopped())
+    async with seeking() as (seeker, _, command):
+        asyncio.get_running_loop().call_later(1.01, command.interrupt, Stopped())
         with pytest.raises(Stopped):
             await seeker.go({B: 0.5}, 0.03)
         assert now() == 1.01
 
 
 async def test_stopped_command_begins_no_move() -> None:
-    async with seeking() as (seeker, bench, wish):
-        wish.interrupt(Stopped())
+    async with seeking() as (seeker, bench, command):
+        command.interrupt(Stopped())
         with pytest.raises(Stopped):
             await seeker.go({B: 0.5}, 0.03)
         assert "BGS" not in commands_in(bytes(bench.sent))

@@ -273,9 +273,9 @@ async def test_any_end_of_a_motion_leaves_no_axis_moving() -> None:
     async with homed() as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
-        wish = bench.controller._monitor.slot.current
-        assert wish is not None
-        wish.interrupt(NotHomed())  # no error of the machine, as a defect of ours would be none
+        command = bench.controller._monitor.slot.current
+        assert command is not None
+        command.interrupt(NotHomed())  # no error of the machine, as a defect of ours would be none
         with pytest.raises(NotHomed):
             await move
         assert still_moving(bench) == 0.0

@@ -56,9 +56,9 @@ async def test_refusals_are_logged_once_a_minute_with_their_number() -> None:
 
 
 def bound() -> socket.socket:
-    door = socket.socket()
-    door.bind(("127.0.0.1", 0))
-    return door
+    listener = socket.socket()
+    listener.bind(("127.0.0.1", 0))
+    return listener
 
 
 class Greeter(asyncio.Protocol):

@@ -69,11 +69,11 @@ class ServiceStandIn:
         self._note("submit", job)
         return {"id": 1}
 
-    async def wish(
+    async def command(
         self, primitive: dict[str, Any], *, wait: bool, by: Caller, options: JobOptions, key: str
     ) -> dict[str, bool]:
         self.options, self.key = options, key
-        self._note("wish", primitive, wait)
+        self._note("command", primitive, wait)
         if wait:
             await self.released.wait()
         return {"waited": wait}

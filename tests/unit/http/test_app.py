@@ -26,7 +26,7 @@ from tests.virtual_time import elapse
         ("GET", "/v1/jobs/7", None, ("job", 7), 200),
         ("DELETE", "/v1/jobs/7", None, ("cancel", 7), 200),
         ("POST", "/v1/preview", {"steps": []}, ("preview", {"steps": []}), 200),
-        ("POST", "/v1/tasks", {"command": "home"}, ("wish", {"command": "home"}, False), 202),
+        ("POST", "/v1/tasks", {"command": "home"}, ("command", {"command": "home"}, False), 202),
         ("POST", "/v1/jog", {"axis": "b", "distance": 1}, ("jog", "b", 1.0, 1.0, True), 200),
         (
             "POST",

@@ -41,8 +41,8 @@ def serving(
     async def main() -> T:
         loop = asyncio.get_running_loop()
         app = create_app(Bridge(loop, cast("Service", service)), OriginPolicy(remote=True))
-        door = near or ListeningSocket(bound_socket(0))
-        async with served(app, door, *far) as url:
+        listener = near or ListeningSocket(bound_socket(0))
+        async with served(app, listener, *far) as url:
             return await loop.run_in_executor(None, work, url)
 
     return run(main())
@@ -117,9 +117,9 @@ def test_key_with_a_password_prompts_for_none(certificate: tuple[Path, Path], tm
 
 
 def test_taken_port_and_foreign_address_are_refused() -> None:
-    with bound_socket(0) as door, pytest.raises(AddressInUse):
-        door.listen()
-        bound_socket(door.getsockname()[1])
+    with bound_socket(0) as listener, pytest.raises(AddressInUse):
+        listener.listen()
+        bound_socket(listener.getsockname()[1])
     with pytest.raises(InvalidValue):
         bound_socket(0, "192.0.2.1")
     with pytest.raises(InvalidValue):

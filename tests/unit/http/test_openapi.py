@@ -55,8 +55,8 @@ def test_references_have_a_target() -> None:
 )
 def test_every_operation_has_a_description_and_its_errors(method: str, path: str, operation: dict[str, Any]) -> None:
     assert operation["summary"] and operation["tags"] and operation["responses"]
-    wishes = [Operation(name) for name in operation["x-maya-operations"]]
-    assert ("401" in operation["responses"]) == bool(wishes) or path == "/v1/session"
+    requests = [Operation(name) for name in operation["x-maya-operations"]]
+    assert ("401" in operation["responses"]) == bool(requests) or path == "/v1/session"
     assert ("requestBody" in operation) <= (method in {"post", "put", "patch"})
     for status, response in operation["responses"].items():
         assert set(response["headers"]) == {"Maya", "Maya-Request"}

@@ -243,8 +243,8 @@ def test_clients_are_notified_of_the_end_of_the_server(capfd: pytest.CaptureFixt
 
 def test_a_small_frame_does_not_wait_for_the_acknowledgement_of_the_one_before() -> None:
     """asyncio switches Nagle's algorithm off for what is TCP by name, and for nothing else."""
-    with bound_socket(0) as door:
-        assert door.proto == socket.IPPROTO_TCP
+    with bound_socket(0) as listener:
+        assert listener.proto == socket.IPPROTO_TCP
 
 
 def test_a_flood_of_messages_is_answered_in_order_and_not_faster_than_the_robot_can_bear() -> None:

@@ -40,8 +40,8 @@ async def ask_twice() -> tuple[tuple[int, bytes], tuple[int, bytes]]:
     """Serve from the running loop, ask it from another thread, and end."""
     loop = asyncio.get_running_loop()
     app = create_app(Bridge(loop, cast("Service", Clock())))
-    with bound_socket(0) as door:
-        async with served(app, door) as url:
+    with bound_socket(0) as listener:
+        async with served(app, listener) as url:
             health = await loop.run_in_executor(None, get, url, "/v1/health")
             return health, await loop.run_in_executor(None, get, url, "/v1/status")
 
@@ -63,8 +63,8 @@ def answer_to(url: str, request: bytes) -> bytes:
 async def say(request: bytes) -> bytes:
     """Serve, send raw bytes, return the answer."""
     loop = asyncio.get_running_loop()
-    with bound_socket(0) as door:
-        async with served(create_app(Bridge(loop, cast("Service", Clock()))), door) as url:
+    with bound_socket(0) as listener:
+        async with served(create_app(Bridge(loop, cast("Service", Clock()))), listener) as url:
             return await loop.run_in_executor(None, answer_to, url, request)
 
 
@@ -78,8 +78,8 @@ def test_invalid_http_is_answered_with_a_code(request_: bytes) -> None:
 def test_an_end_with_requests_half_sent_is_quiet(capfd: pytest.CaptureFixture[str]) -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()
-        with bound_socket(0) as door:
-            async with served(create_app(Bridge(loop, cast("Service", Clock()))), door) as url:
+        with bound_socket(0) as listener:
+            async with served(create_app(Bridge(loop, cast("Service", Clock()))), listener) as url:
                 port = int(url.rpartition(":")[2])
                 _, writer = await asyncio.open_connection("127.0.0.1", port)
                 writer.write(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n{")
@@ -91,7 +91,7 @@ def test_an_end_with_requests_half_sent_is_quiet(capfd: pytest.CaptureFixture[st
 
 
 def test_a_taken_port_is_refused() -> None:
-    with bound_socket(0) as door:
-        door.listen()
+    with bound_socket(0) as listener:
+        listener.listen()
         with pytest.raises(AddressInUse):
-            bound_socket(door.getsockname()[1])
+            bound_socket(listener.getsockname()[1])

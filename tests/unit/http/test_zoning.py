@@ -49,16 +49,16 @@ async def test_invalid_zone_is_refused_by_its_key() -> None:
 async def test_command_into_a_zone_is_refused_by_the_zones_name() -> None:
     async with http_client() as (_, client):
         await client.put("/v1/zones/crate", json=CRATE)
-        wish = {"command": "approach", "target": [0.5, 1.1, 0.4]}
-        report = (await client.post("/v1/tasks?wait=true", json=wish)).json()
+        request = {"command": "approach", "target": [0.5, 1.1, 0.4]}
+        report = (await client.post("/v1/tasks?wait=true", json=request)).json()
         assert (report["state"], report["code"]) == ("failed", 2101)
         assert "zone crate" in report["message"]
 
 
 async def test_while_a_job_runs_zones_stay() -> None:
     async with http_client() as (_, client):
-        wish = {"command": "approach", "target": [0.5, 1.1, 0.4]}
-        job = asyncio.create_task(client.post("/v1/tasks?wait=true", json=wish))
+        request = {"command": "approach", "target": [0.5, 1.1, 0.4]}
+        job = asyncio.create_task(client.post("/v1/tasks?wait=true", json=request))
         await elapse(1.0)
         answer = await client.put("/v1/zones/crate", json=CRATE)
         assert (answer.status_code, answer.json()["code"]) == (409, 2104)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 from maya_ui import reasons
-from maya_ui.robot import Ended, Happened, Joints, Position, Presence, Standing, Under, Wish
+from maya_ui.robot import Command, Ended, Happened, Joints, Position, Presence, Standing, Under
 from maya_ui.seen import Seen, event
 from maya_ui.tasks import Task
 from maya_ui.words import WORDS
@@ -75,50 +75,50 @@ def test_a_position_counts_only_once_homed() -> None:
 
 def test_command_is_under_way_until_its_own_end() -> None:
     one = seen()
-    one.take(Under(Wish.TASK, "lower", 0.5))
-    one.take(Ended(Wish.STOP, done=True))
+    one.take(Under(Command.TASK, "lower", 0.5))
+    one.take(Ended(Command.STOP, done=True))
     assert one.busy
-    one.take(Ended(Wish.TASK, done=False, code="2201"))
+    one.take(Ended(Command.TASK, done=False, code="2201"))
     assert not one.busy
 
 
 @pytest.mark.parametrize(
-    ("standing", "presence", "wish", "reason"),
+    ("standing", "presence", "command", "reason"),
     [
-        (IDLE, ALL, Wish.TASK, ""),
-        (IDLE, ALL, Wish.JOG, ""),
-        (IDLE, ALL, Wish.RECOVER, "no_fault"),
-        (IDLE, ALL, Wish.PAUSE, "nothing_moves"),
-        (IDLE, ALL, Wish.RESUME, "nothing_paused"),
-        (None, Presence(), Wish.HOME, "no_master"),
-        (None, Presence(master=True), Wish.HOME, "no_controller"),
-        (None, ALL, Wish.HOME, "silent"),
-        (IDLE, Presence(True, True, True, True, True), Wish.HOME, "silent"),
-        (Standing("disconnected"), ALL, Wish.HOME, "no_machine"),
-        (Standing("not_homed"), ALL, Wish.HOME, ""),
-        (Standing("not_homed"), ALL, Wish.TASK, "home_first"),
-        (Standing("not_homed"), ALL, Wish.JOG, "home_first"),
-        (Standing("fault", homed=True), ALL, Wish.JOG, "recover_first"),
-        (Standing("fault", homed=True), ALL, Wish.RECOVER, ""),
-        (Standing("paused", homed=True), ALL, Wish.HOME, "resume_first"),
-        (Standing("paused", homed=True), ALL, Wish.RESUME, ""),
-        (Standing("moving", homed=True), ALL, Wish.HOME, "busy"),
-        (Standing("moving", homed=True), ALL, Wish.PAUSE, ""),
-        (IDLE, Presence(master=True, controller=True), Wish.TASK, "no_robot_floor"),
-        (IDLE, Presence(master=True, controller=True), Wish.JOG, ""),
-        (IDLE, Presence(master=True, controller=True), Wish.SEND, "no_process_floor"),
-        (None, Presence(), Wish.START_QUEUE, "no_master"),
-        (Standing("moving", homed=True), ALL, Wish.START_QUEUE, ""),
+        (IDLE, ALL, Command.TASK, ""),
+        (IDLE, ALL, Command.JOG, ""),
+        (IDLE, ALL, Command.RECOVER, "no_fault"),
+        (IDLE, ALL, Command.PAUSE, "nothing_moves"),
+        (IDLE, ALL, Command.RESUME, "nothing_paused"),
+        (None, Presence(), Command.HOME, "no_master"),
+        (None, Presence(master=True), Command.HOME, "no_controller"),
+        (None, ALL, Command.HOME, "silent"),
+        (IDLE, Presence(True, True, True, True, True), Command.HOME, "silent"),
+        (Standing("disconnected"), ALL, Command.HOME, "no_machine"),
+        (Standing("not_homed"), ALL, Command.HOME, ""),
+        (Standing("not_homed"), ALL, Command.TASK, "home_first"),
+        (Standing("not_homed"), ALL, Command.JOG, "home_first"),
+        (Standing("fault", homed=True), ALL, Command.JOG, "recover_first"),
+        (Standing("fault", homed=True), ALL, Command.RECOVER, ""),
+        (Standing("paused", homed=True), ALL, Command.HOME, "resume_first"),
+        (Standing("paused", homed=True), ALL, Command.RESUME, ""),
+        (Standing("moving", homed=True), ALL, Command.HOME, "busy"),
+        (Standing("moving", homed=True), ALL, Command.PAUSE, ""),
+        (IDLE, Presence(master=True, controller=True), Command.TASK, "no_robot_floor"),
+        (IDLE, Presence(master=True, controller=True), Command.JOG, ""),
+        (IDLE, Presence(master=True, controller=True), Command.SEND, "no_process_floor"),
+        (None, Presence(), Command.START_QUEUE, "no_master"),
+        (Standing("moving", homed=True), ALL, Command.START_QUEUE, ""),
     ],
 )
-def test_why_not(standing: Standing | None, presence: Presence, wish: Wish, reason: str) -> None:
-    assert reasons.why_not(wish, seen(standing, presence)) == reason
+def test_why_not(standing: Standing | None, presence: Presence, command: Command, reason: str) -> None:
+    assert reasons.why_not(command, seen(standing, presence)) == reason
 
 
 def test_stop_is_always_there() -> None:
     for presence in (Presence(), ALL):
         for mode in ("disconnected", "homing", "moving", "fault"):
-            assert reasons.why_not(Wish.STOP, seen(Standing(mode), presence)) == ""
+            assert reasons.why_not(Command.STOP, seen(Standing(mode), presence)) == ""
 
 
 def test_a_pick_needs_an_open_gripper_and_a_place_a_closed_one() -> None:
@@ -133,8 +133,8 @@ def test_a_pick_needs_an_open_gripper_and_a_place_a_closed_one() -> None:
 
 def test_every_reason_has_words() -> None:
     found = {
-        reasons.why_not(wish, seen(standing, presence))
-        for wish in Wish
+        reasons.why_not(command, seen(standing, presence))
+        for command in Command
         for standing in (None, IDLE, *(Standing(mode.value, homed=True) for mode in Mode), Standing("not_homed"))
         for presence in (Presence(), Presence(True), ALL, Presence(True, True), Presence(True, True, True))
     }

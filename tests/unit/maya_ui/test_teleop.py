@@ -3,15 +3,15 @@ from __future__ import annotations
 from math import hypot
 
 import pytest
-from maya_ui.robot import Ended, Happened, Joints, Path, Position, Presence, Standing, Wish
+from maya_ui.robot import Command, Ended, Happened, Joints, Path, Position, Presence, Standing
 from maya_ui.seen import Seen
 from maya_ui.teleop import KEYS, PATIENCE, REACHES, SHORTEST, Direction, Teleop
 
 UP = Direction("z", 1)
-DONE = Ended(Wish.JOG, done=True)
-OUTSIDE = Ended(Wish.JOG, done=False, code="2101")
-ELSEWHERE = Ended(Wish.JOG, done=False, code="2107")
-STOPPED = Ended(Wish.JOG, done=False, code="2201")
+DONE = Ended(Command.JOG, done=True)
+OUTSIDE = Ended(Command.JOG, done=False, code="2101")
+ELSEWHERE = Ended(Command.JOG, done=False, code="2107")
+STOPPED = Ended(Command.JOG, done=False, code="2201")
 
 
 class Hands:
@@ -101,7 +101,7 @@ def test_path_begun_elsewhere_is_retried_a_limited_number_of_times() -> None:
 def test_refused_or_stopped_jog_is_not_retried_before_release(code: str) -> None:
     hands = Hands()
     hands.teleop.press(UP)
-    hands.ended(Ended(Wish.JOG, done=False, code=code))
+    hands.ended(Ended(Command.JOG, done=False, code=code))
     hands.teleop.press(UP)
     hands.teleop.positioned()
     assert len(hands.paths) == 1

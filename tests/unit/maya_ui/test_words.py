@@ -6,7 +6,7 @@ from dataclasses import fields
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from maya_ui.robot import Wish
+from maya_ui.robot import Command
 from maya_ui.words import WORDS, happened, phrase, sentence, word
 
 from maya_un.errors import Busy, Unreachable, by_code
@@ -28,7 +28,7 @@ def test_word_has_both_languages_with_the_same_fields(key: str) -> None:
 
 def test_every_mode_and_every_command_has_words() -> None:
     assert {f"mode_{mode.value}" for mode in Mode} <= WORDS.keys()
-    assert {f"wish_{wish.value}" for wish in Wish} <= WORDS.keys()
+    assert {f"command_{command.value}" for command in Command} <= WORDS.keys()
 
 
 @pytest.mark.parametrize("event", [event for event in DECLARED.values() if issubclass(event, ControllerEvent)])

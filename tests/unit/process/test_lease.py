@@ -138,9 +138,9 @@ async def test_force_takes_it_from_anyone_and_ends_his_motion() -> None:
     async with leased() as (lease, events):
         ann = lease.take("ann", "")
         by_lease, direct = lease.driving("ann", "", ann.id), lease.driving("ann", "", direct=True)
-        with by_lease as wish, direct as other, lease.driving("ann", "job 1") as job:
+        with by_lease as command, direct as other, lease.driving("ann", "job 1") as job:
             lease.take("root", "", force=True)
-            assert (wish.lost, other.lost, job.lost) == ("broken", "broken", "")
+            assert (command.lost, other.lost, job.lost) == ("broken", "broken", "")
         assert held_by(lease) == "root"
         assert changes(events) == ["taken ann", "broken root"]
 

@@ -231,7 +231,7 @@ async def test_nothing_is_queued_while_nothing_can_run() -> None:
             await process.submit(job("home"))
         controller.state = state_of(None, mode=Mode.DISCONNECTED)
         with pytest.raises(NotConnected):
-            await process.wish(Home())
+            await process.command(Home())
         assert process.shown.lines() == []
 
 
@@ -245,7 +245,7 @@ async def test_unknown_names_and_numbers_are_refused() -> None:
 
 async def test_command_is_a_job_of_one_step() -> None:
     async with running() as (_, process):
-        report = await process.result(await process.wish(Pick(Point(0.5, 1.1, 0.4))))
+        report = await process.result(await process.command(Pick(Point(0.5, 1.1, 0.4))))
         assert (report.name, [step.step for step in report.steps]) == ("pick", ["pick 0.5 1.1 0.4"])
 
 

@@ -218,9 +218,9 @@ async def test_command_runs_at_once_while_the_queue_is_paused() -> None:
         process = layer.process
         await process.turns.pause("ana", now=False)
         await process.submit(job(*PICK_AND_PLACE))
-        report = await process.result(await process.wish(Home()))
+        report = await process.result(await process.command(Home()))
         assert report.state is TaskState.DONE
-        queued = await process.wish(Home(), submit_request(notes="later"))
+        queued = await process.command(Home(), submit_request(notes="later"))
         await elapse(LONG)
         assert process.shown.line(queued).state is TaskState.QUEUED
         assert process.shown.line(1).state is TaskState.QUEUED
@@ -231,8 +231,8 @@ async def test_immediate_command_does_not_survive_a_stop() -> None:
         process = layer.process
         await process.turns.pause("ana", now=False)
         await process.submit(HOME)
-        first = await process.wish(Home())
-        second = await process.wish(Home())
+        first = await process.command(Home())
+        second = await process.command(Home())
         await elapse(1.0)
         process.turns.halt(Stopped())
         await layer.controller.stop()
@@ -453,8 +453,8 @@ async def test_request_before_a_stop_does_not_begin_after_it() -> None:
         assert (layer.process.shown.line(1).state, layer.process.shown.reason) == (TaskState.QUEUED, "stop")
 
 
-@pytest.mark.parametrize("wish", ["hold", "clear", "cancel", "pause"])
-async def test_request_while_a_job_is_about_to_begin_is_obeyed(wish: str) -> None:
+@pytest.mark.parametrize("command", ["hold", "clear", "cancel", "pause"])
+async def test_request_while_a_job_is_about_to_begin_is_obeyed(command: str) -> None:
     """The journal is slow: another change is being written, and both the beginning and the request wait behind it."""
     machine = Machine()
     async with machine.running() as layer:
@@ -466,17 +466,17 @@ async def test_request_while_a_job_is_about_to_begin_is_obeyed(wish: str) -> Non
         await elapse(1.0)
         releasing = asyncio.create_task(process.release(1, "ana"))
         await elapse(1.0)
-        wishes = {
+        commands = {
             "hold": lambda: process.hold(1),
             "clear": process.clear,
             "cancel": lambda: process.cancel(1),
             "pause": lambda: process.turns.pause("ana", now=False),
         }
-        await wishes[wish]()
+        await commands[command]()
         await asyncio.gather(first, releasing)
         await elapse(LONG)
         state = process.shown.line(1).state
-        assert state in {"hold": [TaskState.HELD], "pause": [TaskState.QUEUED]}.get(wish, [TaskState.CANCELLED])
+        assert state in {"hold": [TaskState.HELD], "pause": [TaskState.QUEUED]}.get(command, [TaskState.CANCELLED])
         assert layer.controller.calls == []
 
 
@@ -535,7 +535,7 @@ async def test_paused_queue_has_no_predicted_end() -> None:
 
 async def test_command_keeps_its_text() -> None:
     async with Machine().running() as layer:
-        number = await layer.process.wish(Gripper(True), submit_request(held=True))
+        number = await layer.process.command(Gripper(True), submit_request(held=True))
         assert await layer.process.shown.body(number) == {"wish": {"command": "gripper", "open": True}}
         await layer.process.submit(HOME, submit_request(held=True))
         assert await layer.process.shown.body(2) == {

@@ -77,9 +77,9 @@ async def test_the_phase_that_was_under_way_is_known() -> None:
 async def test_a_queue_in_which_a_restart_left_something_is_not_resumed_unasked() -> None:
     machine = await killed_at(1)
     async with machine.running() as layer:
-        for wish in (layer.process.turns.resume, layer.process.turns.step):
+        for command in (layer.process.turns.resume, layer.process.turns.step):
             with pytest.raises(AnswerNeeded, match="What should happen to the interrupted job"):
-                await wish("ana")
+                await command("ana")
         await elapse(LONG)
         assert layer.controller.calls == []
 
@@ -189,7 +189,7 @@ async def test_robot_that_is_not_homed_is_homed_first_by_a_command() -> None:
     async with machine.running() as layer:
         with pytest.raises(NotHomed):
             await recover(layer, "redo")
-        assert (await layer.process.result(await layer.process.wish(Home()))).state is TaskState.DONE
+        assert (await layer.process.result(await layer.process.command(Home()))).state is TaskState.DONE
         assert await recover(layer, "redo") == ["done"] * 3
 
 
@@ -292,7 +292,7 @@ async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
     layer = await machine.started()
     await layer.process.submit(job("home", "home"), submit_request(stepwise=True))
     await elapse(LONG)
-    await layer.process.wish(Home())
+    await layer.process.command(Home())
     await elapse(1.0)
     await machine.kill(layer)
     async with machine.running() as again:

@@ -26,8 +26,8 @@ async def test_every_step_is_done_once_despite_holds_at_any_instant(tenths: int,
         await layer.process.submit(job("home", "home"), submit_request(stepwise=stepwise))
         await elapse(0.1 * tenths)
         notes = [asyncio.create_task(layer.process.change(1, {"notes": str(n)})) for n in range(2)]
-        wishes = [turns.pause_motion, turns.resume_motion, turns.pause_motion, turns.resume_motion]
-        said = [asyncio.create_task(wish()) for wish in wishes]
+        commands = [turns.pause_motion, turns.resume_motion, turns.pause_motion, turns.resume_motion]
+        said = [asyncio.create_task(command()) for command in commands]
         await asyncio.gather(*notes, *said, return_exceptions=True)
         for _ in range(3):
             await elapse(LONG)
@@ -58,7 +58,7 @@ async def test_delayed_immediate_command_blocks_nothing() -> None:
         await layer.process.submit(HOME, submit_request(held=True))
         layer.journal.slow = 0.5
         slow = asyncio.create_task(layer.process.change(1, {"notes": "slow"}))
-        number = await layer.process.wish({"command": "home"})
+        number = await layer.process.command({"command": "home"})
         await asyncio.gather(slow, layer.process.change(number, {"depends_on": [1]}), return_exceptions=True)
         await elapse(LONG)
         assert layer.process.shown.line(number).state in {TaskState.QUEUED, TaskState.DONE}

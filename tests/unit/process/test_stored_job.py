@@ -66,12 +66,12 @@ def test_shown_job_is_the_written_one() -> None:
 
 
 @pytest.mark.parametrize(
-    "wish", [{"command": "home"}, {"command": "pick", "target": [0.5, 1.1]}, {"command": "gripper", "open": True}]
+    "command", [{"command": "home"}, {"command": "pick", "target": [0.5, 1.1]}, {"command": "gripper", "open": True}]
 )
-def test_command_is_stored_with_its_numbers(wish: dict[str, object]) -> None:
-    written = write_command(wish, HEIGHT, TaughtPlaces)
+def test_command_is_stored_with_its_numbers(command: dict[str, object]) -> None:
+    written = write_command(command, HEIGHT, TaughtPlaces)
     assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
-    assert written.name == wish["command"]
+    assert written.name == command["command"]
 
 
 def test_command_for_a_taught_place_is_stored_with_the_place() -> None:

@@ -94,17 +94,17 @@ async def test_immediate_command_that_cannot_begin_does_not_retry_for_ever() -> 
     async with Machine().running() as layer:
         await layer.process.turns.pause("ana", now=False)
         await layer.process.submit(HOME)
-        wish = await layer.process.wish(Home())
-        await layer.process.wish(Home())
+        command = await layer.process.command(Home())
+        await layer.process.command(Home())
         layer.journal.broken = "the disk is full"
         await elapse(LONG)
-        assert layer.process.shown.line(wish + 1).state is TaskState.QUEUED
+        assert layer.process.shown.line(command + 1).state is TaskState.QUEUED
         assert layer.controller.names() == ["home"]
         layer.journal.broken = ""
 
 
-@pytest.mark.parametrize("wish", ["hold", "move", "change", "cancel", "clear"])
-async def test_change_is_applied_when_it_is_written_or_not_at_all(wish: str) -> None:
+@pytest.mark.parametrize("command", ["hold", "move", "change", "cancel", "clear"])
+async def test_change_is_applied_when_it_is_written_or_not_at_all(command: str) -> None:
     async with Machine().running() as layer:
         process = layer.process
         await process.turns.pause("ana", now=False)
@@ -112,7 +112,7 @@ async def test_change_is_applied_when_it_is_written_or_not_at_all(wish: str) -> 
             await process.submit(HOME)
         before = process.shown.view()
         layer.journal.broken = "the disk is full"
-        wishes = {
+        commands = {
             "hold": lambda: process.hold(2),
             "move": lambda: process.move_to(2, last=False),
             "change": lambda: process.change(2, {"notes": "x"}),
@@ -120,7 +120,7 @@ async def test_change_is_applied_when_it_is_written_or_not_at_all(wish: str) -> 
             "clear": process.clear,
         }
         with pytest.raises(StorageFailed):
-            await wishes[wish]()
+            await commands[command]()
         assert process.shown.view() == before
         layer.journal.broken = ""
 

@@ -41,9 +41,9 @@ def test_written_primitive_is_read_back(primitive: Primitive) -> None:
     st.tuples(*[st.sampled_from([1e308, -1e308, 1e-320, FARTHEST, 1e309]) | st.floats()] * 3),
 )
 def test_any_number_is_a_coordinate_or_refused_in_one_short_sentence(
-    wish: tuple[str, str], numbers: tuple[float, float, float]
+    request: tuple[str, str], numbers: tuple[float, float, float]
 ) -> None:
-    command, key = wish
+    command, key = request
     data = {"command": command, key: list(numbers)}
     if all(abs(number) <= FARTHEST for number in numbers):
         assert to_dict(from_dict(data, 0.4)) == data

@@ -25,9 +25,9 @@ from tests.virtual_time import elapse
 CUBE = Point(0.5, 1.1, 0.4)
 AWAY = homed_pose(Config())._replace(a=1.0)
 
-Wish = Callable[[Service], Awaitable[object]]
+Request = Callable[[Service], Awaitable[object]]
 
-WISHES: dict[str, Wish] = {
+REQUESTS: dict[str, Request] = {
     "home": lambda service: service.direct.home(),
     "move": lambda service: service.direct.move(AWAY),
     "follow": lambda service: service.direct.follow([homed_pose(Config()), AWAY]),
@@ -43,11 +43,11 @@ async def robot(*, homed: bool = True) -> AsyncIterator[Stack]:
         yield layers
 
 
-async def begun(layers: Stack, wish: Wish) -> asyncio.Task[object]:
+async def begun(layers: Stack, request: Request) -> asyncio.Task[object]:
     """Begin a command as the ROS graph does, and return once the robot moves for it."""
 
     async def gated() -> object:
-        return await layers.gate.call(ROS, Operation.WISH, wish)
+        return await layers.gate.call(ROS, Operation.COMMAND, request)
 
     task = asyncio.ensure_future(gated())
     while layers.controller.state.mode not in (Mode.MOVING, Mode.HOMING) and not task.done():
@@ -85,7 +85,7 @@ async def test_first_of_two_simultaneous_commands_continues_unharmed() -> None:
 
 async def test_direct_command_is_refused_while_a_job_runs() -> None:
     async with robot() as layers:
-        job = await layers.service.wish(Pick(CUBE), wait=False)
+        job = await layers.service.command(Pick(CUBE), wait=False)
         with pytest.raises(Busy, match=f"job {job.id}"):
             await layers.service.direct.move(AWAY)
         assert (await layers.service.wait(job.id)).state is TaskState.DONE
@@ -93,8 +93,8 @@ async def test_direct_command_is_refused_while_a_job_runs() -> None:
 
 async def test_due_job_waits_for_a_direct_command_and_then_begins() -> None:
     async with robot() as layers:
-        task = await begun(layers, WISHES["move"])
-        job = await layers.service.wish(Pick(CUBE), wait=False)
+        task = await begun(layers, REQUESTS["move"])
+        job = await layers.service.command(Pick(CUBE), wait=False)
         await elapse(0.2)
         assert not task.done()
         assert (await layers.service.job(job.id)).state is TaskState.QUEUED
@@ -106,7 +106,7 @@ async def test_a_step_of_a_paused_queue_is_refused_meanwhile() -> None:
     async with robot() as layers:
         await layers.service.queue.pause()
         job = await layers.service.submit({"steps": [{"approach": list(CUBE)}]})
-        task = await begun(layers, WISHES["move"])
+        task = await begun(layers, REQUESTS["move"])
         with pytest.raises(Busy, match="move"):
             await layers.service.queue.step()
         await task
@@ -116,7 +116,7 @@ async def test_a_step_of_a_paused_queue_is_refused_meanwhile() -> None:
 
 async def test_jogs_and_zones_do_not_wait_and_are_refused_meanwhile() -> None:
     async with robot() as layers:
-        task = await begun(layers, WISHES["primitive"])
+        task = await begun(layers, REQUESTS["primitive"])
         with pytest.raises(Busy, match="pick"):
             await layers.service.jog("z", 0.05)
         with pytest.raises(Busy, match="pick"):
@@ -128,13 +128,13 @@ async def test_command_beside_another_driver_is_refused_with_the_lease_code() ->
     async with robot() as layers:
         layers.lease.take("ana", "http")
         with pytest.raises(LeaseHeld):
-            await layers.gate.call(ROS, Operation.WISH, WISHES["move"])
+            await layers.gate.call(ROS, Operation.COMMAND, REQUESTS["move"])
         assert layers.controller.state.joints == pytest.approx(homed_pose(Config()), abs=1e-3)
 
 
 async def test_broken_lease_stops_it_on_its_path() -> None:
     async with robot() as layers:
-        task = await begun(layers, WISHES["move"])
+        task = await begun(layers, REQUESTS["move"])
         layers.lease.take("ana", "http", force=True)
         with pytest.raises(LeaseLost):
             await task
@@ -142,10 +142,10 @@ async def test_broken_lease_stops_it_on_its_path() -> None:
         assert layers.service.direct.doing == ""
 
 
-@pytest.mark.parametrize("name", WISHES)
+@pytest.mark.parametrize("name", REQUESTS)
 async def test_a_stop_goes_past_it(name: str) -> None:
     async with robot() as layers:
-        task = await begun(layers, WISHES[name])
+        task = await begun(layers, REQUESTS[name])
         await elapse(0.3)
         await layers.service.stop()
         with pytest.raises(Stopped):
@@ -153,10 +153,10 @@ async def test_a_stop_goes_past_it(name: str) -> None:
         await still_and_able(layers)
 
 
-@pytest.mark.parametrize("name", WISHES)
+@pytest.mark.parametrize("name", REQUESTS)
 async def test_leaving_caller_stops_the_command_and_waits_for_rest(name: str) -> None:
     async with robot() as layers:
-        task = await begun(layers, WISHES[name])
+        task = await begun(layers, REQUESTS[name])
         await elapse(0.3)
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
@@ -165,12 +165,12 @@ async def test_leaving_caller_stops_the_command_and_waits_for_rest(name: str) ->
         await still_and_able(layers)
 
 
-@pytest.mark.parametrize("name", WISHES)
+@pytest.mark.parametrize("name", REQUESTS)
 async def test_stop_queue_cancels_it_at_any_instant(name: str, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=2, long=100)):
         async with robot() as layers:
-            task = await begun(layers, WISHES[name])
-            job = await layers.service.wish(Pick(CUBE), wait=False)
+            task = await begun(layers, REQUESTS[name])
+            job = await layers.service.command(Pick(CUBE), wait=False)
             await elapse(campaign.rng(case).uniform(0.0, 6.0))
             await layers.service.direct.end_all()
             assert not layers.controller.state.moving
@@ -183,7 +183,7 @@ async def test_stop_queue_cancels_it_at_any_instant(name: str, campaign: Campaig
 
 async def test_the_end_of_everything_ends_the_job_under_way_and_those_that_wait() -> None:
     async with robot() as layers:
-        jobs = [await layers.service.wish(Pick(CUBE), wait=False) for _ in range(3)]
+        jobs = [await layers.service.command(Pick(CUBE), wait=False) for _ in range(3)]
         await elapse(1.0)
         assert layers.controller.state.mode is Mode.MOVING
         await layers.service.direct.end_all()

@@ -25,7 +25,7 @@ from tests.virtual_time import elapse, turn
 
 NEEDS = {
     "viewer": "read preview stop abort me",
-    "student": "propose pause lease renew wish jog resume speed step",
+    "student": "propose pause lease renew command jog resume speed step",
     "operator": "submit cancel approve drive teach record recover restart clear zones graph",
     "admin": "break backup audit users",
 }
@@ -34,7 +34,7 @@ NEEDS = {
 ELSE = {"change job": "operator"}
 """Those of two words."""
 
-DRIVES = {"wish", "jog", "resume", "speed", "step", "recover", "restart", "zones"}
+DRIVES = {"command", "jog", "resume", "speed", "step", "recover", "restart", "zones"}
 """Operations that need the lease."""
 
 RANK = ["viewer", "student", "operator", "admin"]
@@ -43,7 +43,12 @@ REFUSED = {4102, 4103, 4104, 4105}
 LEAST = {word: role for role, words in NEEDS.items() for word in words.split()} | ELSE
 
 FREE, OWN_SHOWN, OWN_HIDDEN, STALE = "free", "his own", "his own, shown elsewhere", "one that has ended"
-OTHERS, STOLEN, OTHERS_WISH, OTHERS_JOB = "another's", "another's, and he shows it", "another's wish", "another's job"
+OTHERS, STOLEN, OTHERS_WORK, OTHERS_JOB = (
+    "another's",
+    "another's, and he shows it",
+    "another's command",
+    "another's job",
+)
 
 DRIVING = {
     FREE: 4104,
@@ -52,7 +57,7 @@ DRIVING = {
     STALE: 4105,
     OTHERS: 4103,
     STOLEN: 4103,
-    OTHERS_WISH: 4103,
+    OTHERS_WORK: 4103,
     OTHERS_JOB: 4104,
 }
 """Result of a driving operation, by the state of the lease: 0 for done, or the code."""
@@ -64,13 +69,13 @@ IMPLICIT = {
     STALE: 4105,
     OTHERS: 4103,
     STOLEN: 4103,
-    OTHERS_WISH: 4103,
+    OTHERS_WORK: 4103,
     OTHERS_JOB: 4103,
 }
 """The same for who needs no lease of his own."""
 
 
-class Door:
+class GateCase:
     """A gate, its lease, its operations, and the rows of its audit log."""
 
     def __init__(self) -> None:
@@ -86,27 +91,27 @@ class Door:
     async def ask(self, caller: Caller, operation: Operation) -> int:
         """Return 0 where it was let in, else the code."""
 
-        async def wish(_: Service) -> int:
+        async def work(_: Service) -> int:
             self.done.append(operation.value)
             return 7
 
         try:
-            assert await self.gate.call(caller, operation, wish, "job 17") == 7
+            assert await self.gate.call(caller, operation, work, "job 17") == 7
         except MayaError as error:
             return error.code
         return 0
 
-    async def code_of(self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[object]]) -> int:
-        """Return the code of the error of `wish`."""
+    async def code_of(self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[object]]) -> int:
+        """Return the code of the error of `work`."""
         with pytest.raises(MayaError) as found:
-            await self.gate.call(caller, operation, wish)
+            await self.gate.call(caller, operation, work)
         return found.value.code
 
 
 @contextmanager
-def standing(door: Door, situation: str, name: str) -> Iterator[str]:
+def standing(gate_case: GateCase, situation: str, name: str) -> Iterator[str]:
     """Have the lease stand like that for `name`; yields what he shows."""
-    lease, shown = door.lease, ""
+    lease, shown = gate_case.lease, ""
     with ExitStack() as stack:
         if situation in {OWN_SHOWN, OWN_HIDDEN}:
             shown = lease.take(name, "").id
@@ -115,8 +120,8 @@ def standing(door: Door, situation: str, name: str) -> Iterator[str]:
             lease.release(shown, name)
         elif situation in {OTHERS, STOLEN}:
             shown = lease.take("other", "").id
-        elif situation in {OTHERS_WISH, OTHERS_JOB}:
-            stack.enter_context(lease.driving("other", "", direct=situation == OTHERS_WISH))
+        elif situation in {OTHERS_WORK, OTHERS_JOB}:
+            stack.enter_context(lease.driving("other", "", direct=situation == OTHERS_WORK))
         yield shown if situation in {OWN_SHOWN, STALE, STOLEN} else ""
     lease.close()
 
@@ -132,31 +137,31 @@ def test_every_operation_is_in_the_table() -> None:
 async def test_the_matrix(situation: str, implicit: bool) -> None:
     for role in Role:
         for operation in Operation:
-            door = Door()
-            with standing(door, situation, "ann") as shown:
+            gate_case = GateCase()
+            with standing(gate_case, situation, "ann") as shown:
                 caller = Caller("ann", role, "10.0.0.1", shown, implicit=implicit)
-                code = await door.ask(caller, operation)
+                code = await gate_case.ask(caller, operation)
             expected = (IMPLICIT if implicit else DRIVING)[situation] if operation.value in DRIVES else 0
             if RANK.index(role.word) < RANK.index(LEAST[operation.value]):
                 expected = 4102
             assert code == expected, f"{role.word} asks for {operation}: {code}"
-            assert door.done == ([operation.value] if code == 0 else [])
+            assert gate_case.done == ([operation.value] if code == 0 else [])
             quiet = operation.value in {"read", "preview", "renew"}
-            assert door.told == ([] if quiet else [("ann", operation.value, code, "job 17")])
+            assert gate_case.told == ([] if quiet else [("ann", operation.value, code, "job 17")])
 
 
 @pytest.mark.parametrize("situation", DRIVING)
 async def test_stop_is_obeyed_in_every_state_of_the_lease(situation: str) -> None:
-    door = Door()
-    with standing(door, situation, "ann") as shown:
+    gate_case = GateCase()
+    with standing(gate_case, situation, "ann") as shown:
         for role in Role:
             for lease in (shown, "", "nonsense", "ñ"):
-                assert await door.ask(Caller("ann", role, "", lease), Operation.STOP) == 0
-                assert await door.ask(Caller("ann", role, "", lease), Operation.ABORT) == 0
+                assert await gate_case.ask(Caller("ann", role, "", lease), Operation.STOP) == 0
+                assert await gate_case.ask(Caller("ann", role, "", lease), Operation.ABORT) == 0
 
 
 async def test_driving_ends_with_the_lease_and_waits_for_rest() -> None:
-    door, ended = Door(), list[float]()
+    gate_case, ended = GateCase(), list[float]()
 
     async def jog(_: Service) -> None:
         try:
@@ -165,27 +170,27 @@ async def test_driving_ends_with_the_lease_and_waits_for_rest() -> None:
             await elapse(2.0)
             ended.append(asyncio.get_running_loop().time())
 
-    ann = Caller("ann", Role.OPERATOR, "", door.lease.take("ann", "").id)
-    assert await door.code_of(ann, Operation.JOG, jog) == 4105
+    ann = Caller("ann", Role.OPERATOR, "", gate_case.lease.take("ann", "").id)
+    assert await gate_case.code_of(ann, Operation.JOG, jog) == 4105
     assert ended == [PATIENCE + 2.0]
-    assert door.told == [("ann", "jog", 4105, "")]
+    assert gate_case.told == [("ann", "jog", 4105, "")]
 
 
 async def test_driving_without_a_lease_ends_by_force() -> None:
-    door = Door()
-    asked = asyncio.ensure_future(door.code_of(ROS, Operation.JOG, lambda _: elapse(100.0)))
+    gate_case = GateCase()
+    asked = asyncio.ensure_future(gate_case.code_of(ROS, Operation.JOG, lambda _: elapse(100.0)))
     await elapse(1.0)
     with pytest.raises(LeaseHeld):
-        door.lease.take("ann", "")
-    door.lease.take("root", "", force=True)
+        gate_case.lease.take("ann", "")
+    gate_case.lease.take("root", "", force=True)
     assert await asked == 4105
     assert asyncio.get_running_loop().time() == 1.0
-    door.lease.close()
+    gate_case.lease.close()
 
 
 async def test_leaving_caller_cancels_the_command_once() -> None:
     """A second hang-up, while the axes come to rest, does not cut that short."""
-    door, said = Door(), list[str]()
+    gate_case, said = GateCase(), list[str]()
 
     async def jog(_: Service) -> None:
         try:
@@ -196,19 +201,19 @@ async def test_leaving_caller_cancels_the_command_once() -> None:
             said.append("at rest")
             raise
 
-    asked = asyncio.ensure_future(door.gate.call(LOCAL, Operation.JOG, jog))
+    asked = asyncio.ensure_future(gate_case.gate.call(LOCAL, Operation.JOG, jog))
     await elapse(1.0)
     asked.cancel()
     await turn()
-    door.lease.take("root", "", force=True)
+    gate_case.lease.take("root", "", force=True)
     await asyncio.wait({asked})
     assert (asked.cancelled(), said) == (True, ["braking", "at rest"])
-    assert door.told == [("local", "jog", 2202, "")]
-    door.lease.close()
+    assert gate_case.told == [("local", "jog", 2202, "")]
+    gate_case.lease.close()
 
 
 async def test_error_of_a_command_is_raised_and_recorded() -> None:
-    door = Door()
+    gate_case = GateCase()
 
     async def refused(_: Service) -> None:
         raise Unreachable(target="x", reason="no", nearest="y")
@@ -216,22 +221,22 @@ async def test_error_of_a_command_is_raised_and_recorded() -> None:
     async def broken(_: Service) -> None:
         raise ZeroDivisionError
 
-    assert await door.code_of(LOCAL, Operation.WISH, refused) == 2101
-    for operation in (Operation.SUBMIT, Operation.WISH):
+    assert await gate_case.code_of(LOCAL, Operation.COMMAND, refused) == 2101
+    for operation in (Operation.SUBMIT, Operation.COMMAND):
         with pytest.raises(ZeroDivisionError):
-            await door.gate.call(LOCAL, operation, broken)
-    assert [code for _, _, code, _ in door.told] == [2101, 5999, 5999]
-    door.lease.close()
+            await gate_case.gate.call(LOCAL, operation, broken)
+    assert [code for _, _, code, _ in gate_case.told] == [2101, 5999, 5999]
+    gate_case.lease.close()
 
 
 async def test_driving_is_recorded() -> None:
-    door = Door()
-    ann = Caller("ann", Role.OPERATOR, "", door.lease.take("ann", "").id)
+    gate_case = GateCase()
+    ann = Caller("ann", Role.OPERATOR, "", gate_case.lease.take("ann", "").id)
     for _ in range(5):
         await elapse(PATIENCE - 1.0)
-        assert await door.ask(ann, Operation.SPEED) == 0
+        assert await gate_case.ask(ann, Operation.SPEED) == 0
     await elapse(PATIENCE + 1.0)
-    assert await door.ask(ann, Operation.SPEED) == 4105
+    assert await gate_case.ask(ann, Operation.SPEED) == 4105
 
 
 def test_caller_changes_and_cancels_only_his_own_jobs() -> None:
@@ -313,9 +318,9 @@ async def test_token_given_in_the_wrong_place_is_not_recorded() -> None:
 
 
 async def test_lost_lease_is_reported_with_the_reason() -> None:
-    door = Door()
-    ann = Caller("ann", Role.OPERATOR, "", door.lease.take("ann", "").id)
-    door.lease.take("root", "", force=True)
+    gate_case = GateCase()
+    ann = Caller("ann", Role.OPERATOR, "", gate_case.lease.take("ann", "").id)
+    gate_case.lease.take("root", "", force=True)
     with pytest.raises(LeaseLost, match="broken"):
-        await door.gate.call(ann, Operation.SPEED, lambda _: elapse(0.0))
-    door.lease.close()
+        await gate_case.gate.call(ann, Operation.SPEED, lambda _: elapse(0.0))
+    gate_case.lease.close()

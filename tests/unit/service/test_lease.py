@@ -147,9 +147,9 @@ async def test_lease_of_another_caller_is_refused() -> None:
     owner = await lab()
     olga = await holding(owner, OLGA)
     thief = somebody(Role.ADMIN, "root", olga.lease)
-    for wish in (owner.leasing.renew, owner.leasing.release):
+    for request in (owner.leasing.renew, owner.leasing.release):
         with pytest.raises(LeaseHeld):
-            await wish(thief)
+            await request(thief)
     with pytest.raises(LeaseHeld):
         await owner.leasing.renew(ROOT)
     await owner.leasing.release(olga)

@@ -52,14 +52,14 @@ async def test_student_with_the_lease_queues_like_others() -> None:
 async def test_students_change_and_cancel_their_own_jobs() -> None:
     async with opened_service() as (_, service):
         await service.submit(HOME, by=ANA)
-        for wish in (
+        for request in (
             lambda: service.queue.change(1, {"notes": "x"}, by=BEN),
             lambda: service.queue.hold(1, by=BEN),
             lambda: service.cancel(1, by=BEN),
             lambda: service.queue.move(1, to="first", by=ANA),
         ):
             with pytest.raises(NotAllowed):
-                await wish()
+                await request()
         assert (await service.queue.change(1, {"notes": "night"}, by=ANA)).notes == "night"
         assert (await service.cancel(1, by=ANA)).state is TaskState.CANCELLED
 

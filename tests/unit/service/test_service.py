@@ -53,13 +53,13 @@ async def test_job_is_submitted_and_its_report_returned() -> None:
 
 async def test_command_is_awaited_or_not() -> None:
     async with opened_service() as (_, service):
-        assert (await service.wish({"command": "home"}, wait=False)).state.value == "running"
-        assert (await service.wish(Home())).state.value == "done"
+        assert (await service.command({"command": "home"}, wait=False)).state.value == "running"
+        assert (await service.command(Home())).state.value == "done"
 
 
 async def test_refused_command_reports_the_refusal() -> None:
     async with opened_service() as (controller, service):
-        report = await service.wish({"command": "pick", "target": [3, 3]})
+        report = await service.command({"command": "pick", "target": [3, 3]})
         assert (report.state.value, report.code) == ("failed", 2101)
         assert controller.calls == []
 
@@ -69,7 +69,7 @@ async def test_invalid_request_is_refused_by_the_service() -> None:
         with pytest.raises(InvalidJob):
             await service.submit({"steps": []})
         with pytest.raises(InvalidRequest):
-            await service.wish({"command": "pick"})
+            await service.command({"command": "pick"})
         with pytest.raises(NotFound):
             await service.wait(7)
         assert await service.jobs() == []

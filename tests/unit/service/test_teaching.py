@@ -71,9 +71,9 @@ async def test_teaching_is_refused_in_motion_or_at_an_unknown_position() -> None
 async def test_taught_name_is_a_place_of_commands_and_jobs() -> None:
     async with opened_service() as (controller, service):
         pose = service.teaching.teach("here", DAY)
-        picked = await service.wish({"command": "approach", "target": "here"})
+        picked = await service.command({"command": "approach", "target": "here"})
         assert (picked.name, picked.steps[0].step, picked.state.value) == ("approach", "approach here", "done")
-        back = await service.wish({"command": "move", "joints": "here"})
+        back = await service.command({"command": "move", "joints": "here"})
         assert back.state.value == "done"
         assert controller.state.joints == pose.joints
         job = await service.submit({"steps": [{"approach": "here"}, {"move": "here"}]})
@@ -83,15 +83,15 @@ async def test_taught_name_is_a_place_of_commands_and_jobs() -> None:
 async def test_cell_of_a_taught_pallet_is_a_place_of_commands() -> None:
     async with opened_service() as (_, service):
         service.teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
-        report = await service.wish({"command": "pick", "target": "tray[1,2]"})
+        report = await service.command({"command": "pick", "target": "tray[1,2]"})
         assert report.steps[0].step == "pick tray[1,2]"
         assert report.state.value == "done"
         with pytest.raises(InvalidJob, match="rows 1 to 3 and columns 1 to 4"):
-            await service.wish({"command": "pick", "target": "tray[9,9]"})
+            await service.command({"command": "pick", "target": "tray[9,9]"})
 
 
 @pytest.mark.parametrize(
-    ("wish", "error"),
+    ("command", "error"),
     [
         ({"command": "pick", "target": "nowhere"}, UnknownName),
         ({"command": "pick", "target": ""}, UnknownName),
@@ -102,11 +102,13 @@ async def test_cell_of_a_taught_pallet_is_a_place_of_commands() -> None:
         ({"command": ["pick"], "target": "here"}, UnknownName),
     ],
 )
-async def test_command_for_an_unknown_place_is_refused_at_once(wish: dict[str, object], error: type[Exception]) -> None:
+async def test_command_for_an_unknown_place_is_refused_at_once(
+    command: dict[str, object], error: type[Exception]
+) -> None:
     async with opened_service() as (controller, service):
         service.teaching.teach("here", DAY)
         with pytest.raises(error):
-            await service.wish(wish)
+            await service.command(command)
         assert controller.calls == []
 
 
@@ -139,12 +141,12 @@ async def test_invalid_pose_or_pallet_is_refused() -> None:
         teaching = service.teaching
         teaching.teach("here", DAY)
         teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
-        for wish in (teaching.pose, teaching.forget_pose, lambda name: teaching.rename_pose(name, "x")):
+        for request in (teaching.pose, teaching.forget_pose, lambda name: teaching.rename_pose(name, "x")):
             with pytest.raises(NotTaught, match=r"'tray'\. Known: here"):
-                wish("tray")
-        for wish in (teaching.pallet, teaching.forget_pallet, lambda name: teaching.rename_pallet(name, "x")):
+                request("tray")
+        for request in (teaching.pallet, teaching.forget_pallet, lambda name: teaching.rename_pallet(name, "x")):
             with pytest.raises(NotTaught, match=r"'here'\. Known: tray"):
-                wish("here")
+                request("here")
         with pytest.raises(NameTaken):
             teaching.teach("here", DAY)
         assert teaching.rename_pose("here", "there").name == "there"

@@ -11,10 +11,10 @@ from python_qt_binding.QtWidgets import QApplication, QBoxLayout, QShortcut, QWi
 
 from maya_ui import look
 from maya_ui.event_panel import EventPanel
-from maya_ui.panel import Desk
+from maya_ui.panel import PanelContext
 from maya_ui.queue_panel import QueuePanel
 from maya_ui.resources import resource
-from maya_ui.robot import Ended, Fact, Happened, Joints, Position, Presence, Robot, Under, Wish
+from maya_ui.robot import Command, Ended, Fact, Happened, Joints, Position, Presence, Robot, Under
 from maya_ui.seen import Seen
 from maya_ui.state_panel import StatePanel
 from maya_ui.task_panel import TaskPanel
@@ -44,7 +44,7 @@ class _Ears(QObject):
 
 
 class Dashboard(QWidget):
-    """Shows a robot and takes wishes for it. It knows nothing of how the robot moves or how it is reached."""
+    """Shows a robot and takes commands for it. It knows nothing of how the robot moves or how it is reached."""
 
     language_chosen = Signal(str)
     """Somebody chose another language."""
@@ -60,12 +60,12 @@ class Dashboard(QWidget):
         self.setStyleSheet(resource("dashboard.qss").read_text(encoding="utf-8"))
         self._robot = robot
         self.seen = Seen()
-        self._desk = Desk(self, robot, self.seen, language)
-        self._state = StatePanel(self._desk)
-        self._teleop = TeleopPanel(self._desk, self._state.stop)
-        self.list = QueuePanel(self._desk)
-        self._tasks = TaskPanel(self._desk, self.list.add)
-        self._events = EventPanel(self._desk)
+        self._context = PanelContext(self, robot, self.seen, language)
+        self._state = StatePanel(self._context)
+        self._teleop = TeleopPanel(self._context, self._state.stop)
+        self.list = QueuePanel(self._context)
+        self._tasks = TaskPanel(self._context, self.list.add)
+        self._events = EventPanel(self._context)
         self._stop_by_key()
         self._offer_languages()
         self.speak(language)
@@ -79,19 +79,19 @@ class Dashboard(QWidget):
     @property
     def spoken(self) -> str:
         """The language it speaks."""
-        return self._desk.language
+        return self._context.language
 
     def speak(self, language: str) -> None:
         """Say everything in a language."""
-        self._desk.language = language if language in LANGUAGES else "en"
+        self._context.language = language if language in LANGUAGES else "en"
         for key in WORDS:
             part: Any = getattr(self, key, None)
             if isinstance(part, QWidget):
-                (part.setTitle if hasattr(part, "setTitle") else part.setText)(self._desk.word(key))
+                (part.setTitle if hasattr(part, "setTitle") else part.setText)(self._context.word(key))
                 if f"{key}_hint" in WORDS:
-                    part.setToolTip(self._desk.word(f"{key}_hint"))
-        self.language_choice.setCurrentIndex(self.language_choice.findData(self._desk.language))
-        title = self._desk.word("title")
+                    part.setToolTip(self._context.word(f"{key}_hint"))
+        self.language_choice.setCurrentIndex(self.language_choice.findData(self._context.language))
+        title = self._context.word("title")
         self.setWindowTitle(title if self._number <= 1 else f"{title} ({self._number})")
         for panel in (self._teleop, self._tasks, self.list, self._events):
             panel.reword()
@@ -168,7 +168,7 @@ class Dashboard(QWidget):
 
     def _choose_language(self, place: int) -> None:
         self.speak(self.language_choice.itemData(place))
-        self.language_chosen.emit(self._desk.language)
+        self.language_chosen.emit(self._context.language)
 
     def _hear(self, fact: Fact) -> None:
         known = self.seen.position is not None
@@ -188,19 +188,19 @@ class Dashboard(QWidget):
         self._refresh()
 
     def _end(self, end: Ended) -> None:
-        if end.wish is Wish.JOG:
+        if end.command is Command.JOG:
             self._teleop.ended(end)
             if end.done or end.code in CALM:
                 return
-        what = self._desk.word(f"wish_{end.wish.value}")
+        what = self._context.word(f"command_{end.command.value}")
         if end.done:
-            self._desk.say(self._desk.word("done", what=what), look.GOOD)
+            self._context.say(self._context.word("done", what=what), look.GOOD)
             return
         said = word(end.message, self.spoken) if end.message in WORDS else end.message
         said = sentence(end.code, said, self.spoken)
         key = "failed" if end.code else "failed_plainly"
-        self._desk.say(
-            self._desk.word(key, what=what, sentence=said, code=end.code), "" if end.code in CALM else look.BAD
+        self._context.say(
+            self._context.word(key, what=what, sentence=said, code=end.code), "" if end.code in CALM else look.BAD
         )
 
     def _refresh(self) -> None:

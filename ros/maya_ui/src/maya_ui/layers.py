@@ -1,4 +1,4 @@
-"""The doors of the layers over rospy: services that are asked in threads of their own, and actions."""
+"""Clients of the layers over rospy: services that are called in threads of their own, and actions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 
-from maya_ui.robot import Ended, Under, Wish
+from maya_ui.robot import Command, Ended, Under
 
 CANCELLED = "2202"
 """The code of what was cancelled."""
@@ -113,19 +113,19 @@ def _located(service: str) -> str:
     return _addresses[service]
 
 
-def ask(wish: Wish, service: str, kind: Any, tell: Tell, *arguments: object) -> None:
+def ask(command: Command, service: str, kind: Any, tell: Tell, *arguments: object) -> None:
     """Ask a service and tell how it ended; returns at once."""
-    in_thread(_asked, wish, service, kind, tell, arguments)
+    in_thread(_asked, command, service, kind, tell, arguments)
 
 
-def _asked(wish: Wish, service: str, kind: Any, tell: Tell, arguments: Any) -> None:
+def _asked(command: Command, service: str, kind: Any, tell: Tell, arguments: Any) -> None:
     try:
-        tell(answer(wish, call(service, kind, *arguments)))
+        tell(answer(command, call(service, kind, *arguments)))
     except (rospy.ServiceException, rospy.ROSException, OSError) as error:
-        tell(Ended(wish, done=False, message=str(error)))
+        tell(Ended(command, done=False, message=str(error)))
 
 
-def answer(wish: Wish, reply: Any) -> Ended:
+def answer(command: Command, reply: Any) -> Ended:
     """Return what a reply says; one without a code (std_srvs) may have it at the start of its message."""
     code = str(getattr(reply, "code", ""))
     message = str(reply.message)
@@ -133,10 +133,10 @@ def answer(wish: Wish, reply: Any) -> Ended:
         first, _, rest = message.partition(" ")
         number = first.strip("():")
         code, message = (number, rest) if number.isdigit() else ("", message)
-    return Ended(wish, bool(reply.success), code, message)
+    return Ended(command, bool(reply.success), code, message)
 
 
-class Door:
+class GoalClient:
     """An action of a layer: at most one goal of ours at a time.
 
     Nothing of actionlib is called while the lock is held, since it calls back holding locks of its own.
@@ -146,7 +146,7 @@ class Door:
         self._client = actionlib.ActionClient(name, kind)
         self._tell = tell
         self._lock = threading.Lock()
-        self._wish: Wish | None = None
+        self._command: Command | None = None
         self._number = 0
         self._unheard = 0
         self._goal: Any = None
@@ -160,20 +160,20 @@ class Door:
         """Whether somebody serves it now, and hears and is heard on all of its topics."""
         return all(end.get_num_connections() for end in self._ends)
 
-    def begin(self, wish: Wish) -> bool:
-        """Take the door for a wish; False while another goal of ours is under way."""
+    def begin(self, command: Command) -> bool:
+        """Reserve this client for a command; False while another goal of ours is under way."""
         with self._lock:
-            if self._wish is not None:
+            if self._command is not None:
                 return False
-            self._wish, self._goal, self._cancelled = wish, None, False
+            self._command, self._goal, self._cancelled = command, None, False
             self._number += 1
             self._unheard = 0
             self._free.clear()
-        self._tell(Under(wish))
+        self._tell(Under(command))
         return True
 
     def go(self, message: Any) -> None:
-        """Send the goal of the wish that the door was taken for, unless it has been given up since."""
+        """Send the goal of the command that this client was reserved for, unless it was cancelled since."""
         with self._lock:
             number, cancelled = self._number, self._cancelled
         if cancelled:
@@ -181,7 +181,7 @@ class Door:
             return
         goal = self._client.send_goal(message, lambda goal: self._changed(number, goal), self._come)
         with self._lock:
-            if self._wish is None or number != self._number:
+            if self._command is None or number != self._number:
                 return
             self._goal, cancelled = goal, self._cancelled
         if cancelled:
@@ -191,7 +191,7 @@ class Door:
         """Give up the goal of ours; it ends when the robot is at rest."""
         with self._lock:
             self._cancelled = True
-            goal = self._goal if self._wish is not None else None
+            goal = self._goal if self._command is not None else None
         if goal is not None:
             goal.cancel()
 
@@ -202,10 +202,10 @@ class Door:
     def end(self, *, done: bool, code: str = "", message: str = "") -> None:
         """Tell how the goal of ours ended; what is told twice is told once."""
         with self._lock:
-            wish, self._wish, self._goal = self._wish, None, None
+            command, self._command, self._goal = self._command, None, None
             self._free.set()
-        if wish is not None:
-            self._tell(Ended(wish, done, code, message))
+        if command is not None:
+            self._tell(Ended(command, done, code, message))
 
     def check(self) -> None:
         """End a goal whose server is not there any more, or never took it; called now and then."""
@@ -223,7 +223,7 @@ class Door:
     def wait(self, seconds: float) -> bool:
         """Wait until no goal of ours is under way; False where one still is then."""
         with self._lock:
-            if self._wish is None:
+            if self._command is None:
                 return True
         return self._free.wait(seconds)
 
@@ -233,10 +233,10 @@ class Door:
             end.unregister()
 
     def _come(self, _: Any, feedback: Any) -> None:
-        wish = self._wish
-        if wish is not None:
+        command = self._command
+        if command is not None:
             phase, share = getattr(feedback, "phase", ""), getattr(feedback, "progress", 0.0)
-            self._tell(Under(wish, str(phase), float(share)))
+            self._tell(Under(command, str(phase), float(share)))
 
     def _changed(self, number: int, goal: Any) -> None:
         if goal.get_comm_state() != actionlib.CommState.DONE or number != self._number:

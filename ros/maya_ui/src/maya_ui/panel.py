@@ -12,7 +12,7 @@ from maya_ui.tasks import GRIPPER, Task
 from maya_ui.words import WORDS, word
 
 
-class Desk:
+class PanelContext:
     """What every part works with: the widgets, the robot, what is seen of it, and the language."""
 
     def __init__(self, ui: Any, robot: Robot, seen: Seen, language: str) -> None:

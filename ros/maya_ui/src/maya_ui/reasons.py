@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable
 
-from maya_ui.robot import Wish
+from maya_ui.robot import Command
 from maya_ui.seen import Seen
 from maya_ui.tasks import AIMED, HOME, PICK, PLACE, Task
 
@@ -12,18 +12,18 @@ Reason = str
 """The word that says why not, "" where nothing is in the way."""
 
 
-def why_not(wish: Wish, seen: Seen) -> Reason:
-    """Return why a wish cannot be made now."""
-    return _RULES[wish](seen)
+def why_not(command: Command, seen: Seen) -> Reason:
+    """Return why a command cannot be made now."""
+    return _RULES[command](seen)
 
 
 def why_not_now(task: Task, seen: Seen) -> Reason:
     """Return why a task cannot be done at once."""
     if task.command == HOME:
-        return why_not(Wish.HOME, seen)
+        return why_not(Command.HOME, seen)
     if task.command not in AIMED:
-        return why_not(Wish.GRIPPER, seen)
-    reason = why_not(Wish.TASK, seen)
+        return why_not(Command.GRIPPER, seen)
+    reason = why_not(Command.TASK, seen)
     closed = seen.standing.gripper_closed
     if not reason and task.command == PICK and closed is True:
         return "gripper_is_closed"
@@ -93,19 +93,19 @@ def _always(_: Seen) -> Reason:
     return ""
 
 
-_RULES: dict[Wish, Callable[[Seen], Reason]] = {
-    Wish.HOME: _at_rest,
-    Wish.TASK: _task,
-    Wish.GRIPPER: _at_rest,
-    Wish.JOG: _homed,
-    Wish.STOP: _always,
-    Wish.RECOVER: _recover,
-    Wish.PAUSE: _pause,
-    Wish.RESUME: _resume,
-    Wish.SPEED: link,
-    Wish.SEND: _queue,
-    Wish.START_QUEUE: _queue,
-    Wish.STOP_QUEUE: _queue,
-    Wish.RESUME_QUEUE: _resume_queue,
-    Wish.RECOVER_QUEUE: _recover_queue,
+_RULES: dict[Command, Callable[[Seen], Reason]] = {
+    Command.HOME: _at_rest,
+    Command.TASK: _task,
+    Command.GRIPPER: _at_rest,
+    Command.JOG: _homed,
+    Command.STOP: _always,
+    Command.RECOVER: _recover,
+    Command.PAUSE: _pause,
+    Command.RESUME: _resume,
+    Command.SPEED: link,
+    Command.SEND: _queue,
+    Command.START_QUEUE: _queue,
+    Command.STOP_QUEUE: _queue,
+    Command.RESUME_QUEUE: _resume_queue,
+    Command.RECOVER_QUEUE: _recover_queue,
 }

@@ -9,7 +9,7 @@ from typing import Any, Callable, Protocol, Sequence, Union
 from maya_ui.tasks import Task
 
 
-class Wish(Enum):
+class Command(Enum):
     """What a person can ask for."""
 
     HOME = "home"
@@ -83,18 +83,18 @@ class Presence:
 
 @dataclass(frozen=True)
 class Under:
-    """A wish is under way: in which phase, and how much of it is done (0 to 1)."""
+    """A command is under way: in which phase, and how much of it is done (0 to 1)."""
 
-    wish: Wish
+    command: Command
     phase: str = ""
     share: float = 0.0
 
 
 @dataclass(frozen=True)
 class Ended:
-    """A wish has ended; of one that failed, the code and the sentence say why."""
+    """A command has ended; of one that failed, the code and the sentence say why."""
 
-    wish: Wish
+    command: Command
     done: bool
     code: str = ""
     message: str = ""

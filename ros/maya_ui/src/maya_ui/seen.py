@@ -39,7 +39,7 @@ class Seen:
             self.cell = fact
         elif isinstance(fact, Queue):
             self.queue = fact
-        elif self.under is not None and self.under.wish is fact.wish:
+        elif self.under is not None and self.under.command is fact.command:
             self.under = None
 
     def _meet(self, presence: Presence) -> None:

@@ -10,8 +10,8 @@ from python_qt_binding.QtWidgets import QMenu
 from maya_ui import look, reasons
 from maya_ui.lengths import metres, millimetres
 from maya_ui.look import dress
-from maya_ui.panel import Desk
-from maya_ui.robot import Choice, Position, Wish
+from maya_ui.panel import PanelContext
+from maya_ui.robot import Choice, Command, Position
 from maya_ui.words import phrase, sentence
 
 SPEEDS = (100, 75, 50, 25, 10, 5)
@@ -32,16 +32,16 @@ _KINDS: dict[str, str] = {
 class StatePanel:
     """Shows the state and takes what concerns all motion."""
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, context: PanelContext) -> None:
+        self._context = context
         self._choices: Any = None
-        ui = desk.ui
+        ui = context.ui
         ui.stop.clicked.connect(lambda _: self.stop())
-        ui.recover.clicked.connect(lambda _: desk.robot.recover())
+        ui.recover.clicked.connect(lambda _: context.robot.recover())
         ui.pause.clicked.connect(self._pause)
-        ui.resume_queue.clicked.connect(lambda _: desk.robot.resume_queue())
+        ui.resume_queue.clicked.connect(lambda _: context.robot.resume_queue())
         ui.recover_queue.setMenu(QMenu(ui.recover_queue))
-        ui.recover_queue.menu().triggered.connect(lambda action: desk.robot.recover_queue(action.data()))
+        ui.recover_queue.menu().triggered.connect(lambda action: context.robot.recover_queue(action.data()))
         for percent in SPEEDS:
             ui.speed_choice.addItem(f"{percent} %", percent / 100.0)
         ui.speed_choice.activated.connect(self._choose_speed)
@@ -50,14 +50,14 @@ class StatePanel:
 
     def stop(self) -> None:
         """Stop all motion."""
-        self._desk.say(self._desk.word("asked", what=self._desk.word("wish_stop")))
-        self._desk.robot.stop()
+        self._context.say(self._context.word("asked", what=self._context.word("command_stop")))
+        self._context.robot.stop()
 
     def refresh(self) -> None:
         """Show how everything stands now."""
-        standing, ui = self._desk.seen.standing, self._desk.ui
-        held = standing.mode == "idle" and self._desk.seen.queue.mode != "running"
-        ui.mode.setText(phrase("mode_queue_paused" if held else f"mode_{standing.mode}", self._desk.language))
+        standing, ui = self._context.seen.standing, self._context.ui
+        held = standing.mode == "idle" and self._context.seen.queue.mode != "running"
+        ui.mode.setText(phrase("mode_queue_paused" if held else f"mode_{standing.mode}", self._context.language))
         ui.mode.setAccessibleName(ui.mode.text())
         dress(ui.light, look.WARN if held else _KINDS.get(standing.mode, look.WARN))
         self._chips()
@@ -67,7 +67,7 @@ class StatePanel:
         self.place()
 
     def _chips(self) -> None:
-        standing, connected, ui = self._desk.seen.standing, self._desk.seen.connected, self._desk.ui
+        standing, connected, ui = self._context.seen.standing, self._context.seen.connected, self._context.ui
         gripper = {None: "gripper_unknown", True: "gripper_closed", False: "gripper_open"}[standing.gripper_closed]
         shown = {
             "chip_homed": ("homed", "") if standing.homed else ("not_homed", look.WARN),
@@ -77,27 +77,27 @@ class StatePanel:
         for name, (key, kind) in shown.items():
             chip = getattr(ui, name)
             chip.setVisible(connected)
-            chip.setText(self._desk.word(key))
+            chip.setText(self._context.word(key))
             dress(chip, kind)
 
     def _banner(self) -> None:
         text, kind = self._advice()
-        ui = self._desk.ui
+        ui = self._context.ui
         ui.banner_text.setText(text)
         ui.banner.setVisible(bool(text))
         dress(ui.banner, kind)
-        ui.recover.setVisible(self._desk.seen.standing.mode == "fault")
-        self._desk.allow(ui.recover, reasons.why_not(Wish.RECOVER, self._desk.seen))
+        ui.recover.setVisible(self._context.seen.standing.mode == "fault")
+        self._context.allow(ui.recover, reasons.why_not(Command.RECOVER, self._context.seen))
         self._queue_buttons()
 
     def _queue_buttons(self) -> None:
-        ui, queue = self._desk.ui, self._desk.seen.queue
+        ui, queue = self._context.ui, self._context.seen.queue
         ui.resume_queue.setVisible(queue.mode != "running" and not queue.job)
-        self._desk.allow(ui.resume_queue, reasons.why_not(Wish.RESUME_QUEUE, self._desk.seen))
+        self._context.allow(ui.resume_queue, reasons.why_not(Command.RESUME_QUEUE, self._context.seen))
         ui.recover_queue.setVisible(bool(queue.job))
-        self._desk.allow(ui.recover_queue, reasons.why_not(Wish.RECOVER_QUEUE, self._desk.seen))
+        self._context.allow(ui.recover_queue, reasons.why_not(Command.RECOVER_QUEUE, self._context.seen))
         menu = ui.recover_queue.menu()
-        shown = (queue.choices, self._desk.language)
+        shown = (queue.choices, self._context.language)
         if shown != self._choices:
             self._choices = shown
             menu.clear()
@@ -106,72 +106,74 @@ class StatePanel:
 
     def _choice(self, choice: Choice) -> str:
         """Return a choice in words."""
-        said = phrase(f"choice_{choice.name}", self._desk.language)
-        return f"{said}: {self._desk.word(f'holding_{choice.holding}')}" if choice.holding else said
+        said = phrase(f"choice_{choice.name}", self._context.language)
+        return f"{said}: {self._context.word(f'holding_{choice.holding}')}" if choice.holding else said
 
     def _advice(self) -> tuple[str, str]:
         """Return what a person should know or do first, and how urgent it is."""
-        standing = self._desk.seen.standing
-        gone = reasons.link(self._desk.seen)
+        standing = self._context.seen.standing
+        gone = reasons.link(self._context.seen)
         if gone:
-            return self._desk.word(gone), look.GONE
+            return self._context.word(gone), look.GONE
         if standing.mode == "fault":
-            said = sentence(standing.fault_code, standing.fault, self._desk.language)
+            said = sentence(standing.fault_code, standing.fault, self._context.language)
             return f"{said} ({standing.fault_code})" if standing.fault_code else said, look.BAD
         if standing.mode == "paused":
-            return self._desk.word("resume_first"), look.WARN
-        if not self._desk.seen.presence.master:
-            return self._desk.word("master_gone"), look.WARN
-        said = [self._desk.word("home_first")] if standing.mode == "not_homed" else []
+            return self._context.word("resume_first"), look.WARN
+        if not self._context.seen.presence.master:
+            return self._context.word("master_gone"), look.WARN
+        said = [self._context.word("home_first")] if standing.mode == "not_homed" else []
         said += self._queue_advice()
         return (" ".join(said), look.WARN) if said else ("", "")
 
     def _queue_advice(self) -> list[str]:
         """Return what a person should know of a queue that does not go on by itself."""
-        queue = self._desk.seen.queue
+        queue = self._context.seen.queue
         if queue.job:
-            step = queue.step or self._desk.word("between_steps")
-            return [self._desk.word("queue_interrupted", job=queue.job, step=step)]
+            step = queue.step or self._context.word("between_steps")
+            return [self._context.word("queue_interrupted", job=queue.job, step=step)]
         if queue.mode == "running":
             return []
         reason = f"queue_reason_{queue.reason}"
-        return [self._desk.word("queue_paused", reason=phrase(reason, self._desk.language) if queue.reason else "—")]
+        return [
+            self._context.word("queue_paused", reason=phrase(reason, self._context.language) if queue.reason else "—")
+        ]
 
     def _pausing(self) -> None:
-        paused = self._desk.seen.standing.mode == "paused"
-        button = self._desk.ui.pause
-        button.setText(self._desk.word("resume" if paused else "pause"))
-        self._desk.allow(button, reasons.why_not(Wish.RESUME if paused else Wish.PAUSE, self._desk.seen))
+        paused = self._context.seen.standing.mode == "paused"
+        button = self._context.ui.pause
+        button.setText(self._context.word("resume" if paused else "pause"))
+        self._context.allow(button, reasons.why_not(Command.RESUME if paused else Command.PAUSE, self._context.seen))
 
     def _pause(self) -> None:
-        paused = self._desk.seen.standing.mode == "paused"
-        (self._desk.robot.resume if paused else self._desk.robot.pause)()
+        paused = self._context.seen.standing.mode == "paused"
+        (self._context.robot.resume if paused else self._context.robot.pause)()
 
     def _speed(self) -> None:
-        choice = self._desk.ui.speed_choice
-        self._desk.allow(choice, reasons.why_not(Wish.SPEED, self._desk.seen))
-        ratio = self._desk.seen.standing.override
+        choice = self._context.ui.speed_choice
+        self._context.allow(choice, reasons.why_not(Command.SPEED, self._context.seen))
+        ratio = self._context.seen.standing.override
         nearest = min(range(choice.count()), key=lambda place: abs(choice.itemData(place) - ratio))
         if not choice.view().isVisible():
             choice.setCurrentIndex(nearest)
 
     def _choose_speed(self, place: int) -> None:
-        self._desk.robot.speed(self._desk.ui.speed_choice.itemData(place))
+        self._context.robot.speed(self._context.ui.speed_choice.itemData(place))
 
     def place(self) -> None:
         """Show where the gripper is."""
-        here, joints = self._desk.seen.position, self._desk.seen.joints
+        here, joints = self._context.seen.position, self._context.seen.joints
         self._lengths(here)
-        values = self._desk.ui.joint_values
+        values = self._context.ui.joint_values
         if here is None:
-            values.setText(self._desk.word("unknown_position"))
+            values.setText(self._context.word("unknown_position"))
         elif joints is not None:
             shown = {"a": degrees(joints.a), "b": joints.b * 1e3, "c": joints.c * 1e3}
-            values.setText(self._desk.word("joints", **shown))
+            values.setText(self._context.word("joints", **shown))
 
     def _lengths(self, here: Position | None) -> None:
         for axis in "xyz":
             length = None if here is None else getattr(here, axis)
-            getattr(self._desk.ui, f"value_{axis}").setText("—" if length is None else millimetres(length))
-            getattr(self._desk.ui, f"unit_{axis}").setText("mm")
-            getattr(self._desk.ui, f"metres_{axis}").setText("" if length is None else metres(length))
+            getattr(self._context.ui, f"value_{axis}").setText("—" if length is None else millimetres(length))
+            getattr(self._context.ui, f"unit_{axis}").setText("mm")
+            getattr(self._context.ui, f"metres_{axis}").setText("" if length is None else metres(length))

@@ -7,8 +7,8 @@ from typing import Any, Callable
 from maya_ui import look, reasons
 from maya_ui.lengths import NotALength, metres, millimetres, parsed
 from maya_ui.look import dress
-from maya_ui.panel import Desk
-from maya_ui.robot import Under, Wish
+from maya_ui.panel import PanelContext
+from maya_ui.robot import Command, Under
 from maya_ui.tasks import AIMED, APPROACH, GRIPPER, HOME, PICK, PLACE, Task
 
 COMMANDS: dict[str, tuple[str, bool]] = {
@@ -25,16 +25,16 @@ COMMANDS: dict[str, tuple[str, bool]] = {
 class TaskPanel:
     """The quick buttons, the fields of a task, and what becomes of it: now, into the queue, or onto the list."""
 
-    def __init__(self, desk: Desk, add: Callable[[Task], None]) -> None:
-        self._desk = desk
+    def __init__(self, context: PanelContext, add: Callable[[Task], None]) -> None:
+        self._context = context
         self._add = add
         self._touched = False
-        ui = desk.ui
-        ui.home.clicked.connect(lambda _: desk.robot.home())
-        ui.open_gripper.clicked.connect(lambda: desk.robot.gripper(True))
-        ui.close_gripper.clicked.connect(lambda: desk.robot.gripper(False))
+        ui = context.ui
+        ui.home.clicked.connect(lambda _: context.robot.home())
+        ui.open_gripper.clicked.connect(lambda: context.robot.gripper(True))
+        ui.close_gripper.clicked.connect(lambda: context.robot.gripper(False))
         ui.here.clicked.connect(self._take_position)
-        ui.now.clicked.connect(lambda: self._with_task(desk.robot.perform))
+        ui.now.clicked.connect(lambda: self._with_task(context.robot.perform))
         ui.send.clicked.connect(lambda: self._with_task(self._send))
         ui.add.clicked.connect(lambda: self._with_task(add))
         ui.command_choice.currentIndexChanged.connect(lambda _: self.refresh())
@@ -46,47 +46,47 @@ class TaskPanel:
 
     def reword(self) -> None:
         """Say the commands in the chosen language."""
-        choice = self._desk.ui.command_choice
+        choice = self._context.ui.command_choice
         now = max(0, choice.currentIndex())
         choice.blockSignals(True)
         choice.clear()
         for key in COMMANDS:
-            choice.addItem(self._desk.word(key), key)
+            choice.addItem(self._context.word(key), key)
         choice.setCurrentIndex(now)
         choice.blockSignals(False)
 
     def refresh(self) -> None:
         """Show what can be asked for now, and why the rest cannot."""
-        desk, ui, seen = self._desk, self._desk.ui, self._desk.seen
-        quick = reasons.why_not(Wish.HOME, seen)
+        context, ui, seen = self._context, self._context.ui, self._context.seen
+        quick = reasons.why_not(Command.HOME, seen)
         for button in (ui.home, ui.open_gripper, ui.close_gripper):
-            desk.allow(button, quick)
-        desk.explain(ui.quick_why, quick)
+            context.allow(button, quick)
+        context.explain(ui.quick_why, quick)
         aimed = self._command()[0] in AIMED
         for _, field in self._fields():
             field.setEnabled(aimed)
-            field.setToolTip(desk.word("target_hint"))
-        desk.allow(ui.here, "" if seen.position is not None else "no_position")
+            field.setToolTip(context.word("target_hint"))
+        context.allow(ui.here, "" if seen.position is not None else "no_position")
         now = reasons.why_not_now(Task(*self._bare()), seen)
-        queued = reasons.why_not(Wish.SEND, seen)
-        desk.allow(ui.now, now)
-        desk.allow(ui.send, queued)
-        desk.allow(ui.add, "")
-        desk.explain(ui.task_why, now if now != quick else queued)
+        queued = reasons.why_not(Command.SEND, seen)
+        context.allow(ui.now, now)
+        context.allow(ui.send, queued)
+        context.allow(ui.add, "")
+        context.explain(ui.task_why, now if now != quick else queued)
         self._echo()
         self.show_progress(seen.under)
 
     def show_progress(self, under: Under | None) -> None:
         """Show how far what is under way has come."""
-        bar = self._desk.ui.progress
+        bar = self._context.ui.progress
         bar.setEnabled(under is not None)
         bar.setValue(0 if under is None else round(1000 * min(1.0, max(0.0, under.share))))
         if under is None:
             bar.setFormat("")
             return
-        what = self._desk.word(f"wish_{under.wish.value}")
+        what = self._context.word(f"command_{under.command.value}")
         phase = under.phase.replace("_", " ")
-        bar.setFormat(self._desk.word("under_way", what=what, phase=f"{phase}  %p%" if under.share else phase))
+        bar.setFormat(self._context.word("under_way", what=what, phase=f"{phase}  %p%" if under.share else phase))
 
     def task(self) -> Task | None:
         """Return the task of the fields, None where one of them holds no length; the fields show which."""
@@ -108,18 +108,18 @@ class TaskPanel:
             use(task)
 
     def _send(self, task: Task) -> None:
-        self._desk.robot.send(task)
-        self._desk.say(self._desk.word("sent", what=self._desk.task_text(task)), look.GOOD)
+        self._context.robot.send(task)
+        self._context.say(self._context.word("sent", what=self._context.task_text(task)), look.GOOD)
 
     def _command(self) -> tuple[str, bool]:
-        return COMMANDS.get(self._desk.ui.command_choice.currentData(), (PICK, False))
+        return COMMANDS.get(self._context.ui.command_choice.currentData(), (PICK, False))
 
     def _bare(self) -> tuple[str, tuple[float, float, float], bool]:
         command, opens = self._command()
         return command, (0.0, 0.0, 0.0), opens
 
     def _fields(self) -> tuple[tuple[str, Any], ...]:
-        ui = self._desk.ui
+        ui = self._context.ui
         return (("x", ui.field_x), ("y", ui.field_y), ("z", ui.field_z))
 
     def _length(self, axis: str, field: Any) -> float | None:
@@ -142,14 +142,14 @@ class TaskPanel:
             except NotALength as error:
                 bad = self._touched and field.isEnabled() and (error.key != "length_missing" or not field.hasFocus())
                 kind = look.BAD if bad else ""
-                wrong = wrong or (self._desk.word(error.key, name=axis) if bad else "")
-            getattr(self._desk.ui, f"echo_{axis}").setText(echo)
+                wrong = wrong or (self._context.word(error.key, name=axis) if bad else "")
+            getattr(self._context.ui, f"echo_{axis}").setText(echo)
             dress(field, kind)
-        self._desk.ui.target_why.setText(wrong)
-        self._desk.ui.target_why.setVisible(bool(wrong))
+        self._context.ui.target_why.setText(wrong)
+        self._context.ui.target_why.setVisible(bool(wrong))
 
     def _take_position(self) -> None:
-        here = self._desk.seen.position
+        here = self._context.seen.position
         if here is not None:
             for axis, field in self._fields():
                 field.setText(millimetres(getattr(here, axis)))

@@ -9,8 +9,8 @@ from python_qt_binding.QtCore import QEvent, QObject, Qt, QTimer
 from python_qt_binding.QtWidgets import QApplication
 
 from maya_ui import reasons
-from maya_ui.panel import Desk
-from maya_ui.robot import Ended, Wish
+from maya_ui.panel import PanelContext
+from maya_ui.robot import Command, Ended
 from maya_ui.teleop import KEYS, REACHES, Direction, Teleop
 
 LOOK_AGAIN = 100
@@ -29,27 +29,27 @@ _KEYS = {getattr(Qt, f"Key_{name}"): direction for name, direction in KEYS.items
 class TeleopPanel(QObject):
     """The buttons, the key that is pressed, and the teleoperation behind them."""
 
-    def __init__(self, desk: Desk, stop: Any) -> None:
-        super().__init__(desk.ui)
-        self._desk = desk
+    def __init__(self, context: PanelContext, stop: Any) -> None:
+        super().__init__(context.ui)
+        self._context = context
         self._stop = stop
         self._key: int | None = None
-        self.teleop = Teleop(desk.seen, desk.robot.jog, desk.robot.end_jog)
+        self.teleop = Teleop(context.seen, context.robot.jog, context.robot.end_jog)
         for name, direction in BUTTONS.items():
-            button = getattr(desk.ui, name)
+            button = getattr(context.ui, name)
             button.pressed.connect(lambda direction=direction: self.teleop.press(direction))
             button.released.connect(self.release)
             button.installEventFilter(self)
-        desk.ui.keys.installEventFilter(self)
-        desk.ui.keys.toggled.connect(self.refresh)
-        desk.ui.reach_choice.currentIndexChanged.connect(self._choose)
+        context.ui.keys.installEventFilter(self)
+        context.ui.keys.toggled.connect(self.refresh)
+        context.ui.reach_choice.currentIndexChanged.connect(self._choose)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._look)
         self._timer.start(LOOK_AGAIN)
 
     def reword(self) -> None:
         """Say the reaches as they are written where the robot is."""
-        choice = self._desk.ui.reach_choice
+        choice = self._context.ui.reach_choice
         now = REACHES.index(self.teleop.reach)
         choice.blockSignals(True)
         choice.clear()
@@ -61,15 +61,15 @@ class TeleopPanel(QObject):
         """Show whether the robot can be moved by hand now, and by what."""
         reason = self._why_not()
         for name in BUTTONS:
-            self._desk.allow(getattr(self._desk.ui, name), reason)
-        self._desk.explain(self._desk.ui.teleop_why, reason)
-        live = self._desk.ui.keys.isChecked()
-        self._desk.ui.keys_text.setText(self._desk.word("keys_live" if live else "keys_off"))
+            self._context.allow(getattr(self._context.ui, name), reason)
+        self._context.explain(self._context.ui.teleop_why, reason)
+        live = self._context.ui.keys.isChecked()
+        self._context.ui.keys_text.setText(self._context.word("keys_live" if live else "keys_off"))
 
     def _why_not(self) -> str:
         """Return why nothing can be moved by hand; what moves by ours is no reason."""
         ours = self.teleop.held is not None or self.teleop.under_way
-        return reasons.link(self._desk.seen) if ours else reasons.why_not(Wish.JOG, self._desk.seen)
+        return reasons.link(self._context.seen) if ours else reasons.why_not(Command.JOG, self._context.seen)
 
     def release(self) -> None:
         """Let go of whatever is held."""
@@ -85,7 +85,7 @@ class TeleopPanel(QObject):
         if event.type() in _LOST:
             self._lost(watched)
             return False
-        if watched is not self._desk.ui.keys or not watched.isChecked():
+        if watched is not self._context.ui.keys or not watched.isChecked():
             return False
         if event.type() == QEvent.ShortcutOverride and event.key() in (*_KEYS, Qt.Key_Space):
             event.accept()
@@ -95,8 +95,8 @@ class TeleopPanel(QObject):
         return event.type() == QEvent.KeyRelease and self._released(event)
 
     def _lost(self, watched: QObject) -> None:
-        if watched is self._desk.ui.keys:
-            self._desk.ui.keys.setChecked(False)
+        if watched is self._context.ui.keys:
+            self._context.ui.keys.setChecked(False)
         if self.teleop.held is not None:
             self.release()
 
@@ -124,7 +124,7 @@ class TeleopPanel(QObject):
         """Let go where nothing is held any more, whatever became of the event that says so."""
         if self.teleop.held is None:
             return
-        ui = self._desk.ui
+        ui = self._context.ui
         by_button = any(getattr(ui, name).isDown() for name in BUTTONS)
         by_key = self._key is not None and ui.keys.hasFocus() and QApplication.activeWindow() is not None
         if not by_button and not by_key:

@@ -23,10 +23,11 @@ from std_msgs.msg import Empty, Float64, String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from maya_ui.layers import NO_ANSWER, Door, answer, ask, call, expect, in_thread, master, master_answers
+from maya_ui.layers import NO_ANSWER, GoalClient, answer, ask, call, expect, in_thread, master, master_answers
 from maya_ui.robot import (
     Cell,
     Choice,
+    Command,
     Ended,
     Heard,
     Joints,
@@ -35,7 +36,6 @@ from maya_ui.robot import (
     Presence,
     Standing,
     Under,
-    Wish,
 )
 from maya_ui.seen import event, queue
 from maya_ui.tasks import AIMED, HOME, Task
@@ -99,9 +99,9 @@ class UiController:
         """Home, by the robot layer where it is there."""
         graph = self._graph
         if graph is not None and graph.presence.robot:
-            self._begin(graph.task, Wish.HOME, TaskGoal(_primitive(Task(HOME))))
+            self._begin(graph.task, Command.HOME, TaskGoal(_primitive(Task(HOME))))
         elif graph is not None:
-            self._begin(graph.home, Wish.HOME, HomeGoal())
+            self._begin(graph.home, Command.HOME, HomeGoal())
 
     def perform(self, task: Task) -> None:
         """Do a task now."""
@@ -111,16 +111,16 @@ class UiController:
         elif task.command not in AIMED:
             self.gripper(task.open)
         elif graph is not None:
-            self._begin(graph.task, Wish.TASK, TaskGoal(_primitive(task)))
+            self._begin(graph.task, Command.TASK, TaskGoal(_primitive(task)))
 
     def gripper(self, open_: bool) -> None:
         """Open or close the gripper, by the robot layer where it is there."""
-        self._heard(Under(Wish.GRIPPER))
+        self._heard(Under(Command.GRIPPER))
         if self._graph is not None and self._graph.presence.robot:
             task = MayaPrimitive(command=MayaPrimitive.GRIPPER, open=open_)
-            ask(Wish.GRIPPER, "maya_command", MayaCommand, self._heard, task)
+            ask(Command.GRIPPER, "maya_command", MayaCommand, self._heard, task)
         else:
-            ask(Wish.GRIPPER, "gripper", SetBool, self._heard, open_)
+            ask(Command.GRIPPER, "gripper", SetBool, self._heard, open_)
 
     def stop(self) -> None:
         """Stop the queue and the controller node; if the node does not answer, cancel its actions.
@@ -128,22 +128,22 @@ class UiController:
         Nobody confirmed the stop if the node neither answers nor reports rest afterwards.
         """
         if self._graph is None:
-            self._heard(Ended(Wish.STOP, done=False, message="stop_unheard"))
+            self._heard(Ended(Command.STOP, done=False, message="stop_unheard"))
             return
         self._graph.stop_queue.publish(Empty())
         in_thread(self._stop, self._graph)
 
     def recover(self) -> None:
         """Clear a fault."""
-        ask(Wish.RECOVER, "controller/recover", Trigger, self._heard)
+        ask(Command.RECOVER, "controller/recover", Trigger, self._heard)
 
     def pause(self) -> None:
         """Hold all motion."""
-        ask(Wish.PAUSE, "controller/pause", Trigger, self._heard)
+        ask(Command.PAUSE, "controller/pause", Trigger, self._heard)
 
     def resume(self) -> None:
         """Go on after a pause."""
-        ask(Wish.RESUME, "controller/resume", Trigger, self._heard)
+        ask(Command.RESUME, "controller/resume", Trigger, self._heard)
 
     def speed(self, ratio: float) -> None:
         """Scale the speed of all motion."""
@@ -154,11 +154,11 @@ class UiController:
         """Go along a path as a goal of the controller layer, which ends it if this program dies."""
         graph = self._graph
         if graph is None or not graph.follow.there:
-            self._heard(Ended(Wish.JOG, done=False, message="no_answer"))
-        elif graph.follow.begin(Wish.JOG):
+            self._heard(Ended(Command.JOG, done=False, message="no_answer"))
+        elif graph.follow.begin(Command.JOG):
             in_thread(_jog, graph, FollowGoal(_trajectory(path)))
         else:
-            self._heard(Ended(Wish.JOG, done=False, code="2104", message="busy"))
+            self._heard(Ended(Command.JOG, done=False, code="2104", message="busy"))
 
     def end_jog(self) -> None:
         """Come to rest on the path of the jog; one that does not is stopped."""
@@ -180,23 +180,23 @@ class UiController:
         """Cancel what the queue has under way."""
         if self._graph is not None:
             self._graph.stop_queue.publish(Empty())
-            self._heard(Ended(Wish.STOP_QUEUE, done=True))
+            self._heard(Ended(Command.STOP_QUEUE, done=True))
 
     def resume_queue(self) -> None:
         """Continue the paused queue."""
-        ask(Wish.RESUME_QUEUE, "resume_queue", Trigger, self._heard)
+        ask(Command.RESUME_QUEUE, "resume_queue", Trigger, self._heard)
 
     def recover_queue(self, choice: Choice) -> None:
         """Decide about the interrupted job."""
-        ask(Wish.RECOVER_QUEUE, "recover_queue", RecoverQueue, self._heard, choice.name, choice.holding)
+        ask(Command.RECOVER_QUEUE, "recover_queue", RecoverQueue, self._heard, choice.name, choice.holding)
 
-    def _begin(self, door: Door, wish: Wish, goal: Any) -> None:
-        if not door.there:
-            self._heard(Ended(wish, done=False, message="no_answer"))
-        elif door.begin(wish):
-            door.go(goal)
+    def _begin(self, goal_client: GoalClient, command: Command, goal: Any) -> None:
+        if not goal_client.there:
+            self._heard(Ended(command, done=False, message="no_answer"))
+        elif goal_client.begin(command):
+            goal_client.go(goal)
         else:
-            self._heard(Ended(wish, done=False, code="2104", message="busy"))
+            self._heard(Ended(command, done=False, code="2104", message="busy"))
 
     def _live(self) -> None:
         """Look again and again who is there."""
@@ -223,7 +223,7 @@ class UiController:
             confirmed.extend([end] if end.done or end.code else [])
             heard.set()
 
-        ask(Wish.STOP, "controller/stop", Trigger, tell)
+        ask(Command.STOP, "controller/stop", Trigger, tell)
         graph.follow.cancel()
         heard.wait(STOP_ANSWER)
         if confirmed:
@@ -231,7 +231,7 @@ class UiController:
             return
         graph.cancel_all()
         rests = graph.rests(STOP_ANSWER)
-        self._heard(Ended(Wish.STOP, done=rests, message="" if rests else "stop_unheard"))
+        self._heard(Ended(Command.STOP, done=rests, message="" if rests else "stop_unheard"))
 
     def _see_it_end(self, graph: _Part) -> None:
         if not graph.follow.wait(STOP_ANSWER):
@@ -239,7 +239,7 @@ class UiController:
 
 
 class _Part:
-    """What this program has in the graph: topics, doors, and who is at their other end."""
+    """What this program has in the graph: topics, clients, and which servers answer."""
 
     def __init__(self, heard: Heard) -> None:
         self._heard = heard
@@ -253,9 +253,9 @@ class _Part:
         self.start_queue = rospy.Publisher("start_queue", ProcessQueue, queue_size=100)
         self.stop_queue = rospy.Publisher("stop_queue", Empty, queue_size=100)
         self.speed = rospy.Publisher("controller/speed", Float64, queue_size=1)
-        self.task = Door("task", TaskAction, heard)
-        self.home = Door("home", HomeAction, heard)
-        self.follow = Door("controller/follow", FollowAction, heard)
+        self.task = GoalClient("task", TaskAction, heard)
+        self.home = GoalClient("home", HomeAction, heard)
+        self.follow = GoalClient("controller/follow", FollowAction, heard)
         self._cancel_move = rospy.Publisher("move/cancel", GoalID, queue_size=1)
         self._events = rospy.Subscriber("maya_event", String, self._event, queue_size=100)
         self._heard_of = [
@@ -267,8 +267,8 @@ class _Part:
 
     def look(self) -> None:
         """Tell who is there, where that has changed, and end what nobody does any more."""
-        for door in (self.task, self.home, self.follow):
-            door.check()
+        for goal_client in (self.task, self.home, self.follow):
+            goal_client.check()
         presence = self._now()
         if presence == self.presence:
             return
@@ -284,8 +284,8 @@ class _Part:
 
     def cancel_all(self) -> None:
         """Cancel the goals of all clients in the controller layer and the robot layer; needs no master."""
-        for door in (self.follow, self.home, self.task):
-            door.cancel_all()
+        for goal_client in (self.follow, self.home, self.task):
+            goal_client.cancel_all()
         self._cancel_move.publish(GoalID())
 
     def rests(self, within: float) -> bool:
@@ -296,8 +296,8 @@ class _Part:
 
     def leave(self, gone: threading.Event) -> None:
         """Give everything back, and say when that is done."""
-        for door in (self.task, self.home, self.follow):
-            door.close()
+        for goal_client in (self.task, self.home, self.follow):
+            goal_client.close()
         topics = (self.send_task, self.start_queue, self.stop_queue, self.speed, self._cancel_move)
         for topic in (*self._heard_of, *topics):
             topic.unregister()
@@ -355,13 +355,13 @@ class _Part:
 
 def _jog(graph: _Part, goal: Any) -> None:
     """Ask first whether anything else has the robot: between two motions of a task it looks idle."""
-    may = Ended(Wish.JOG, done=True)
+    may = Ended(Command.JOG, done=True)
     if graph.presence.robot:
         asked = MayaPrimitive(command=MayaPrimitive.CAN_TELEOP)
         try:
-            may = answer(Wish.JOG, call("maya_command", MayaCommand, asked))
+            may = answer(Command.JOG, call("maya_command", MayaCommand, asked))
         except (rospy.ServiceException, rospy.ROSException, OSError) as error:
-            may = Ended(Wish.JOG, done=False, message=str(error))
+            may = Ended(Command.JOG, done=False, message=str(error))
     if may.done:
         graph.follow.go(goal)
     else:

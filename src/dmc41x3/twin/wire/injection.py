@@ -116,9 +116,9 @@ class FaultControlServer:
     @classmethod
     async def opened(cls, faults: Faults) -> FaultControlServer:
         """Return a socket at a free port."""
-        server = await listening.listen(HOST, 0, lambda: _Visit(door))
-        door = cls(faults, server)
-        return door
+        server = await listening.listen(HOST, 0, lambda: _Visit(control))
+        control = cls(faults, server)
+        return control
 
     @property
     def port(self) -> int:
@@ -165,25 +165,25 @@ class FaultControlServer:
 class _Visit(asyncio.Protocol):
     """One conversation."""
 
-    def __init__(self, door: FaultControlServer) -> None:
-        self._door = door
+    def __init__(self, control: FaultControlServer) -> None:
+        self._control = control
         self._transport: asyncio.Transport | None = None
         self._pending = b""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast("asyncio.Transport", transport)
-        self._door.entered(self)
+        self._control.entered(self)
 
     def data_received(self, data: bytes) -> None:
         *lines, self._pending = (self._pending + data).split(b"\n")
         assert self._transport is not None
         for line in lines:
-            self._transport.write(self._door.answer(line))
+            self._transport.write(self._control.answer(line))
         if len(self._pending) > _LONGEST:
             self._transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._door.left(self)
+        self._control.left(self)
 
     def close(self) -> None:
         if self._transport is not None:

@@ -40,7 +40,7 @@ class VirtualController:
         self._links: dict[Handle, WireLink] = {}
         self._orphans: dict[Handle, WireLink] = {}
         self._due: dict[WireLink, float] = {}
-        self._doors: list[ListeningPort] = []
+        self._listeners: list[ListeningPort] = []
         self._ports: list[LoopbackPort] = []
         self._tasks: set[asyncio.Task[None]] = set()
         self._dials: dict[Handle, asyncio.Task[None]] = {}
@@ -84,9 +84,9 @@ class VirtualController:
 
         May be called again for further ports of the same machine. Raises `AddressInUse`.
         """
-        door = await listen(self, host, port, udp=udp)
-        self._doors.append(door)
-        return door.address
+        listener = await listen(self, host, port, udp=udp)
+        self._listeners.append(listener)
+        return listener.address
 
     def loopback(self) -> LoopbackTransport:
         """Return the host's end of a new connection in memory; one that is refused is at its end at once."""
@@ -170,9 +170,9 @@ class VirtualController:
         self.faults.close()
         if self._timer is not None:
             self._timer.cancel()
-        doors, self._doors = self._doors, []
-        for door in doors:
-            door.close()
+        listeners, self._listeners = self._listeners, []
+        for listener in listeners:
+            listener.close()
         for task in self._dials.values():
             task.cancel()
         for handle, link in list(self._links.items()):
@@ -184,8 +184,8 @@ class VirtualController:
             port.close()
         if self._tasks:
             await asyncio.wait(self._tasks)
-        for door in doors:
-            await door.server.wait_closed()
+        for listener in listeners:
+            await listener.server.wait_closed()
 
     def accept(self, link: WireLink, peer: tuple[str, int], kind: HandleProtocol, port: int) -> Handle | None:
         """Give a new connection a handle, None where none is free or connections are refused."""

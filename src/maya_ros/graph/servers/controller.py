@@ -206,20 +206,20 @@ class ControllerServer:
         return [*(graph.serve(row.name, row.type, answer) for row, answer in own), *served]
 
     def _topics(self, graph: Graph, teller: EventPublisher, working: BackgroundTasks) -> list[GraphHandle]:
-        async def told(wish: str, work: Awaitable[object]) -> None:
+        async def reported(topic: str, work: Awaitable[object]) -> None:
             try:
                 await work
             except MayaError as error:
-                teller.refused(wish, error)
+                teller.refused(topic, error)
 
         def command(trajectory: Message) -> None:
             work = self._slot.do("follow", lambda: self._follow(trajectory), self._course(lambda _: None))
-            working.begin(told(COMMAND.name, work), COMMAND.name)
+            working.begin(reported(COMMAND.name, work), COMMAND.name)
 
         async def follow_ratios() -> None:
             while ratios:
                 ratio, context = ratios.pop()
-                work = told(SPEED.name, self._layer.override(ratio))
+                work = reported(SPEED.name, self._layer.override(ratio))
                 await asyncio.get_running_loop().create_task(work, context=context)
 
         ratios = deque[tuple[float, Context]](maxlen=SPEED.queue_size)

@@ -191,9 +191,9 @@ class GateCall(Protocol):
     """The way through the gate (`service.service.Gate.call`, `http.bridge.Bridge.call`)."""
 
     async def __call__(
-        self, caller: Caller, operation: Operation, wish: Callable[[Service], Awaitable[Any]], subject: str = "", /
+        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[Any]], subject: str = "", /
     ) -> Any:
-        """Return what `wish` answers; raises what it and the gate raise."""
+        """Return what `work` answers; raises what it and the gate raise."""
         ...
 
 

@@ -71,10 +71,10 @@ class RobotServer:
         """Offer /maya_command and /maya_move; `tell` on /diagnostics as well."""
         async with tasks() as working:
 
-            def wished(message: Message) -> None:
+            def requested(message: Message) -> None:
                 working.begin(self._done(message), PRIMITIVE.name)
 
-            heard = graph.subscribe(PRIMITIVE.name, PRIMITIVE.type, wished, queue_size=PRIMITIVE.queue_size)
+            heard = graph.subscribe(PRIMITIVE.name, PRIMITIVE.type, requested, queue_size=PRIMITIVE.queue_size)
             served = graph.serve(MAYA_COMMAND.name, MAYA_COMMAND.type, self._answer, self._quick)
             if tell:
                 working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")

@@ -191,7 +191,7 @@ class Steps:
 
     def _check(self, step: StepCommand) -> None:
         """Raise the `MayaError` for which a step cannot be accepted."""
-        self._permit(Operation.WISH)
+        self._permit(Operation.COMMAND)
         if self._closed:
             raise Cancelled
         now = asyncio.get_running_loop().time()

@@ -48,7 +48,7 @@ async def serve(node: RosNode) -> None:
     with (
         runtime.claimed(),
         log.kept(people=False),
-        await _door(node) as near,
+        await _server(node) as near,
         robot_floor_seen(node.graph) as missing,
     ):
         config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
@@ -57,12 +57,12 @@ async def serve(node: RosNode) -> None:
             bridge = _bridge(layer, missing)
             app = create_app(bridge, None, metrics)
             queue = GraphQueue(layer.gate.call, layer.service.queue.view, controller, rights.who)
-            door = ProcessServer(queue, clock=ros_time, speed=node.speed)
+            server = ProcessServer(queue, clock=ros_time, speed=node.speed)
             operations = OperationServer(InternalApp(bridge), rights.who)
             async with (
                 served(app, near) as url,
                 _timed(metrics, node.speed),
-                door.open(node.graph),
+                server.open(node.graph),
                 operations.open(node.graph),
             ):
                 runtime.publish(runtime.Running(url, os.getpid(), None))
@@ -73,7 +73,7 @@ async def serve(node: RosNode) -> None:
                     await layer.process.close()
 
 
-async def _door(node: RosNode) -> socket.socket:
+async def _server(node: RosNode) -> socket.socket:
     """Return where HTTP is served: the port that was named, else the usual one, else any."""
     if await node.parameter("http_port", None) is not None:
         return bound_socket(await node.number("http_port", PORT))

@@ -37,11 +37,11 @@ def main() -> int:
 
 async def serve(node: RosNode) -> None:
     """Serve until cancelled; raises `AddressInUse`, `InvalidValue` and `StorageDamaged`."""
-    door = bound_socket(await node.number("port", 0 if namespace() else PORT))
-    url = "ws://{}:{}".format(*door.getsockname()[:2])
+    listener = bound_socket(await node.number("port", 0 if namespace() else PORT))
+    url = "ws://{}:{}".format(*listener.getsockname()[:2])
     async with looked() as users:
         endpoint = Endpoint(lambda _: nullcontext(node.graph), ros_time, await _edge(node), admission=users)
-        async with endpoint.serving(door):
+        async with endpoint.serving(listener):
             await node.graph.parameters.set(URL, url)
             node.say(f"rosbridge is served at {url}.")
             await asyncio.Event().wait()

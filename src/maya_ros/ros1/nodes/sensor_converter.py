@@ -27,7 +27,7 @@ async def serve(node: RosNode) -> None:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
     config = await awaited(node.graph.parameters, waiting=lambda: node.say("Waiting for the controller's node."))
     heard = SensedController(config)
-    door = SensorServer(heard, config, clock=ros_time, speed=node.speed)
+    server = SensorServer(heard, config, clock=ros_time, speed=node.speed)
     probe = Probe(config, meant(address, config.controller.address), ros_time)
-    async with door.open(node.graph), heard.listening(node.graph):
+    async with server.open(node.graph), heard.listening(node.graph):
         await probe.tell(node.graph)

@@ -74,12 +74,12 @@ def coms(
         name = configuration(settings).coms.name
     wanted = {"supervisors": url, "port": port, "rosbridge": rosbridge, "name": name}
     found = replace(found, **{key: value for key, value in wanted.items() if value is not None})
-    with bound_socket(found.port) as door:
-        asyncio.run(_serve(found, door, connect=connect))
+    with bound_socket(found.port) as listener:
+        asyncio.run(_serve(found, listener, connect=connect))
     return output.DONE
 
 
-async def _serve(found: environment.AgentSettings, door: socket.socket, *, connect: bool) -> None:
+async def _serve(found: environment.AgentSettings, listener: socket.socket, *, connect: bool) -> None:
     def agent() -> Agent:
         robot = Rosbridge(found.rosbridge, found.token, found.namespace)
         return Agent(found.name, robot, transport_of(found), dates.now)
@@ -90,6 +90,6 @@ async def _serve(found: environment.AgentSettings, door: socket.socket, *, conne
     switch = AgentSwitch(agent, found.name, password_in_clear=warning is not None)
     if connect:
         switch.connect()
-    host, port = door.getsockname()[:2]
+    host, port = listener.getsockname()[:2]
     output.say(f"Listening at http://{host}:{port}: POST /connect, POST /disconnect, GET /status.")
-    await serve(switch, door)
+    await serve(switch, listener)

@@ -168,7 +168,10 @@ def _told(request: Mapping[str, object], address: str | None, settings: OutputSe
 
 def _asked(twin: ServedTwin, request: Mapping[str, object]) -> dict[str, Any]:
     try:
-        with socket.create_connection((HOST, twin.control), TIMEOUT) as door, door.makefile("rwb") as lines:
+        with (
+            socket.create_connection((HOST, twin.control), TIMEOUT) as fault_server,
+            fault_server.makefile("rwb") as lines,
+        ):
             lines.write(json.dumps(request).encode() + b"\n")
             lines.flush()
             answer: dict[str, Any] = json.loads(lines.readline())
@@ -337,23 +340,23 @@ async def _serve(
     made = _made(options, parts, memory)
     controller = made.controller if isinstance(made, Twin) else made
     kept = TwinRecord(made, record) if record is not None and isinstance(made, Twin) else None
-    door: FaultControlServer | None = None
+    fault_server: FaultControlServer | None = None
     try:
         host, port = await controller.serve(options.host, options.port, udp=options.udp)
         for also in options.also_ports:
             await controller.serve(options.host, also, udp=options.udp)
-        door = await FaultControlServer.opened(controller.faults)
+        fault_server = await FaultControlServer.opened(controller.faults)
         asked = asyncio.Event()
         end = on_end(asked.set, signal.SIGINT, signal.SIGTERM)
-        with end, published(ServedTwin(host, port, door.port, os.getpid())):
-            _say(host, port, door.port, options, settings)
+        with end, published(ServedTwin(host, port, fault_server.port, os.getpid())):
+            _say(host, port, fault_server.port, options, settings)
             if kept is None:
                 await asked.wait()
             else:
                 await _until(asked, kept.keep(SAMPLE * max(1.0, speed)))
     finally:
-        if door is not None:
-            await door.close()
+        if fault_server is not None:
+            await fault_server.close()
         await controller.close()
 
 

@@ -46,7 +46,7 @@ class RemoteAccess(NamedTuple):
             reason = "--listen needs --tls-cert and --tls-key; say --plain where everybody on the network is trusted"
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
 
-    def door(self) -> ListeningSocket | None:
+    def listener(self) -> ListeningSocket | None:
         """Return the listener, None without one; raises `InvalidValue`, `AddressInUse`, `FileUnreadable`."""
         if self.listen is None:
             return None
@@ -106,12 +106,12 @@ def rosbridge_at(port: int | None, journal: Path | None, remote: RemoteAccess) -
         return
     from maya_un.edges import EndpointOptions
 
-    with bound_socket(port) as door, TemporaryDirectory(prefix="maya-steps-") as folder:
+    with bound_socket(port) as listener, TemporaryDirectory(prefix="maya-steps-") as folder:
         steps = (Path(folder) if journal is None else journal.parent) / STEPS
-        yield EndpointOptions(door, replace(remote.edge(), remote=False), steps)
+        yield EndpointOptions(listener, replace(remote.edge(), remote=False), steps)
 
 
 def url_of(place: EndpointOptions) -> str:
     """Return the URL of the endpoint."""
-    host, port = place.door.getsockname()[:2]
+    host, port = place.listener.getsockname()[:2]
     return f"ws://{host}:{port}"

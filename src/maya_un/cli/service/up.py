@@ -347,14 +347,14 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
         config, address, speed, options.seed or 0, parts, options.skip_home, places, journal, options.take_over
     )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
-    with runtime.claimed(), log.kept(), ExitStack() as doors:
-        near = doors.enter_context(bound_socket(options.port))
-        far = options.remote.door()
+    with runtime.claimed(), log.kept(), ExitStack() as held:
+        near = held.enter_context(bound_socket(options.port))
+        far = options.remote.listener()
         if far is not None:
-            doors.enter_context(far.socket)
-        rosbridge = doors.enter_context(rosbridge_at(options.rosbridge, journal, options.remote))
+            held.enter_context(far.socket)
+        rosbridge = held.enter_context(rosbridge_at(options.rosbridge, journal, options.remote))
         if rosbridge is not None and options.coms:
-            doors.enter_context(coms_beside(url_of(rosbridge), config.coms))
+            held.enter_context(coms_beside(url_of(rosbridge), config.coms))
         run(_serve(robot, options, _UpListeners(near, far, rosbridge), settings), clock)
     return output.DONE
 
@@ -369,7 +369,7 @@ def journal_file(named: str | None) -> Path | None:
     return Path(named)
 
 
-async def _serve(robot: _Robot, options: UpOptions, doors: _UpListeners, settings: OutputSettings) -> None:
+async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, settings: OutputSettings) -> None:
     keep_quiet(asyncio.get_running_loop())
     metrics = Metrics()
     async with _running(robot) as running:
@@ -381,13 +381,13 @@ async def _serve(robot: _Robot, options: UpOptions, doors: _UpListeners, setting
         bridge = _bridge(running)
         app = create_app(bridge, options.remote.edge(), metrics)
         ending = ShutdownRequest(finish=options.finish)
-        far = () if doors.far is None else (doors.far,)
-        beside = partial(_beside, running, bridge, doors.rosbridge, robot.speed)
-        async with served(app, doors.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
+        far = () if listeners.far is None else (listeners.far,)
+        beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed)
+        async with served(app, listeners.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
             with ending.listening():
                 controller = None if robot.address == SIM else host_and_port(robot.address)
                 runtime.publish(runtime.Running(url, os.getpid(), controller))
-                greet(_greeting(running, robot, url, doors, refusal), settings)
+                greet(_greeting(running, robot, url, listeners, refusal), settings)
                 tell("READY=1")
                 await ending.asked.wait()
                 tell("STOPPING=1")
@@ -454,9 +454,9 @@ def _configured(config: Config, speed: float) -> Config:
     return edge("rosbridge").configured(config, speed)
 
 
-def _greeting(running: Stack, robot: _Robot, url: str, doors: _UpListeners, refusal: MayaError | None) -> StartupBanner:
-    remote = None if doors.far is None else doors.far.url
-    rosbridge = None if doors.rosbridge is None else url_of(doors.rosbridge)
+def _greeting(running: Stack, robot: _Robot, url: str, at: _UpListeners, refusal: MayaError | None) -> StartupBanner:
+    remote = None if at.far is None else at.far.url
+    rosbridge = None if at.rosbridge is None else url_of(at.rosbridge)
     queue = running.service.queue.view()
     return StartupBanner(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge)
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from maya_un.client.plans.robot import wish
+from maya_un.client.plans.robot import command
 from maya_un.client.steps import Plan, Verb
 from maya_un.client.targets import Spot, spot, state_of
 from maya_un.schema.jobs import JobReport
@@ -15,37 +15,37 @@ from maya_un.schema.jobs import JobReport
 
 def home() -> Plan[JobReport]:
     """Find the limit switches, so that the position is known."""
-    return (yield from wish({"command": "home"}))
+    return (yield from command({"command": "home"}))
 
 
 def pick(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
     """Pick up the part at a taught place or x, y, z [m]."""
-    return (yield from wish({"command": "pick", "target": spot(x, y, z)}))
+    return (yield from command({"command": "pick", "target": spot(x, y, z)}))
 
 
 def place(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
     """Put down the held part at a taught place or x, y, z [m]."""
-    return (yield from wish({"command": "place", "target": spot(x, y, z)}))
+    return (yield from command({"command": "place", "target": spot(x, y, z)}))
 
 
 def approach(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
     """Go to a point above a taught place or x, y, z [m], by cell.clearance of the configuration."""
-    return (yield from wish({"command": "approach", "target": spot(x, y, z)}))
+    return (yield from command({"command": "approach", "target": spot(x, y, z)}))
 
 
 def line(x: Spot | float, y: float | None = None, z: float | None = None) -> Plan[JobReport]:
     """Go in a straight line to a taught place or x, y, z [m]. Caution: it may hit parts on its way."""
-    return (yield from wish({"command": "line", "target": spot(x, y, z)}))
+    return (yield from command({"command": "line", "target": spot(x, y, z)}))
 
 
 def gripper(state: Literal["open", "close"]) -> Plan[JobReport]:
     """Open or close the gripper."""
-    return (yield from wish({"command": "gripper", "open": state_of(state, "open", "close")}))
+    return (yield from command({"command": "gripper", "open": state_of(state, "open", "close")}))
 
 
 def move(a: Spot | float, b: float | None = None, c: float | None = None) -> Plan[JobReport]:
     """Go to a taught pose or joints a, b, c [rad, m, m], in a straight line in joint space. It may hit parts."""
-    return (yield from wish({"command": "move", "joints": spot(a, b, c)}))
+    return (yield from command({"command": "move", "joints": spot(a, b, c)}))
 
 
 class PrimitiveVerbs:

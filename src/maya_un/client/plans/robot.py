@@ -52,13 +52,13 @@ INTERRUPTED = (KeyboardInterrupt, asyncio.CancelledError)
 """Errors that end a plan because nobody waits for it any more."""
 
 
-def wish(wish: Mapping[str, object], *, timeout: float | None = None) -> Plan[JobReport]:
+def command(command: Mapping[str, object], *, timeout: float | None = None) -> Plan[JobReport]:
     """Carry out one primitive, like {"command": "pick", "target": [0.5, 1.1]}, and return its report.
 
     Raises why it was refused or ended early, and `TimeoutError` after `timeout` [s, real time], whereupon it goes on.
     """
     since = (yield from persistently(requests.status())).last_event
-    request = requests.task(dict(wish), key=new_key())
+    request = requests.task(dict(command), key=new_key())
     try:
         number = (yield from persistently(request)).id
     except INTERRUPTED:
@@ -74,7 +74,7 @@ def _taken_back(request: Request[JobReport]) -> Plan[None]:
 
 
 def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
-    """Wait for the end of a command that has no news before the event `since`; raises as `wish` does."""
+    """Wait for the end of a command that has no news before the event `since`; raises as `command` does."""
     try:
         report = yield from ended(number, since, timeout)
     except INTERRUPTED:

@@ -220,7 +220,7 @@ def add_tasks(routes: Routes) -> None:
     @routes.add(
         "POST",
         "/v1/tasks",
-        Operation.WISH,
+        Operation.COMMAND,
         *_SUBMITTING,
         tag=_TAG,
         gives=JobReport,
@@ -237,10 +237,10 @@ def add_tasks(routes: Routes) -> None:
 
         With `wait`, the response comes when the job has ended; this needs the control lease.
         """
-        operations = (Operation.WISH,) if wait else _SUBMITTING
+        operations = (Operation.COMMAND,) if wait else _SUBMITTING
         told = ask(
-            lambda service: service.wish(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations
+            lambda service: service.command(primitive, wait=wait, by=ask.caller, options=options, key=key), *operations
         )
         if not wait:
             return answer(await told, 202)
-        return answer(await ask.while_allowed(told, Operation.WISH))
+        return answer(await ask.while_allowed(told, Operation.COMMAND))

@@ -21,7 +21,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.http.exchange import answer, sent, source_of
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
-from maya_un.schema.bodies import Offering, Removed, SigningIn, Taking, TokenWish, UserChange, UserWish
+from maya_un.schema.bodies import Offering, Removed, SigningIn, Taking, TokenRequest, UserChange, UserRequest
 from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
 from maya_un.service.access.operations import Operation
 
@@ -103,9 +103,9 @@ _USERS = "users"
 _OWN = (Operation.USERS, Operation.ME)
 
 SigningInBody = Annotated[SigningIn, sent(SigningIn)]
-UserBody = Annotated[UserWish, sent(UserWish)]
+UserBody = Annotated[UserRequest, sent(UserRequest)]
 ChangeBody = Annotated[UserChange, sent(UserChange)]
-TokenBody = Annotated[TokenWish, sent(TokenWish, optional=True)]
+TokenBody = Annotated[TokenRequest, sent(TokenRequest, optional=True)]
 
 
 def add_sessions(routes: Routes, bridge: Bridge) -> None:

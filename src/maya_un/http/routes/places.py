@@ -252,10 +252,10 @@ def add_pallets(routes: Routes) -> None:
         return answer(Forgotten(name))
 
 
-async def _taught(ask: Ask, wish: Callable[[TeachingService], T]) -> T:
+async def _taught(ask: Ask, work: Callable[[TeachingService], T]) -> T:
     """Carry out a request to the service's teaching in its loop."""
 
     async def carried_out(service: Service) -> T:
-        return wish(service.teaching)
+        return work(service.teaching)
 
     return await ask(carried_out)

@@ -207,13 +207,13 @@ class Scheduler:
             await self._mark(self.running, TaskState.RUNNING)
 
     @contextmanager
-    def aside(self, wish: str) -> Iterator[None]:
+    def aside(self, command: str) -> Iterator[None]:
         """Begin no job while the block runs, which drives the robot past the queue; raises `Busy` while one does."""
         if self._aside:
             raise Busy(doing=self._aside)
         if self.running is not None and not self.running.row.state.ended:
             raise Busy(doing=f"job {self.running.number}")
-        self._aside = wish
+        self._aside = command
         try:
             yield
         finally:

@@ -405,18 +405,18 @@ class _PartTracker:
         return point, f"{step.command} {name}"
 
 
-def job_of_command(wish: Mapping[str, object]) -> Job | None:
+def job_of_command(request: Mapping[str, object]) -> Job | None:
     """Return the job of a command like {"command": "pick", "target": "shelf"}, None for one that names nothing.
 
     Raises `InvalidValue` for the cell of a pallet that only a job can tell.
     """
-    command = wish.get("command")
+    command = request.get("command")
     primitive = PRIMITIVES.get(command) if isinstance(command, str) else None
     if primitive is None or not primitive.argument.nameable:
         return None
     key = primitive.argument.key
-    name = wish.get(key)
-    if not isinstance(name, str) or len(wish) != 2:
+    name = request.get(key)
+    if not isinstance(name, str) or len(request) != 2:
         return None
     reference = read_reference(name)
     if reference is not None and isinstance(reference.which, str):
@@ -447,15 +447,15 @@ def write_job(job: Job, grasp_height: float, recall: Recall) -> StoredJob:
     return StoredJob(job.name, body if noted.empty else {"job": body, "taught": noted.body()}, expansion)
 
 
-def write_command(wish: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> StoredJob:
+def write_command(request: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> StoredJob:
     """Return one primitive as it is kept; raises `InvalidRequest`, `UnknownName`, `InvalidValue`."""
-    job = job_of_command(wish) if isinstance(wish, Mapping) else None
+    job = job_of_command(request) if isinstance(request, Mapping) else None
     if job is not None:
         noted = _Noted(recall)
         expansion = expand(job, grasp_height, noted.recall)
-        body: Body = {"wish": dict(wish) if isinstance(wish, Mapping) else {}}
+        body: Body = {"wish": dict(request) if isinstance(request, Mapping) else {}}
         return StoredJob(job.name, body if noted.empty else body | {"taught": noted.body()}, expansion)
-    primitive = from_dict(wish, grasp_height) if isinstance(wish, Mapping) else wish
+    primitive = from_dict(request, grasp_height) if isinstance(request, Mapping) else request
     return StoredJob(primitive.command, {"wish": to_dict(primitive)}, single(primitive))
 
 

@@ -84,7 +84,7 @@ class Operation(StrEnum):
     APPROVE = "approve"
     PAUSE = "pause"
     ABORT = "abort"
-    WISH = "wish"
+    COMMAND = "command"
     JOG = "jog"
     RESUME = "resume"
     SPEED = "speed"
@@ -133,7 +133,7 @@ RULES: dict[Operation, AccessRule] = {
     Operation.LEND: AccessRule(Role.OPERATOR, meaning="take the lease, hand it over"),
     Operation.TEACH: AccessRule(Role.OPERATOR, meaning="teach poses and pallets"),
     Operation.RECORD: AccessRule(Role.OPERATOR, meaning="save and fetch recordings"),
-    Operation.WISH: AccessRule(Role.STUDENT, drives=True, meaning="one primitive, now"),
+    Operation.COMMAND: AccessRule(Role.STUDENT, drives=True, meaning="one primitive, now"),
     Operation.JOG: AccessRule(Role.STUDENT, drives=True, meaning="jog"),
     Operation.RESUME: AccessRule(Role.STUDENT, drives=True, meaning="go on after a pause"),
     Operation.SPEED: AccessRule(Role.STUDENT, drives=True, meaning="scale the speed"),

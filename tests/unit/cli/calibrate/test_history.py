@@ -152,19 +152,19 @@ def kill_at(number, does):
     return counted
 
 kill_at.calls = 0
-file, number, wish = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+file, number, request = Path(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
 history.replace = kill_at(number, history.replace)
 history._settle = kill_at(number, history._settle)
-if wish == "revert":
+if request == "revert":
     history.revert(file, "later", "ben")
 else:
-    history.apply(file, {"geometry.height": 2.37}, history.HistoryStep.model_validate_json(wish))
+    history.apply(file, {"geometry.height": 2.37}, history.HistoryStep.model_validate_json(request))
 """
 """Applies or reverts, and is killed before one of: settling, writing the step, writing the file, numbering the step."""
 
 
-def killed(config: Path, before: int, wish: str) -> None:
-    done = subprocess.run([sys.executable, "-c", KILLED, config, str(before), wish], check=False)
+def killed(config: Path, before: int, request: str) -> None:
+    done = subprocess.run([sys.executable, "-c", KILLED, config, str(before), request], check=False)
     assert done.returncode == -signal.SIGKILL
 
 

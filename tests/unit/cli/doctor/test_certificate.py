@@ -70,7 +70,7 @@ def shown(context: ssl.SSLContext | None) -> Iterator[int]:
 
     def serve() -> None:
         while not over.is_set():
-            connection, _ = door.accept()
+            connection, _ = listener.accept()
             with connection, suppress(OSError):
                 connection.settimeout(2.0)
                 if context is None:
@@ -80,10 +80,10 @@ def shown(context: ssl.SSLContext | None) -> Iterator[int]:
                     with context.wrap_socket(connection, server_side=True) as spoken:
                         spoken.recv(1)
 
-    with socket.create_server(("127.0.0.1", 0)) as door:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
         thread = threading.Thread(target=serve)
         thread.start()
-        port = door.getsockname()[1]
+        port = listener.getsockname()[1]
         try:
             yield port
         finally:

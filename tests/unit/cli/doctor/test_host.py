@@ -120,8 +120,8 @@ def test_ports_are_free_ours_or_taken() -> None:
 
 
 def test_listening_program_is_named_by_the_system() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as door:
-        port = door.getsockname()[1]
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
         (found,) = [one for one in listeners() if one.port == port]
         assert found.pid == os.getpid()
         assert found.name
@@ -151,8 +151,8 @@ def test_ros_is_looked_for_and_its_master_called(tmp_path: Path, monkeypatch: py
     roscore = tmp_path / "roscore"
     roscore.touch(mode=0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    with socket.create_server(("127.0.0.1", 0)) as door:
-        uri = f"http://127.0.0.1:{door.getsockname()[1]}"
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        uri = f"http://127.0.0.1:{listener.getsockname()[1]}"
         monkeypatch.setenv("ROS_MASTER_URI", uri)
         assert only(host.ros()).key == "ros_master"
     assert only(host.ros()).key == "ros_no_master"

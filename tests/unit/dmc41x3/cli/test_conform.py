@@ -51,7 +51,7 @@ def small_controller(says: bytes | None = None) -> Iterator[int]:
     def serve() -> None:
         while True:
             try:
-                connection, _ = door.accept()
+                connection, _ = listener.accept()
             except OSError:
                 return
             thread = threading.Thread(target=talk, args=(connection,))
@@ -59,13 +59,13 @@ def small_controller(says: bytes | None = None) -> Iterator[int]:
             thread.start()
 
     threads: list[threading.Thread] = []
-    with socket.create_server(("127.0.0.1", 0)) as door:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
         server = threading.Thread(target=serve)
         server.start()
         try:
-            yield door.getsockname()[1]
+            yield listener.getsockname()[1]
         finally:
-            door.shutdown(socket.SHUT_RDWR)
+            listener.shutdown(socket.SHUT_RDWR)
             server.join()
             for thread in threads:
                 thread.join()

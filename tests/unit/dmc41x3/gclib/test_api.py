@@ -112,8 +112,8 @@ def test_nothing_works_without_a_connection() -> None:
 
 
 def test_missing_controller_is_reported() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as door:
-        port = door.getsockname()[1]
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
     with pytest.raises(GclibError, match="device failed to open"):
         gclib.py().GOpen(f"127.0.0.1:{port}")
 
@@ -293,20 +293,20 @@ def test_late_answer_is_not_taken_for_the_next() -> None:
     """The first connection never answers; after the timeout a new one serves."""
 
     def serve() -> None:
-        first, _ = door.accept()
+        first, _ = listener.accept()
         first.recv(100)
         first.sendall(b":")  # to EO 0
         first.recv(100)
-        second, _ = door.accept()
+        second, _ = listener.accept()
         with first, second:
             second.recv(100)
             second.sendall(b" 2.0000\r\n:")
 
-    with socket.create_server(("127.0.0.1", 0)) as door:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
         thread = threading.Thread(target=serve)
         thread.start()
         g = gclib.py()
-        g.GOpen(f"127.0.0.1:{door.getsockname()[1]} -t 300")
+        g.GOpen(f"127.0.0.1:{listener.getsockname()[1]} -t 300")
         with pytest.raises(GclibError, match="device timed out"):
             g.GCommand("MG 1")
         assert g.GCommand("MG 2") == "2.0000"
@@ -318,7 +318,7 @@ def test_interrupts_are_status_bytes() -> None:
     """A controller that sends one by UDP; the twin has none."""
 
     def serve() -> None:
-        connection, _ = door.accept()
+        connection, _ = listener.accept()
         with connection:
             connection.recv(100)
             connection.sendall(b":")  # to EO 0
@@ -329,8 +329,8 @@ def test_interrupts_are_status_bytes() -> None:
             connection.recv(100)
             connection.sendall(b":")
 
-    with socket.create_server(("127.0.0.1", 0)) as door, socket.socket(type=socket.SOCK_DGRAM) as datagrams:
-        port = door.getsockname()[1]
+    with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket(type=socket.SOCK_DGRAM) as datagrams:
+        port = listener.getsockname()[1]
         datagrams.bind(("127.0.0.1", 0))
         thread = threading.Thread(target=serve)
         thread.start()

@@ -90,10 +90,10 @@ async def test_a_cancel_goes_through_and_waits_for_rest() -> None:
     bus.node("robot_controller").act(INNER, TASK.type, act)
     async with tasks_handed_on(bus.node("primitive_server")):
         client = bus.node("process_controller")
-        wish = asyncio.ensure_future(client.do(TASK.name, TASK.type, HOME))
+        request = asyncio.ensure_future(client.do(TASK.name, TASK.type, HOME))
         await elapse(1.0)
-        wish.cancel()
-        await asyncio.wait({wish})
+        request.cancel()
+        await asyncio.wait({request})
     assert rested == [3.0]
 
 
@@ -115,9 +115,9 @@ async def test_running_command_is_at_rest_when_the_robot_layer_ends() -> None:
     async with controller_node(bus) as low:
         async with robot_floor(bus.node("robot_controller"), CALM) as controller:
             await controller.connected()
-            wish = asyncio.ensure_future(bus.node("somebody").do(INNER, TASK.type, HOME))
+            request = asyncio.ensure_future(bus.node("somebody").do(INNER, TASK.type, HOME))
             await elapse(20.0)
             assert low.rig.controller.state.moving
         assert not low.rig.controller.state.moving
-        ended = await wish
+        ended = await request
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.PREEMPTED, str(Cancelled.code))

@@ -330,8 +330,8 @@ async def test_step_runs_at_most_once(campaign: Campaign, tmp_path: Path) -> Non
         robot = Robot(*_answers(rng))
         results: dict[str, set[str]] = {}
         for _ in range(4):
-            wishes = [command(str(rng.randrange(4)), "gripper", open=rng.random() < 0.2) for _ in range(8)]
-            for result in await _killed_at(rng.uniform(0.0, 6.0), folder, robot, wishes, rng):
+            requests = [command(str(rng.randrange(4)), "gripper", open=rng.random() < 0.2) for _ in range(8)]
+            for result in await _killed_at(rng.uniform(0.0, 6.0), folder, robot, requests, rng):
                 if result.code not in {str(Busy.code), str(KeyReused.code)} and result.id is not None:
                     results.setdefault(result.id, set()).add(result.text)
         assert len(robot.begun) <= 4
@@ -345,7 +345,7 @@ def _answers(rng: Random) -> list[GoalResult]:
 
 
 async def _killed_at(
-    instant: float, folder: Path, robot: Robot, wishes: list[str], rng: Random | None = None
+    instant: float, folder: Path, robot: Robot, requests: list[str], rng: Random | None = None
 ) -> list[StepEnd]:
     """Send commands to a program that is killed after a while; return its results."""
     store = await StepStore.open(folder / "steps.db")
@@ -356,7 +356,7 @@ async def _killed_at(
         await elapse(rng.uniform(0.0, 5.0) if rng is not None else 0.0)
         results.append(await steps.answer(text))
 
-    asking = [asyncio.create_task(ask(text)) for text in wishes]
+    asking = [asyncio.create_task(ask(text)) for text in requests]
     await elapse(instant)
     kept, store._connection = store._connection, _Dead()  # type: ignore[assignment]
     for task in [*asking, *([] if steps._doing is None else [steps._doing])]:

@@ -108,7 +108,7 @@ def test_every_name_that_commands_has_an_operation() -> None:
 @pytest.mark.parametrize(
     ("topic", "operation"),
     [
-        ("/task/goal", Operation.WISH),
+        ("/task/goal", Operation.COMMAND),
         ("/task/cancel", Operation.STOP),
         ("/home/cancel", Operation.STOP),
         ("/stop_queue", Operation.STOP),
@@ -132,8 +132,8 @@ def test_topic_has_the_operation_of_its_row_or_action(topic: str, operation: Ope
     [
         ("/controller/stop", Kind.SERVICE, Operation.STOP),
         ("/controller/abort", Kind.SERVICE, Operation.ABORT),
-        ("/gripper", Kind.SERVICE, Operation.WISH),
-        ("/task", Kind.ACTION, Operation.WISH),
+        ("/gripper", Kind.SERVICE, Operation.COMMAND),
+        ("/task", Kind.ACTION, Operation.COMMAND),
         ("/task", Kind.SERVICE, Operation.GRAPH),
         ("/of_others", Kind.SERVICE, Operation.GRAPH),
     ],

@@ -98,7 +98,7 @@ def test_graph_has_the_role_of_its_token_and_drives_as_an_operator(role: Role) -
 def test_expired_token_is_invalid() -> None:
     async def main() -> None:
         await keep(somebody(Role.ADMIN, expires="2001-01-01T00:00:00+00:00"))
-        assert code_of(await seen(), Operation.WISH) == 4101
+        assert code_of(await seen(), Operation.COMMAND) == 4101
 
     run(main())
 

@@ -163,14 +163,14 @@ async def carrying_out(one: ClientBus) -> BusClient:
     return server
 
 
-def wished(one: ClientBus, feedback: Feedback | None = None) -> asyncio.Task[GoalResult]:
+def requested(one: ClientBus, feedback: Feedback | None = None) -> asyncio.Task[GoalResult]:
     return asyncio.ensure_future(one.robot.do("/mine", TASK, {"task": {"command": "pick"}}, feedback))
 
 
 async def test_a_client_carries_a_goal_out_for_others() -> None:
     async with client_bus() as one:
         server, feedbacks = await carrying_out(one), list[Message]()
-        ended = wished(one, feedbacks.append)
+        ended = requested(one, feedbacks.append)
         (told,) = await server.told()
         assert (told["op"], told["action"], told["action_type"], told["feedback"]) == (
             "send_action_goal", "/mine", TASK, True,
@@ -196,7 +196,7 @@ async def test_a_client_carries_a_goal_out_for_others() -> None:
 async def test_client_reports_the_end_of_a_goal(answer: Said, outcome: GoalStatus) -> None:
     async with client_bus() as one:
         server = await carrying_out(one)
-        ended = wished(one)
+        ended = requested(one)
         (told,) = await server.told()
         server.say("action_feedback", id=told["id"], action="/mine", values={})
         server.say("action_result", id=told["id"], action="/mine", **answer)
@@ -206,7 +206,7 @@ async def test_client_reports_the_end_of_a_goal(answer: Said, outcome: GoalStatu
 async def test_client_learns_that_its_goal_is_cancelled_and_awaited() -> None:
     async with client_bus() as one:
         server = await carrying_out(one)
-        ended = wished(one)
+        ended = requested(one)
         (begun,) = await server.told()
         server.say("action_feedback", id=begun["id"], action="/mine", values={})
         await settled()
@@ -223,7 +223,7 @@ async def test_client_learns_that_its_goal_is_cancelled_and_awaited() -> None:
 async def test_caller_learns_that_the_serving_client_left(leaves: bool) -> None:
     async with client_bus() as one:
         server = await carrying_out(one)
-        ended = wished(one)
+        ended = requested(one)
         await settled()
         if leaves:
             await one.leave(server)

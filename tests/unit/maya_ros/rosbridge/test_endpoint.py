@@ -50,9 +50,9 @@ async def served(edge: OriginPolicy | None = None, most: int = 10) -> AsyncItera
         node.close()
 
     endpoint = Endpoint(seat, lambda: DATE, edge, most)
-    door = bound_socket(0)
-    async with endpoint.serving(door):
-        yield Served(bus, endpoint, door.getsockname()[1])
+    listener = bound_socket(0)
+    async with endpoint.serving(listener):
+        yield Served(bus, endpoint, listener.getsockname()[1])
 
 
 Story = Callable[[Served], Awaitable[None]]
@@ -298,8 +298,8 @@ async def slow_reader(port: int) -> socket.socket:
     slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     slow.setblocking(False)
     await loop.sock_connect(slow, ("127.0.0.1", port))
-    wish = json.dumps({"op": "subscribe", "topic": "/t", "type": STRING}).encode()
-    await loop.sock_sendall(slow, HANDSHAKE + framed(wish))
+    work = json.dumps({"op": "subscribe", "topic": "/t", "type": STRING}).encode()
+    await loop.sock_sendall(slow, HANDSHAKE + framed(work))
     found = b""
     while b"\r\n\r\n" not in found:
         found += await loop.sock_recv(slow, 1)

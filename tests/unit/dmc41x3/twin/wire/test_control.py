@@ -39,12 +39,12 @@ class Guest:
 @asynccontextmanager
 async def guest() -> AsyncIterator[Guest]:
     virtual = VirtualController(VirtualDmc(BenchPlant()))
-    door = await FaultControlServer.opened(virtual.faults)
-    reader, writer = await asyncio.open_connection("127.0.0.1", door.port)
+    control = await FaultControlServer.opened(virtual.faults)
+    reader, writer = await asyncio.open_connection("127.0.0.1", control.port)
     try:
         yield Guest(virtual, reader, writer)
     finally:
-        await door.close()
+        await control.close()
         writer.close()
         with suppress(ConnectionError):
             await writer.wait_closed()

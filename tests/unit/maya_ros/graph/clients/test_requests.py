@@ -71,11 +71,11 @@ async def test_a_server_that_dies_in_the_middle_is_gone() -> None:
         return success()
 
     server.act(HOME.name, HOME.type, act)
-    wish = asyncio.ensure_future(run_action(bus.node("robot_controller"), HOME, {}))
+    request = asyncio.ensure_future(run_action(bus.node("robot_controller"), HOME, {}))
     await elapse(1.0)
     server.close()
     with pytest.raises(NodeGone):
-        await wish
+        await request
 
 
 async def test_a_service_says_its_error_too() -> None:
@@ -104,11 +104,11 @@ async def test_a_second_cancel_does_not_leave_before_the_robot_is_at_rest() -> N
         return success()
 
     bus.node("hw_simulator").act(HOME.name, HOME.type, act)
-    wish = asyncio.ensure_future(run_action(bus.node("robot_controller"), HOME, {}))
+    request = asyncio.ensure_future(run_action(bus.node("robot_controller"), HOME, {}))
     await elapse(1.0)
-    wish.cancel()
+    request.cancel()
     await elapse(0.5)
-    wish.cancel()
-    await asyncio.wait({wish})
-    assert wish.cancelled()
+    request.cancel()
+    await asyncio.wait({request})
+    assert request.cancelled()
     assert rests == [3.0]

@@ -78,11 +78,11 @@ async def test_command_refused_for_another_clients_task_waits_its_turn() -> None
 async def test_waiting_command_can_be_cancelled() -> None:
     layer = ScriptedRobot(refusals=10_000)
     async with robot_on(layer) as (robot, _, __):
-        wish = asyncio.ensure_future(robot.run(Home()))
+        request = asyncio.ensure_future(robot.run(Home()))
         await elapse(10.0)
-        wish.cancel()
-        await asyncio.wait({wish})
-        assert wish.cancelled()
+        request.cancel()
+        await asyncio.wait({request})
+        assert request.cancelled()
         assert layer.begun == 0
 
 
@@ -106,11 +106,11 @@ async def test_second_command_from_here_is_refused() -> None:
 
 async def test_missing_layer_is_reported_gone() -> None:
     async with robot_on(ScriptedRobot(("home",))) as (robot, _, server):
-        wish = asyncio.ensure_future(robot.run(Home()))
+        request = asyncio.ensure_future(robot.run(Home()))
         await elapse(0.5)
         server.close()
         with pytest.raises(NodeGone):
-            await wish
+            await request
         with pytest.raises(NodeGone, match="primitive_server"):
             await robot.run(Home())
         assert not robot.can_teleop

@@ -36,24 +36,24 @@ async def test_without_a_stop_every_command_runs() -> None:
 
 async def test_a_stop_ends_it_at_rest() -> None:
     events, ends = log(), list[str]()
-    wish = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
+    request = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
     await elapse(1.0)
     events.emit(MotionStopped())
     events.emit(MotionStopped())
-    await asyncio.wait({wish})
-    assert isinstance(wish.exception(), Stopped)
+    await asyncio.wait({request})
+    assert isinstance(request.exception(), Stopped)
     assert ends == ["at rest"]
 
 
 async def test_cancel_before_a_stop_is_a_cancel() -> None:
     events, ends = log(), list[str]()
-    wish = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
+    request = asyncio.ensure_future(cancel_on_stop(events, work(ends)))
     await elapse(1.0)
-    wish.cancel()
+    request.cancel()
     await elapse(1.0)
     events.emit(MotionStopped())
-    await asyncio.wait({wish})
-    assert wish.cancelled()
+    await asyncio.wait({request})
+    assert request.cancelled()
     assert ends == ["at rest"]
 
 

@@ -206,7 +206,7 @@ async def test_refusal_is_no_event_but_reports_the_status() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
         known = len(teller.watch.events)
-        await teller.says(REFUSED, replace(IDLE, override=0.2), 2104, wish="/controller/command")
+        await teller.says(REFUSED, replace(IDLE, override=0.2), 2104, request="/controller/command")
         assert len(teller.watch.events) == known
         assert teller.watch.state.override == 0.2
 

@@ -243,7 +243,7 @@ async def test_path_on_the_topic_is_followed_and_its_refusal_is_an_event() -> No
         await layer.until("moving")
         command.publish(path_to_message([HOMED, NEAR]))
         await layer.until("refused")
-        assert (layer.told[-1].code, layer.told[-1].detail["wish"]) == (2104, "/controller/command")
+        assert (layer.told[-1].code, layer.told[-1].detail["topic"]) == (2104, "/controller/command")
         assert "follow" in str(layer.told[-1].detail["message"])
         assert layer.told[-1].standing.mode is Mode.MOVING
         await layer.until("idle")

@@ -151,18 +151,18 @@ async def test_command_on_the_topic_runs_and_its_refusal_is_logged_and_published
     async with behind() as robot:
         heard = list[Message]()
         robot.client.subscribe("/diagnostics", "diagnostic_msgs/DiagnosticArray", heard.append)
-        wish = robot.client.advertise("/maya_move", "maya_robot/MayaPrimitive")
-        wish.publish(primitive_to_message(Pick(CUBE)))
+        request = robot.client.advertise("/maya_move", "maya_robot/MayaPrimitive")
+        request.publish(primitive_to_message(Pick(CUBE)))
         await elapse(0.5)
         with caplog.at_level(logging.WARNING):
-            wish.publish(primitive_to_message(Home()))
+            request.publish(primitive_to_message(Home()))
             await elapse(1.5)
         assert "2104" in caplog.text
         values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
         assert values["last refused"].startswith("home: 2104 ")
         await elapse(60.0)
         assert robot.robot.holding
-        wish.publish(primitive_to_message(Gripper(open=True)))
+        request.publish(primitive_to_message(Gripper(open=True)))
         await elapse(5.0)
         values = {value["key"]: value["value"] for value in heard[-1]["status"][0]["values"]}
         assert values["last refused"] == ""
@@ -191,8 +191,8 @@ async def test_closing_server_stops_the_running_command() -> None:
 
 async def test_the_task_may_have_another_name() -> None:
     controller = FakeController()
-    door = RobotServer(DistributedLayers(MayaRobot(controller, Config()), controller))
+    server = RobotServer(DistributedLayers(MayaRobot(controller, Config()), controller))
     bus = Bus()
-    async with door.task(bus.node("robot_controller"), "/robot_controller/task"):
+    async with server.task(bus.node("robot_controller"), "/robot_controller/task"):
         client = bus.node("primitive_server")
         assert (await client.do("/robot_controller/task", TASK, {"task": {"command": "home"}})).result == DONE

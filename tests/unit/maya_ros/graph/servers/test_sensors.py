@@ -51,10 +51,10 @@ async def sensing(
     fast = Config().model_copy(update={"controller": Config().controller.model_copy(update={"stream_rate": 50.0})})
     bus = Bus()
     async with robot(fast, live=True) as layer:
-        door = SensorServer(
+        server = SensorServer(
             layer.controller, fast, raw=lambda: layer.controller.record, scene=scene, clock=lambda: 7.0, speed=speed
         )
-        async with door.open(bus.node("hw_simulator")):
+        async with server.open(bus.node("hw_simulator")):
             yield Heard(layer, bus)
 
 

@@ -82,5 +82,5 @@ async def test_error_before_the_start_is_a_refusal(error: Exception, begun: bool
         raise error
 
     with pytest.raises(raised):
-        await slot.act("wish", work, going)
+        await slot.act("work", work, going)
     await slot.free()
