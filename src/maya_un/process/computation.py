@@ -23,7 +23,17 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.json_object import decode_object
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.tasks import Body, Expansion, Recall, StoredJob, Task, expand, expanded, write_job
+from maya_un.process.spec.tasks import (
+    COMMAND_KEY,
+    Body,
+    Expansion,
+    Recall,
+    StoredJob,
+    Task,
+    expand,
+    expanded,
+    write_job,
+)
 from maya_un.robot.plan_builder import ActionDetail, Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot, on_paper
@@ -331,7 +341,7 @@ class JobComputer:
 
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
         """Return what a kept job of so many `steps` comes to; raises as `written.expanded` does, and `Workers.run`."""
-        if self._staff is not None and "wish" not in body:
+        if self._staff is not None and COMMAND_KEY not in body:
             worker = self._staff.people if whose == REPORT else self._staff.own
             answer = await worker.run(expand_kept, body, self._grasp_height, whose=whose, each=SUBMITTED)
             return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)

@@ -41,6 +41,9 @@ from maya_un.values import Joints, Point
 SAME_PLACE = 1e-6
 """Places nearer to each other than this [m] are one: less than a count of any axis moves the gripper."""
 
+COMMAND_KEY = "wish"
+"""Key of a single primitive in the journal. Journals of version 1 have it, so it cannot change."""
+
 _GRAIN = 1e-4
 _FAR = 1e6
 """Parts that are farther away than this [m] are out of reach, and are told apart by their distance alone."""
@@ -453,27 +456,27 @@ def write_command(request: Primitive | Mapping[str, object], grasp_height: float
     if job is not None:
         noted = _Noted(recall)
         expansion = expand(job, grasp_height, noted.recall)
-        body: Body = {"wish": dict(request) if isinstance(request, Mapping) else {}}
+        body: Body = {COMMAND_KEY: dict(request) if isinstance(request, Mapping) else {}}
         return StoredJob(job.name, body if noted.empty else body | {"taught": noted.body()}, expansion)
     primitive = from_dict(request, grasp_height) if isinstance(request, Mapping) else request
-    return StoredJob(primitive.command, {"wish": to_dict(primitive)}, single(primitive))
+    return StoredJob(primitive.command, {COMMAND_KEY: to_dict(primitive)}, single(primitive))
 
 
 def expanded(body: Body, grasp_height: float) -> Expansion:
     """Return what a kept job comes to; raises what `tasks.expand` raises."""
     taught = _taught(body["taught"]) if "taught" in body else TaughtPlaces()
-    if "wish" not in body:
+    if COMMAND_KEY not in body:
         return expand(Job.parse(as_written(body)), grasp_height, lambda: taught)
-    job = job_of_command(body["wish"])
+    job = job_of_command(body[COMMAND_KEY])
     if job is not None:
         return expand(job, grasp_height, lambda: taught)
-    return single(from_dict(body["wish"], grasp_height))
+    return single(from_dict(body[COMMAND_KEY], grasp_height))
 
 
 def as_written(body: Body) -> Body:
     """Return a job as it was submitted, without the data that is kept with it; a command as {"wish": …}."""
-    if "wish" in body:
-        return {"wish": body["wish"]}
+    if COMMAND_KEY in body:
+        return {COMMAND_KEY: body[COMMAND_KEY]}
     return body["job"] if "taught" in body else body
 
 
