@@ -15,7 +15,9 @@ import numpy as np
 
 from tests.judge.mechanism import Floats, Frame, from_cylinder, places
 
-_POINTS = 17
+_POINTS = (3, 9, 17)
+"""Numbers of points of a segment that are looked at, the next where those before leave a doubt."""
+
 _ROUNDS = 32
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 
@@ -93,7 +95,7 @@ def segments(frame: Frame, joints: Floats, *, lines: bool) -> Iterator[tuple[Flo
 def clearances(frame: Frame, zone: Solid, joints: Floats, near: float = 0.0) -> Floats:
     """Return the distance to the zone less its margin, for joints (n, 3), shape (n,).
 
-    It is exact where it is below `near`; elsewhere it is within a sixteenth of a segment's length, and above `near`.
+    It is exact where it is below `near`; elsewhere it is above `near`, and no greater than the distance.
     """
     least = np.full(len(joints), np.inf)
     for start, end in segments(frame, joints, lines=zone.lines):
@@ -102,17 +104,19 @@ def clearances(frame: Frame, zone: Solid, joints: Floats, near: float = 0.0) -> 
 
 
 def _closest(zone: Solid, start: Floats, end: Floats, near: float) -> Floats:
-    shares = np.linspace(0.0, 1.0, _POINTS)
-    points = start + shares[:, None, None] * (end - start)
-    seen = zone.distance(points.reshape(-1, 3)).reshape(_POINTS, -1)
-    least, at = seen.min(axis=0), seen.argmin(axis=0)
-    spacing = np.sqrt(((end - start) ** 2).sum(axis=1)) / (_POINTS - 1)
-    doubt = np.flatnonzero(least - spacing < near)
-    if doubt.size:
-        step = 1.0 / (_POINTS - 1)
-        low, high = np.maximum(shares[at[doubt]] - step, 0.0), np.minimum(shares[at[doubt]] + step, 1.0)
-        least[doubt] = np.minimum(least[doubt], _narrowed(zone, start[doubt], end[doubt], low, high))
-    return least
+    lengths = np.sqrt(((end - start) ** 2).sum(axis=1))
+    found, doubt = np.empty(len(start)), np.arange(len(start))
+    for count in _POINTS:
+        shares = np.linspace(0.0, 1.0, count)
+        points = start[doubt] + shares[:, None, None] * (end - start)[doubt]
+        seen = zone.distance(points.reshape(-1, 3)).reshape(count, -1)
+        least, at = seen.min(axis=0), seen.argmin(axis=0)
+        found[doubt] = least - 0.5 * lengths[doubt] / (count - 1)  # a point of the segment may be so much nearer
+        close = found[doubt] < near
+        doubt, least, at = doubt[close], least[close], at[close]
+    low, high = shares[np.maximum(at - 1, 0)], shares[np.minimum(at + 1, count - 1)]
+    found[doubt] = np.minimum(least, _narrowed(zone, start[doubt], end[doubt], low, high))
+    return found
 
 
 def _narrowed(zone: Solid, start: Floats, end: Floats, low: Floats, high: Floats) -> Floats:

@@ -192,7 +192,7 @@ class Graph(Protocol):
         ...
 
     def expect(self, *services: str) -> None:
-        """Find services that will be called, soon; who they are is known then, also where nobody can be asked later."""
+        """Look up services before they are called, so that later calls work without a master."""
         ...
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:

@@ -17,21 +17,6 @@ from maya_un.cli import app, quick
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.main import main
 
-HEAVY = ("asyncio", "typer", "rich", "pydantic", "numpy", "fastapi", "uvicorn", "importlib.metadata")
-
-
-@pytest.mark.parametrize("line", ["--help", "--version", "status", "stop", "stop --address 127.0.0.1:1"])
-def test_hurried_commands_import_nothing_heavy(line: str, tmp_path: Path) -> None:
-    code = (
-        "import sys; from maya_un.cli.main import main; main(sys.argv[1:]); "
-        f"print('loaded:', [name for name in {HEAVY} if name in sys.modules])"
-    )
-    command = [sys.executable, "-c", code, *line.split()]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=True, env={"MAYA_RUNTIME_DIR": str(tmp_path)}, timeout=30
-    )
-    assert done.stdout.endswith("loaded: []\n")
-
 
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == 0

@@ -27,12 +27,12 @@ def test_distances_of_points() -> None:
 def test_the_clearance_is_that_of_the_nearest_of_gripper_and_lines() -> None:
     """Along +y at d = 1.30, z = 1.40: the gripper hangs 0.6 above the block's edge."""
     joints = np.array([[0.0, 1.25, 1.25]])
-    assert clearances(FRAME, BLOCK, joints)[0] == pytest.approx(0.55)
+    assert clearances(FRAME, BLOCK, joints, near=1.0)[0] == pytest.approx(0.55)
     low = Block("line", 0.0, True, (-1.0, 0.75, 1.9), (1.0, 0.85, 1.925))
     # Line b rises from (1.30, 1.60) to (0.30, 2.35), 3 in 4: it passes 12.5 mm above the edge at d = 0.85.
     assert clearances(FRAME, low, joints, near=0.1)[0] == pytest.approx(0.010, abs=1e-9)
     without = Block("gripper", 0.0, False, low.low, low.high)
-    assert clearances(FRAME, without, joints)[0] > 0.4
+    assert clearances(FRAME, without, joints, near=1.0)[0] > 0.4
 
 
 @pytest.mark.parametrize("zone", [BLOCK, COLUMN, WALL], ids=lambda zone: zone.name)

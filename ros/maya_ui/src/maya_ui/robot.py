@@ -43,7 +43,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Happened:
-    """An event: its word, the code of an error or "", and what else it tells; `standing` None where it does not say."""
+    """An event: its word, an error code or "", a message, and further fields; `standing` is None if unreported."""
 
     word: str
     standing: Standing | None = None
@@ -72,7 +72,7 @@ class Joints:
 
 @dataclass(frozen=True)
 class Presence:
-    """Which layers take part in the graph now; `silent` is a controller layer that is there and says nothing."""
+    """Layers that take part in the graph now; `silent` is a present controller layer that publishes no joints."""
 
     master: bool = False
     controller: bool = False
@@ -152,7 +152,7 @@ class Robot(Protocol):
         ...
 
     def close(self) -> None:
-        """Stop listening; a jog of ours ends."""
+        """Stop listening, and end the jog."""
         ...
 
     def home(self) -> None:

@@ -177,7 +177,7 @@ class UiController:
             self._graph.start_queue.publish(ProcessQueue([_primitive(task) for task in tasks]))
 
     def stop_queue(self) -> None:
-        """Cancel what the queue has under way."""
+        """Stop all motion and cancel all jobs in the queue."""
         if self._graph is not None:
             self._graph.stop_queue.publish(Empty())
             self._heard(Ended(Command.STOP_QUEUE, done=True))
