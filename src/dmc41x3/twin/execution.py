@@ -42,7 +42,7 @@ _ELEMENT = re.compile(r"(?:[A-Za-z][A-Za-z0-9_]*|\^[a-h])\[")
 _LIKE_A_COMMAND = re.compile(r"[A-Z]{2}(?![A-Z*]\s*=)[A-Za-z0-9_]+\s*(?:\[[^=]*\]\s*)?=(?!=)")
 _WITH_A_LETTER = re.compile(r"[A-Z]{3}\s*=(?!=)")
 _COMPARING = frozenset({"IF", "MG", "NO", "PW"})
-"""Commands whose text may hold a `=` behind a name; what begins like one of them is never an assignment."""
+"""Commands whose text may contain `=` after a name; a text that begins with one of them is never an assignment."""
 
 _LETTERED = frozenset({"HS", "IH", "MB"})
 """Commands besides those of axes that take a letter and a `=`: `IHA=`."""
@@ -50,7 +50,7 @@ _LETTERED = frozenset({"HS", "IH", "MB"})
 _MASK = re.compile(
     r"(?:A[LMS]|B[GT]|C[MS]|F[EI]|HM|LM|M[CO]|Q[HRS]|R[LP]|S[CHT]|T[DEPSTV]|VM)(?:[A-Z ]|~[a-h])*",
 )
-"""A command whose arguments are letters; behind all others `~a` alone is a number."""
+"""A command whose arguments are letters; after all others `~a` alone is a number."""
 
 _EXPLICIT = re.compile(r"(..\s*)(~[a-h])(\s*=.*)")
 _VARIABLE_AXIS = re.compile(r"~[a-h]")
