@@ -194,7 +194,7 @@ class Listener(asyncio.AbstractServer):
         return self._open
 
     def _accept(self, listener: socket.socket) -> None:
-        """Accept one connection; if few descriptors are left, accept the next only when this one is served or closed."""
+        """Accept one connection; if few descriptors are left, accept the next only when it is served or closed."""
         try:
             connection, _ = listener.accept()
         except OSError as error:

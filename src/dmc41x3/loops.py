@@ -173,7 +173,7 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         return self._now
 
     def count(self, most: float) -> None:
-        """Advance the clock by the real time since its last reading, limited to `most` [s, real time], times `speed`."""
+        """Advance the clock by `speed` times the real time since its last reading, at most `most` [s, real time]."""
         now = time.monotonic()
         self._now += min(now - self._seen, most) * self.speed
         self._seen = now

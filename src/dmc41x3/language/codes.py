@@ -265,9 +265,10 @@ _VARIABLES, _PARAMETERS, _PROGRAM, _MASTER = 1, 2, 4, 8
 
 
 @dataclass(frozen=True, slots=True)
-"""Whether each memory passed its checksum: parameters (BN), program (BP), variables and arrays (BV).
+class Burned:
+    """Whether each memory passed its checksum: parameters (BN), program (BP), variables and arrays (BV).
 
-`master` is False after a failed master reset.
+    `master` is False after a failed master reset.
     """
 
     parameters: bool = True
@@ -277,7 +278,7 @@ _VARIABLES, _PARAMETERS, _PROGRAM, _MASTER = 1, 2, 4, 8
 
     @classmethod
     def of(cls, bits: int) -> Burned:
-        """Return the state in `_RS`: bit 0 variables, 1 parameters, 2 program, 3 master reset; a set bit is an error."""
+        """Return the state in `_RS`: bit 0 variables, 1 parameters, 2 program, 3 master reset; set means an error."""
         return cls(
             parameters=not bits & _PARAMETERS,
             program=not bits & _PROGRAM,

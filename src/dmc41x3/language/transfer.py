@@ -169,8 +169,8 @@ _TOKEN = re.compile(r"""[^"'/]+|"[^"]*"?|'|//|/""")
 
 
 @dataclass(frozen=True, slots=True)
-"""Lines ready for a download, and the number of source lines changed in each way."""
-    """Lines ready for a download, and how many lines of the source were changed in which way."""
+class ProgramSource:
+    """Lines ready for a download, and the number of source lines changed in each way."""
 
     lines: tuple[str, ...]
     remarks: int = 0

@@ -510,7 +510,7 @@ Answer: TypeAlias = str | bytes | None
 
 
 @dataclass(slots=True)
-"""One caller's view of the unit: a handle's, or that of a program's thread, which has no handle."""
+class CallerContext:
     """One caller's view of the unit: a handle's, or that of a program's thread, which has no handle."""
 
     unit: Unit

@@ -138,8 +138,8 @@ def _array(context: CallerContext, text: str) -> str:
 
 
 @dataclass(slots=True)
-"""Receives the numbers of QD, from element `at` to element `last`."""
-    """Takes the numbers of QD, from element `at` to element `last`."""
+class ArrayDownload:
+    """Receives the numbers of QD, from element `at` to element `last`."""
 
     row: list[int]
     at: int
