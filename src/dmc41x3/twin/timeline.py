@@ -375,7 +375,7 @@ def pass_profile(t: float, p: float, level: int, speed: float, acceleration: flo
 def smoothed_profile(way: AxisProfile, t: float, p: float, v: float, spread: float) -> AxisProfile:
     """Return a profile smoothed by the mean of four copies of it, delayed by 0 to `spread` [s].
 
-    The mean stands for the low-pass filter of IT, whose delay is half of that on average, and keeps every piece
+    The mean stands for the low-pass filter of IT, whose delay is half of that on average; every piece remains
     quadratic. The axis is at `p` [counts] with velocity `v` [counts/s] at time `t`; `way` was planned from the place of
     an unfiltered profile at that time, `p + v * spread / 2`, so that position and velocity have no step.
     """

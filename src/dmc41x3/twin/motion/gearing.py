@@ -36,7 +36,7 @@ _STILL = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Master:
-    """The master: an axis A to H, a virtual axis M or N, or the way along the path of plane S or T.
+    """The master: an axis A to H, a virtual axis M or N, or the distance along the path of plane S or T.
 
     The position of an axis is that of its main encoder, its commanded position, or that of its auxiliary encoder.
     """
@@ -421,7 +421,7 @@ class Cam:
         return (slave.engage_at is not None) + 2 * (slave.release_at is not None)
 
     def displacement(self, axis: Axis, way: float) -> float:
-        """Return the position of an axis by the table after a `way` of the master [counts], from its entry 0 on."""
+        """Return the position of an axis by the table after a distance `way` of the master [counts], from its entry 0 on."""
         table, places = self._slaves[axis.index].table, self._places
         cycle, place = divmod(way, self.modulus)
         last = len(places) - 1
@@ -474,7 +474,7 @@ class Cam:
             self._place(slave, self._way, self._slope(slave) * self.master.velocity(self._core))
 
     def _passed(self, place: float, before: float) -> float | None:
-        """Return the way at which the master passed a place of its cycle since `before`, None if it did not."""
+        """Return the distance at which the master passed a place of its cycle since `before`, None if it did not."""
         modulus, way = self.modulus, self._way
         if way > before:
             met = place + modulus * (floor((before - place) / modulus) + 1)
@@ -499,7 +499,7 @@ class Cam:
         self._place(slave, self._way, self._slope(slave) * self.master.velocity(self._core))
 
     def _place(self, slave: _CamSlave, way: float, velocity: float) -> None:
-        """Move a slave to its position by the table after a `way` of the master, and fold its counter."""
+        """Move a slave to its position by the table after a distance `way` of the master, and fold its counter."""
         if slave.imposed is None:
             return
         axis = slave.axis

@@ -1,6 +1,6 @@
 """The segments of a sequence (LI; VP, CR), and the speed along them as spans of constant acceleration.
 
-If the way s along the arc is quadratic in time, a coordinate r cos(s/r) is not. Over a short time h it is replaced
+If the distance s along the arc is quadratic in time, a coordinate r cos(s/r) is not. Over a short time h it is replaced
 by the quadratic that agrees with it at both ends and has its acceleration in the middle. The error is then at
 most |p'''| h³/48, and with the angular velocity w and acceleration e
 
@@ -30,7 +30,7 @@ X, Y, TANGENT = 0, 1, -1
 
 
 class Arc(NamedTuple):
-    """Radius [counts], and the angles of its start and of the way along it [radians], counterclockwise positive."""
+    """Radius [counts], and the angles of its start and along it [radians], counterclockwise positive."""
 
     radius: float
     start: float
@@ -57,7 +57,7 @@ class Arc(NamedTuple):
         return degrees(self._sense / self.radius)
 
     def offset(self, coordinate: int, s: float) -> float:
-        """Return a coordinate at the way `s` along the arc, from its start [counts]."""
+        """Return a coordinate at the distance `s` along the arc, from its start [counts]."""
         wave = sin if coordinate == Y else cos
         return self.radius * (wave(self.start + self._sense * s / self.radius) - wave(self.start))
 
@@ -66,7 +66,7 @@ class Arc(NamedTuple):
     ) -> Iterator[tuple[float, float, float, float]]:
         """Yield (time, offset, velocity, acceleration) of the quadratics of a coordinate over `span` seconds.
 
-        Times count from the state with the way `s`, the speed `v` and the acceleration along the arc `a`.
+        Times count from the state with the distance `s`, the speed `v` and the acceleration along the arc `a`.
         """
         here = self.offset(coordinate, s)
         t = 0.0
@@ -229,7 +229,7 @@ def brake(segments: Sequence[PathSegment], start: PathSpan, deceleration: float,
         leg.change(sqrt(v * v - 2.0 * deceleration * rest), deceleration)
         t, v = leg.t, leg.v
         s = 0.0
-    # A stop at the very end leaves no way to brake: the sequence rests there.
+    # A stop at the very end leaves no distance to brake: the sequence rests there.
     last = len(segments) - 1
     return SequencePath(stretches or [PathSpan(t, first + last, segments[last].length, 0.0, 0.0)], t)
 

@@ -26,7 +26,7 @@ from dmc41x3.twin.timeline import TimelinePiece
 
 
 class SegmentStart(NamedTuple):
-    """The beginning of a segment: coordinates [counts], way along the sequence [counts], direction [degrees]."""
+    """The beginning of a segment: coordinates [counts], distance along the sequence [counts], direction [degrees]."""
 
     place: tuple[float, ...]
     way: float
@@ -71,7 +71,7 @@ class Route:
         return self.segments[number - self.first], self.starts[number - self.first]
 
     def coordinate(self, coordinate: int, number: int, s: float) -> float:
-        """Return a coordinate at the way `s` along a segment."""
+        """Return a coordinate at the distance `s` along a segment."""
         segment, start = self.at(number)
         arc = segment.arc
         if coordinate == TANGENT:
@@ -127,7 +127,7 @@ class RouteAxis(NamedTuple):
         return pieces, peak
 
     def _line(self, segment: PathSegment, start: SegmentStart) -> tuple[float, float]:
-        """Return the position at the start of a segment, and how it changes with the way along it."""
+        """Return the position at the start of a segment, and its change per count along it."""
         if self.coordinate == TANGENT:
             return self.position(start.heading), self.factor * (segment.arc.bend if segment.arc else 0.0)
         coordinate, factor = self.coordinate, self.factor
@@ -182,7 +182,7 @@ class Schedule:
         return bool(self._times) and t >= self._times[-1]
 
     def reaches(self, distance: float, t: float, route: Route) -> float:
-        """Return when after `t` the way along the route is `distance` [counts], the end if it never is [s]."""
+        """Return when after `t` the distance along the route is `distance` [counts], the end if it never is [s]."""
         for index in range(self._index(t), len(self._stretches)):
             at, number, s, v, a = self._stretches[index]
             rest = distance - route.at(number)[1].way - s
@@ -398,7 +398,7 @@ class Plane:
         self.stale = self._whole = False
 
     def replan(self, t: float) -> float:
-        """Compute the speeds again after a change of rates or segments, or extend the plan; return when they change [s].
+        """Compute the speeds again after a change of rates or segments, or extend the plan; return from when on [s].
 
         Segments after the planned part wait for their turn.
         """
@@ -472,14 +472,14 @@ class Plane:
         return self.state(t).segment if self.running else self._done
 
     def distance(self, t: float) -> float:
-        """Return the way along the path since the sequence began [counts] (`_AV`)."""
+        """Return the distance along the path since the sequence began [counts] (`_AV`)."""
         if not self.running:
             return self._distance
         state = self.state(t)
         return self._route.at(state.segment)[1].way + state.s
 
     def reaches(self, distance: float, t: float) -> float:
-        """Return when, from `t` on, the way along the path is `distance` [counts] by the present plan (AV) [s].
+        """Return when, from `t` on, the distance along the path is `distance` [counts] by the present plan (AV) [s].
 
         For a sequence that is shorter, or rests before, this is its end.
         """
