@@ -37,7 +37,7 @@ class ChannelSample(NamedTuple):
 
 
 class Sampler:
-    """Takes samples of fixed channels; made by `prepare`."""
+    """Takes samples of fixed channels; created by `prepare`."""
 
     def __init__(self, driver: Driver, channels: Sequence[str], axes: int, period: float) -> None:
         self._driver = driver

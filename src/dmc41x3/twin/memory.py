@@ -142,7 +142,7 @@ class ArrayRecorder:
         return self.recording
 
     def reset(self) -> None:
-        """Forget arrays and sources, as a power-up does."""
+        """Clear arrays and sources, as a power-up does."""
         self._names: tuple[str, ...] = ()
         self._sources: tuple[Source, ...] = ()
         self.recording = False

@@ -126,7 +126,7 @@ class _Receiver(asyncio.Protocol):
 
 
 class TcpTransport:
-    """A TCP connection without Nagle's delay; made by `connect`."""
+    """A TCP connection without Nagle's delay; created by `connect`."""
 
     def __init__(
         self,
@@ -185,7 +185,7 @@ class TcpTransport:
 
 
 class LoopbackTransport:
-    """One of two ends in memory; made by `loopback_pair`."""
+    """One of two ends in memory; created by `loopback_pair`."""
 
     def __init__(self, peer: str) -> None:
         self._peer = peer

@@ -170,7 +170,7 @@ class Feed(ABC):
         return result
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         self.finish(self._end)
         self._done = 0
 
@@ -269,7 +269,7 @@ class Contour(Feed):
         return result
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         self.stopping = True
         super().reset()
         self.paused, self.interval, self._usual = False, 0, 0.0
@@ -299,7 +299,7 @@ class Pvt(Feed):
         self.samples = 0
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         super().reset()
         self.samples = 0
 
@@ -370,7 +370,7 @@ class SharedMotion(Protocol):
         ...
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         ...
 
 

@@ -251,7 +251,7 @@ class Gearing:
                 self._core.stop(master)
 
     def reset(self) -> None:
-        """Forget all masters."""
+        """Remove all masters."""
         self._slaves.clear()
 
     def connect(self, axis: Axis, master: Master) -> None:
@@ -421,7 +421,7 @@ class Cam:
         return (slave.engage_at is not None) + 2 * (slave.release_at is not None)
 
     def displacement(self, axis: Axis, way: float) -> float:
-        """Return the position of an axis by the table after a distance `way` of the master [counts], from its entry 0 on."""
+        """Return the table position of an axis after a distance `way` of the master [counts], from its entry 0 on."""
         table, places = self._slaves[axis.index].table, self._places
         cycle, place = divmod(way, self.modulus)
         last = len(places) - 1

@@ -30,7 +30,7 @@ X, Y, TANGENT = 0, 1, -1
 
 
 class Arc(NamedTuple):
-    """Radius [counts], and the angles of its start and along it [radians], counterclockwise positive."""
+    """Radius [counts], the angle of its start, and the angle along it [radians], counterclockwise positive."""
 
     radius: float
     start: float
