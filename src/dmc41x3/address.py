@@ -8,22 +8,22 @@ from __future__ import annotations
 import re
 
 SIM = "sim"
-"""The address that means: a virtual controller in this process."""
+"""The address of a virtual controller in this process."""
 
 REAL = "real"
-"""The address that means: the one the configuration holds (`controller.address`)."""
+"""The address of the configured controller (`controller.address`)."""
 
 PORT = 23
 """Galil's port for commands."""
 
 
 def meant(address: str, configured: str) -> str:
-    """Return `address` as it is, and the `configured` one for `real`."""
+    """Return `configured` if `address` is `real`, else `address`."""
     return configured if address == REAL else address
 
 
 def split(address: str) -> tuple[str, int]:
-    """Return host and port of HOST or HOST:PORT (`PORT` where none is named).
+    """Return host and port of HOST or HOST:PORT; the default port is `PORT`.
 
     Raises `ValueError` with the reason in words; `sim` and `real` are no hosts.
     """

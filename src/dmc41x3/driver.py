@@ -1,9 +1,8 @@
-"""The host's role in an asyncio loop: requests in, replies out, in order, over one link.
+"""A client of the controller in an asyncio loop: requests and their replies in order, over one link.
 
-Every request is written at once and waits its turn for the reply, so any number may be under way; nothing queues
-before the wire. One watchdog guards the link: it looks at the oldest request, and when nothing has answered that
-one for its timeout, the link is lost. A loss is declared once; from then on every call raises it. A new link is a
-new `Driver` on a new transport.
+The driver writes every request at once, so any number may be under way; it does not queue requests. One watchdog
+guards the link: if the oldest request gets no answer within its timeout, the link is lost. The driver declares a
+loss once; every later call raises it. A new link needs a new `Driver` on a new transport.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ TRANSFER_TIMEOUT = 10.0
 
 
 class _CommandRequest(Generic[T]):
-    """One or several commands whose answers make one result."""
+    """One or several commands whose answers form one result."""
 
     __slots__ = ("answers", "error", "future", "left", "result")
 
@@ -80,7 +79,7 @@ class _CommandRequest(Generic[T]):
 
 
 class _SentCommand(NamedTuple):
-    """A command on the wire; `request` is None for our own question after a rejection. `patience` is in s."""
+    """A command on the wire; `request` is None for the driver's own TC1 after a rejection. `patience` is in s."""
 
     command: str
     request: _CommandRequest[object] | None
@@ -88,11 +87,11 @@ class _SentCommand(NamedTuple):
 
 
 class Driver:
-    """One link to a controller; made by `open`, ended by `close`, which also a lost one needs.
+    """One link to a controller; created by `open`, ended by `close`, which is also necessary after a loss.
 
-    `tap` sees every piece of the wire as ("tx" or "rx", bytes). The lines that a program in the controller sends by
-    itself (see `subscribe`) go to `on_message` and to whoever said `listen`. They end with the link: `lost` tells when,
-    what was sent meanwhile is gone, and a new link has to subscribe again.
+    `tap` receives every piece of the wire as ("tx" or "rx", bytes). `on_message` and the functions passed to `listen`
+    receive the lines that a program in the controller sends by itself (see `subscribe`). A subscription ends with the
+    link (see `lost`): lines sent in between are lost, and a new link must subscribe again.
     """
 
     def __init__(self, transport: Transport, timeout: float) -> None:
@@ -121,37 +120,37 @@ class Driver:
 
     @property
     def address(self) -> str:
-        """Whom the link leads to."""
+        """The address of the controller."""
         return self._transport.peer
 
     async def send(self, command: str, *, timeout: float | None = None) -> str:
-        """Send one command and return what it printed, blanks around it removed.
+        """Send one command and return its output without surrounding blanks.
 
-        `timeout` [s] replaces the link's for commands known to take long (BN, BP, BV). Raises `CommandRejected`,
-        `InvalidValue` for a text that is not one command, and what became of the link.
+        `timeout` [s] replaces that of the link for slow commands (BN, BP, BV). Raises `CommandRejected`, `InvalidValue`
+        for a text that is not one command, and the loss of the link.
         """
         return await self._submit((command,), ReplyKind.TEXT, _first_text, timeout)
 
     async def exact(self, command: str, *, timeout: float | None = None) -> str:
-        """Send one command and return what it printed as it came, blanks included; otherwise as `send`."""
+        """Send one command and return its output unchanged, blanks included; otherwise as `send`."""
         return await self._submit((command,), ReplyKind.TEXT, _first_as_it_is, timeout)
 
     def urgent(self, command: str) -> asyncio.Future[str]:
-        """Write one command before returning, for a stop; the future is its reply and may be left alone."""
+        """Write one command before returning, for a stop; the future holds its reply and need not be awaited."""
         future = self._submit((command,), ReplyKind.TEXT, _first_text)
         future.add_done_callback(_look)
         return future
 
     async def batch(self, commands: Sequence[str]) -> list[str]:
-        """Send commands together, packed into lines, and return what each printed.
+        """Send commands together, packed into lines, and return the output of each.
 
-        A rejected command does not keep the controller from executing those behind it. Once all have answered,
-        raises `CommandRejected` for the first; where several were, its code is the last one's.
+        The controller also executes the commands after a rejected one. Once all have answered, raises `CommandRejected`
+        for the first rejection; if there were several, its code is that of the last one.
         """
         return await self._submit(tuple(commands), ReplyKind.TEXT, _all_texts) if commands else []
 
     def begin_batch(self, commands: Sequence[str]) -> asyncio.Future[list[str]]:
-        """Write commands as `batch` does, before returning; the future is what they print and may be left alone."""
+        """Write commands as `batch` does, before returning; the future holds their outputs and need not be awaited."""
         future = self._submit(tuple(commands), ReplyKind.TEXT, _all_texts)
         future.add_done_callback(_look)
         return future
@@ -159,7 +158,7 @@ class Driver:
     async def value(self, operand: str) -> float:
         """Return the value of an operand, variable or expression (`_TPA`, `TIME`, `speed`).
 
-        Raises `UnexpectedReply` where the answer is not one number, and as `send`.
+        Raises `UnexpectedReply` if the answer is not one number, and as `send`.
         """
         command = f"MG {operand}"
         reply = await self.send(command)
@@ -169,19 +168,19 @@ class Driver:
             raise UnexpectedReply(command=command, reply=reply) from error
 
     async def record(self) -> DataRecord:
-        """Return the controller's data record of now; raises as `send`."""
+        """Return the controller's present data record; raises as `send`."""
         return decode(await self.raw_record())
 
     async def raw_record(self) -> bytes:
-        """Return the bytes of the data record of now, without prompt; raises as `send`."""
+        """Return the bytes of the present data record, without prompt; raises as `send`."""
         return await self._submit(("QR",), ReplyKind.RECORD, _first_bytes)
 
     async def subscribe(self) -> None:
-        """Have the controller send its programs' messages here, marked by bit 7 (CW 1; CF I)."""
+        """Direct the messages of the controller's programs to this link, marked by bit 7 (CW 1; CF I)."""
         await self.batch(["CW 1", "CF I"])
 
     def listen(self, listener: Callable[[str], None]) -> Callable[[], None]:
-        """Hand every message to `listener` too, from now until the function returned is called."""
+        """Pass every message also to `listener`, until the returned function is called."""
         self._listeners.append(listener)
 
         def leave() -> None:
@@ -191,12 +190,13 @@ class Driver:
         return leave
 
     async def download(self, text: str, *, keep: int = 0) -> None:
-        """Replace the controller's program by `text` (DL) and make sure that it is there as sent (UL).
+        """Replace the controller's program by `text` (DL) and read it back to verify it (UL).
 
-        The first `keep` lines are those that the controller holds already; they stay in its memory all the time, so
-        that a broken link cannot lose them. Raises `InvalidValue` for what no controller takes, before anything is
-        sent; `CommandRejected` with code 17 while a program runs, which then stays as it is, and with the code of a
-        line that was refused; `ProgramDiffers`. After the last two the memory holds whatever the controller made of it.
+        The first `keep` lines are those that the controller already holds; they stay in its memory throughout, so that
+        a broken link cannot lose them. Raises `InvalidValue` for a text that no controller accepts, before anything is
+        sent; `CommandRejected` with code 17 while a program runs, which then stays unchanged, and with the code of a
+        refused line; `ProgramDiffers`. After the last two errors the memory holds the part that the controller
+        accepted.
         """
         lines = transfer.program_lines(text)
         transfer.require_loadable(lines)
@@ -205,29 +205,30 @@ class Driver:
         transfer.require_same_lines(lines, transfer.uploaded_lines(await self._listing("UL")))
 
     async def upload(self) -> str:
-        """Return the controller's program (UL), each line ended by a line feed; raises as `send`."""
+        """Return the controller's program (UL), with a line feed after each line; raises as `send`."""
         return "".join(f"{line}\n" for line in transfer.uploaded_lines(await self._listing("UL")))
 
     async def download_array(self, name: str, values: Sequence[float], first: int = 0) -> None:
-        """Write `values` into an array that there is, from element `first` on (QD).
+        """Write `values` into an existing array, from element `first` on (QD).
 
-        Numbers are cut to the controller's step of 1/65536. Raises `InvalidValue` for a number out of its range or
-        values that do not fit, and `CommandRejected` (82 or 57) where there is no such array.
+        Numbers are truncated to multiples of 1/65536. Raises `InvalidValue` for a number out of its range or values
+        that do not fit, and `CommandRejected` (82 or 57) if the array does not exist.
         """
         transfer.require_array_fit(name, first, len(values), await self.value(transfer.array_length(name)))
         if values:
             await self._transfer("QD", transfer.array_download(name, values, first))
 
     async def upload_array(self, name: str) -> list[float]:
-        """Return the elements of an array (QU); raises `CommandRejected` where there is no such array."""
+        """Return the elements of an array (QU); raises `CommandRejected` if the array does not exist."""
         command = transfer.array_upload(name)
         return transfer.parse_array(command, await self._listing(command))
 
     async def stream(self, rate: float, datagrams: DatagramFactory | None = None) -> RecordStream:
-        """Have data records come by themselves, `rate` times in a second; `close` what is returned.
+        """Return a stream of `rate` data records a second; the caller must close it.
 
-        By UDP (DR) where `datagrams` makes a way for it, else, or where it falls silent, by asking (QR). Raises
-        `InvalidValue` for a rate that the controller does not offer, and as `send`.
+        The controller sends the records by UDP (DR) if `datagrams` opens a UDP transport. Otherwise, or if UDP falls
+        silent, the stream polls them (QR). Raises `InvalidValue` for a rate that the controller does not offer, and as
+        `send`.
         """
         return await RecordStream.open(self, rate, datagrams)
 
@@ -236,12 +237,12 @@ class Driver:
         return Burned.of(int(await self.value("_RS")))
 
     async def close(self) -> None:
-        """Wait for the replies under way, then end the link. No reason of loss follows; again is harmless."""
+        """Wait for the replies under way, then end the link, which is not a loss; idempotent."""
         if not self._closing:
             barrier = None if self.lost.done() or not self._sent else self._submit(("",), ReplyKind.TEXT, _first_text)
             self._closing = True
             if barrier is not None:
-                with suppress(CodedError):  # a loss is told by `lost`, a rejection by its own request
+                with suppress(CodedError):  # `lost` reports a loss, a request its own rejection
                     await barrier
         if self._watchdog is not None:
             self._watchdog.cancel()
@@ -262,7 +263,7 @@ class Driver:
         return self._begin(_lines(commands), commands, kind, result, timeout)
 
     async def _transfer(self, command: str, data: bytes) -> None:
-        """Send a download with its data in one piece, so that nobody's command can get between them."""
+        """Send a download with its data in one piece, so that no other command can come between them."""
         self._require_open()
         await self._begin(data, (command,), ReplyKind.TRANSFER, _first_text, max(self._timeout, TRANSFER_TIMEOUT))
 
@@ -350,9 +351,9 @@ class Driver:
             listener(message)
 
     def _ask_why(self, sent: _SentCommand) -> None:
-        """Ask for the code before anybody else can write; one question serves all rejections until its answer.
+        """Send TC1 before any other request; one TC1 serves all rejections until its answer.
 
-        A command that is rejected before that answer was executed before the question, so the question is in time.
+        A rejection that arrives before that answer belongs to a command executed before TC1, so TC1 covers it.
         """
         self._rejected.append(sent)
         if len(self._rejected) == 1:
@@ -374,7 +375,7 @@ class Driver:
         if self._loop.time() < due:
             self._watchdog = self._loop.call_at(due, self._look_at_oldest)
         else:
-            # If this process itself was held up, the reply is here already and its reader is next in line.
+            # If this process was delayed, the reply has already arrived, and its reader runs next.
             self._loop.call_soon(self._give_up, self._sent[0])
 
     def _give_up(self, oldest: _SentCommand) -> None:
@@ -390,7 +391,7 @@ class Driver:
         if isinstance(reason, LinkLost) and not self._heard:
             reason = ConnectFailed(
                 address=reason.address, reason=reason.reason
-            )  # nobody was there, and no axis moves because of us
+            )  # no controller answered, so no axis moves because of this link
         self.lost.set_result(reason)
         if self._reader is not None and self._reader is not asyncio.current_task(self._loop):
             self._reader.cancel()
@@ -428,7 +429,7 @@ def _require_one(command: str) -> None:
 
 
 def _rejection(command: str, told: str) -> CommandRejected:
-    """Return the refusal of a command, of which TC1 told so."""
+    """Return the error of a rejected command; `told` is the answer to TC1."""
     number, _, words = told.strip().partition(" ")
     code = int(number) if number.isdecimal() else 0
     reason = ERROR_TEXTS.get(code) or words.strip() or "no reason given"
@@ -441,7 +442,7 @@ def _again(error: CodedError) -> CodedError:
 
 
 def _look(future: asyncio.Future[Any]) -> None:
-    """Take note of the outcome, so that a future nobody awaits is no complaint."""
+    """Retrieve the outcome, so that asyncio does not report a future that is never awaited."""
     if not future.cancelled():
         future.exception()
 

@@ -27,10 +27,10 @@ class _Missing(dict[str, object]):
 class CodedError(Exception):
     """Base of all errors with a code, of this package and of those built on it.
 
-    A subclass with a `code` declares an error. Its annotations are the details of the error; one with a value may be
-    left out. `en` is a sentence or two over the details: what happened, why, what to do next. The details are
-    keywords of the constructor, attributes, and in `details` as JSON has them. `verbatim`: the error came from another
-    program with its sentence only (`from_sentence`).
+    A subclass with a `code` declares an error. Its annotations are the details of the error; a detail with a value is
+    optional. `en` is a sentence or two over the details: what happened, why, what to do next. The details are keyword
+    arguments of the constructor, attributes, and the items of `details` for JSON. `verbatim`: the error came from
+    another program with its sentence only (`from_sentence`).
     """
 
     code: ClassVar[int] = 0
@@ -56,19 +56,19 @@ class CodedError(Exception):
         self._fill(details, None)
 
     def _fill(self, details: dict[str, object], sentence: str | None) -> None:
-        """Take over the details, and the sentence if it is known only."""
+        """Set the details, and the sentence of an error that came with its sentence only."""
         self.details = details
         self.verbatim = sentence is not None
         vars(self).update((name, value) for name, value in details.items() if name in type(self).declared)
         super().__init__(self._sentence("en") if sentence is None else sentence)
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Cross into another process with code, details and sentence."""
+        """Pickle the error with its details and its sentence."""
         return type(self).rebuilt, (self.details, str(self) if self.verbatim else None)
 
     @classmethod
     def rebuilt(cls, details: dict[str, object], sentence: str | None = None) -> Self:
-        """Return an error whose details were checked when it was first made, or are those of another version.
+        """Return an error without checking its details: they were checked before, or are those of another version.
 
         `sentence` is for an error that came with its sentence only.
         """
@@ -90,7 +90,7 @@ class CodedError(Exception):
 
     @classmethod
     def translated(cls, sentence: str, language: str) -> str:
-        """Return the English sentence of such an error in `language`; any other sentence as it is."""
+        """Return the English sentence of this error in `language`; any other sentence unchanged."""
         found = None if language == "en" else re.fullmatch(_pattern(cls.en), sentence, re.DOTALL)
         if found is None:
             return sentence
@@ -98,7 +98,7 @@ class CodedError(Exception):
         return cls.template(language).replace("!r}", "}").format_map(shown)
 
     def _sentence(self, language: str) -> str:
-        """Return the sentence with the details, of which those are translated that are words of the catalogue."""
+        """Return the sentence with the details; details that are words of the catalogue are translated."""
         shown = self.details
         if language != "en":
             name = type(self).__name__
@@ -106,12 +106,12 @@ class CodedError(Exception):
         return self.template(language).format_map(_Missing(shown))
 
     def copy(self, **changes: object) -> Self:
-        """Return a fresh copy with other details: one that is raised in several tasks collects tracebacks."""
+        """Return a copy with changed details; one instance raised in several tasks would collect their tracebacks."""
         return self.rebuilt({**self.details, **changes}, str(self) if self.verbatim else None)
 
 
 def _pattern(template: str) -> str:
-    """Return the regular expression of the sentences of a template."""
+    """Return the regular expression that matches the sentences of a template."""
     from string import Formatter  # noqa: PLC0415  # it compiles patterns of its own, and is seldom needed
 
     pieces, seen = list[str](), set[str]()
@@ -131,7 +131,7 @@ def _translated(value: object, language: str, context: str) -> object:
 
 
 class RequestError(CodedError):
-    """Somebody asked for something impossible. The robot is not disturbed."""
+    """The request is impossible. The robot is not affected."""
 
 
 class MachineError(CodedError):
@@ -155,7 +155,7 @@ class ConnectFailed(
     code=1002,
     en="No controller answers at {address} ({reason}). Check power, cable and address.",
 ):
-    """Nobody answers at the controller's address."""
+    """No controller answers at the address."""
 
     address: str
     reason: str
@@ -180,7 +180,7 @@ class CommandRejected(
     en="The controller refused {command!r} with code {tc} ({reason}). If you did not send this command "
     "yourself, check which other program uses this controller.",
 ):
-    """The controller answered `?` to a command of ours; carries the TC code."""
+    """The controller answered a command of this program with `?`; carries the TC code."""
 
     command: str
     tc: int
@@ -259,7 +259,7 @@ class ProgramRuns(
     code=2110,
     en="A program runs in the controller, so no other can be downloaded. Halt it with HX, and download again.",
 ):
-    """A download was asked for while the controller runs a program."""
+    """A download was requested while the controller runs a program."""
 
 
 class InvalidValue(RequestError, code=4001, en="{key} = {value} is not valid: {reason}."):
@@ -321,7 +321,7 @@ class AddressInUse(
 
 
 class FileNotOurs(RequestError, code=5005, en="This program does not use {path}: {remedy}."):
-    """A file that we would write over is somebody else's."""
+    """The file to be overwritten belongs to another program."""
 
     path: object
     remedy: str
@@ -345,7 +345,7 @@ class InternalError(
     code=5999,
     en="An internal error happened ({reason}). This is a defect of this program: please report it with the traceback.",
 ):
-    """A defect of ours: reported as one sentence, with the log's place."""
+    """A defect of this program: reported as one sentence, with the place of the log."""
 
     reason: str
 
@@ -356,14 +356,14 @@ def by_code() -> dict[int, type[CodedError]]:
 
 
 def reword(kind: type[CodedError], en: str) -> None:
-    """Give an error of this package the English sentence `en` of a package that is built on it."""
+    """Replace the English sentence of an error of this package by `en`, for a package that is built on it."""
     kind.en = en
 
 
 def from_notice(code: int, details: dict[str, object], sentence: str = "") -> CodedError:
-    """Rebuild an error from its code and details, as another program sent them; from its `sentence` if details lack.
+    """Return an error from the code and details that another program sent, or from its `sentence` without details.
 
-    Details that are unknown here are kept. Raises `KeyError` for a code that is not declared.
+    Unknown details are retained. Raises `KeyError` for a code that is not declared.
     """
     kind = by_code()[code]
     if sentence and not details and any(kind.declared.values()):
@@ -372,7 +372,7 @@ def from_notice(code: int, details: dict[str, object], sentence: str = "") -> Co
 
 
 def from_sentence(code: int, sentence: str) -> CodedError:
-    """Return the error of `code` with the sentence that another program sent, if its details did not come along.
+    """Return the error of `code` with the sentence that another program sent without details.
 
     Raises `KeyError` for a code that is not declared.
     """
@@ -380,6 +380,6 @@ def from_sentence(code: int, sentence: str) -> CodedError:
 
 
 def translated(code: int, sentence: str, language: str) -> str:
-    """Return the English sentence of an error in `language`; one that is not known here as it is."""
+    """Return the English sentence of an error in `language`; an unknown sentence unchanged."""
     kind = by_code().get(code)
     return sentence if kind is None else kind.translated(sentence, language)

@@ -1,6 +1,6 @@
 """Write files: only regular ones, never through a link out of their folder, and whole or not at all.
 
-Every file of this package, and of those built on it, is written here. This module imports nothing heavy, because
+This package, and those built on it, write every file through this module. It imports nothing heavy, because
 commands that must start fast need it.
 """
 
@@ -78,7 +78,7 @@ def private_opener(path: str, flags: int) -> int:
 
 @contextmanager
 def replacing_bytes(path: Path, mode: int = _ORDINARY) -> Iterator[BinaryIO]:
-    """Yield a file that replaces `path` when the block ends; it is on the disk then.
+    """Yield a file that replaces `path` when the block ends; it is then flushed to the disk.
 
     It has the permissions of the replaced file, or `mode` without one. If the block raises, the old
     file stays. Raises `FileUnwritable`.
@@ -131,7 +131,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def unwritable(path: Path, error: Exception) -> FileUnwritable:
-    """Return why `path` cannot be written, from the system's error."""
+    """Return the error of a `path` that cannot be written, with the system's reason."""
     return FileUnwritable(path=path, reason=getattr(error, "strerror", None) or str(error))
 
 

@@ -1,4 +1,4 @@
-"""Translate texts: English stands in the code, other languages in a catalogue of each package.
+"""Translate texts: the code contains English, and a catalogue of each package the other languages.
 
 The catalogue of Spanish is `locale/es/LC_MESSAGES/<package>.po`; `scripts/texts.py` extracts the texts from the code,
 and compiles the catalogue to the `.mo` beside it, which the standard library's `gettext` reads. The language is an
@@ -27,9 +27,9 @@ def add_catalogue(package: str) -> None:
 
 
 def translate(text: str, language: str, context: str = "", /, **details: object) -> str:
-    """Return an English text in `language`, with its details filled in; an unknown language reads as English.
+    """Return an English text in `language`, with its details filled in; an unknown language gives English.
 
-    Without details the placeholders stay. A `context` tells texts apart that are equal in English only.
+    Without details the placeholders stay. A `context` distinguishes texts that are equal only in English.
     """
     if language != "en" and language in LANGUAGES and text:
         catalogue = _catalogue(language, tuple(_packages))
@@ -46,7 +46,7 @@ def marked(text: str, context: str = "") -> str:  # scripts/texts.py reads the c
 def _catalogue(language: str, packages: tuple[str, ...]) -> NullTranslations:
     """Return the catalogues of the packages, the newest package first; without those that are missing or damaged.
 
-    Texts are looked up while an error is reported or the robot is stopped: nothing may fail for want of a catalogue.
+    Texts are looked up while an error is reported or the robot is stopped, so a missing catalogue must not raise.
     """
     from gettext import NullTranslations, translation  # noqa: PLC0415  # a program in English starts without it
 

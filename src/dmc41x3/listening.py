@@ -71,7 +71,7 @@ ALL = DescriptorShare(sys.maxsize, sys.maxsize)
 
 
 class DescriptorShares(NamedTuple):
-    """The share of this machine's own clients, and that of others."""
+    """The share of local clients, and that of remote clients."""
 
     near: DescriptorShare
     far: DescriptorShare
@@ -174,7 +174,7 @@ class Listener(asyncio.AbstractServer):
         return name[0], name[1]
 
     def close(self) -> None:
-        """Accept no more; connections stay."""
+        """Accept no more connections; existing connections stay."""
         if not self._open:
             return
         self._open = False
@@ -185,16 +185,16 @@ class Listener(asyncio.AbstractServer):
             task.cancel()
 
     async def wait_closed(self) -> None:
-        """Return when no handshake is under way any more."""
+        """Wait until no handshake is under way."""
         if self._greeting:
             await asyncio.wait(self._greeting)
 
     def is_serving(self) -> bool:
-        """Tell whether connections are accepted."""
+        """Return whether connections are accepted."""
         return self._open
 
     def _accept(self, listener: socket.socket) -> None:
-        """Accept one connection; if few descriptors are left, wait with the next until this one is served or closed."""
+        """Accept one connection; if few descriptors are left, accept the next only when it is served or closed."""
         try:
             connection, _ = listener.accept()
         except OSError as error:
@@ -202,7 +202,7 @@ class Listener(asyncio.AbstractServer):
                 self._refusals.add()
                 self._pause(listener)
                 self._loop.call_later(_AGAIN, self._go_on, listener)
-            return  # or the connection was broken off before it was accepted
+            return  # or the client ended the connection before it was accepted
         number = connection.fileno()
         if number >= self._share.most:
             self._refusals.add()
@@ -224,7 +224,7 @@ class Listener(asyncio.AbstractServer):
         patience = None
         if self._tls is not None:
             patience = HANDSHAKE
-            if paused is not None:  # a handshake takes long; nobody waits for it
+            if paused is not None:  # a handshake takes long; meanwhile others are accepted
                 self._loop.call_later(_TURN, self._go_on, paused)
                 paused = None
         try:
@@ -261,7 +261,7 @@ class Listener(asyncio.AbstractServer):
 
 
 async def listen(host: str, port: int, factory: Callable[[], asyncio.BaseProtocol]) -> Listener:
-    """Listen at `host`, port 0 for any free one, with the share of this machine's clients; raises `OSError`."""
+    """Listen at `host`, port 0 for any free one, with the share of local clients; raises `OSError`."""
     loop = asyncio.get_running_loop()
     bound = await loop.create_server(asyncio.Protocol, host, port, start_serving=False)
     try:

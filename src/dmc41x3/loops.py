@@ -1,8 +1,8 @@
-"""Event loops with a clock of their own: one that jumps, one that runs scaled, and the ordinary one.
+"""Event loops with their own clocks: a jumping one, a scaled one, and the ordinary one.
 
 No module calls a wall clock or sleeps a thread; time is the loop's. In the jumping loop an hour of
 motion takes milliseconds, because the clock is set to the next timer whenever nothing else is ready. In the
-scaled loop the clock runs `speed` times as fast as the wall (the twin's demonstration). See
+scaled loop the clock runs `speed` times as fast as real time (the twin's demonstration). See
 docs/decisions/0004-time-is-the-event-loops.md.
 """
 
@@ -23,22 +23,22 @@ T = TypeVar("T")
 
 
 class Deadlock(RuntimeError):
-    """Nothing is ready, no timer is set and nothing outside is awaited: virtual time can never go on."""
+    """Virtual time cannot continue: nothing is ready, no timer is set and nothing outside is awaited."""
 
 
 class HorizonReached(RuntimeError):
-    """Virtual time went past its horizon: a forgotten ticker, or a wait that never ends."""
+    """Virtual time exceeds its horizon: a forgotten ticker, or a wait that never ends."""
 
 
 _LOOK = 0.05
-"""Longest wait for somebody outside before looking again whether anybody is [s, real time]."""
+"""Longest wait for work outside the loop before the loop checks for it again [s, real time]."""
 
 _LONGEST_LAPSE = 0.01
 """The scaled clock gains at most this between two readings while there is work [s, real time]."""
 
 
 class _OrderedTimer(asyncio.TimerHandle):
-    """A timer that runs in the order it was set where due times are equal (asyncio's heap does not)."""
+    """A timer that runs in the order of creation if due times are equal (asyncio's heap does not ensure that)."""
 
     __slots__ = ("_order",)
     _count = itertools.count()
@@ -63,7 +63,7 @@ class _OrderedTimer(asyncio.TimerHandle):
 class _JumpingSelector(selectors.SelectSelector):
     """Polls once, then moves the clock to the next timer instead of waiting for it.
 
-    While there is work, the loop's own pipe, by which other threads wake it, need not be looked at.
+    While callbacks are ready, it does not poll the loop's pipe, by which other threads wake the loop.
     """
 
     loop: JumpingLoop
@@ -123,7 +123,7 @@ class JumpingLoop(asyncio.SelectorEventLoop):
 
     @contextmanager
     def external(self) -> Iterator[None]:
-        """Freeze the clock while somebody outside this loop (thread, process, socket) works for it."""
+        """Freeze the clock during the block, in which a thread, process or socket outside this loop works for it."""
         self.outside += 1
         try:
             yield
@@ -131,7 +131,7 @@ class JumpingLoop(asyncio.SelectorEventLoop):
             self.outside -= 1
 
     def run_in_executor(self, executor: Any, func: Callable[..., T], *args: Any) -> asyncio.Future[T]:  # type: ignore[override]
-        """Run `func` in a thread; the clock waits for it."""
+        """Run `func` in a thread; the clock is frozen until it returns."""
         future = super().run_in_executor(executor, func, *args)
         self.outside += 1
 
@@ -142,16 +142,16 @@ class JumpingLoop(asyncio.SelectorEventLoop):
         return future
 
     async def shutdown_default_executor(self, timeout: float | None = None) -> None:
-        """Wait for the executor's threads; they live outside virtual time."""
+        """Wait for the executor's threads, which run outside virtual time."""
         with self.external():
             await super().shutdown_default_executor()
 
 
 class ScaledLoop(asyncio.SelectorEventLoop):
-    """An event loop whose clock runs `speed` times as fast as the wall, slower where the work does not allow it.
+    """An event loop whose clock runs `speed` times as fast as real time, or slower if its work takes too long.
 
-    Otherwise work that takes longer than the time it is for would find ever more to catch up with, and nobody else
-    would get a turn. select() rather than epoll(), whose 1 ms step would be 50 ms of scaled time at speed 50.
+    Otherwise work that takes longer than its time slot would build up a backlog, and other callbacks would never run.
+    It uses select() rather than epoll(), whose 1 ms step would be 50 ms of scaled time at speed 50.
     """
 
     def __init__(self, speed: float) -> None:
@@ -160,7 +160,7 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         self._now = 0.0
         self._seen = time.monotonic()
         self.speed = speed
-        """It may be changed at any time."""
+        """Factor of the clock against real time; it may be changed at any time."""
         super().__init__(selector)
         if not 0.0 < speed < float("inf"):
             self.close()
@@ -168,19 +168,19 @@ class ScaledLoop(asyncio.SelectorEventLoop):
         self._clock_resolution *= speed
 
     def time(self) -> float:
-        """Return scaled time [s] since the loop was made."""
+        """Return scaled time [s] since the loop was created."""
         self.count(_LONGEST_LAPSE)
         return self._now
 
     def count(self, most: float) -> None:
-        """Let the clock gain what the wall has since it was looked at last, `most` at most [s, real time]."""
+        """Advance the clock by `speed` times the real time since its last reading, at most `most` [s, real time]."""
         now = time.monotonic()
         self._now += min(now - self._seen, most) * self.speed
         self._seen = now
 
 
 class _ScaledSelector(selectors.SelectSelector):
-    """Waits shorter in real time; the clock gains all of a wait, but not what the process was stopped beyond it."""
+    """Shortens waits in real time; the clock gains the whole wait, but not a longer stop of the process."""
 
     loop: ScaledLoop
 
@@ -193,11 +193,11 @@ class _ScaledSelector(selectors.SelectSelector):
 
 
 def run(main: Coroutine[Any, Any, T], loop_factory: Callable[[], asyncio.AbstractEventLoop] | None = None) -> T:
-    """Run `main` to its end in a loop of its own, like `asyncio.run`, and return its result."""
+    """Run `main` to its end in a new loop, like `asyncio.run`, and return its result."""
     with asyncio.Runner(loop_factory=loop_factory) as runner:
         return runner.run(main)
 
 
 def run_virtual(main: Coroutine[Any, Any, T], horizon: float = 1e6) -> T:
-    """Run `main` in virtual time: waits cost nothing; see `JumpingLoop` for what is raised."""
+    """Run `main` in virtual time, where waits take no real time; raises the errors of `JumpingLoop`."""
     return run(main, lambda: JumpingLoop(horizon))

@@ -34,7 +34,7 @@ Command = Callable[..., int]
 
 
 class OwnCommands(NamedTuple):
-    """The commands that `dmc` and `maya dmc` each have in a form of their own; those about the `twin` come first."""
+    """The commands that `dmc` and `maya dmc` define separately; those of the `twin` come first in the help."""
 
     twin: tuple[Command, ...]
     download: Command
@@ -172,9 +172,9 @@ def conform(
 
 
 def add_to(group: typer.Typer, own: OwnCommands, how: dict[str, Any], of_groups: dict[str, Any]) -> None:
-    """Add the tools to a group, in the order of its help, with the commands that are its `own`.
+    """Add the tools and the group's `own` commands to a group, in the order of its help.
 
-    `how` and `of_groups` are the options that all commands and groups have.
+    `how` holds the options of all commands, `of_groups` those of all groups.
     """
     tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform)
     for command in (*own.twin, *tools):
@@ -242,7 +242,7 @@ _GROUP: dict[str, Any] = {"add_completion": False, "rich_markup_mode": None, "ep
 
 
 def run(arguments: list[str], settings: OutputSettings) -> int:
-    """Carry out a command line and return its exit code; raises `InvalidCommandLine` for one not understood."""
+    """Execute a command line and return its exit code; raises `InvalidCommandLine` if it is not valid."""
     return parsing.run(group(), arguments, settings, "dmc")
 
 

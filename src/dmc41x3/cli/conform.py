@@ -23,13 +23,13 @@ PATIENCE = 1.0
 """Longest wait for an answer [s]."""
 
 _ASK = "MG _BV{F1.0}"
-"""How many axes there are, in a format of its own, because earlier users of the controller may have set another."""
+"""Command for the number of axes. It sets its format, because an earlier client may have changed the default."""
 
 
 class TcpChannel:
     """A TCP connection to a controller, in real time.
 
-    One that is refused has ended; `connected` tells the two apart.
+    If the controller refuses the connection, `connected` is false and `reason` states why.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -44,11 +44,11 @@ class TcpChannel:
 
     @property
     def connected(self) -> bool:
-        """Whether it leads anywhere."""
+        """Whether the connection is open."""
         return self._socket is not None
 
     def send(self, data: bytes) -> None:
-        """Send bytes; after the end nothing."""
+        """Send bytes; does nothing after the connection ended."""
         if self._socket is not None:
             try:
                 self._socket.sendall(data)
@@ -56,7 +56,7 @@ class TcpChannel:
                 self.close()
 
     def receive(self) -> bytes:
-        """Return what has come, b"" where nothing does within `PATIENCE`."""
+        """Return the received bytes, or b"" if none arrive within `PATIENCE`."""
         return self._read(PATIENCE)
 
     def wait(self, seconds: float) -> None:
@@ -64,13 +64,13 @@ class TcpChannel:
         time.sleep(seconds)
 
     def ended(self) -> bool:
-        """Tell whether the other side has ended the connection; what has come is dropped."""
+        """Return whether the other side has ended the connection; drops received bytes."""
         while self._read(PATIENCE):
             continue
         return self._socket is None
 
     def close(self) -> None:
-        """Hang up; again is harmless."""
+        """Close the connection; idempotent."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None
@@ -92,7 +92,7 @@ class TcpChannel:
 
 @dataclass(frozen=True, slots=True)
 class ConformanceOutcome:
-    """Result of the table: how many vectors were right, which differ, and which were left out."""
+    """Result of the table: number of axes, number of vectors that passed, differences, and vectors left out."""
 
     axes: int
     right: int
@@ -101,9 +101,9 @@ class ConformanceOutcome:
 
 
 def conform(address: str, moves: bool, bench: bool, settings: OutputSettings) -> int:
-    """Hold a controller to the table and print what differs; return 0 where nothing does, else 1.
+    """Check a controller against the table and print the differences; return 0 if there are none, else 1.
 
-    Motors stay as they are unless `moves`; `bench` says that everything may be done to it. Raises `ConnectFailed`,
+    Motors stay as they are unless `moves`; `bench` allows every test. Raises `ConnectFailed`,
     `LinkTimeout`, `WrongController`, `ControllerOwned`.
     """
     host, port = host_and_port(settings.site.meant(address, settings.config), "HOST")
@@ -144,16 +144,16 @@ def held(host: str, port: int, allowed: set[Demand], site: Site) -> ConformanceO
 async def _require_free(host: str, port: int, site: Site) -> None:
     driver = await Driver.open(await TcpTransport.connect(host, port, PATIENCE), timeout=PATIENCE)
     try:
-        with suppress(MachineError):  # it is held to the table whatever it answers
+        with suppress(MachineError):  # the check runs whatever the controller answers
             await site.require_free(driver, f"{host}:{port}")
     finally:
         await driver.close()
 
 
 def axes_of(host: str, port: int) -> int:
-    """Return how many axes the controller at an address says it has.
+    """Return the number of axes that the controller at an address reports.
 
-    Raises `ConnectFailed`, `LinkTimeout`, and `WrongController` where the answer is that of something else.
+    Raises `ConnectFailed`, `LinkTimeout`, and `WrongController` if the answer is not a number of axes.
     """
     channel = TcpChannel(host, port)
     address = f"{host}:{port}"

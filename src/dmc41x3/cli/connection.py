@@ -24,9 +24,9 @@ TIMEOUT = 5.0
 
 
 def send(address: str, commands: Sequence[str], settings: OutputSettings) -> int:
-    """Send commands one after the other and print their replies; ends at the first that is refused.
+    """Send commands in order and print their replies; stop at the first rejection.
 
-    Each may be several with `;` between them.
+    An element of `commands` may hold several commands separated by `;`.
 
     Raises `ConnectFailed`, `LinkTimeout`, and `CommandRejected` with the controller's own code.
     """
@@ -53,7 +53,7 @@ async def _converse(host: str, port: int, commands: Sequence[str], settings: Out
 
 
 def _single(commands: Sequence[str]) -> Iterator[str]:
-    """Yield single commands; a `;` ends one as on the wire, also where another follows (`SH;TP`)."""
+    """Yield single commands; `;` separates commands as on the wire (`SH;TP`)."""
     for command in commands:
         if not command.isascii() or ";" not in command:
             yield command
@@ -69,7 +69,7 @@ async def _reply(driver: Driver, command: str) -> str | DataRecord:
 
 
 def _record_text(record: DataRecord) -> str:
-    """Return a record for people: one line an axis, in the controller's units."""
+    """Return a record as text: one line for each axis, in the controller's units."""
     return "\n".join(_axis_text(letter, axis) for letter, axis in zip(LETTERS, record.axes, strict=False))
 
 
@@ -90,11 +90,11 @@ def _axis_text(letter: str, axis: AxisRecord) -> str:
 T = TypeVar("T")
 
 Dial = Callable[[], Awaitable[Transport]]
-"""Makes one more connection to the same controller; raises `ConnectFailed`."""
+"""Opens one more connection to the same controller; raises `ConnectFailed`."""
 
 
 def meant(address: str, settings: OutputSettings) -> str:
-    """Return what an address on the command line means: `sim`, HOST or HOST:PORT; raises `InvalidValue`."""
+    """Return the address that an argument means: `sim`, HOST or HOST:PORT; raises `InvalidValue`."""
     place = settings.site.meant(address, settings.config)
     if address != SIM:
         host_and_port(place, words=f"{SIM} or {REAL}")
@@ -103,7 +103,7 @@ def meant(address: str, settings: OutputSettings) -> str:
 
 @asynccontextmanager
 async def reached(address: str, site: Site) -> AsyncIterator[Dial]:
-    """Give the way to the controller at `address` while the block runs; for `sim` that is how long the twin lives."""
+    """Yield a function that connects to the controller at `address`; for `sim` the twin exists during the block."""
     if address != SIM:
         host, port = split(address)
         yield lambda: TcpTransport.connect(host, port, TIMEOUT)
@@ -121,7 +121,7 @@ async def reached(address: str, site: Site) -> AsyncIterator[Dial]:
 
 @asynccontextmanager
 async def opened(address: str, site: Site) -> AsyncIterator[Driver]:
-    """Give a driver on the controller at `address` while the block runs; raises `ConnectFailed`."""
+    """Yield a driver for the controller at `address`; raises `ConnectFailed`."""
     async with reached(address, site) as dial:
         driver = await Driver.open(await dial(), timeout=TIMEOUT)
         try:
@@ -131,7 +131,7 @@ async def opened(address: str, site: Site) -> AsyncIterator[Driver]:
 
 
 async def until_asked(work: Coroutine[None, None, T]) -> T | None:
-    """Return what `work` returns, None where Ctrl-C or SIGTERM ends it before."""
+    """Return the result of `work`, or None if Ctrl-C or SIGTERM ends it first."""
     task = asyncio.create_task(work)
     with on_end(task.cancel, signal.SIGINT, signal.SIGTERM):
         await asyncio.wait({task})

@@ -1,8 +1,8 @@
-"""The command line of every tool: its options, its surroundings, its output and its exit codes.
+"""The command line of every tool: its options, its environment, its output and its exit codes.
 
-Nothing heavy is imported here: `maya` uses it at every start.
+This module imports nothing heavy, because `maya` loads it at every start.
 
-`dmc` uses `Alone`; a program that is built on this package has a site of its own.
+`dmc` uses `Alone`; a program built on this package defines its own `Site`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FASTEST = 1000.0
 
 
 def clock_factor(speed: float | None) -> float:
-    """Return how many times as fast as the wall the twin's clock runs, 1 where nothing is said.
+    """Return the factor of the twin's clock against real time; None means 1.
 
     Raises `InvalidValue` outside 0 < speed ≤ 1000.
     """
@@ -42,9 +42,9 @@ def clock_factor(speed: float | None) -> float:
 
 
 def host_and_port(text: str, key: str = "--address", words: str = REAL) -> tuple[str, int]:
-    """Return host and port of HOST or HOST:PORT (Galil's where none is named).
+    """Return host and port of HOST or HOST:PORT; the default port is Galil's.
 
-    Raises `InvalidValue`, which names the `words` that would have been understood too.
+    Raises `InvalidValue`, whose text also names the other accepted `words`.
     """
     try:
         return split(text)
@@ -57,7 +57,7 @@ ADDRESS = "DMC_ADDRESS"
 
 
 class Site(Protocol):
-    """The facts that the tools ask the program about that they are part of."""
+    """The facts that the tools need from the program that contains them."""
 
     @property
     def command(self) -> str:
@@ -65,14 +65,14 @@ class Site(Protocol):
         ...
 
     def meant(self, address: str, config: str | None) -> str:
-        """Return `address`, or for `real` that of the configured controller.
+        """Return `address`, or the address of the configured controller for `real`.
 
         `config` is the configuration file named on the command line. Raises `InvalidValue`, `InvalidConfig`.
         """
         ...
 
     def twin(self) -> VirtualController:
-        """Make the twin that `sim` means, in the running loop."""
+        """Return a new twin for the address `sim`, in the running loop."""
         ...
 
     async def require_free(self, driver: Driver, address: str) -> None:
@@ -119,9 +119,9 @@ ALONE = Alone()
 
 
 class OutputSettings(NamedTuple):
-    """How to answer: in which language, as JSON or as sentences; `site` knows the surroundings.
+    """Format of the output: language, and JSON or sentences; `site` supplies the environment.
 
-    `config` is the configuration file named on the line, None without one; `dmc` has no such option.
+    `config` is the configuration file named on the command line, None without one; `dmc` has no such option.
     """
 
     language: str = "en"
@@ -131,26 +131,26 @@ class OutputSettings(NamedTuple):
 
 
 class CommandContext(Protocol):
-    """A command's context, which carries the settings of the line."""
+    """A command's context, which carries the settings of the command line."""
 
     obj: Any
 
 
 def settings_of(context: CommandContext) -> OutputSettings:
-    """Return the settings of the whole line."""
+    """Return the settings of the whole command line."""
     settings = context.obj
     assert isinstance(settings, OutputSettings)
     return settings
 
 
 def from_environment(variable: str = "DMC_LANG") -> OutputSettings:
-    """Return the settings of an empty line: the language in `variable`, English for a language we lack."""
+    """Return the default settings: the language in `variable`, or English if that is not available."""
     wanted = os.environ.get(variable, "en")[:2].lower()
     return OutputSettings(language=wanted if wanted in LANGUAGES else "en")
 
 
 def asks_for_json(arguments: Sequence[str]) -> bool:
-    """Tell whether answers are wanted as JSON, also where the rest of the line is not understood."""
+    """Return whether the command line requests JSON, even if the rest of it is not valid."""
     return "--json" in takewhile(lambda word: word != "--", arguments)
 
 
@@ -160,9 +160,9 @@ def split_options(
     command: str = "dmc",
     with_value: Sequence[str] = ("--lang",),
 ) -> tuple[OutputSettings, list[str]]:
-    """Take the options that hold everywhere out of `arguments`; return them and the rest, in order.
+    """Take the global options out of `arguments`; return the settings and the other arguments, in order.
 
-    `with_value` are those of --lang and --config that `command` has. Raises `InvalidCommandLine` for an option
+    `with_value` lists which of --lang and --config `command` has. Raises `InvalidCommandLine` for an option
     without its value and `InvalidValue` for an unknown language.
     """
     rest: list[str] = []
@@ -191,22 +191,22 @@ def _with(settings: OutputSettings, name: str, value: str | None, command: str) 
 
 
 DONE = 0
-"""Everything asked for was done."""
+"""The command did everything requested."""
 
 FAILED = 1
-"""The command was understood but not carried out, or not to its end."""
+"""The command was valid but failed, or did not finish."""
 
 REFUSED = 2
 """The command line, a value, a file or the configuration is wrong; nothing was tried."""
 
 INTERRUPTED = 130
-"""Ctrl-C ended it; motion was stopped on its path."""
+"""Ctrl-C ended the command; motion stopped on its path."""
 
 
 def tolerate_any_terminal() -> None:
-    """Show `?` for a letter that the terminal's encoding lacks, rather than fail on it, and read what is none as such.
+    """Replace characters that the terminal cannot encode or decode, instead of failing.
 
-    Without an input, as under a service manager, reading finds the end of a file.
+    If there is no standard input, as under a service manager, reading finds the end of a file.
     """
     if cast("object", sys.stdin) is None:
         sys.stdin = Path(os.devnull).open(encoding="utf-8")  # noqa: SIM115 - for as long as the process lives
@@ -244,7 +244,7 @@ def forget_unprinted() -> None:
 
 
 def answer(value: Mapping[str, object], text: str, settings: OutputSettings) -> int:
-    """Print an answer as JSON (`value`) or as `text`, as the settings say, and return the exit code of success."""
+    """Print an answer as JSON (`value`) or as `text`, according to the settings; return the exit code of success."""
     if settings.json:
         emit(value)
     else:
@@ -255,12 +255,12 @@ def answer(value: Mapping[str, object], text: str, settings: OutputSettings) -> 
 def complain(error: CodedError, settings: OutputSettings, program: str = "dmc") -> int:
     """Print an error of `program`, one sentence with its code (or JSON), and return its exit code.
 
-    If JSON cannot be printed, the sentence goes to the error line.
+    If JSON cannot be printed, the sentence goes to standard error.
     """
     try:
         _print_error(error, settings, program)
     except BrokenPipeError:
-        pass  # the reader is gone; the exit code tells the rest
+        pass  # the reader is gone; only the exit code remains
     except CodedError:
         _print_error(error, settings._replace(json=False), program)
     return exit_code(error.code)
@@ -272,7 +272,7 @@ def _print_error(error: CodedError, settings: OutputSettings, program: str) -> N
         details = {key: _plain(value) for key, value in error.details.items()}
         emit({"error": {"code": error.code, "message": text, "details": details}})
     else:
-        with suppress(OSError):  # then nobody is there to be told
+        with suppress(OSError):  # standard error is not writable
             print(f"{program}: error {error.code}: {text}", file=sys.stderr, flush=True)
 
 
@@ -282,7 +282,7 @@ def exit_code(code: int) -> int:
 
 
 def _plain(value: object) -> object:
-    """Return a detail as it is where JSON can say it, else as text."""
+    """Return a detail as it is if JSON can encode it, else as text."""
     try:
         json.dumps(value, allow_nan=False)
     except (TypeError, ValueError):

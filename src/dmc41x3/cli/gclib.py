@@ -1,4 +1,4 @@
-"""`dmc gclib`: a module named gclib for scripts written for Galil's, in this environment or for one run."""
+"""`dmc gclib`: a replacement of Galil's module gclib, installed in this environment or used for one run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MARK = "The module `gclib` of maya-un"
 
 
 def install(settings: OutputSettings, *, force: bool, site: Path | None = None) -> int:
-    """Put the module into this environment (or `site`); raises `FileNotOurs` where another one is there.
+    """Install the module in this environment (or `site`); raises `FileNotOurs` if the name is in use.
 
     `force` replaces another module, never a package.
     """
@@ -40,7 +40,7 @@ def install(settings: OutputSettings, *, force: bool, site: Path | None = None) 
 
 
 def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
-    """Take the module out of this environment again; raises `FileNotOurs` where it is another one."""
+    """Remove the module from this environment; raises `FileNotOurs` if another package installed it."""
     place = _place(site)
     if not place.exists():
         return console.answer({"path": None}, "There is no gclib here.", settings)
@@ -54,7 +54,7 @@ def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
 
 
 def status(settings: OutputSettings, *, site: Path | None = None) -> int:
-    """Tell what `import gclib` finds in this environment."""
+    """Print what `import gclib` finds in this environment; return the exit code."""
     place = _place(site)
     found = next((path for path in (_package(place), place) if path.exists()), None)
     ours = found == place and _ours(place)
@@ -70,9 +70,9 @@ def status(settings: OutputSettings, *, site: Path | None = None) -> int:
 
 
 def run(script: str, arguments: Sequence[str]) -> int:
-    """Run a script, as it stands, in a process that finds our gclib first; returns its exit code.
+    """Run an unchanged script in a process that finds this package's gclib first; return its exit code.
 
-    It is 128 and the number of the signal, as a shell has it, where one ended the script.
+    If a signal ended the script, the exit code is 128 plus the signal number, as in a shell.
     """
     if not Path(script).is_file():
         raise FileUnreadable(path=script, reason="there is no such file")
@@ -87,7 +87,7 @@ def _place(site: Path | None) -> Path:
 
 
 def _package(place: Path) -> Path:
-    """Return where a package would be that is found before the module."""
+    """Return the file of a package that Python would find before the module."""
     return place.with_suffix("") / "__init__.py"
 
 

@@ -14,14 +14,14 @@ from dmc41x3.errors import CodedError, InternalError
 
 
 def program() -> int:
-    """Be the process `dmc`."""
+    """Run the process `dmc`; return its exit code."""
     code = main()
     console.forget_unprinted()
     return code
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Carry out one command line (without the program's name) and return its exit code; never raises."""
+    """Execute one command line (without the program's name) and return its exit code; never raises."""
     line = sys.argv[1:] if argv is None else argv
     settings = from_environment()._replace(json=asks_for_json(line))
     console.tolerate_any_terminal()
@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return console.INTERRUPTED
     except BrokenPipeError:
         return console.FAILED
-    except Exception as error:  # noqa: BLE001 - a defect: one sentence behind its traceback
+    except Exception as error:  # noqa: BLE001 - a defect: print its traceback, then one sentence
         traceback.print_exc()
         return console.complain(InternalError(reason=f"{type(error).__name__}: {error}"), settings)
 

@@ -1,4 +1,4 @@
-"""A command line, parsed and carried out."""
+"""Parse and execute a command line."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ parser = cache(typer.main.get_command)
 
 
 def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, program: str) -> int:
-    """Carry out a command line of `program` and return its exit code.
+    """Execute a command line of `program` and return its exit code.
 
-    Raises `InvalidCommandLine` for one that is not understood, and the errors of the command.
+    Raises `InvalidCommandLine` if the command line is not valid, and the errors of the command.
     """
     command = parser(app)
     try:
@@ -30,5 +30,5 @@ def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, progra
 
 
 def _clause(message: str) -> str:
-    """Return the parser's words without the end that the sentence of the error adds."""
+    """Return the parser's message without the ending that the error's sentence adds."""
     return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")

@@ -26,7 +26,7 @@ from dmc41x3.language.transfer import ProgramSource, prepared
 def upload(address: str, file: str | None, settings: OutputSettings) -> int:
     """Write the controller's program to `file`, or to the screen without one; return the exit code.
 
-    Raises `FileUnwritable` and as the driver does.
+    Raises `FileUnwritable` and the driver's errors.
     """
     text = asyncio.run(_upload(connection.meant(address, settings), settings.site))
     if file is not None:
@@ -45,9 +45,9 @@ async def _upload(place: str, site: Site) -> str:
 
 
 def download(address: str, file: str, source: ProgramSource, label: str | None, settings: OutputSettings) -> int:
-    """Replace the controller's program by `source` of `file`, and run it from `label` (`` is line 0; None: not).
+    """Replace the controller's program by `source` of `file`; run it from `label` ("" is line 0) unless that is None.
 
-    Raises `InvalidValue`, `ControllerOwned`, and as `load`.
+    Raises `InvalidValue`, `ControllerOwned`, and the errors of `load`.
     """
     start = None if label is None else _start(label)
     asyncio.run(_download(connection.meant(address, settings), source.text, start, settings.site))
@@ -59,7 +59,7 @@ def download(address: str, file: str, source: ProgramSource, label: str | None, 
 
 
 def told(source: ProgramSource) -> str:
-    """Return a text with the number of downloaded lines and the changes made before."""
+    """Return a text with the number of downloaded lines and the changes made before the download."""
     return "; ".join((f"{lines(source.text)} downloaded", *source.changes))
 
 
@@ -81,7 +81,7 @@ async def _download(place: str, text: str, start: str | None, site: Site) -> Non
 async def load(driver: Driver, text: str) -> None:
     """Replace the controller's program; restore the former one if the controller refuses the new one.
 
-    Raises `ProgramRuns`, `ProgramLost`, and as the driver does.
+    Raises `ProgramRuns`, `ProgramLost`, and the driver's errors.
     """
     before = await _kept(driver)
     try:
@@ -111,7 +111,7 @@ async def _put_back(driver: Driver, before: str | None, refused: CodedError) -> 
 
 
 def read(file: str) -> ProgramSource:
-    """Return the program in a file, made ready for a controller; raises `FileUnreadable`."""
+    """Return the program in a file, prepared for a controller; raises `FileUnreadable`."""
     path = Path(file)
     try:
         data = path.read_bytes()
@@ -140,6 +140,6 @@ def write(path: Path, text: str) -> None:
 
 
 def lines(text: str) -> str:
-    """Return how long a program is, in words."""
+    """Return the number of lines of a program as text."""
     count = len(text.splitlines())
     return f"{count} line" if count == 1 else f"{count} lines"

@@ -23,14 +23,14 @@ from dmc41x3.wire.transcript import ConnectionTranscript, Side, WirePiece, conve
 from dmc41x3.wire.transport import Transport
 
 _PIECE = 65536
-"""Most bytes taken at once."""
+"""Most bytes read at once."""
 
 
 def capture(address: str, host: str, port: int, out: str, settings: OutputSettings) -> int:
-    """Pass bytes between clients on `host`:`port` and a controller, and write them to `out`, until Ctrl-C.
+    """Forward bytes between clients on `host`:`port` and a controller, and write them to `out`, until Ctrl-C.
 
-    Prints where it listens. Each client gets a connection of its own to the controller. Only TCP is passed on: what a
-    controller sends by UDP goes past. Raises `FileUnwritable` and `AddressInUse`.
+    Prints the address on which it listens. Each client gets its own connection to the controller. Forwards TCP only:
+    the controller's UDP traffic bypasses the proxy. Raises `FileUnwritable` and `AddressInUse`.
     """
     place = connection.meant(address, settings)
     try:
@@ -61,7 +61,7 @@ async def _capture(place: str, host: str, port: int, file: TextIO, settings: Out
 
 
 class CaptureProxy:
-    """Clients on one side, a controller on the other, and a recording of what passes."""
+    """A proxy between clients and a controller that records the traffic."""
 
     def __init__(self, dial: Dial, file: TextIO) -> None:
         self._dial = dial
@@ -72,7 +72,7 @@ class CaptureProxy:
         self._links: set[asyncio.Task[None]] = set()
 
     async def listen(self, host: str, port: int) -> str:
-        """Take clients from now on and return the address; raises `AddressInUse`."""
+        """Accept clients from now on and return the address; raises `AddressInUse`."""
         try:
             self._server = await listen(host, port, self._connected)
         except OSError as error:
@@ -84,7 +84,7 @@ class CaptureProxy:
         return asyncio.StreamReaderProtocol(asyncio.StreamReader(), self._client)
 
     async def close(self) -> None:
-        """Take no more clients and end those there are."""
+        """Accept no more clients and end the existing connections."""
         if self._server is not None:
             self._server.close()
         for task in tuple(self._links):
@@ -100,7 +100,7 @@ class CaptureProxy:
         try:
             await self._carry(self._count, reader, writer)
         except asyncio.CancelledError:
-            pass  # the end of the recording is the end of every connection
+            pass  # the end of the recording ends every connection
         finally:
             self._links.discard(task)
             writer.close()
@@ -130,7 +130,7 @@ class CaptureProxy:
                 self._note(link, "client", data)
                 controller.write(data)
         except (OSError, MachineError):
-            pass  # one side broke off; that it ended is all there is to write down
+            pass  # one side broke the connection; record only its end
         self._note(link, "client", event="end")
 
     async def _from_controller(self, link: int, controller: Transport, writer: asyncio.StreamWriter) -> None:
@@ -149,7 +149,7 @@ class CaptureProxy:
 
 
 class AnswerDifference(NamedTuple):
-    """One answer that is another now: when [s] and on which connection the command was said, and how they differ."""
+    """An answer that differs now: time of the command [s], its connection and text, and how the answers differ."""
 
     time: float
     link: int
@@ -165,9 +165,9 @@ class ReplayOutcome(NamedTuple):
 
 
 def replay(file: str, address: str, tolerance: float, settings: OutputSettings) -> int:
-    """Replay a recording and print what differs; return 0 where nothing does, else 1.
+    """Replay a recording and print the differences; return 0 if there are none, else 1.
 
-    The client speaks at its own pace, on a twin in virtual time. Raises `FileUnreadable`, `ConnectFailed`,
+    Sends at the recorded pace; a twin runs in virtual time. Raises `InvalidValue`, `FileUnreadable`, `ConnectFailed`,
     `ControllerOwned`.
     """
     if not tolerance >= 0.0:
@@ -216,7 +216,7 @@ async def _require_free(way: Dial, place: str, site: Site) -> None:
 
 
 async def compared(way: Dial, pieces: Sequence[WirePiece], tolerance: float) -> ReplayOutcome:
-    """Say the client's side of a recording to a controller; return how its answers differ from those recorded."""
+    """Send the client's side of a recording to a controller; return how its answers differ from the recorded ones."""
     before = conversations(pieces)
     after = await _again(way, [piece for piece in pieces if piece.side == "client"])
     found: list[AnswerDifference] = []
@@ -237,7 +237,7 @@ def _differences(
 
 
 async def _again(way: Dial, pieces: Sequence[WirePiece]) -> dict[int, ConnectionTranscript]:
-    """Say every piece at its time, but not before what its connection said earlier is answered."""
+    """Send every piece at its time, but not before the earlier commands of its connection are answered."""
     links: dict[int, _Link] = {}
     start = asyncio.get_running_loop().time()
     try:
@@ -272,10 +272,10 @@ class _Link:
             try:
                 self._transport.write(piece.data)
             except MachineError:
-                return  # the controller ended it; the answers that lack tell
+                return  # the controller ended the connection; the missing answers show it
 
     async def answered(self) -> None:
-        """Wait for what was said to be answered, or given up."""
+        """Wait until every command sent is answered, the connection ends, or `TIMEOUT` passes."""
         try:
             async with asyncio.timeout(TIMEOUT):
                 while not self.conversation.complete and not self._reader.done():
@@ -295,5 +295,5 @@ class _Link:
                 self.conversation.heard(data)
                 self._heard.set()
         except MachineError:
-            pass  # as where it ends: what is not answered by then is not
+            pass  # handled as an end: the other commands stay unanswered
         self._heard.set()

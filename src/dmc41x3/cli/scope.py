@@ -30,14 +30,14 @@ _TIME = "TIME"
 
 
 class ChannelSample(NamedTuple):
-    """Values of all channels; `time` is the controller's own [s], 0 at the first sample."""
+    """Values of all channels; `time` is the controller's time [s], 0 at the first sample."""
 
     time: float
     values: tuple[float, ...]
 
 
 class Sampler:
-    """Takes samples of fixed channels; made by `prepare`."""
+    """Takes samples of fixed channels; created by `prepare`."""
 
     def __init__(self, driver: Driver, channels: Sequence[str], axes: int, period: float) -> None:
         self._driver = driver
@@ -54,7 +54,7 @@ class Sampler:
 
     @classmethod
     async def prepare(cls, driver: Driver, channels: Sequence[str]) -> Sampler:
-        """Return a sampler whose every channel has answered once; raises `CommandRejected` for one that does not."""
+        """Return a sampler after a check of every channel; raises `CommandRejected` for a refused channel."""
         axes = len((await driver.record()).axes)
         sampler = cls(driver, channels, axes, await _period(driver))
         for channel in sampler._asked:
@@ -62,7 +62,7 @@ class Sampler:
         return sampler
 
     async def sample(self) -> ChannelSample:
-        """Return the values of now; raises as the driver does."""
+        """Return the present values; raises the driver's errors."""
         if not self._readings:
             found = await self._ask()
             return ChannelSample(self._since_first(found[_TIME]), tuple(found[name] for name in self.channels))
@@ -89,7 +89,7 @@ class Sampler:
 
 
 async def _period(driver: Driver) -> float:
-    """Return TM [µs], its default where the controller does not tell."""
+    """Return TM [µs], or its default if the controller does not report it."""
     try:
         return await driver.value("_TM") or 1000.0
     except CommandRejected:
@@ -97,7 +97,7 @@ async def _period(driver: Driver) -> float:
 
 
 def _lines(channels: Sequence[str]) -> Iterator[list[str]]:
-    """Yield the channels in groups that one line of the controller holds."""
+    """Yield the channels in groups that fit on one line of the controller."""
     group: list[str] = []
     for channel in channels:
         if group and len(f"MG {','.join([*group, channel])}") > LINE_LIMIT:
@@ -109,13 +109,13 @@ def _lines(channels: Sequence[str]) -> Iterator[list[str]]:
 
 
 async def samples(sampler: Sampler, rate: float, seconds: float | None) -> AsyncIterator[ChannelSample]:
-    """Yield `rate` samples a second for so long, without an end for None; what comes too late is left out."""
+    """Yield `rate` samples a second for `seconds` [s], or without end for None; late samples are left out."""
     async for _ in ticks(rate, seconds):
         yield await sampler.sample()
 
 
 async def ticks(rate: float, seconds: float | None) -> AsyncIterator[int]:
-    """Yield `rate` numbers a second, from 0, at once and then on time; those that come too late are left out."""
+    """Yield `rate` numbers a second, beginning with 0 immediately; late numbers are left out."""
     loop = asyncio.get_running_loop()
     start = loop.time()
     tick = 0
@@ -126,9 +126,10 @@ async def ticks(rate: float, seconds: float | None) -> AsyncIterator[int]:
 
 
 def watch(address: str, channels: Sequence[str], rate: float, seconds: float | None, settings: OutputSettings) -> int:
-    """Show channels `rate` times a second for so long [s], until Ctrl-C for None; return the exit code.
+    """Show channels `rate` times a second for `seconds` [s], or until Ctrl-C for None; return the exit code.
 
-    Without channels it shows position, error, velocity and torque of every axis. Raises as the driver does.
+    Without channels it shows position, error, velocity and torque of every axis. Raises `InvalidValue` and the
+    driver's errors.
     """
     require_rate(rate)
     if seconds is not None and not seconds >= 0.0:
@@ -139,7 +140,7 @@ def watch(address: str, channels: Sequence[str], rate: float, seconds: float | N
 
 
 def require_rate(rate: float) -> None:
-    """Raise `InvalidValue` for a rate that no controller of the family answers at."""
+    """Raise `InvalidValue` for a rate that no controller of the family supports."""
     if not 0.0 < rate <= 500.0:
         raise InvalidValue(key="--rate", value=rate, reason="it is above 0 and at most 500 samples a second")
 
@@ -190,16 +191,16 @@ def _plain_line(sampler: Sampler, sample: ChannelSample) -> str:
 
 
 def shown(value: float) -> str:
-    """Return a value for people: whole numbers without, others with four decimals, as the controller has them."""
+    """Return a value as text: whole numbers without decimals, others with four, as the controller prints them."""
     return f"{value:.0f}" if value == int(value) else f"{value:.4f}"
 
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Colours that people with any eyes tell apart (Okabe and Ito)."""
+"""Colours that remain distinct with colour blindness (Okabe and Ito)."""
 
 
 class ScopeRequest(NamedTuple):
-    """A recording to make: `rate` samples a second for `seconds` [s], once `trigger` is not 0; files by their paths."""
+    """A requested recording: `rate` samples a second for `seconds` [s], once `trigger` is not 0; paths of the files."""
 
     channels: tuple[str, ...]
     rate: float = 50.0
@@ -217,13 +218,13 @@ class ScopeRecording(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Samples a second that were really taken, by the controller's clock; 0 for fewer than two."""
+        """The actual rate by the controller's clock [samples/s]; 0 for fewer than two samples."""
         took = self.samples[-1].time - self.samples[0].time if self.samples else 0.0
         return (len(self.samples) - 1) / took if took > 0.0 else 0.0
 
 
 def split_channels(text: str) -> tuple[str, ...]:
-    """Return the channels of `_TPA,_TEA`, each once; raises `InvalidValue` where there is none."""
+    """Return the distinct channels of `_TPA,_TEA`, in order; raises `InvalidValue` if there are none."""
     channels = tuple(dict.fromkeys(part for part in (piece.strip() for piece in text.split(",")) if part))
     if not channels:
         raise InvalidValue(key="--channels", value=repr(text), reason="it names at least one, as in _TPA,_TEA")
@@ -231,9 +232,9 @@ def split_channels(text: str) -> tuple[str, ...]:
 
 
 def scope(address: str, request: ScopeRequest, settings: OutputSettings) -> int:
-    """Record and write; without a file the table goes to the screen. Return the exit code.
+    """Record; write the result to files, or print it as a table without files. Return the exit code.
 
-    Ctrl-C ends the recording early and keeps what there is. Raises `FileUnwritable` and as the driver does.
+    Ctrl-C ends the recording early and keeps the samples so far. Raises `FileUnwritable` and the driver's errors.
     """
     recording = asyncio.run(_scope(connection.meant(address, settings), request, settings.site))
     save(recording, request)
@@ -251,7 +252,7 @@ async def _scope(place: str, request: ScopeRequest, site: Site) -> ScopeRecordin
 
 
 async def record(driver: Driver, request: ScopeRequest, taken: list[ChannelSample]) -> None:
-    """Wait for the trigger and append samples to `taken`; raises `InvalidValue` and as the driver does."""
+    """Wait for the trigger and append samples to `taken`; raises `InvalidValue` and the driver's errors."""
     require_rate(request.rate)
     if not 0.0 < request.seconds <= 3600.0:
         raise InvalidValue(key="--for", value=request.seconds, reason="it is above 0 and at most 3600 s")
@@ -265,7 +266,7 @@ async def record(driver: Driver, request: ScopeRequest, taken: list[ChannelSampl
 
 
 def save(recording: ScopeRecording, request: ScopeRequest) -> None:
-    """Write the files that were asked for; raises `FileUnwritable`."""
+    """Write the requested files; raises `FileUnwritable`."""
     if request.csv is not None:
         write(Path(request.csv), as_csv(recording).encode())
     if request.png is not None:
@@ -279,7 +280,7 @@ def _report(recording: ScopeRecording, request: ScopeRequest) -> dict[str, objec
 
 
 def summary(recording: ScopeRecording, request: ScopeRequest) -> str:
-    """Return in one line what was recorded and where it is."""
+    """Return one line that states what was recorded and where it is stored."""
     places = ", ".join(place for place in (request.csv, request.png) if place is not None)
     return f"{len(recording.samples)} samples, {recording.rate:.1f} a second: {places or 'nowhere written'}"
 
@@ -289,7 +290,7 @@ def _title(channel: str) -> str:
 
 
 def as_csv(recording: ScopeRecording) -> str:
-    """Return a recording as CSV: a line of titles with units, then one line a sample, the time [s] first."""
+    """Return a recording as CSV: a header with units, then one line for each sample, with the time [s] first."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["time [s]", *map(_title, recording.channels)])
@@ -300,7 +301,7 @@ def as_csv(recording: ScopeRecording) -> str:
 
 
 def as_png(recording: ScopeRecording) -> bytes:
-    """Return a recording as a picture: one plot above the other for every quantity, over the same time."""
+    """Return a recording as a PNG image: one plot for each quantity, with a common time axis."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

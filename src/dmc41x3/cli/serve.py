@@ -1,4 +1,4 @@
-"""`dmc serve`: a virtual controller for anybody who speaks its language."""
+"""`dmc serve`: a virtual controller for any client of a DMC-41x3."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class BenchOptions(NamedTuple):
 
 
 def serve(options: BenchOptions, settings: OutputSettings) -> int:
-    """Serve a virtual controller until Ctrl-C or SIGTERM; prints where it listens once it does.
+    """Serve a virtual controller until Ctrl-C or SIGTERM; print its address once it listens.
 
     Raises `AddressInUse`, `FileUnwritable` and `InvalidValue`.
     """
@@ -45,7 +45,7 @@ def serve(options: BenchOptions, settings: OutputSettings) -> int:
 
 
 def burned(file: str | None) -> Memory:
-    """Return the memory that is kept in `file`, or one that is lost; raises `FileUnwritable`."""
+    """Return the memory stored in `file`, or a volatile memory for None; raises `FileUnwritable`."""
     if file is None:
         return Memory(None)
     path = Path(file).absolute()

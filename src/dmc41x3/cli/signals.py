@@ -1,4 +1,4 @@
-"""Ctrl-C, SIGTERM and a closed terminal: for coroutines to wait for, and for what is said in one breath."""
+"""Ctrl-C, SIGTERM and a closed terminal: for coroutines that wait for them, and for blocking requests."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from types import FrameType
 
 @contextmanager
 def on_end(callback: Callable[[], object], *kinds: signal.Signals) -> Iterator[None]:
-    """Call `callback` in the running loop when one of the signals comes, while the block runs.
+    """Call `callback` in the running loop when one of the signals arrives, during the block.
 
-    Must run in the main thread, as signals do.
+    It must run in the main thread, because Python handles signals there.
     """
     loop = asyncio.get_running_loop()
     for kind in kinds:
@@ -28,9 +28,9 @@ def on_end(callback: Callable[[], object], *kinds: signal.Signals) -> Iterator[N
 
 @contextmanager
 def as_ctrl_c() -> Iterator[None]:
-    """Have SIGTERM and a closed terminal do what Ctrl-C does, in the thread that signals come to.
+    """Handle SIGTERM and a closed terminal as Ctrl-C; does nothing outside the main thread.
 
-    A person who sends "pick" and leaves before its end does not watch it.
+    A user who sends "pick" and leaves before its end no longer watches the robot.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,7 +1,7 @@
-"""Is it a DMC-41x3? Conversations and the answers that a controller of this family gives, to be held against any.
+"""Checks whether a controller behaves as a DMC-41x3: conversations with the answers that this family gives.
 
 The table (`table/*.json`) is written from Galil's command reference and from what independent clients of the
-controller rely on; the virtual controller is tested by it and so can a real one be.
+controller rely on. It tests the virtual controller and can test a real one.
 """
 
 from dmc41x3.conformance.runner import ControllerChannel, VectorDifference, run

@@ -1,4 +1,4 @@
-"""Run the conformance table against a controller, over anything that carries bytes.
+"""Run the conformance table against a controller, over any byte channel.
 
 An expected reply is literal text in which `<...>` stands for parts that differ between controllers.
 A controller on a bench is first brought to the state that the table expects.
@@ -7,8 +7,8 @@ A controller on a bench is first brought to the state that the table expects.
 `<2..8>` a number between two; `<axes>` how many axes there are; `<handle>` a letter A to H; `<line>` any text
 within a line, `<lines>` any text at all; `<<` is the character itself.
 
-Settings are put back by commands, not by a master reset, which would take the network address as well. A reset puts
-back the rest (an armed latch, the clock), when the settings have been burned.
+Commands restore the settings; a master reset would also erase the network address. A reset restores the rest (an
+armed latch, the clock) after the settings have been burned.
 """
 
 from __future__ import annotations
@@ -39,17 +39,17 @@ _RANGE = re.compile(r"(-?\d+(?:\.\d+)?)\.\.(-?\d+(?:\.\d+)?)")
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """One expected reply: its form, and the ranges in which the numbers it captures must lie."""
+    """One expected reply: its regular expression, and the ranges of the numbers that it captures."""
 
     form: re.Pattern[bytes]
     ranges: tuple[tuple[float, float], ...]
 
     def matches(self, data: bytes) -> bool:
-        """Tell whether `data` is such a reply, from its first byte to its last."""
+        """Return whether all of `data` is such a reply."""
         return self._within(self.form.fullmatch(data))
 
     def begins(self, data: bytes) -> int:
-        """Return how many bytes at the beginning of `data` are such a reply, -1 where none are."""
+        """Return the length of such a reply at the beginning of `data`, -1 if there is none."""
         found = self.form.match(data)
         return found.end() if found is not None and self._within(found) else -1
 
@@ -90,16 +90,16 @@ def _form(name: str | None, axes: int, ranges: list[tuple[float, float]]) -> str
 
 
 ASK_AGAIN = 0.02
-"""How long to wait before asking the same again [s]."""
+"""Time between two repetitions of a request [s]."""
 
 UNASKED = 0.5
-"""How long a message that nobody asks for gets to come [s]."""
+"""Longest wait for an unsolicited message [s]."""
 
 SETTLE = 10.0
-"""How long axes get to come to rest behind a vector that moves them [s]."""
+"""Longest wait for axes to come to rest after a vector that moves them [s]."""
 
 FARTHEST = 20_000
-"""No vector moves an axis farther than this [counts]; what is farther away is not gone back to."""
+"""No vector moves an axis farther than this [counts]; an axis that is farther away is not moved back."""
 
 _FENCE = VectorStep('MG "fence"\r', ("fence\r\n:",))
 
@@ -112,7 +112,7 @@ class ControllerChannel(Protocol):
         ...
 
     def receive(self) -> bytes:
-        """Return what has come, b"" where nothing does within the patience of whoever made this."""
+        """Return the received bytes, or b"" if none arrive within the channel's timeout."""
         ...
 
     def wait(self, seconds: float) -> None:
@@ -120,11 +120,11 @@ class ControllerChannel(Protocol):
         ...
 
     def ended(self) -> bool:
-        """Tell whether the other side has ended the connection."""
+        """Return whether the other side has ended the connection."""
         ...
 
     def close(self) -> None:
-        """Hang up; again is harmless."""
+        """Close the connection; idempotent."""
         ...
 
 
@@ -154,9 +154,9 @@ class _Differs(Exception):
 
 
 def run(vector: Vector, dial: Dial, axes: int) -> VectorDifference | None:
-    """Hold one conversation with a controller of `axes` axes; return the first difference, None where there is none.
+    """Hold one conversation with a controller of `axes` axes; return the first difference, or None.
 
-    Its state is put back as far as the vector says how. Errors of the channel pass through.
+    Restores the controller's state as the vector describes. Errors of the channel propagate.
     """
     talk = _Talk(dial, axes)
     try:
@@ -176,7 +176,7 @@ def run(vector: Vector, dial: Dial, axes: int) -> VectorDifference | None:
 
 
 def coalesced(vector: Vector) -> Vector:
-    """Return the same conversation with as few sends as possible: every run of exchanges becomes one."""
+    """Return the same conversation with as few sends as possible: consecutive exchanges are merged."""
     steps: list[VectorStep] = []
     for step in vector.steps:
         last = steps[-1] if steps else None
@@ -197,7 +197,7 @@ def _product(one: tuple[str, ...], other: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _origins(vector: Vector) -> str:
-    """Return the axes whose origin is where the vector found them; none where it also defines other positions."""
+    """Return the axes whose initial position the vector defines as 0; none if it defines other positions."""
     defined = {
         part for step in (*_accepted(vector.setup), *vector.steps) for part in _commands(step) if part[:2] == "DP"
     }
@@ -223,23 +223,23 @@ class _Talk:
         self._gone: set[str] = set()
 
     def take(self, step: VectorStep) -> None:
-        """Do one step; raises `_Differs`."""
+        """Run one step; raises `_Differs`."""
         for _ in range(step.times):
             self._once(step)
 
     def fence(self) -> None:
-        """See that nothing more came than was expected."""
+        """Check that no unexpected bytes arrived; raises `_Differs`."""
         for name, channel in self._channels.items():
             if name not in self._gone:
                 self._exchange(channel, replace(_FENCE, on=name))
 
     def value(self, operand: str) -> str:
-        """Return what an operand is now."""
+        """Return the value of an operand as text."""
         reply = self._answer(self._channels[""], f"MG _{operand}\r")
         return reply.decode("ascii", "replace").strip(" \r\n:")
 
     def restore(self, vector: Vector, kept: list[tuple[str, str]]) -> None:
-        """Put back what the vector changed, whatever became of it."""
+        """Restore what the vector changed, also after a difference."""
         channel = self._channels[""]
         if Demand.MOVES in vector.demands:
             self._bring_to_rest(channel)
@@ -249,7 +249,7 @@ class _Talk:
         self._answer(channel, "TC\r")
 
     def close(self) -> None:
-        """Hang up everywhere."""
+        """Close all connections."""
         for channel in self._channels.values():
             channel.close()
 
@@ -265,7 +265,7 @@ class _Talk:
             waited += ASK_AGAIN
 
     def _go_back(self, channel: ControllerChannel, letters: str) -> None:
-        """Move axes back to their origins, so that a whole table does not carry them away."""
+        """Move axes back to their origins, so that they do not drift away over a whole table."""
         for letter in letters:
             try:
                 place = float(self.value(f"RP{letter}"))
@@ -351,7 +351,7 @@ class _Talk:
         self._rest[step.on] = received[length + 1 :]
 
     def _answer(self, channel: ControllerChannel, text: str) -> bytes:
-        """Send one command and return its reply, whatever it is; b"" where none comes."""
+        """Send one command and return its reply of any kind, or b"" if none arrives."""
         channel.send(text.encode("latin-1"))
         received = b""
         while received[-1:] not in (b":", b"?"):
@@ -372,9 +372,9 @@ _EMPTY = "DL\r\\"
 
 
 def freshen(dial: Dial, axes: int) -> None:
-    """Put every setting of a controller of `axes` axes back, and forget its program, variables and arrays.
+    """Restore every setting of a controller of `axes` axes, and erase its program, variables and arrays.
 
-    A refused setting stays as it is: the vectors will show it.
+    A refused setting stays as it is; the vectors then show a difference.
     """
     channel = dial()
     try:
@@ -384,7 +384,7 @@ def freshen(dial: Dial, axes: int) -> None:
 
 
 def restart(dial: Dial, axes: int) -> None:
-    """Burn the settings of `freshen`, reset the controller and put them back; other connections end."""
+    """Restore the settings, burn them, reset the controller, and restore them again; other connections end."""
     channel = dial()
     try:
         _freshen(channel, axes)
@@ -413,7 +413,7 @@ def _freshen(channel: ControllerChannel, axes: int) -> None:
 
 
 def _await_answer(dial: Dial) -> None:
-    """Wait until a controller that resets itself can be talked to again."""
+    """Wait until a controller answers after a reset, at most `SETTLE`."""
     waited = 0.0
     while waited < SETTLE:
         channel = dial()
@@ -427,7 +427,7 @@ def _await_answer(dial: Dial) -> None:
 
 
 def _packed(commands: tuple[str, ...]) -> Iterator[list[str]]:
-    """Yield commands by the line, as many as fit."""
+    """Yield commands packed into lines."""
     line: list[str] = []
     for command in commands:
         if len(";".join([*line, command])) > LINE_LIMIT:
@@ -438,7 +438,7 @@ def _packed(commands: tuple[str, ...]) -> Iterator[list[str]]:
 
 
 def _say(channel: ControllerChannel, commands: list[str]) -> bytes:
-    """Send commands in one line and return what comes, up to their last prompt."""
+    """Send commands in one line and return the bytes received up to their last prompt."""
     channel.send(f"{';'.join(commands)}\r".encode("ascii"))
     return _prompts(channel, len(commands))
 

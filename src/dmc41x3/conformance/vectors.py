@@ -1,4 +1,4 @@
-"""The table: one vector is a conversation with the answers that count as right, and where that is known from."""
+"""The table: each vector is a conversation with its valid answers and their sources."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Certainty = Literal["two", "one", "inferred"]
 
 
 class Demand(Enum):
-    """A demand of a vector on the controller, beside its answers; its owner may not want to allow it."""
+    """A demand of a vector on the controller, beside its answers; the controller's owner may forbid it."""
 
     MOVES = "switches motors on and off, turns them by a few thousand counts, defines positions"
     OUTPUTS = "switches digital outputs"
@@ -29,7 +29,7 @@ class Demand(Enum):
 
 
 class Special(Enum):
-    """A step that is no exchange of bytes with fixed ends."""
+    """A step that is not a simple exchange of bytes."""
 
     WAIT = "let time pass"
     UNTIL = "ask again until the answer comes"
@@ -40,10 +40,10 @@ class Special(Enum):
 
 @dataclass(frozen=True, slots=True)
 class VectorStep:
-    """One step on connection `on`: bytes sent, and the replies that are right (see `pattern`); "" is no reply.
+    """One step on connection `on`: bytes sent, and the valid replies (see `Pattern`); "" means no reply.
 
-    `seconds` is how long to wait or to go on asking; `fields` are places of a record: offset, kind as `struct`
-    names it, smallest and largest value, and which bits count, 0 for all. `times` says how often the step is done.
+    `seconds` is how long to wait or to repeat the request. `fields` are fields of a record: offset, kind as in
+    `struct`, smallest and largest value, and a bit mask, 0 for all bits. `times` is how often the step is done.
     """
 
     send: str = ""
@@ -59,11 +59,11 @@ class VectorStep:
 class Vector:
     """One conversation.
 
-    `sources` are letters explained in `sources()`; `certainty` says whether two of them or one state the answer or
-    it follows from what they state. `axes` are the smallest and largest number of axes it makes sense for. `setup`
-    and `restore` are commands that must be accepted before and should be sent behind; `keep` names registers
-    (`SPA`) whose values are put back. `whole` means that its lines must not arrive in pieces; `udp` is why it makes
-    no sense over UDP, empty where it does.
+    `sources` are letters explained in `sources()`. `certainty` states whether two sources or one state the answer, or
+    the answer follows from them. `axes` are the smallest and largest number of axes to which the vector applies.
+    `setup` and `restore` are commands sent before and after; the controller must accept those of `setup`. `keep` names
+    registers (`SPA`) whose values are restored. `whole` means that its lines must not arrive in pieces. `udp` is the
+    reason why the vector cannot run over UDP, empty if it can.
     """
 
     name: str
@@ -80,26 +80,26 @@ class Vector:
     group: str = field(default="", compare=False)
 
     def fits(self, axes: int) -> bool:
-        """Tell whether it makes sense on a controller with so many axes."""
+        """Return whether the vector applies to a controller with `axes` axes."""
         return self.axes[0] <= axes <= self.axes[1]
 
 
 @cache
 def load() -> tuple[Vector, ...]:
-    """Return the whole table. Raises `ValueError` for an entry that is not understood."""
+    """Return the whole table. Raises `ValueError` for an invalid entry."""
     setups = _json(_SHARED)["setups"]
     return tuple(_vectors(setups))
 
 
 @cache
 def sources() -> Mapping[str, str]:
-    """Return what every letter in `Vector.sources` stands for."""
+    """Return the meaning of every letter in `Vector.sources`."""
     return _json(_SHARED)["sources"]
 
 
 @cache
 def fresh() -> tuple[str, ...]:
-    """Return the commands that put the settings of a controller back to those of the factory, but for its network."""
+    """Return the commands that restore the factory settings of a controller, except those of its network."""
     return tuple(_json(_SHARED)["fresh"])
 
 

@@ -1,6 +1,6 @@
 """The class that scripts use: `g = gclib.py()`, `g.GCommand("TP")`; its data records and array files.
 
-Methods bear gclib's names and take and return what gclib's take and return. Differences are said where they are.
+Methods have the names, arguments and results of gclib's methods. Their docstrings state the differences.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ _PLACES = _places()
 class GDataRecord:
     """A data record. Its fields are attributes: `sample_number`, `error_code`, `axis_a_motor_position`, ...
 
-    Numbers are the record's own, so velocities are 64 times counts/s and 32767 of torque is 10 V. Those of axes that
-    the controller lacks do not exist. `byte_array` holds all of it.
+    Numbers are raw values of the record: velocities are 64 times counts/s, and a torque of 32767 is 10 V. Fields of
+    axes that the controller lacks do not exist. `byte_array` holds the whole record.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -101,7 +101,7 @@ class GDataRecord:
 
 
 def read_text(path: str) -> str:
-    """Return what stands in a file; raises `GclibError` (-10005)."""
+    """Return the text of a file; raises `GclibError` (-10005)."""
     try:
         return Path(path).read_text(encoding="ascii")
     except (OSError, UnicodeError) as error:
@@ -138,10 +138,10 @@ def text_of(table: Mapping[str, list[float]]) -> str:
 
 
 G_QR, G_DR = 0, 1
-"""Ways to get a record, as gclib numbers them."""
+"""Methods to get a record, by gclib's numbers."""
 
 G_BOUNDS = -1
-"""Stands for the first or the last element of an array."""
+"""Index for the first or the last element of an array."""
 
 _COMMANDS = re.compile(r"[;\r\n]")
 _COMPRESSION = re.compile(r"(?:\s*--(?:min|max)\s+[0-9])*\s*")
@@ -152,7 +152,7 @@ _LOOK = 10
 
 
 class py:  # noqa: N801 - the name that scripts know
-    """One connection to a controller. Every method that talks raises `GclibError`."""
+    """One connection to a controller. Every method that communicates raises `GclibError`."""
 
     def __init__(self) -> None:
         self._session: GclibSession | None = None
@@ -161,25 +161,25 @@ class py:  # noqa: N801 - the name that scripts know
         self.GClose()
 
     def GOpen(self, address: str) -> None:
-        """Connect; `options` tells what an address says.
+        """Connect to `address`; `dmc41x3.gclib.session` describes its syntax.
 
-        Without a second socket, messages come on the first one, and records and interrupts do not come.
+        Without a second socket, messages arrive on the first one; records and interrupts do not arrive.
         """
         options = parse(address)
         self.GClose()
         self._session = GclibSession(options)
 
     def GClose(self) -> None:
-        """End the connection; again is harmless."""
+        """End the connection; idempotent."""
         session, self._session = self._session, None
         if session is not None:
             session.close()
 
     def GCommand(self, command: str) -> str:
-        """Send a command and return what it printed, without line end and blanks.
+        """Send a command and return its output, without line end and surrounding blanks.
 
-        Commands joined by `;` go one after the other, and what they print is joined by line ends; the first that is
-        refused ends it with -10000. DL, ED, QD, QR have methods of their own and are refused with -1106.
+        Commands joined by `;` are sent one after the other, and line ends join their outputs; the first rejection
+        raises -10000. DL, ED, QD and QR have their own methods; here they raise -1106.
         """
         session = self._open()
         pieces = [piece.strip(" \t") for piece in _COMMANDS.split(command)]
@@ -187,14 +187,14 @@ class py:  # noqa: N801 - the name that scripts know
         return "\r\n".join(filter(None, printed))
 
     def GTimeout(self, timeout: int) -> None:
-        """Set the longest wait [ms]; -1 is that of GOpen. With 0, GMessage, GRecord and GInterrupt do not wait."""
+        """Set the longest wait [ms]; -1 means that of GOpen. With 0, GMessage, GRecord and GInterrupt do not wait."""
         if not -1 <= timeout <= 65535:
             raise GclibError(Code.VALUE_RANGE, f"a timeout is -1 to 65535 ms, not {timeout}")
         self._open().timeout = timeout
 
     @property
     def timeout(self) -> int:
-        """The longest wait [ms] as last set; -1 is that of GOpen."""
+        """The longest wait [ms] as last set; -1 means that of GOpen."""
         return -1 if self._session is None else self._session.timeout
 
     @timeout.setter
@@ -202,11 +202,11 @@ class py:  # noqa: N801 - the name that scripts know
         self.GTimeout(timeout)
 
     def GSleep(self, val: int) -> None:
-        """Wait so long [ms]."""
+        """Wait `val` [ms]."""
         threading.Event().wait(val / 1000.0)
 
     def GVersion(self) -> str:
-        """Return which library this is."""
+        """Return the name and version of this library."""
         return f"py.{__version__} (maya-un)"
 
     def GInfo(self) -> str:
@@ -216,30 +216,30 @@ class py:  # noqa: N801 - the name that scripts know
         return f"{session.options.host}, {session.text(_FIRMWARE)}, {int(session.number('_BN'))}, {handles}"
 
     def GAddresses(self) -> dict[str, str]:
-        """Return the controller connected to and its firmware. Nothing is searched for on the network."""
+        """Return the connected controller and its firmware; does not search the network."""
         return {} if self._session is None else {self._session.options.host: self._session.text(_FIRMWARE)}
 
     def GIpRequests(self) -> dict[str, str]:
-        """Return controllers that ask for an address: none, nobody listens for them here."""
+        """Return an empty dictionary: this library does not listen for controllers that request an address."""
         return {}
 
     def GAssign(self, ip: str, mac: str) -> None:
-        """Refuse (-1109): addresses are not given out here."""
+        """Raise -1109: this library does not assign addresses."""
         raise GclibError(Code.UNSUPPORTED_FUNCTION, f"{mac} was not given {ip}")
 
     def GFirmwareDownload(self, file_path: str) -> None:
-        """Refuse (-1110)."""
+        """Raise -1110: this library does not load firmware."""
         raise GclibError(Code.FIRMWARE_LOAD_NOT_SUPPORTED, file_path)
 
     def GSetupDownloadFile(self, file_path: str, options: int) -> dict[str, str]:
-        """Refuse (-1109): backups in Galil's own format are not read here."""
+        """Raise -1109: this library does not read backups in Galil's format."""
         raise GclibError(Code.UNSUPPORTED_FUNCTION, f"{file_path} with {options}")
 
     def GProgramDownload(self, program: str, preprocessor: str = "") -> None:
-        """Replace the controller's program, made ready as `dmc41x3.language.transfer` tells: REM lines stay here.
+        """Replace the controller's program, prepared as in `dmc41x3.language.transfer`: REM lines are not sent.
 
-        `preprocessor` may be empty or name degrees of compression (`--min N --max N`), but no code is compressed:
-        a line that is too long without its comment is refused with -1203.
+        `preprocessor` may be empty or give degrees of compression (`--min N --max N`), but no code is compressed: a
+        line that is too long without its comment raises -1203.
         """
         if not _COMPRESSION.fullmatch(preprocessor):
             raise GclibError(Code.INVALID_PREPROCESSOR_OPTIONS, preprocessor)
@@ -267,7 +267,7 @@ class py:  # noqa: N801 - the name that scripts know
         write_text(file_path, self.GProgramUpload())
 
     def GArrayDownload(self, name: str, first: int, last: int, array_data: Sequence[float]) -> None:
-        """Write values into the elements `first` to `last` of an array that there is; -1 is its first and last."""
+        """Write values into the elements `first` to `last` of an existing array; -1 means its first or last element."""
         begin = max(first, 0)
         values = [float(value) for value in array_data]
         end = begin + len(values) - 1 if last == G_BOUNDS else last
@@ -276,7 +276,7 @@ class py:  # noqa: N801 - the name that scripts know
         self._open().transfer(guarded(lambda: transfer.array_download(name, values, begin)))
 
     def GArrayUpload(self, name: str, first: int, last: int) -> list[float]:
-        """Return the elements `first` to `last` of an array; -1 is its first and last."""
+        """Return the elements `first` to `last` of an array; -1 means its first or last element."""
         length = self._length(name)
         begin, end = max(first, 0), length - 1 if last == G_BOUNDS else last
         if not begin <= end < length:
@@ -286,29 +286,29 @@ class py:  # noqa: N801 - the name that scripts know
         return guarded(lambda: transfer.parse_array(command, printed))
 
     def GArrayUploadFile(self, file_path: str, names: Iterable[str] = ()) -> None:
-        """Write arrays, all of them where none is named, into a CSV file with a column for each."""
+        """Write the named arrays, or all without names, into a CSV file with a column for each."""
         wanted = list(names) or [found[1] for found in _ARRAY.finditer(self._open().text("LA"))]
         write_text(file_path, text_of({name: self.GArrayUpload(name, -1, -1) for name in wanted}))
 
     def GArrayDownloadFile(self, file_path: str) -> None:
-        """Write the columns of a CSV file into arrays of their names, made again if their length differs."""
+        """Write the columns of a CSV file into arrays of the same names; an array of another length is replaced."""
         for name, values in table_of(read_text(file_path)).items():
             self._dimension(name, len(values))
             self.GArrayDownload(name, -1, -1, values)
 
     def GMessage(self) -> str:
-        """Return what programs have said since the last call, waiting for it if need be (`-s MG` in GOpen)."""
+        """Return the messages of programs since the last call; waits for one if necessary (`-s MG` in GOpen)."""
         return self._open().message()
 
     def GInterrupt(self) -> int:
-        """Return the next interrupt's status byte, waiting for it if need be (`-s EI` in GOpen, and EI or UI)."""
+        """Return the status byte of the next interrupt; waits for it if necessary (`-s EI` in GOpen, and EI or UI)."""
         session = self._open()
         second = session.require("EI", Code.UNSUPPORTED_FUNCTION)
         session.wait_for(lambda: bool(second.interrupts), second.listen)
         return second.interrupts.popleft()
 
     def GRecord(self, method: str | int = G_QR) -> GDataRecord:
-        """Return a data record: asked for ("QR", 0), or the newest to come ("DR", 1; `-s DR` and GRecordRate before).
+        """Return a data record: polled ("QR", 0), or the newest received ("DR", 1; needs `-s DR` and GRecordRate).
 
         Galil's Python module has no such method; its name and the fields are those of the C library.
         """
@@ -325,7 +325,7 @@ class py:  # noqa: N801 - the name that scripts know
         return GDataRecord(newest)
 
     def GRecordRate(self, period_ms: float) -> None:
-        """Have a record sent every so many milliseconds, which makes 8 to 30000 samples; 0 ends it."""
+        """Set the period of data records [ms], limited to 8 to 30000 samples; 0 ends the records."""
         if not isfinite(period_ms):
             raise GclibError(Code.VALUE_RANGE, f"{period_ms} ms is no period")
         session = self._open()
@@ -338,7 +338,7 @@ class py:  # noqa: N801 - the name that scripts know
         session.text(f"DR {period},{ord(second.letter) - ord('A')}")
 
     def GMotionComplete(self, axes: str) -> None:
-        """Wait until the profiles of all axes named (S and T are planes) have ended; there is no longest wait."""
+        """Wait until the profiles of all named axes (S and T are planes) have ended, without a timeout."""
         session = self._open()
         for letter in axes.replace(",", "").replace(" ", ""):
             while session.number(f"_BG{letter}"):
@@ -350,7 +350,7 @@ class py:  # noqa: N801 - the name that scripts know
         return self._session
 
     def _length(self, name: str) -> int:
-        """Return how long an array is; -1200 where there is none."""
+        """Return the length of an array; raises -1200 if it does not exist."""
         operand = guarded(lambda: transfer.array_length(name))
         try:
             length = int(self._open().number(operand))

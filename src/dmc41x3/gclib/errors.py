@@ -1,4 +1,4 @@
-"""Errors, by the numbers and words of the public header gclib_errors.h; scripts compare the words."""
+"""Errors with the numbers and texts of the public header gclib_errors.h; scripts compare the texts."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ TEXTS: dict[Code, str] = {
     Code.FILE: "file was not found, contents are invalid, or write failed",
     Code.ADDRESS: "a bad address was specified in open",
 }
-"""The words that gclib has for its codes; a script may compare them."""
+"""The texts of gclib for its codes; a script may compare them."""
 
 
 class GclibError(Exception):
-    """A function of gclib did not succeed. The text is gclib's own, `code` its number, `detail` says more in ours."""
+    """A gclib function failed. The message and `code` are gclib's; `detail` is an explanation by this package."""
 
     def __init__(self, code: Code | str, detail: str = "") -> None:
         self.code = code if isinstance(code, Code) else None

@@ -1,4 +1,4 @@
-"""One connection of gclib: the address string of GOpen, its sockets, requests and their replies.
+"""One gclib connection: the address string of GOpen, its sockets, requests and their replies.
 
 The sockets block, and there is no thread: TCP carries commands, UDP carries unsolicited data.
 
@@ -6,14 +6,14 @@ Switches of the address string:
 
 | switch | meaning |
 |---|---|
-| `HOST`, `HOST:PORT`, `-a`, `--address` | the controller; a port behind it is ours, gclib has `--p1` |
-| `-d`, `--direct` | without Galil's server gcaps; always so here |
+| `HOST`, `HOST:PORT`, `-a`, `--address` | the controller; `:PORT` is an extension, gclib has `--p1` |
+| `-d`, `--direct` | without Galil's server gcaps; always the case here |
 | `-s`, `--subscribe` `NONE`, `MG`, `DR`, `EI`, `ALL` | messages, data records, interrupts; may be given several times |
 | `-t`, `--timeout` MS | longest wait for an answer, 5000 |
-| `--p1`, `--p2` PORT | for commands (23), and for what comes unasked (60007; on another `--p1` the same number) |
-| `-c`, `--command` `TCP` | how commands go |
-| `-u`, `--unsolicited` `UDP`, `TCP`, `NONE` | how the rest comes |
-| `-b`, `--baud`, `--handshake` | for serial ports; read and left alone |
+| `--p1`, `--p2` PORT | for commands (23), and for unsolicited data (60007; if `--p1` is not 23, the same as `--p1`) |
+| `-c`, `--command` `TCP` | transport of commands |
+| `-u`, `--unsolicited` `UDP`, `TCP`, `NONE` | transport of unsolicited data |
+| `-b`, `--baud`, `--handshake` | for serial ports; accepted and ignored |
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from dmc41x3.wire.framing import Message, RecordReply, Reply, ReplyKind, ReplySp
 PORT = 23
 SECOND_PORT = 60007
 TIMEOUT = 5000
-"""Longest wait for an answer where the address says nothing [ms]."""
+"""Default of the longest wait for an answer [ms]."""
 
 SUBSCRIPTIONS = ("MG", "DR", "EI")
 _WAYS = ("UDP", "TCP", "NONE")
@@ -55,9 +55,9 @@ class AddressOptions:
 
     @property
     def unsolicited_port(self) -> int:
-        """The port that datagrams go to.
+        """The destination port of datagrams.
 
-        A real controller takes any; something on another port than 23 is a twin, whose UDP has that number too.
+        A real controller accepts any port. A controller on a port other than 23 is a twin, whose UDP port is the same.
         """
         if self.second_port is not None:
             return self.second_port
@@ -68,7 +68,7 @@ _Taker: TypeAlias = Callable[[AddressOptions, str], AddressOptions]
 
 
 def parse(address: str) -> AddressOptions:
-    """Return what an address string says; raises `GclibError` (-10006) for one that is not understood."""
+    """Return the options in an address string; raises `GclibError` (-10006) if it is not valid."""
     options = AddressOptions()
     try:
         words = iter(shlex.split(address))
@@ -151,14 +151,14 @@ _LETTER = re.compile(rb"IH([A-H])\r\n:")
 _SEVEN_BITS = bytes(code & 0x7F for code in range(256))
 _LARGEST = 65536
 _HELLO = 0.25
-"""Longest wait for the controller's first answer by UDP [s]; it is asked three times."""
+"""Longest wait for the controller's first answer by UDP [s]; the request is sent three times."""
 
 _INTERRUPT, _RECORD = 0x01, 0x80
 _MOST_RECORDS = 64
 
 
 class Commands:
-    """The command socket. `timeout` [s] is for each single wait for bytes; `said` keeps messages of programs."""
+    """The command socket. `timeout` [s] applies to each wait for bytes; `said` stores messages of programs."""
 
     def __init__(self, options: AddressOptions) -> None:
         self._address = f"{options.host}:{options.port}"
@@ -186,12 +186,12 @@ class Commands:
                 return answer
 
     def listen(self, timeout: float) -> None:
-        """Wait so long [s] for a message, if none is there yet."""
+        """Wait up to `timeout` [s] for a message, unless one is already stored."""
         if not self.said and select.select([self._socket], [], [], timeout)[0]:
             self._sort(self._receive(self.timeout, ""), "")
 
     def close(self) -> None:
-        """End the connection; again is harmless."""
+        """End the connection; idempotent."""
         self._socket.close()
 
     def _receive(self, timeout: float, command: str) -> bytes:
@@ -208,11 +208,11 @@ class Commands:
         return data
 
     def _ended(self, reason: str) -> LinkLost | ConnectFailed:
-        """Return the loss of a link; of one over which nothing was heard nobody was there."""
+        """Return the error of an ended link: `LinkLost`, or `ConnectFailed` if the controller never sent anything."""
         return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
 
     def _sort(self, data: bytes, command: str) -> Reply | RecordReply | None:
-        """Keep messages; return the answer, which is one at most, since nothing is asked before the last is in."""
+        """Store messages; return the answer. There is at most one, because requests do not overlap."""
         answer: Reply | RecordReply | None = None
         for received in self._splitter.feed(data):
             if isinstance(received, Message):
@@ -225,13 +225,13 @@ class Commands:
 
 
 class Unsolicited:
-    """The UDP socket, sorted: text (bit 7 set), data records, interrupts.
+    """The UDP socket; it sorts text (bit 7 set), data records and interrupts.
 
     An interrupt's datagram is 0x01, the status bytes, and 0x16 (DMC-40x0 user manual, EI; not seen on a DMC-41x3).
     """
 
     def __init__(self, host: str, port: int) -> None:
-        """Open it and learn its handle; raises `OSError` where the controller does not answer by UDP."""
+        """Open the socket and learn its handle; raises `OSError` if the controller does not answer by UDP."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.said: list[str] = []
         self.records: deque[bytes] = deque(maxlen=_MOST_RECORDS)
@@ -244,18 +244,18 @@ class Unsolicited:
             raise
 
     def drain(self) -> None:
-        """Sort whatever has come."""
+        """Sort all received datagrams."""
         while select.select([self._socket], [], [], 0.0)[0]:
             self.listen(0.0)
 
     def listen(self, timeout: float) -> None:
-        """Wait so long [s] for one datagram and sort it."""
+        """Wait up to `timeout` [s] for one datagram and sort it."""
         if not select.select([self._socket], [], [], timeout)[0]:
             return
         try:
             data = self._socket.recv(_LARGEST)
         except OSError:
-            return  # the port was found closed just now; a controller may come back
+            return  # the port is closed at present; the controller may return
         if data[:1] == bytes([_INTERRUPT]):
             self.interrupts.extend(data[1:-1])
         elif data and data[0] & _RECORD and len(data) == int.from_bytes(data[2:4], "little"):
@@ -264,7 +264,7 @@ class Unsolicited:
             self.said.append(data.translate(_SEVEN_BITS).decode("ascii"))
 
     def close(self) -> None:
-        """Close the socket; the handle is the controller's and has to be closed by a command."""
+        """Close the socket; the controller's handle must be closed by a command."""
         self._socket.close()
 
     def _hello(self) -> str:
@@ -290,9 +290,9 @@ _LOOK = 0.01
 
 
 class GclibSession:
-    """The sockets that an address string asks for, open until `close`. Every method raises `GclibError`.
+    """The sockets that an address string describes, open until `close`. Every method raises `GclibError`.
 
-    Several threads may share it: nobody sends a command before the last one is answered.
+    Several threads may share a session: each command is sent only after the last one is answered.
     """
 
     def __init__(self, options: AddressOptions) -> None:
@@ -308,26 +308,26 @@ class GclibSession:
             raise
 
     def close(self) -> None:
-        """End the connection and free both handles; again is harmless."""
+        """End the connection and free both handles; idempotent."""
         second, self.second = self.second, None
         try:
             if second is not None:
                 second.close()
-                # A UDP handle stays taken until somebody closes it.
+                # A UDP handle stays in use until a command closes it.
                 self._commands.ask(f"IH{second.letter}=>-1\r".encode())
         except CodedError:
-            pass  # the link is gone, and nobody is there to be told
+            pass  # the link is lost, so the controller cannot receive the command
         finally:
             self._commands.close()
 
     def text(self, command: str) -> str:
-        """Send one command and return what it printed, blanks around it removed; -10000 where it is refused."""
+        """Send one command and return its output without surrounding blanks; raises -10000 if it is refused."""
         if command[:2] in _ILLEGAL:
             raise GclibError(Code.ILLEGAL_COMMAND, command)
         return self.listing(command).strip() if command[:2] in _LISTINGS else self._ask(command, ReplyKind.TEXT).strip()
 
     def listing(self, command: str) -> str:
-        """Send UL or QU and return what it printed."""
+        """Send UL or QU and return its output."""
         return self._ask(command, ReplyKind.LISTING)
 
     def number(self, operand: str) -> float:
@@ -339,32 +339,32 @@ class GclibSession:
             raise GclibError(Code.LOST_DATA, f"{operand} = {printed!r}") from error
 
     def record(self) -> bytes:
-        """Return the data record of now."""
+        """Return the present data record."""
         answer = self._exchange(b"QR\r", ReplyKind.RECORD)
         if not isinstance(answer, RecordReply):
             raise GclibError(Code.QUESTION_MARK, "QR")
         return answer.data
 
     def transfer(self, data: bytes) -> None:
-        """Send a download with its data; -10000 where any of it is refused."""
+        """Send a download with its data; raises -10000 if any of it is refused."""
         answer = self._exchange(data, ReplyKind.TRANSFER)
         if isinstance(answer, Reply) and not answer.ok:
             raise GclibError(Code.QUESTION_MARK, answer.text.strip())
 
     def require(self, subscription: str, missing: Code) -> Unsolicited:
-        """Return the second socket; -1109 where the address did not subscribe, `missing` where there is none."""
+        """Return the second socket; raises -1109 without the subscription, `missing` without the socket."""
         self.require_subscribed(subscription)
         if self.second is None:
             raise GclibError(missing, "the controller does not answer by UDP")
         return self.second
 
     def require_subscribed(self, subscription: str) -> None:
-        """Raise -1109 where the address did not subscribe."""
+        """Raise -1109 if the address does not contain the subscription."""
         if subscription not in self.options.subscriptions:
             raise GclibError(Code.UNSUPPORTED_FUNCTION, f"`-s {subscription}` is missing in GOpen")
 
     def message(self) -> str:
-        """Return what programs have said since the last call; waits as `wait_for`."""
+        """Return the messages of programs since the last call; waits as `wait_for`."""
         self.require_subscribed("MG")
         source = self._commands if self.second is None else self.second
         self.wait_for(lambda: bool(source.said), self._listen if self.second is None else self.second.listen)
@@ -373,7 +373,7 @@ class GclibSession:
         return text
 
     def wait_for(self, come: Callable[[], bool], listen: Callable[[float], None]) -> None:
-        """Listen until something has come; -1100 where nothing does in time, -4 where no wait is allowed."""
+        """Listen until `come` returns true; raises -1100 after the timeout, or -4 if the timeout is 0."""
         guarded(lambda: listen(0.0))
         for _ in range(round(self._seconds / _LOOK)):
             if come():
@@ -387,7 +387,7 @@ class GclibSession:
         return (self.options.timeout if self.timeout < 0 else self.timeout) / 1000.0
 
     def _subscribe(self) -> None:
-        """Prepare the connection: no echo, and where messages are wanted, bit 7 and the port they go to."""
+        """Prepare the connection: no echo; for messages, bit 7 and their destination."""
         options = self.options
         self.text("EO 0")
         if options.subscriptions and options.unsolicited == "UDP":
@@ -417,7 +417,7 @@ class GclibSession:
             return self._exchanged(data, kind)
 
     def _exchanged(self, data: bytes, kind: ReplyKind) -> Reply | RecordReply:
-        """Send a request and return its answer, in one's turn."""
+        """Send a request and return its answer; the caller holds the lock."""
         seconds = self._seconds or self.options.timeout / 1000.0
         self._commands.timeout = seconds if kind in (ReplyKind.TEXT, ReplyKind.RECORD) else max(seconds, _TRANSFER)
         try:
@@ -428,16 +428,16 @@ class GclibSession:
             raise translated(error) from error
 
     def _begin_anew(self) -> None:
-        """Replace a socket on which an answer is overdue: it would be taken for that of the next command."""
+        """Replace a socket with an overdue answer, which would be taken for that of the next command."""
         self._commands.close()
         try:
             self._commands = Commands(self.options)
         except CodedError:
-            return  # the next command says so
+            return  # the next command reports the failure
 
 
 def guarded(work: Callable[[], T]) -> T:
-    """Do something and raise what goes wrong as gclib would."""
+    """Return the result of `work`; raise its errors as gclib's."""
     try:
         return work()
     except CodedError as error:

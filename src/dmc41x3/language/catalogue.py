@@ -1,7 +1,7 @@
-"""Everything that the language of a DMC-41x3 has, in one table: commands, operators, functions, keywords, routines.
+"""The language of a DMC-41x3 in one table: commands, operators, functions, keywords, routines.
 
-The terminal's help and the documentation are made from it. The facts are Galil's (DMC-41x3, command reference); the
-words are ours.
+The terminal's help and the documentation are made from it. The facts are those of Galil's command reference
+(DMC-41x3); the wording is this project's.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class EntryKind(Enum):
 
 
 class Arguments(Enum):
-    """How arguments are given: by axes, by axes or planes, by planes, plainly, or in a form of the entry's own."""
+    """Form of the arguments: by axes, by axes or planes, by planes, plain, or specific to the entry."""
 
     AXES = "axes"
     AXES_OR_PLANES = "axes or planes"
@@ -42,7 +42,7 @@ class EntryContext(Enum):
 
 
 class CatalogueEntry(NamedTuple):
-    """One entry; `default` is what the controller takes unless told otherwise, empty where nothing is."""
+    """One entry; `default` is the controller's default value, empty if it has none."""
 
     name: str
     kind: EntryKind

@@ -1,7 +1,7 @@
 """Error codes (TC), stop codes (SC), and the state of the burned memories (_RS).
 
-The words of errors are those that the controller prints; firmware versions differ in capitals, so compare numbers.
-The words of stop codes are ours.
+Error texts are those that the controller prints; firmware versions differ in capitals, so compare numbers.
+The texts of stop codes are this project's.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dmc41x3.errors import MemoryDamaged
 
 
 class ErrorCode(IntEnum):
-    """Error codes of TC that this project raises or looks for."""
+    """Error codes of TC that this project raises or checks."""
 
     NONE = 0
     UNRECOGNIZED_COMMAND = 1
@@ -196,11 +196,11 @@ ERROR_TEXTS: dict[int, str] = {
     165: "Cannot have both SINE and SSI feedback enabled at once",
     166: "Unable to set analog output",
 }
-"""Words for every error code of TC, as TC 1 prints them: clients match on them (Galil's command reference, TC)."""
+"""Text of every error code, as TC 1 prints it; clients match on it (Galil's command reference, TC)."""
 
 
 class StopCode(IntEnum):
-    """Why an axis stands or brakes (SC). Set when deceleration begins; whether it is over is said by BG."""
+    """Why an axis rests or decelerates (SC). It is set when deceleration begins; BG shows whether motion has ended."""
 
     RUNNING = 0
     COMMANDED = 1
@@ -258,7 +258,7 @@ STOP_TEXTS: dict[int, str] = {
     100: "running a vector sequence",
     101: "vector sequence complete",
 }
-"""Words for every stop code of SC."""
+"""Text of every stop code of SC."""
 
 
 _VARIABLES, _PARAMETERS, _PROGRAM, _MASTER = 1, 2, 4, 8
@@ -266,9 +266,9 @@ _VARIABLES, _PARAMETERS, _PROGRAM, _MASTER = 1, 2, 4, 8
 
 @dataclass(frozen=True, slots=True)
 class Burned:
-    """Which memories passed their checksum: parameters (BN), program (BP), variables and arrays (BV).
+    """Whether each memory passed its checksum: parameters (BN), program (BP), variables and arrays (BV).
 
-    `master` is False where the controller came up from a master reset that failed.
+    `master` is False after a failed master reset.
     """
 
     parameters: bool = True
@@ -278,7 +278,7 @@ class Burned:
 
     @classmethod
     def of(cls, bits: int) -> Burned:
-        """Return what `_RS` says: bit 0 variables, 1 parameters, 2 program, 3 master reset; a set bit is an error."""
+        """Return the state in `_RS`: bit 0 variables, 1 parameters, 2 program, 3 master reset; set means an error."""
         return cls(
             parameters=not bits & _PARAMETERS,
             program=not bits & _PROGRAM,
@@ -288,7 +288,7 @@ class Burned:
 
     @property
     def damaged(self) -> tuple[str, ...]:
-        """Names of what is damaged."""
+        """Names of the damaged memories."""
         sound = {
             "parameters": self.parameters,
             "program": self.program,
@@ -298,6 +298,6 @@ class Burned:
         return tuple(name for name, holds in sound.items() if not holds)
 
     def require_sound(self) -> None:
-        """Raise `MemoryDamaged` where anything is damaged."""
+        """Raise `MemoryDamaged` if a memory is damaged."""
         if self.damaged:
             raise MemoryDamaged(what=", ".join(self.damaged))

@@ -1,6 +1,6 @@
-"""The DMC command language as syntax: text to `Command` and back, nothing about what a command does.
+"""The DMC command language as syntax: text to `Command` and back, without the effects of commands.
 
-The forms (all of them with or without blanks behind the two letters):
+The forms (all of them with or without blanks after the two letters):
 
 | form | example | `Command` |
 |---|---|---|
@@ -12,8 +12,8 @@ The forms (all of them with or without blanks behind the two letters):
 | verbatim | `MG "x",_TPA`, `XQ #A,0` | text |
 | assignment | `x=5`, `a[0]=9`, `x=?` | mnemonic `=`, text (the name), one arg |
 
-X, Y, Z, W are other names of A to D and are read as such. Numbers are literals; every other argument is kept as
-an `Expression`, to be evaluated by whoever executes it.
+X, Y, Z, W are other names of A to D and are read as such. Numbers are literals; every other argument is stored as
+an `Expression`, which is evaluated when the command is executed.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from dmc41x3.language.codes import ERROR_TEXTS, ErrorCode
 from dmc41x3.language.hardware import ALIASES
 
 LINE_LIMIT = 80
-"""Longest line [characters], its `;` included, its CR not."""
+"""Longest line [characters], with its `;`, without its CR."""
 
 TOO_LONG = "\x7f"
-"""Stands for a command that passed `LINE_LIMIT`; it parses as an error, so it answers `?` like any other."""
+"""Stands for a command longer than `LINE_LIMIT`; it parses as an error, so its answer is `?`."""
 
 ASSIGN = "="
 """Mnemonic of an assignment or interrogation of a variable."""
@@ -43,7 +43,7 @@ CONTROL = MappingProxyType({"^R^V": "\x12\x16", "^R^S": "\x12\x13", "^L^K": "\x0
 
 
 class InvalidCommand(ValueError):
-    """A text that is no command; `code` is what TC says of it."""
+    """A text that is not a command; `code` is its error code for TC."""
 
     def __init__(self, code: ErrorCode, text: str) -> None:
         self.code = code
@@ -51,7 +51,7 @@ class InvalidCommand(ValueError):
 
 
 class Mark(Enum):
-    """An argument that is not a value: left out, or asked for."""
+    """An argument without a value: left out, or a query."""
 
     SKIPPED = ""
     QUERY = "?"
@@ -72,7 +72,7 @@ Arg: TypeAlias = int | float | Expression | Mark
 
 
 class ArgumentForm(Enum):
-    """How the text behind a mnemonic is read."""
+    """Form of the text after a mnemonic."""
 
     AXES = "letters, or values by axis"
     PLAIN = "values that belong to no axis"
@@ -116,9 +116,9 @@ _NESTING = re.compile(r'[()\[\]"]')
 class Command:
     """One command of the language.
 
-    `axes` are the letters behind the mnemonic (`*` is all); with `args` they make the explicit form, without
-    they are a mask. `speed` and `end_speed` are the modifiers `<` and `>` of a segment. `text` is what a verbatim
-    command carries, or the name in an assignment.
+    `axes` are the letters after the mnemonic (`*` is all); with `args` they make the explicit form, without `args`
+    they are a mask. `speed` and `end_speed` are the modifiers `<` and `>` of a segment. `text` is the text of a
+    verbatim command, or the name in an assignment.
     """
 
     mnemonic: str
@@ -153,9 +153,9 @@ class Command:
 
 
 def split_line(line: str) -> list[str]:
-    """Return the commands of a line (without CR): each `;` ends one, a comment `'` lasts to the end.
+    """Return the commands of a line (without CR): each `;` ends a command, a comment `'` extends to the end.
 
-    A line that ends in `;` ends in an empty command, which answers a prompt of its own.
+    A line that ends in `;` has a last empty command, which gets its own prompt.
     """
     commands: list[str] = []
     rest = line
@@ -168,9 +168,10 @@ def split_line(line: str) -> list[str]:
 
 
 def parse(text: str) -> Command:
-    """Return the command that `text` spells, raising `InvalidCommand` where it spells none.
+    """Return the command in `text`; raises `InvalidCommand` if it contains none.
 
-    The empty text is the empty command. A text that starts like a command is read as one first, then as a variable.
+    The empty text is the empty command. A text that begins with a mnemonic is parsed as that command first, then as an
+    assignment.
     """
     text = text.strip(" \t")
     name = next((word for word in _LONG if text.startswith(word)), text[:2])
@@ -246,7 +247,7 @@ def _args(body: str, text: str) -> tuple[Arg, ...]:
 
 
 def _split(body: str) -> list[str]:
-    """Split at the commas that stand outside parentheses, brackets and quotes."""
+    """Split at the commas outside parentheses, brackets and quotes."""
     if not _NESTING.search(body):
         return body.split(",")
     parts, start, depth, quoted = list[str](), 0, 0, False

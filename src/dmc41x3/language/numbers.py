@@ -1,4 +1,4 @@
-"""The controller's one number type, signed fixed point of 32 integer and 16 fraction bits, and its print formats.
+"""The controller's only number type, signed fixed point of 32 integer and 16 fraction bits, and its print formats.
 
 `raw` below means the number times 65536 as an integer. Printed numbers begin with a slot for the sign: a blank
 or a minus. They are rounded to the places printed, as the controller's own constants show (9.9982 is stored as
@@ -20,7 +20,7 @@ _HEX = re.compile(r"([-+]?)\$([0-9A-Fa-f]{1,8})(?:\.([0-9A-Fa-f]{1,4}))?")
 
 
 def fits(value: float | Fraction) -> bool:
-    """Tell whether a number lies in the range of the type, -2^31 to 2^31 - 1/65536."""
+    """Return whether a number lies in the range of the type, -2^31 to 2^31 - 1/65536."""
     return RAW_MIN <= value * SCALE < RAW_MAX + 1
 
 
@@ -70,13 +70,13 @@ def format_value(
     """Return a number as VF and MG print it: `before` digits, a point, `after` digits; ` 1.0000`, `-12.5000`.
 
     A number too large for its digits prints as the largest they can show. Hexadecimal shows the two's
-    complement behind a `$`, always with all its digits, and has no slot for the sign.
+    complement after a `$`, always with all its digits, and has no slot for the sign.
     """
     return format_raw(fixed(x), before, after, leading_zeros, hex)
 
 
 def format_raw(raw: int, before: int = 10, after: int = 4, leading_zeros: bool = False, hex: bool = False) -> str:
-    """Return a number given as raw fixed point as `format_value` prints it."""
+    """Return a raw fixed-point number as `format_value` prints it."""
     return _hexadecimal(raw, before, after) if hex else _decimal(raw, before, after, leading_zeros)
 
 

@@ -4,7 +4,7 @@ Little endian; header 4, general 52, planes S and T 26, then 36 bytes for each a
 layout is that of the DMC-40x0 family.
 
 A channel is anything that MG prints as one number: an operand (`_TPA`), a function (`@IN[1]`), a variable or an
-expression. One record (QR) holds many of them at the same sample; the others are asked for with MG.
+expression. One record (QR) contains many channels of the same sample; MG reads the others.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from dmc41x3.errors import UnexpectedReply
 from dmc41x3.language.hardware import ALIASES, LETTERS, SAMPLES
 
 VELOCITY_SCALE = 64
-"""The record holds velocity in counts/s times this."""
+"""The record contains the velocity in counts/s times this factor."""
 
 VOLTS_SCALE = 3276.7
-"""The record holds a motor command of 10 V as 32767."""
+"""The record contains a motor command of 10 V as 32767."""
 
 _GENERAL = struct.Struct("<BBHH10s10s16x8bBBIIHHHiHHHiH")
 _AXIS = struct.Struct("<HBBiiiiiiHBxi")
@@ -31,7 +31,7 @@ _PRESENT = 0x80
 
 
 class AxisStatus:
-    """Bits of an axis' status word, and of a plane's where it has them."""
+    """Bits of an axis' status word, some of which a plane has too."""
 
     MOVING = 1 << 15
     POSITION_MODE = 1 << 14
@@ -64,7 +64,7 @@ class AxisSwitches:
 
 @dataclass(frozen=True, slots=True)
 class AxisRecord:
-    """One axis. Positions and `error` are in counts; the fields named raw are in the record's own units."""
+    """One axis. Positions and `error` are in counts; the fields named raw are in the record's units."""
 
     status: int = 0
     switches: int = AxisSwitches.FORWARD_INACTIVE | AxisSwitches.REVERSE_INACTIVE
@@ -101,12 +101,12 @@ class AxisRecord:
 
     @property
     def forward_limit_active(self) -> bool:
-        """Whether the forward limit switch is active, which its bit says by 0."""
+        """Whether the forward limit switch is active; its bit is then 0."""
         return not self.switches & AxisSwitches.FORWARD_INACTIVE
 
     @property
     def reverse_limit_active(self) -> bool:
-        """Whether the reverse limit switch is active, which its bit says by 0."""
+        """Whether the reverse limit switch is active; its bit is then 0."""
         return not self.switches & AxisSwitches.REVERSE_INACTIVE
 
     @property
@@ -145,7 +145,7 @@ class DataRecord:
     """A whole record. `sample` is the low half of TIME; `inputs` and `outputs` are banks of eight bits each.
 
     `handles` are the states of the Ethernet handles A to H (0 is free), `threads` has a bit for each running
-    thread, `amplifier_status` is TA3, TA2, TA1, TA0 from the low byte up, 0 where all is well.
+    thread, `amplifier_status` is TA3, TA2, TA1, TA0 from the low byte up, 0 without errors.
     """
 
     axes: tuple[AxisRecord, ...]
@@ -162,12 +162,12 @@ class DataRecord:
     t: PlaneRecord = PlaneRecord()
 
     def output(self, bit: int) -> bool:
-        """Tell whether digital output `bit` (from 1, as SB counts them) is set."""
+        """Return whether digital output `bit` (from 1, as SB counts them) is set."""
         return bool(self.outputs[(bit - 1) // 8] >> (bit - 1) % 8 & 1)
 
     @classmethod
     def decode(cls, data: bytes) -> DataRecord:
-        """Return the record that `data` holds; see the function `decode`."""
+        """Return the record in `data`; see the function `decode`."""
         return decode(data)
 
     def encode(self) -> bytes:
@@ -176,15 +176,15 @@ class DataRecord:
 
 
 def record_length(axes: int) -> int:
-    """Return the length [bytes] of the record of a controller with so many axes."""
+    """Return the length [bytes] of the record of a controller with `axes` axes."""
     return _GENERAL.size + _AXIS.size * axes
 
 
 def decode(data: bytes) -> DataRecord:
-    """Return the record that `data` holds, header included and prompt not.
+    """Return the record in `data`, which includes the header and excludes the prompt.
 
-    Raises `UnexpectedReply` where length and header do not agree, or where a block is missing: a partial record
-    (`QR ABI`) is not read.
+    Raises `UnexpectedReply` if length and header disagree, or if a block is missing: a partial record (`QR ABI`) is not
+    supported.
     """
     count = data[1].bit_count() if len(data) >= _GENERAL.size else -1
     whole = count >= 0 and data[0] & _BLOCKS == _BLOCKS and data[1] == (1 << count) - 1
@@ -208,7 +208,7 @@ def decode(data: bytes) -> DataRecord:
 
 
 def encode(record: DataRecord) -> bytes:
-    """Return the bytes of a whole record, without prompt. Every field must lie in its place's range."""
+    """Return the bytes of a whole record, without prompt. Every field must be in the range of its type."""
     head = (
         record.sample,
         bytes(record.inputs),
@@ -226,9 +226,9 @@ def encode(record: DataRecord) -> bytes:
 
 
 def assemble(head: Sequence[int | bytes], axes: Sequence[Sequence[int]]) -> bytes:
-    """Return the bytes of a whole record from its bare fields: those of the head, then those of every axis.
+    """Return the bytes of a whole record from its fields: those of the head, then those of every axis.
 
-    They stand in the order of the wire, which is that of `DataRecord` (each plane as its four fields) and
+    The fields have the order of the wire, which is that of `DataRecord` (each plane as its four fields) and
     `AxisRecord`; the banks of inputs and outputs are ten bytes each.
     """
     count = len(axes)
@@ -261,7 +261,7 @@ _OPERAND = re.compile(r"_([A-Z]{2})([A-HXYZW])")
 _BIT = re.compile(r"@(IN|OUT)\[([0-9]{1,2})\]")
 
 Reading = Callable[[DataRecord], float]
-"""How a channel is read from a record."""
+"""Reads a channel from a record."""
 
 _FROM_AXIS: MappingProxyType[str, Callable[[AxisRecord], float]] = MappingProxyType(
     {
@@ -291,12 +291,12 @@ _KIND = MappingProxyType({name: (what, meant) for what, meant, names in _KINDS f
 
 
 def unit(channel: str) -> str:
-    """Return the unit of a channel, empty for a plain number and for expressions, whose unit nobody knows."""
+    """Return the unit of a channel, empty for a plain number and for expressions, whose unit is unknown."""
     return _kind(channel)[1]
 
 
 def quantity(channel: str) -> str:
-    """Return what a channel is, `position` or the like; `value` where nobody knows."""
+    """Return the quantity of a channel, such as `position`; `value` if it is unknown."""
     return _kind(channel)[0]
 
 
@@ -310,9 +310,9 @@ def _kind(channel: str) -> tuple[str, str]:
 
 
 def reading(channel: str, axes: int) -> Reading | None:
-    """Return how `channel` is read from a record of so many axes, None where it is not in it.
+    """Return the function that reads `channel` from a record of `axes` axes, None if the record does not contain it.
 
-    Digital inputs are those of the first two banks, outputs of the same (DMC-41x3: 1 to 16).
+    Digital inputs and outputs are those of the first two banks (DMC-41x3: 1 to 16).
     """
     if found := _OPERAND.fullmatch(channel):
         return _axis_reading(found[1], LETTERS.index(found[2].translate(ALIASES)), axes)
@@ -337,7 +337,7 @@ def _bit_reading(name: str, bit: int) -> Reading:
 
 
 def columns(axes: int) -> tuple[str, ...]:
-    """Return what is worth watching where nobody says what: position, error, velocity, torque of every axis."""
+    """Return the channels to watch by default: position, error, velocity, torque of every axis."""
     return tuple(f"_{name}{letter}" for letter in LETTERS[:axes] for name in ("TP", "TE", "TV", "TT"))
 
 
@@ -354,7 +354,7 @@ class SampleClock:
         self._passed = 0
 
     def at(self, sample: int) -> float:
-        """Return the time of `sample` since the first one asked about; later records have later numbers."""
+        """Return the time of `sample` [s] since the sample of the first call; call it in the order of the samples."""
         if self._last is not None:
             self._passed += (sample - self._last) % (1 << 16)
         self._last = sample

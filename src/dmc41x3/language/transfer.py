@@ -1,11 +1,12 @@
-"""Programs (DL, UL) and arrays (QD, QU) on their way into a controller and back.
+"""Transfer of programs (DL, UL) and arrays (QD, QU) to a controller and back.
 
-The array must be there already (DM); its name stands without brackets.
+The array must already exist (DM); its name is written without brackets.
 
-A controller says nothing while it takes a program in, and takes a download whose DL it refused for commands. So a
-download begins with a probe that proves, before the first line of it is sent, that downloads are accepted now.
+A controller sends nothing while it receives a program. If it refuses DL, it executes the lines that follow as
+commands. So a download begins with a probe, which checks that the controller accepts downloads before the first line
+is sent.
 
-A program of a host is prepared as Galil's own tools do before a download:
+A program of a host is prepared before a download as Galil's own tools do it:
 
 | on the host | in the controller | known from |
 |---|---|---|
@@ -14,7 +15,7 @@ A program of a host is prepared as Galil's own tools do before a download:
 | a tab | a blank | M2FS's programmer does the same; Galil's tools leave it open |
 | blanks at the end of a line | nothing | gclib's compression |
 | a remark (`'`) that makes a line longer than 80 characters, or is not ASCII | nothing | gclib's compression |
-| an empty line | `'`, an empty remark | Galil's terminal does so (PyGalil); code 10 is an empty line |
+| an empty line | `'`, an empty remark | Galil's terminal does so (PyGalil); error code 10 means an empty line |
 
 Other lines stay as they are.
 """
@@ -32,32 +33,32 @@ from dmc41x3.language.numbers import SCALE, fits, fixed, parse_number
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,7}")
 _SEPARATOR = re.compile(r"[,\r\n]+")
 _LINE = 60
-"""Characters after which a line of a download ends; a line of the controller holds 80."""
+"""Longest line of array data [characters]; a line of the controller holds 80."""
 
 _PLACES = 10**5
 
 
 def require_array_name(name: str) -> None:
-    """Raise `InvalidValue` for what cannot be the name of an array."""
+    """Raise `InvalidValue` for a text that cannot be the name of an array."""
     if not _NAME.fullmatch(name):
         raise InvalidValue(key="array", value=repr(name), reason="a name is a letter and up to 7 letters or digits")
 
 
 def require_array_fit(name: str, first: int, count: int, length: float) -> None:
-    """Raise `InvalidValue` where `count` elements from `first` on do not fit into an array of `length`."""
+    """Raise `InvalidValue` if `count` elements from `first` on do not fit into an array of `length`."""
     if first < 0 or first + count > length:
         reason = f"the array has the elements 0 to {length - 1:g}"
         raise InvalidValue(key=name, value=f"elements {first} to {first + count - 1}", reason=reason)
 
 
 def array_length(name: str) -> str:
-    """Return the operand that tells how many elements an array has."""
+    """Return the operand for the number of elements of an array."""
     require_array_name(name)
     return f"{name}[-1]"
 
 
 def array_download(name: str, values: Sequence[float], first: int = 0) -> bytes:
-    """Return the bytes that write `values` into an array, to be sent in one piece; a transfer answers them.
+    """Return the bytes that write `values` into an array. Send them in one piece; their reply is a transfer.
 
     Raises `InvalidValue` for a number that the controller's type cannot hold.
     """
@@ -79,7 +80,7 @@ def array_upload(name: str, first: int | None = None, last: int | None = None) -
 
 
 def parse_array(command: str, text: str) -> list[float]:
-    """Return the numbers that QU printed, whatever separates them; raises `UnexpectedReply` for anything else."""
+    """Return the numbers that QU printed, with any separators; raises `UnexpectedReply` for any other text."""
     try:
         return [parse_number(word) for word in _SEPARATOR.split(text.strip()) if word.strip()]
     except ValueError as error:
@@ -89,7 +90,8 @@ def parse_array(command: str, text: str) -> list[float]:
 def _literal(name: str, value: float) -> str:
     """Return the shortest decimal that the controller, which truncates, reads as this number.
 
-    Five decimals, rounded away from zero, are nearer to it than a step of 1/65536; the four that it prints are not.
+    Five decimals, rounded away from zero, differ from it by less than the step of 1/65536; four, as the controller
+    prints, may differ by more.
     """
     if not fits(value):
         raise InvalidValue(key=name, value=f"{value:g}", reason="an element lies between -2^31 and 2^31")
@@ -103,10 +105,10 @@ LINES_LIMIT = 4000
 """Lines that the program memory of a DMC-41x3 holds (firmware 1.2a and later)."""
 
 PROBE = b"DL\r'\\\rTC1\r"
-"""Downloads a program of one comment and asks for the code.
+"""Downloads a program of one comment and requests the error code.
 
-If DL is refused, for example because a program runs (17), the comment is a command that does nothing, and TC1 says why.
-Afterwards no program is left that could start to run.
+If DL is refused, for example because a program runs (17), the comment is a command without effect, and TC1 returns
+the reason. Otherwise no program remains that could start to run.
 """
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
@@ -114,19 +116,19 @@ _FORBIDDEN = re.compile(r"[^ -~]|\\")
 
 
 def program_lines(text: str) -> tuple[str, ...]:
-    """Return the lines of a program, whatever ends them; what is behind the last end is a line if it is not empty."""
+    """Return the lines of a program, with any line ends; text after the last line end is a line if it is not empty."""
     lines = _LINE_END.split(text)
     return tuple(lines[:-1] if not lines[-1] else lines)
 
 
 def uploaded_lines(text: str) -> tuple[str, ...]:
-    """Return the lines that UL printed; an empty program and one of a single empty line look the same and are none."""
+    """Return the lines that UL printed; none for an empty program, which looks like a program of one empty line."""
     lines = program_lines(text)
     return () if lines == ("",) else lines
 
 
 def require_loadable(lines: Sequence[str]) -> None:
-    """Raise `InvalidValue` for lines that no controller takes: too many, too long, or with other than ASCII."""
+    """Raise `InvalidValue` for lines that no controller accepts: too many, too long, or with forbidden characters."""
     if len(lines) > LINES_LIMIT:
         raise InvalidValue(key="program", value=f"{len(lines)} lines", reason=f"there is room for {LINES_LIMIT}")
     for number, line in enumerate(lines):
@@ -137,21 +139,21 @@ def require_loadable(lines: Sequence[str]) -> None:
 
 
 def download_probe(keep: int) -> bytes:
-    """Return the bytes that ask whether downloads are accepted; beside lines to keep, the comment goes behind all."""
+    """Return the bytes that check whether downloads are accepted; if lines are kept, the comment follows all lines."""
     return b"DL #" + PROBE[2:] if keep else PROBE
 
 
 def program_download(lines: Sequence[str], keep: int = 0) -> bytes:
-    """Return the bytes that put a program into a controller, to be sent in one piece; a transfer answers them.
+    """Return the bytes that download a program. Send them in one piece; their reply is a transfer.
 
-    The first `keep` lines are those that it holds already: only what is behind them is sent (Galil DL n).
+    The controller already holds the first `keep` lines: only the lines after them are sent (Galil DL n).
     """
     body = "".join(f"{line}\r" for line in lines[keep:])
     return f"DL{f' {keep}' if keep else ''}\r{body}\\TC1\r".encode("ascii")
 
 
 def require_same_lines(sent: Sequence[str], found: Sequence[str]) -> None:
-    """Raise `ProgramDiffers` for the first line in which the controller's program is not the one sent."""
+    """Raise `ProgramDiffers` for the first line that differs between the controller's program and the one sent."""
     if not any(sent) and not any(found) and len(sent) <= 1:
         return
     for number in range(max(len(sent), len(found))):
@@ -168,7 +170,7 @@ _TOKEN = re.compile(r"""[^"'/]+|"[^"]*"?|'|//|/""")
 
 @dataclass(frozen=True, slots=True)
 class ProgramSource:
-    """Lines ready for a download, and how many lines of the source were changed in which way."""
+    """Lines ready for a download, and the number of source lines changed in each way."""
 
     lines: tuple[str, ...]
     remarks: int = 0
@@ -194,7 +196,7 @@ class ProgramSource:
 
 
 def prepared(text: str) -> ProgramSource:
-    """Return a program ready for download: without REM and host remarks, tabs and comments that do not fit.
+    """Return a program ready for download: without REM, host remarks, tabs, and comments that do not fit.
 
     Empty lines become comments. Lines that a controller would refuse stay unchanged; the download then reports them.
     """
@@ -217,7 +219,7 @@ def prepared(text: str) -> ProgramSource:
 
 
 def _code(line: str, mark: str) -> str:
-    """Return a line up to a mark that stands outside of quotes; a `'` ends the search, what follows is a comment."""
+    """Return a line up to a `mark` outside quotes; the search ends at a `'`, which begins a comment."""
     return "".join(_until(line, mark))
 
 

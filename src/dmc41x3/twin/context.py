@@ -1,8 +1,6 @@
-"""The context in which a command is executed: operands, variables, and the reports of the status in bits.
+"""The context of a command: operands (`_TPA`, `_SCB`, `TIME`), variables, and the reports of status bits.
 
-The reports of the controller in bits: TS, the status words, and the data record of QR.
-
-Operands (`_TPA`, `_SCB`, `TIME`), variables, and the context in which a command is executed.
+The reports of status bits are TS, the status words, and the data record of QR.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ from dmc41x3.twin.program import MOST_LABELS, Thread
 from dmc41x3.twin.unit import ANALOG_INPUTS, MOST_VARIABLES, Unit
 
 GENERAL, COORDINATE, AXIS = 52, 26, 36
-"""Sizes of the record's blocks [bytes], as QZ tells them."""
+"""Sizes of the record's blocks [bytes], as QZ reports them."""
 
 INPUT_BANKS = (0, 1, 10, 11)
 """Inputs of TI: general inputs 1 to 16, and inputs 81 to 96, two for the auxiliary encoder of each axis."""
@@ -65,14 +63,14 @@ def switches_byte(unit: Unit, axis: Axis) -> int:
 
 
 def distance_set(unit: Unit, axis: Axis) -> int:
-    """Return what `PR ?` shows: the distance set, or the one that a PA implies."""
+    """Return the answer to `PR ?`: the distance set, or the one that a PA implies."""
     if axis.kind is MotionKind.ABSOLUTE:
         return axis.destination - axis.reference(unit.core.now)
     return axis.distance
 
 
 def corner(unit: Unit, axis: Axis) -> int:
-    """Return `_VP`: where the segment under way began for this axis, or where the axis last stopped."""
+    """Return `_VP`: where the current segment began for this axis, or where the axis last stopped."""
     plane = unit.core.planes.get(axis.plane)
     return axis.last_stop if plane is None else plane.corner(axis.index, unit.core.now) + axis.offset
 
@@ -90,7 +88,7 @@ def input_bank(unit: Unit, bank: int) -> int:
 
 
 def program_byte(unit: Unit) -> int:
-    """Return the byte of TB: what the program does, and whether axes contour."""
+    """Return the byte of TB: the state of the program, and whether axes contour."""
     first = unit.threads.all[0]
     return (
         _PROGRAM_RUNS * bool(unit.threads.mask)
@@ -108,16 +106,16 @@ def amplifier_byte(unit: Unit, number: int) -> int:
 
 
 def address_bytes(host: str) -> tuple[int, int, int, int]:
-    """Return the four bytes of an address, zeros for a host known by another kind of name."""
+    """Return the four bytes of an address, zeros if the host is not an IPv4 address."""
     parts = host.split(".")
     numbers = [int(part) for part in parts if part.isdecimal() and part.isascii() and int(part) < 256]
     return (numbers[0], numbers[1], numbers[2], numbers[3]) if len(numbers) == len(parts) == 4 else (0, 0, 0, 0)
 
 
 def record(unit: Unit, blocks: str = "") -> bytes:
-    """Return the data record's bytes; with `blocks` only those named (axes, S, T, I).
+    """Return the data record's bytes; with `blocks` only the named blocks (axes, S, T, I).
 
-    In a partial record the contour words go with block I; the reference does not settle where they belong.
+    In a partial record the contour words belong to block I; the reference does not specify their place.
     """
     whole = assemble(_head(unit), [_axis(unit, axis) for axis in unit.axes])
     if not blocks:
@@ -252,18 +250,18 @@ def _number(levels: list[bool]) -> int:
 
 
 def _long(value: int) -> int:
-    """Return a counter within the record's 32 bits."""
+    """Return a counter, limited to the record's 32 bits."""
     return value if _LEAST <= value <= _MOST else _LEAST if value < 0 else _MOST
 
 
 _FIRST_AUXILIARY = 81
-"""Number of the first of two inputs that belong to the auxiliary encoder of each axis."""
+"""Number of the first input of an auxiliary encoder; each axis has two of them."""
 
 _Reader = Callable[[], float]
 
 
 class OperandScope:
-    """The scope of expressions of one caller: of a handle, or of a program's thread."""
+    """The scope of expressions of one caller: a handle, or a program's thread."""
 
     def __init__(self, unit: Unit, caller: Handle | None = None, thread: Thread | None = None) -> None:
         self._unit = unit
@@ -274,34 +272,34 @@ class OperandScope:
     def variable(self, name: str) -> int:
         """Return a variable (raw), also `~a` or `^a`.
 
-        Raises `Rejection`: 9 where it was never assigned, 2 for `^a` outside a program, 55 for an array.
+        Raises `Rejection`: 9 if it was never assigned, 2 for `^a` outside a program, 55 for an array.
         """
         value = self._unit.variables.get(name)
         return self._special(name) if value is None else value
 
     def element(self, name: str, index: int) -> int:
-        """Return an element of an array (raw), index -1 its length; `^a` is an array whose name was passed.
+        """Return an element of an array (raw), or its length for index -1; `^a` is an array whose name was passed.
 
         Raises `Rejection`: 57 for an unknown array, 56 for an index outside it.
         """
         return self._unit.arrays.element(self.array(name), index)
 
     def array(self, name: str) -> str:
-        """Return the name of an array, which a stack variable `^a` holds as a string; raises `Rejection`."""
+        """Return the name of an array; a stack variable `^a` contains it as a string. Raises `Rejection`."""
         return unpack(self.variable(name)) if name[0] == "^" else name
 
     def operand(self, name: str) -> int:
-        """Return an operand (raw) by its name without underscore, or TIME; raises `Rejection` for an unknown one."""
+        """Return an operand (raw) by its name without underscore, or TIME; raises `Rejection` for an unknown name."""
         read = self._readers.get(name)
         if read is None:
-            # Only names that exist are kept, so there is an end to them.
+            # Only existing names are stored, so their number is limited.
             read = self._readers[name] = self._reader(name)
         value = read()
         raw = int(value * ONE)
         return raw if RAW_MIN <= raw <= RAW_MAX else fixed(value)
 
     def bank(self, function: str, bit: int) -> int:
-        """Return `@IN` or `@OUT` of a bit, or the volts of `@AN` (raw); raises `Rejection` (6) for one not there."""
+        """Return `@IN` or `@OUT` of a bit, or the volts of `@AN` (raw); raises `Rejection` (6) if it does not exist."""
         unit = self._unit
         if function == "IN" and 0 <= bit - _FIRST_AUXILIARY < 2 * len(unit.axes):
             return ONE  # idle inputs are high, and nothing is wired to these
@@ -344,12 +342,12 @@ class OperandScope:
         return lambda: axis.registers[word]
 
     def _plane_reader(self, read: Callable[[Unit, Plane], float], which: str) -> _Reader:
-        """Return what reads an operand of a plane; without its letter, of the one that CA selected."""
+        """Return the function that reads an operand of a plane, without its letter of the plane that CA selected."""
         unit = self._unit
         return lambda: read(unit, unit.core.planes[which or unit.plane])
 
     def _axis(self, letter: str) -> Axis:
-        """Return an axis by its letter, the first one without: programs in use say `_TP` and mean `_TPA`."""
+        """Return an axis by its letter, by default the first: programs in use write `_TP` for `_TPA`."""
         letter = letter.translate(ALIASES) or "A"
         if letter in self._unit.core.virtual:
             return self._unit.core.virtual[letter]
@@ -508,7 +506,7 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
 
 
 Answer: TypeAlias = str | bytes | None
-"""Text (a line end is added), bytes as they are, or nothing but the prompt."""
+"""Text (a line end is added), bytes as they are, or None for the prompt only."""
 
 
 @dataclass(slots=True)
@@ -526,7 +524,7 @@ class CallerContext:
         return self.unit.core
 
     def axes(self, places: list[int]) -> list[Axis]:
-        """Return axes by their places."""
+        """Return the axes at these places."""
         return [self.unit.axes[place] for place in places]
 
     def number(self, text: str) -> float:
@@ -534,7 +532,7 @@ class CallerContext:
         return evaluate(text, self.names) / ONE
 
     def integer(self, text: str, minimum: int, maximum: int) -> int:
-        """Return the value of an expression without its fraction; raises `Rejection` (6) where it is out of range."""
+        """Return the value of an expression without its fraction; raises `Rejection` (6) if it is out of range."""
         value = int(self.number(text))
         if not minimum <= value <= maximum:
             raise Rejection(ErrorCode.OUT_OF_RANGE)
@@ -542,4 +540,4 @@ class CallerContext:
 
 
 Handler: TypeAlias = Callable[[CallerContext, str], Answer]
-"""A command: gets the text behind its two letters; raises `Rejection` where the answer is `?`."""
+"""A command: receives the text after its two letters; raises `Rejection` if the answer is `?`."""

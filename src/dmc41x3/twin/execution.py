@@ -42,7 +42,7 @@ _ELEMENT = re.compile(r"(?:[A-Za-z][A-Za-z0-9_]*|\^[a-h])\[")
 _LIKE_A_COMMAND = re.compile(r"[A-Z]{2}(?![A-Z*]\s*=)[A-Za-z0-9_]+\s*(?:\[[^=]*\]\s*)?=(?!=)")
 _WITH_A_LETTER = re.compile(r"[A-Z]{3}\s*=(?!=)")
 _COMPARING = frozenset({"IF", "MG", "NO", "PW"})
-"""Commands whose text may hold a `=` behind a name; what begins like one of them is never an assignment."""
+"""Commands whose text may contain `=` after a name; a text that begins with one of them is never an assignment."""
 
 _LETTERED = frozenset({"HS", "IH", "MB"})
 """Commands besides those of axes that take a letter and a `=`: `IHA=`."""
@@ -50,7 +50,7 @@ _LETTERED = frozenset({"HS", "IH", "MB"})
 _MASK = re.compile(
     r"(?:A[LMS]|B[GT]|C[MS]|F[EI]|HM|LM|M[CO]|Q[HRS]|R[LP]|S[CHT]|T[DEPSTV]|VM)(?:[A-Z ]|~[a-h])*",
 )
-"""A command whose arguments are letters; behind all others `~a` alone is a number."""
+"""A command whose arguments are letters; after all others `~a` alone is a number."""
 
 _EXPLICIT = re.compile(r"(..\s*)(~[a-h])(\s*=.*)")
 _VARIABLE_AXIS = re.compile(r"~[a-h]")
@@ -69,7 +69,7 @@ def execute(context: CallerContext, text: str) -> Answer:
 
 
 def assignment(text: str) -> tuple[str, str] | None:
-    """Return the target of an assignment and the text behind the `=`, None for a text that is none.
+    """Return the target of an assignment and the text after the `=`, None for any other text.
 
     The target is a variable, `~a`, `^a`, or an array with its index in brackets.
     """
@@ -93,7 +93,7 @@ def with_axes(context: CallerContext, text: str) -> str:
 
 
 def is_assignment(text: str) -> bool:
-    """Tell a variable whose name begins like a command (`CD0=0`, `READY=0`) from a command with an axis (`CDA=0`)."""
+    """Return whether a text assigns to a variable that resembles a command (`CD0=0`, `READY=0`, but not `CDA=0`)."""
     word = text[:2]
     if _LIKE_A_COMMAND.match(text) is not None:
         return word not in _COMPARING
@@ -151,7 +151,7 @@ def _set_local(context: CallerContext, letter: str, value: int) -> None:
 
 
 def _axis_number(value: int) -> int:
-    """Return what an axis variable keeps of a number, or of a letter in quotes; raises `Rejection` (6)."""
+    """Return the value of an axis variable for a number, or for a letter in quotes; raises `Rejection` (6)."""
     number = whole(value)
     if 0 <= number < len(AXIS_NAMES):
         return number
@@ -162,7 +162,7 @@ def _axis_number(value: int) -> int:
 
 
 def _closing(text: str, start: int) -> int:
-    """Return the place behind the bracket that closes the one before `start`; raises `Rejection` (55)."""
+    """Return the place after the bracket that closes the one before `start`; raises `Rejection` (55)."""
     depth = 1
     for place in range(start, len(text)):
         depth += (text[place] == "[") - (text[place] == "]")
@@ -173,7 +173,7 @@ def _closing(text: str, start: int) -> int:
 
 CallOperation = Callable[[CallerContext, Thread], None]
 Goal = Callable[[CallerContext], int]
-"""Tells the statement to go to."""
+"""Returns the statement to jump to."""
 
 _CALLED_LABEL = re.compile(r"#(\w+)\s*(.*)", re.ASCII)
 _CALL = re.compile(r"(#?\w+(?:\s*[-+]\s*\w+)*)\s*\((.*)\)", re.ASCII)
@@ -181,7 +181,7 @@ _STACK = "abcdefgh"
 
 
 def goal(program: Program, text: str) -> tuple[Goal, str]:
-    """Return what a destination (`#a`, `#a+i`, `n`) leads to, and the expression that this depends on."""
+    """Return the goal of a destination (`#a`, `#a+i`, `n`), and the expression on which it depends."""
     found = _CALLED_LABEL.fullmatch(text)
     if found is None:
         expression = text
@@ -195,16 +195,16 @@ def goal(program: Program, text: str) -> tuple[Goal, str]:
 
 
 def condition(parts: list[str]) -> Value | None:
-    """Return the condition behind a destination, None where there is none."""
+    """Return the condition after a destination, None if it has none."""
     if len(parts) > 1:
         raise Rejection(ErrorCode.OPERAND_ERROR)
     return compiled(parts[0]) if parts else None
 
 
 def ahead(act: CallOperation) -> CallOperation:
-    """Return a jump in which `_XQn` of its own thread is the line behind it, so that `_XQ0-1` is the jump itself.
+    """Return a jump during which `_XQn` of its own thread is the next line, so that `_XQ0-1` is the jump itself.
 
-    Galil's command reference shows that for JP: `JP _XQ0-1,(TIME<(t+1000))` waits in its line. For JS it is inferred.
+    Galil's command reference shows this for JP: `JP _XQ0-1,(TIME<(t+1000))` waits in its line. For JS it is inferred.
     """
 
     def jump(context: CallerContext, thread: Thread) -> None:
@@ -218,7 +218,7 @@ def ahead(act: CallOperation) -> CallOperation:
 
 
 def _call(program: Program, text: str) -> CallOperation:
-    """JS: call a subroutine, always or where a condition is not 0: `#a(1,v,&v,"array"),condition`."""
+    """JS: call a subroutine, always or if a condition is not 0: `#a(1,v,&v,"array"),condition`."""
     first, *others = split(text)
     found = _CALL.fullmatch(first)
     name, given = found.groups() if found is not None else (first, "")
@@ -242,7 +242,7 @@ def _call(program: Program, text: str) -> CallOperation:
 
 
 def _passed(context: CallerContext, arguments: list[str]) -> tuple[dict[str, int], dict[str, str]]:
-    """Return the stack variables of a subroutine, and which variables some of them stand for."""
+    """Return the stack variables of a subroutine, and the names of the variables passed by reference."""
     values: dict[str, int] = {}
     references: dict[str, str] = {}
     for letter, argument in zip(_STACK, arguments, strict=False):
@@ -255,7 +255,7 @@ def _passed(context: CallerContext, arguments: list[str]) -> tuple[dict[str, int
 
 
 def _end(_: Program, text: str) -> CallOperation:
-    """EN m,n,r: end the thread, or return; 1 as m or n resumes what was waited for, r is the value of `_JS`."""
+    """EN m,n,r: end the thread, or return; 1 as m or n resumes the interrupted wait, r is the value of `_JS`."""
     parts = split(text)
     if len(parts) > 3:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -283,7 +283,7 @@ def _back(context: CallerContext, thread: Thread) -> None:
 
 
 def _return(_: Program, text: str) -> CallOperation:
-    """RE, RI: return from an automatic subroutine; 1 resumes what was waited for. Elsewhere refused (8)."""
+    """RE, RI: return from an automatic subroutine; 1 resumes the interrupted wait. Elsewhere refused (8)."""
     parts = split(text)
     resume = compiled(parts[0]) if parts[0] else None
 
@@ -296,9 +296,9 @@ def _return(_: Program, text: str) -> CallOperation:
 
 
 def _leave(thread: Thread, *, resume: bool) -> None:
-    """Return from an automatic subroutine; `resume` waits on for what the interrupted thread waited for.
+    """Return from an automatic subroutine; `resume` resumes the wait of the interrupted thread.
 
-    A thread whose error was dealt with goes on behind the erring statement with `resume` only.
+    A thread that handled its own error continues after the erring statement only with `resume`.
     """
     frame = thread.stack.pop()
     culprit = frame.culprit
@@ -314,7 +314,7 @@ def _leave(thread: Thread, *, resume: bool) -> None:
 
 
 def _zero_stack(_: Program, text: str) -> CallOperation:
-    """ZS n: forget where to return to: 0 everything, 1 the innermost subroutine."""
+    """ZS n: drop the places to return to: 0 all, 1 the innermost one."""
     levels = compiled(text.strip() or "0")
 
     def act(context: CallerContext, thread: Thread) -> None:
@@ -333,11 +333,11 @@ CALLS: dict[str, Callable[[Program, str], CallOperation]] = {
     "RI": _return,
     "ZS": _zero_stack,
 }
-"""The operation of the text behind a mnemonic."""
+"""Functions that prepare the text after a mnemonic."""
 
 
 HOST_ONLY = frozenset({"BK", "DL", "ED", "LS", "QD", "RS", "SL", "UL", "WH"})
-"""Commands that a program may not give."""
+"""Commands that a program may not contain."""
 
 StatementOperation = Callable[[CallerContext, Thread], Answer]
 
@@ -347,19 +347,19 @@ _OF_THE_MACHINE = ("_", "@", "TIME")
 
 
 class Need(IntEnum):
-    """The part of the machine that a statement needs."""
+    """The part of the controller that a statement needs."""
 
     NOTHING = 0
-    """Variables only: it may be executed before the axes are brought to its sample."""
+    """Variables only: the statement may be executed before the axes are advanced to its sample."""
     STATE = 1
-    """The machine as it is at the sample."""
+    """The state of the machine at the sample."""
     ALL = 2
-    """It may change the machine, or wait for it."""
+    """The whole machine: the statement may change it, or wait for it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """One statement of a program; `opens` is the first one of its line."""
+    """One statement of a program; `opens` marks the first one of its line."""
 
     line: int
     text: str
@@ -382,12 +382,12 @@ def prepared(program: Program) -> list[Statement]:
 
 
 def word_of(text: str) -> str:
-    """Return the mnemonic that a statement begins with."""
+    """Return the mnemonic at the beginning of a statement."""
     return next((word for word in _LONG if text.startswith(word)), text[:2])
 
 
 def _branches(texts: list[str]) -> list[int]:
-    """Return, for every IF and ELSE, the statement behind the ELSE or ENDIF that belongs to it, if there is one."""
+    """Return, for every IF and ELSE, the index after its ELSE or ENDIF, -1 if there is none."""
     places = [_NOWHERE] * len(texts)
     waiting: list[int] = []
     for index, text in enumerate(texts):
@@ -396,7 +396,7 @@ def _branches(texts: list[str]) -> list[int]:
             places[waiting.pop()] = index + 1
         if word in ("IF", "ELSE"):
             waiting.append(index)
-    # An ELSE that nothing closes leaves its IF open, too.
+    # If an ELSE has no ENDIF, its IF is open, too.
     behind = {index + 1 for index in waiting}
     return [_NOWHERE if place in behind else place for place in places]
 
@@ -437,7 +437,7 @@ def _trippoint(word: str, text: str) -> tuple[StatementOperation, Need]:
 
 
 def _assignment(text: str) -> tuple[StatementOperation, Need] | None:
-    """Return an assignment or interrogation, None for anything else; the machine has no part in either."""
+    """Return an assignment or interrogation, None for any other text; neither changes the machine."""
     found = assignment(text)
     if found is None:
         return None
@@ -472,7 +472,7 @@ def _nothing(_: Program, _text: str, _branch: int) -> tuple[StatementOperation, 
 
 
 def _jump(program: Program, text: str, _: int) -> tuple[StatementOperation, Need]:
-    """JP: go elsewhere, always or where a condition is not 0."""
+    """JP: jump, always or if a condition is not 0."""
     first, *others = split(text)
     where, depends = goal(program, first)
     test = condition(others)
@@ -497,7 +497,7 @@ def _if(_: Program, text: str, branch: int) -> tuple[StatementOperation, Need]:
 
 
 def _else(_: Program, _text: str, branch: int) -> tuple[StatementOperation, Need]:
-    """ELSE is met where the IF was true: go behind the ENDIF."""
+    """ELSE is reached if the IF was true: continue after the ENDIF."""
     if branch == _NOWHERE:
         raise Rejection(ErrorCode.IF_WITHOUT_ENDIF)
 

@@ -2,11 +2,10 @@
 
 A raw value is the number times 65536, as an integer of 48 bits. Products and quotients are truncated towards zero; a
 result beyond the range wraps as the registers do. A function without a result is refused with code 6: division
-by zero, an angle whose tangent is too large. Which of these a real box does is not documented; nothing above relies
-on it.
+by zero, an angle whose tangent is too large. The manual does not document these cases; nothing above relies on them.
 
-A text is compiled once and evaluated many times, as programs in loops do. A misspelled text is refused before
-anything is looked up.
+A text is compiled once and evaluated many times, for example in loops of programs. A misspelled text is refused
+before any name is looked up.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from dmc41x3.language.numbers import RAW_MAX, RAW_MIN, SCALE, fits, parse_fixed
 
 
 class Rejection(Exception):
-    """A command is answered `?`; `code` is what TC then reports."""
+    """A command is refused with `?`; `code` is the code that TC then reports."""
 
     def __init__(self, code: ErrorCode) -> None:
         self.code = code
@@ -34,7 +33,7 @@ class Rejection(Exception):
 
 ONE = SCALE
 STRING_LENGTH = 6
-"""A string lives in the six bytes of a number."""
+"""A string occupies the six bytes of a number."""
 
 SPAN = 1 << 48
 _HALF = 1 << 47
@@ -59,7 +58,7 @@ def pack(text: str) -> int:
 
 
 def unpack(raw: int, length: int = STRING_LENGTH) -> str:
-    """Return the first `length` characters that a raw value holds as a string; unprintable bytes are left out."""
+    """Return the first `length` characters of the string in a raw value; unprintable bytes are left out."""
     data = (raw % SPAN).to_bytes(STRING_LENGTH, "big")[:length]
     return "".join(chr(byte) for byte in data if 0x20 <= byte < 0x7F)
 
@@ -99,7 +98,7 @@ OPERATORS: dict[str, Callable[[int, int], int]] = {
     "<=": lambda a, b: ONE if a <= b else 0,
     ">=": lambda a, b: ONE if a >= b else 0,
 }
-"""Operators on raw values in range, giving raw values in range. `&` and `|` take all 48 bits."""
+"""Operators on raw values in range, with results in range. `&` and `|` take all 48 bits."""
 
 
 def _rounded(a: int) -> int:
@@ -108,7 +107,7 @@ def _rounded(a: int) -> int:
 
 
 def _real(function: Callable[[float], float]) -> Callable[[int], int]:
-    """Return a function of floats as one of raw values, rounded; outside its domain or range it is refused."""
+    """Return a function of floats as one of raw values, rounded; outside its domain it raises `Rejection` (6)."""
 
     def apply(a: int) -> int:
         try:
@@ -121,7 +120,7 @@ def _real(function: Callable[[float], float]) -> Callable[[int], int]:
 
 
 def _sine(a: int) -> int:
-    # Whole turns are taken off while the angle is exact.
+    # Whole turns are removed while the angle is exact.
     return round(math.sin(math.radians(a % _TURN / ONE)) * ONE)
 
 
@@ -130,7 +129,7 @@ def _cosine(a: int) -> int:
 
 
 def _tangent(a: int) -> int:
-    """Return the tangent; beyond 45 degrees by that of the complement, which is exact where the tangent is large."""
+    """Return the tangent; from 45 to 135 degrees by that of the complement, which is exact for large tangents."""
     angle = a % (_TURN // 2)
     if _TURN // 8 <= angle <= 3 * _TURN // 8:
         complement = math.tan(math.radians((_TURN // 4 - angle) / ONE))
@@ -146,7 +145,7 @@ def _to_float_bits(a: int) -> int:
 
 
 def _from_float_bits(a: int) -> int:
-    """Return the number, without what is below 1/65536, of an IEEE single given by its bits (@REAL)."""
+    """Return the number, truncated to 1/65536, of an IEEE single given by its bits (@REAL)."""
     (value,) = struct.unpack(">f", (a // ONE).to_bytes(4, "big", signed=True))
     if math.isnan(value) or not fits(value):
         raise Rejection(ErrorCode.OUT_OF_RANGE)
@@ -186,7 +185,7 @@ _STRING = re.compile(r'\s*"([^"]*)"')
 _OPERATOR = re.compile(r"\s*(<=|>=|<>|[-+*/%&|=<>])")
 _SYMBOL = re.compile(r"\s*([-(\[\])])")
 _WRONG = {"?": ErrorCode.QUESTION_MARK_INVALID, '"': ErrorCode.BAD_STRING}
-"""Errors of a term by its beginning; only quotes that are not closed come that far."""
+"""Error codes of a term by its first character; only quotes that are not closed occur here."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,7}")
 
@@ -195,15 +194,15 @@ class Scope(Protocol):
     """Source of the names in an expression; every value is raw fixed point."""
 
     def variable(self, name: str) -> int:
-        """Return a variable, `~a` and `^a` among them; raises `Rejection` for one that was never assigned."""
+        """Return a variable, also `~a` or `^a`; raises `Rejection` if it was never assigned."""
         ...
 
     def element(self, name: str, index: int) -> int:
-        """Return an element of an array, or its length for index -1; raises `Rejection` where there is none."""
+        """Return an element of an array, or its length for index -1; raises `Rejection` if it does not exist."""
         ...
 
     def operand(self, name: str) -> int:
-        """Return an operand such as `TPA` (written `_TPA`), or a keyword; raises `Rejection` for an unknown one."""
+        """Return an operand such as `TPA` (written `_TPA`), or a keyword; raises `Rejection` for an unknown name."""
         ...
 
     def bank(self, function: str, bit: int) -> int:
@@ -212,11 +211,11 @@ class Scope(Protocol):
 
 
 Value: TypeAlias = Callable[[Scope], int]
-"""An expression ready to be evaluated; raises `Rejection` for what cannot be looked up or computed."""
+"""A compiled expression; raises `Rejection` if a name is unknown or a result cannot be computed."""
 
 
 def evaluate(text: str, scope: Scope) -> int:
-    """Return the raw value of an expression; raises `Rejection` with the code that fits what is wrong."""
+    """Return the raw value of an expression; raises `Rejection` with the code of the error."""
     if len(text) < 10 and text.isascii() and (text.isdecimal() or (text[:1] == "-" and text[1:].isdecimal())):
         return int(text) * ONE
     return compiled(text)(scope)
@@ -224,7 +223,7 @@ def evaluate(text: str, scope: Scope) -> int:
 
 @lru_cache(_CACHED)
 def compiled(text: str) -> Value:
-    """Return an expression to be evaluated; raises `Rejection` where it is misspelled."""
+    """Return a compiled expression; raises `Rejection` if it is misspelled."""
     if not text.strip():
         raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
     parser = _Parser(text)
@@ -234,7 +233,7 @@ def compiled(text: str) -> Value:
 
 
 def is_name(text: str) -> bool:
-    """Tell whether a text can name a variable or an array: a letter, then letters, digits, underscores, eight at most.
+    """Return whether a text is a valid name: a letter, then letters, digits, underscores, eight characters at most.
 
     Galil's command reference names letters and digits only; programs in use have underscores too (ISIS, galil_*.dmc).
     """
@@ -242,12 +241,12 @@ def is_name(text: str) -> bool:
 
 
 def axis_letter(scope: Scope, variable: str) -> str:
-    """Return the axis or plane that a variable `~a` stands for; raises `Rejection` where it was never assigned."""
+    """Return the axis or plane that a variable `~a` stands for; raises `Rejection` if it was never assigned."""
     return AXIS_NAMES[whole(scope.variable(variable))]
 
 
 class _Parser:
-    """Reads one expression by recursive descent; there is one level of precedence."""
+    """Reads one expression by recursive descent; all operators have the same precedence."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -295,7 +294,7 @@ class _Parser:
     def _negative(self) -> Value:
         number = self._match(_NUMBER)
         if number is not None:
-            # The sign belongs to a decimal, or -2147483648 could not be written.
+            # The sign is part of a decimal; otherwise -2147483648 could not be written.
             return _constant(wrap(-_literal(number)) if "$" in number else _literal(f"-{number}"))
         value = self._nested(self._term)
         return lambda scope: wrap(-value(scope))
@@ -333,7 +332,7 @@ class _Parser:
         return value
 
     def _nested(self, read: Callable[[], Value]) -> Value:
-        # A line has 80 characters, so this bound is never met on the wire; it keeps any text from the stack.
+        # A line has 80 characters, so no command reaches this bound; it protects the stack from other texts.
         self._depth += 1
         if self._depth > _DEEPEST:
             raise Rejection(ErrorCode.PARENTHESES)
@@ -372,7 +371,7 @@ def _literal(text: str) -> int:
         return int(text) * ONE
     if "$" in text:
         return parse_fixed(text)
-    # Ten digits before the point are the most that can be in range; more would only cost time.
+    # At most ten digits before the point can be in range; more would only cost time.
     if len(text.partition(".")[0].lstrip("-0")) > 10 or not fits(Fraction(f"{text}0" if text[-1] == "." else text)):
         raise Rejection(ErrorCode.OUT_OF_RANGE)
     return parse_fixed(text)
@@ -384,7 +383,7 @@ _OPENING, _CLOSING = "([", ")]"
 
 
 def split(text: str, separator: str = ",") -> list[str]:
-    """Return the parts of `text` between separators that stand outside brackets and quotes, stripped."""
+    """Return the parts of `text` between separators outside brackets and quotes, stripped."""
     if '"' not in text and "(" not in text and "[" not in text:
         return [part.strip() for part in text.split(separator)]
     parts: list[str] = []
@@ -408,8 +407,8 @@ def split(text: str, separator: str = ",") -> list[str]:
 def by_axis(text: str, letters: str) -> list[tuple[int, str]]:
     """Return (place in `letters`, argument) for the forms `1,,3`, `B=1`, `*=1`; an argument may be `?`.
 
-    `letters` are the names there are, axes or planes. Raises `Rejection` for a name or place too many, and where
-    there is no argument at all.
+    `letters` are the existing names, of axes or planes. Raises `Rejection` for an unknown name, for too many arguments,
+    and for none.
     """
     text = text.strip()
     name, equals, value = text.partition("=")
@@ -429,7 +428,7 @@ def by_axis(text: str, letters: str) -> list[tuple[int, str]]:
 
 
 def axis_place(letter: str, letters: str) -> int:
-    """Return the place of a name; X, Y, Z, W are other names of A to D. Raises `Rejection` where it has none."""
+    """Return the place of a name; X, Y, Z, W are other names of A to D. Raises `Rejection` for an unknown name."""
     index = letters.find(letter.translate(ALIASES))
     if index < 0:
         raise Rejection(ErrorCode.S_OPERAND_INVALID if letter in "ST" else ErrorCode.INVALID_AXIS)
@@ -437,9 +436,9 @@ def axis_place(letter: str, letters: str) -> int:
 
 
 def mask(text: str, letters: str) -> list[int]:
-    """Return the places of the names in `text`, all of them for an empty one and `*`; raises `Rejection` for others.
+    """Return the places of the names in `text`, all of them for an empty text and `*`; raises `Rejection` for others.
 
-    Galil's command reference has `*` for all axes in `KP*=0`; that a mask takes it is inferred: hosts send `ST*`.
+    Galil's command reference has `*` for all axes in `KP*=0`; that a mask accepts it is inferred: hosts send `ST*`.
     """
     names = text.replace(" ", "")
     if names in ("", "*"):

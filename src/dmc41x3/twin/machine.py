@@ -1,6 +1,6 @@
-"""A DMC-4133 without a wire: bytes of a connection in, bytes of its reply out, at a time that the caller tells.
+"""A DMC-4133 without a network: it receives bytes of a connection and returns its reply, at a time set by the caller.
 
-The machine never waits and never looks at a clock. It obeys whatever bytes come and never raises for any of them.
+The machine never waits and never reads a clock. It accepts any bytes and never raises because of them.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from dmc41x3.twin.runner import ProgramRunner
 from dmc41x3.twin.unit import Activity, ControllerIdentity, Unit
 
 REVISION = "Rev 1.3k"
-"""Firmware it says it has, unless told otherwise."""
+"""Revision of the default firmware line."""
 
 PORT = 23
 SERIAL = 41330
 ADDRESS = (10, 51, 0, 87)
 HARDWARE_ADDRESS = "00-50-4C-08-01-1F"
 HORIZON = 1.0
-"""How far ahead the machine looks for what may befall axes that a program watches [s]."""
+"""How far ahead the machine predicts events of axes that a program watches [s]."""
 
 
 class VirtualDmc:
     """The controller.
 
-    `plant` is what its motors drive, `axes` how many there are (1 to 8), `motors_off` whether motors that were never
-    burned power up off, `memory` what is burned. `firmware` is the line of ^R^V, by default that of a DMC-41x3.
-    While `balk` says so, a command is refused with code 1 and not executed (for faults on demand).
-    Times are seconds on one clock of the caller's that never goes back.
+    `plant` is driven by its motors, `axes` is their number (1 to 8), `motors_off` whether motors that were never burned
+    power up off, `memory` the burned state. `firmware` is the line of ^R^V, by default that of a DMC-41x3. While `balk`
+    returns true, commands are refused with code 1 and not executed (for faults on demand). Times are seconds on one
+    clock of the caller that never goes back.
     """
 
     def __init__(
@@ -71,32 +71,32 @@ class VirtualDmc:
 
     @property
     def now(self) -> float:
-        """The time advanced to [s]."""
+        """The time to which the controller has advanced [s]."""
         return self._core.now
 
     @property
     def unit(self) -> Unit:
-        """The memory of the controller, for readers outside of it, such as tests."""
+        """The state of the controller, for external readers such as tests."""
         return self._unit
 
     def connect(
         self, peer: tuple[str, int] = ("127.0.0.1", 0), kind: HandleProtocol = HandleProtocol.TCP, port: int = PORT
     ) -> Handle | None:
-        """Give a new connection to `port` the first free handle; None where all are taken or IK blocks the port."""
+        """Assign the first free handle to a new connection to `port`; None if all are in use or IK blocks the port."""
         handle = self._unit.handles.connect(peer, kind, port)
         if handle is not None:
             self._contexts[handle] = CallerContext(self._unit, OperandScope(self._unit, handle), handle)
         return handle
 
     def disconnect(self, handle: Handle) -> None:
-        """Take a handle back whose connection ended; motion goes on. Again is harmless."""
+        """Free the handle of an ended connection; motion continues. Idempotent."""
         self._unit.handles.close(handle)
         self._contexts.pop(handle, None)
 
     def receive(self, handle: Handle, data: bytes, now: float) -> bytes:
         """Execute the commands that `data` completes, at time `now` [s], and return their replies.
 
-        A command may close handles, the sender's among them: see `Handle.open` afterwards.
+        A command may close handles, also the sender's: check `Handle.open` afterwards.
         """
         self.advance(now)
         if handle.master:
@@ -106,15 +106,15 @@ class VirtualDmc:
         for text in handle.splitter.split(data):
             context = self._contexts.get(handle)
             if context is None or not handle.open:
-                continue  # the splitter is run to its end
+                continue  # the splitter must be exhausted
             replies.append(self._take_in(handle, text) if handle.download else self._reply(context, text))
         self._look()
         return b"".join(replies)
 
     def advance(self, now: float) -> None:
-        """Bring the controller and its plant to time `now` [s].
+        """Advance the controller and its plant to time `now` [s].
 
-        If nothing moves and nothing is due before, this is a single step.
+        If nothing moves and nothing is due before `now`, this is a single step.
         """
         core = self._core
         while core.now < now:
@@ -128,12 +128,12 @@ class VirtualDmc:
             self._look()
 
     def next_event(self, until: float) -> float | None:
-        """Return when in (now, until] something happens by itself [s], None where nothing does."""
+        """Return the time of the next event in (now, until] [s], None if there is none."""
         event = self._core.next_event(min(self._event, until))
         return event if event is not None else self._event if self._event <= until else None
 
     def wake(self) -> float:
-        """Return when it should next be advanced though nobody talks to it [s], infinity for never.
+        """Return when to advance the controller next if no data arrive [s], infinity for never.
 
         It may then have something to send.
         """
@@ -148,12 +148,12 @@ class VirtualDmc:
         return wake
 
     def look(self) -> None:
-        """See to a change from outside (of inputs, of the plant) at the time last advanced to."""
+        """Handle an external change (of inputs, of the plant) at the present time."""
         self._core.look()
         self._look()
 
     def power_off(self) -> None:
-        """Lose power at the time last advanced to: motors and outputs go off, connections and what is not burned go."""
+        """Lose power at the present time: motors and outputs switch off; connections and unburned data are lost."""
         self._unit.reset()
         for activity in self._activities:
             activity.reset()
@@ -161,26 +161,26 @@ class VirtualDmc:
         self._plan()
 
     def power_on(self) -> None:
-        """Come up again with what is burned, at the time last advanced to."""
+        """Power up with the burned state, at the present time."""
         system.reset(self._unit)
         self._look()
 
     def take_messages(self) -> list[tuple[Handle, bytes]]:
-        """Return the bytes for handles that did not ask for them, and forget them."""
+        """Return the unsolicited bytes by handle, and clear them."""
         return self._unit.outlet.take()
 
     def abort_input(self, active: bool) -> None:
-        """Set the abort input at the time last advanced to."""
+        """Set the abort input at the present time."""
         self._core.set_abort_input(active)
         self._look()
 
     def amplifier_fault(self, status: int) -> None:
-        """Set the amplifiers' fault bits, laid out as in the data record, at the time last advanced to; 0 is well."""
+        """Set the amplifiers' fault bits, laid out as in the data record, at the present time; 0 means no fault."""
         self._core.set_amplifier_status(status & 0xFFFFFFFF)
         self._look()
 
     def _quiet_until(self, now: float) -> float:
-        """Return the time up to `now` [s] before which only the program's threads have something to do."""
+        """Return the time up to `now` [s] before which only the program's threads can act."""
         limit = min(now, self._event_of_others)
         event = self._core.next_event(limit)
         return limit if event is None else event
@@ -198,13 +198,13 @@ class VirtualDmc:
         self._plan()
 
     def _plan(self) -> None:
-        """Note what comes next, once for all who ask: until the next look only the plant can bring something else."""
+        """Compute the next event; until the next look, only the plant can have an earlier one."""
         self._event_of_others = min([activity.next_event() for activity in self._active], default=inf)
         self._event = min(self._runner.next_event(), self._event_of_others)
         self._idle = self._core.idle
 
     def _take_in(self, handle: Handle, text: str) -> bytes:
-        """Hand a line of a download to what takes it; the backslash ends it."""
+        """Pass a line to the download under way; the backslash ends the download."""
         download = handle.download
         assert download is not None
         try:
@@ -237,7 +237,7 @@ class VirtualDmc:
 
 
 def _take_answer(handle: Handle, data: bytes) -> None:
-    """Note what the other side of a handle that IH opened says; it answers, it does not command."""
+    """Store the answer of the other side of a handle that IH opened; that side does not send commands."""
     for byte in data:
         if byte in b":?":
             handle.attempt = Attempt.ACCEPTED if byte == ord(":") else Attempt.REFUSED

@@ -2,8 +2,8 @@
 
 The burned memory holds parameters, program, variables and arrays, in the process or in a file.
 
-The file is JSON with a version and a checksum for each part, written whole or not at all. A part whose checksum is
-wrong comes up empty and sets its bit in `errors`; nothing that a file may hold raises.
+The file is JSON with a version and a checksum for each part, written whole or not at all. A part with a wrong
+checksum is empty after power-up and sets its bit in `errors`; no content of a file raises.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MOST_ELEMENTS = 24_000
 MOST_ARRAYS = 30
 
 LENGTH = -1
-"""Index under which an array tells its length."""
+"""Index that returns the length of an array."""
 
 
 class Arrays:
@@ -48,15 +48,15 @@ class Arrays:
 
     @property
     def free(self) -> int:
-        """How many elements can still be dimensioned (`_DM`)."""
+        """Number of elements that can still be dimensioned (`_DM`)."""
         return MOST_ELEMENTS - sum(map(len, self._rows.values()))
 
     def dimension(self, name: str, size: int) -> None:
-        """Make an array of zeros.
+        """Create an array of zeros.
 
-        Raises `Rejection`: 6 for a size below 1 or above the memory, 66 where too little is left, 67 for one array too
-        many, 9 for an array of another size under this name. To dimension one again as it is changes nothing, so that
-        a program can be started twice; what a real box does then is not documented.
+        Raises `Rejection`: 6 for a size below 1 or above the memory, 66 if too little memory is left, 67 if there are
+        too many arrays, 9 if the array exists with another size. If it exists with this size, nothing changes, so that
+        a program can be started twice; the behaviour of a real controller is not documented.
         """
         if not 1 <= size <= MOST_ELEMENTS:
             raise Rejection(ErrorCode.OUT_OF_RANGE)
@@ -97,35 +97,35 @@ class Arrays:
         row[index] = value
 
     def release(self, name: str) -> None:
-        """Forget an array (DA); raises `Rejection` (82) for an unknown one."""
+        """Delete an array (DA); raises `Rejection` (82) for an unknown one."""
         self.row(name)
         del self._rows[name]
 
     def clear(self) -> None:
-        """Forget all of them."""
+        """Delete all arrays."""
         self._rows.clear()
 
     def contents(self) -> dict[str, list[int]]:
-        """Return a copy of everything."""
+        """Return a copy of all arrays."""
         return {name: list(row) for name, row in self._rows.items()}
 
     def restore(self, contents: dict[str, list[int]]) -> None:
-        """Have these arrays and no others."""
+        """Replace all arrays by `contents`."""
         self._rows = {name: list(row) for name, row in contents.items()}
 
 
 _SAME = 1e-6
-"""A time this much of a sample before one counts as that sample."""
+"""A time up to this fraction of a sample before a sample counts as that sample."""
 
 MOST = 8
 """Arrays, and sources, that can be recorded at once."""
 
 Source: TypeAlias = Callable[[], int]
-"""Recorded values: raw fixed point, of the present instant."""
+"""Returns the value to record: raw fixed point, at the present time."""
 
 
 class ArrayRecorder:
-    """An activity that looks at its sources at the samples of the servo.
+    """An activity that reads its sources at the samples of the servo.
 
     `recording` is `_RC`, `next_index` is `_RD`: the element that is written next.
     """
@@ -142,31 +142,31 @@ class ArrayRecorder:
         return self.recording
 
     def reset(self) -> None:
-        """Forget arrays and sources, as a power-up does."""
+        """Clear arrays and sources, as a power-up does."""
         self._names: tuple[str, ...] = ()
         self._sources: tuple[Source, ...] = ()
         self.recording = False
         self.next_index = 0
 
     def choose_arrays(self, names: Sequence[str]) -> None:
-        """Say where to record to (RA); raises `Rejection`: 80 while recording, 82 for an unknown array."""
+        """Set the arrays to record to (RA); raises `Rejection`: 80 while recording, 82 for an unknown array."""
         self._stopped()
         for name in names:
             self._arrays.row(name)
         self._names = tuple(names)
 
     def choose_sources(self, sources: Sequence[Source]) -> None:
-        """Say what to record (RD), in the order of the arrays; raises `Rejection` (80) while recording."""
+        """Set the sources to record (RD), in the order of the arrays; raises `Rejection` (80) while recording."""
         self._stopped()
         self._sources = tuple(sources)
 
     def begin(self, now: float, started: float, period: float, every: int, count: int) -> None:
-        """Record every so many samples (RC), from the next sample after `now` [s].
+        """Record once in `every` samples (RC), from the next sample after `now` [s].
 
-        Samples are a `period` apart [s] and count from `started` [s]. It ends after `count` records, 0 for as many as
-        the shortest array holds; with a negative one it begins again at the first element for ever. Raises `Rejection`:
-        80 while recording, 81 without an array for each source and a source for each array, 84 for more records than
-        an array holds.
+        Samples are a `period` apart [s] and count from `started` [s]. The recording ends after `count` records, or when
+        the shortest array is full for 0; with a negative `count` it repeats from the first element. Raises `Rejection`:
+        80 while recording, 81 without an array for each source and a source for each array, 84 for more records than an
+        array has elements.
         """
         self._stopped()
         if not self._names or len(self._names) != len(self._sources):
@@ -181,19 +181,19 @@ class ArrayRecorder:
         self.recording = True
 
     def stop(self) -> None:
-        """End recording (RC 0); again is harmless."""
+        """End the recording (RC 0); idempotent."""
         self.recording = False
 
     def uses(self, name: str) -> bool:
-        """Tell whether an array is being recorded to."""
+        """Return whether an array is being recorded to."""
         return self.recording and name in self._names
 
     def next_event(self) -> float:
-        """Return the time of the next record [s], infinity while nothing is recorded."""
+        """Return the time of the next record [s], infinity if nothing is recorded."""
         return self._started + self._tick * self._period if self.recording else inf
 
     def look(self, now: float) -> None:
-        """Record what is due."""
+        """Take the records that are due."""
         while self.recording and self.next_event() <= now:
             for name, source in zip(self._names, self._sources, strict=True):
                 self._arrays.assign(name, self.next_index, source())
@@ -209,7 +209,7 @@ class ArrayRecorder:
 
 
 VERSION = 1
-"""Of the file's form; a file of another version counts as damaged."""
+"""Version of the file format; a file of another version counts as damaged."""
 
 _LARGEST = 64 * 1024 * 1024
 _LARGEST_NUMBER = 1 << 47
@@ -219,7 +219,7 @@ Parameters: TypeAlias = dict[str, dict[str, float | str]]
 
 
 class ChecksumError(IntFlag):
-    """Bits of `_RS`: which part was found damaged at power-up."""
+    """Bits of `_RS`: the parts that were damaged at power-up."""
 
     VARIABLES = 1
     PARAMETERS = 2
@@ -231,7 +231,7 @@ _EVERYTHING = ChecksumError.VARIABLES | ChecksumError.PARAMETERS | ChecksumError
 
 @dataclass(slots=True)
 class BurnedContents:
-    """The burned memory; None for parameters that were never burned. Variables and elements are raw fixed point."""
+    """The burned memory; None if parameters were never burned. Variables and elements are raw fixed point."""
 
     parameters: Parameters | None = None
     program: str = ""
@@ -262,7 +262,7 @@ class Memory:
         write(self.path, json.dumps(_written(self.contents), indent=1))
 
     def erase(self) -> None:
-        """Forget everything (master reset) and remove the file."""
+        """Erase everything (master reset) and remove the file."""
         self.contents, self.errors = BurnedContents(), ChecksumError(0)
         if self.path is not None:
             with suppress(OSError):
@@ -306,7 +306,7 @@ _PARTS = {
 
 
 def _take(contents: BurnedContents, name: str, part: Any) -> bool:
-    """Take one part of a file over; tell whether it is sound."""
+    """Restore one part of a file; return whether the part is intact."""
     if not isinstance(part, dict) or part.get("checksum") != _checksum(part.get("data")):
         return False
     data = part["data"]

@@ -24,7 +24,7 @@ FIRST_FREE_PORT = 1000
 
 
 class HandleProtocol(IntEnum):
-    """Protocol of a handle; the value is what `_IHx2` says of one that the other side opened."""
+    """Protocol of a handle; the value is that of `_IHx2` for a handle that the other side opened."""
 
     UDP = 1
     TCP = 2
@@ -40,32 +40,32 @@ class Attempt(IntEnum):
 
 
 TCP_SLAVE = int(HandleProtocol.TCP)
-"""`_IHx2` and the data record of a TCP connection that the other side opened; 0 is a free handle."""
+"""Value of `_IHx2` and of the data record for a TCP connection that the other side opened; 0 is a free handle."""
 
 _CONNECTING = {HandleProtocol.UDP: -5, HandleProtocol.TCP: -6}
 
 
 class Download(Protocol):
-    """Takes what a handle sends after DL or QD, line by line, until the backslash.
+    """Receives the data after DL or QD, line by line, until the backslash.
 
-    Both methods raise `Rejection`; the line then answers `?` and the download goes on.
+    Both methods raise `Rejection`; the answer is then `?`, and after `line` the download continues.
     """
 
     def line(self, text: str) -> None:
-        """Take one line, without its end."""
+        """Receive one line, without its end."""
         ...
 
     def end(self) -> None:
-        """Take the end."""
+        """End the download."""
         ...
 
 
 @dataclass(slots=True, eq=False)
 class Handle:
-    """One connection: its place (0 for A), who is at the other end, and the bytes of a command not yet complete.
+    """One connection: its place (0 for A), its peer, and the bytes of an incomplete command.
 
-    `port` is the controller's own. A `master` handle was opened by this controller (IH) and is `connected` once the
-    other side answers. While `download` is set, what comes is its data and no command.
+    `port` is the controller's port. A `master` handle was opened by this controller (IH) and is `connected` once the
+    other side answers. While `download` is set, received bytes are its data and not commands.
     """
 
     index: int
@@ -81,12 +81,12 @@ class Handle:
 
     @property
     def letter(self) -> str:
-        """Its name."""
+        """Letter of the handle."""
         return LETTERS[self.index]
 
     @property
     def state(self) -> int:
-        """Its `_IHx2` and its field of the data record (IH: 1, 2 opened by the other side, negative by this one)."""
+        """Value of `_IHx2` and of the data record (IH: 1, 2 opened by the other side, negative by this one)."""
         if not self.master:
             return int(self.kind)
         return -int(self.kind) if self.connected else _CONNECTING[self.kind]
@@ -107,13 +107,13 @@ class Handles:
 
     @property
     def free(self) -> int:
-        """How many handles are free (`_IA2`)."""
+        """Number of free handles (`_IA2`)."""
         return self._places.count(None)
 
     def connect(
         self, peer: tuple[str, int], kind: HandleProtocol = HandleProtocol.TCP, port: int = 23
     ) -> Handle | None:
-        """Give the first free handle to a new connection to `port`; None where there is none or IK blocks the port."""
+        """Assign the first free handle to a new connection to `port`; None if none is free or IK blocks the port."""
         if self.blocking and port < FIRST_FREE_PORT and port not in ALLOWED_BELOW:
             return None
         for index, place in enumerate(self._places):
@@ -124,7 +124,7 @@ class Handles:
         return None
 
     def dial(self, letter: str, peer: tuple[str, int], kind: HandleProtocol) -> Handle:
-        """Take a free handle for a connection that this controller opens; whoever owns the wire makes it."""
+        """Take a free handle for a connection of this controller; `take_dialing` returns it to be opened."""
         index = LETTERS.index(letter)
         assert self._places[index] is None
         handle = Handle(index, peer, kind, DEFAULT_PORT + index, master=True, connected=False)
@@ -133,16 +133,16 @@ class Handles:
         return handle
 
     def take_dialing(self) -> list[Handle]:
-        """Return the connections to be opened, and forget them."""
+        """Return the connections to be opened, and clear their list."""
         dialing, self._dialing = self._dialing, []
         return dialing
 
     def at(self, letter: str) -> Handle | None:
-        """Return the connection on a handle."""
+        """Return the connection on a handle, None if the handle is free."""
         return self._places[LETTERS.index(letter)]
 
     def swap(self, first: int, second: int) -> None:
-        """Let two handles, by place, change their connections (HS)."""
+        """Exchange the connections of two handles, given by place (HS)."""
         places = self._places
         places[first], places[second] = places[second], places[first]
         for index in (first, second):
@@ -151,7 +151,7 @@ class Handles:
                 handle.index = index
 
     def close(self, handle: Handle) -> None:
-        """Give a handle back; again is harmless."""
+        """Free a handle; idempotent."""
         if handle.open:
             handle.open = False
             self._places[handle.index] = None
@@ -160,7 +160,7 @@ class Handles:
                 self.on_close(handle)
 
     def reset(self) -> None:
-        """Close all handles and forget the last one lost, as power-up does."""
+        """Close all handles and clear `last_lost`, as power-up does."""
         for handle in list(self._places):
             if handle is not None:
                 self.close(handle)
@@ -168,20 +168,20 @@ class Handles:
         self.last_lost = -1
 
     def states(self) -> tuple[int, ...]:
-        """Return the state of every handle as the data record has it."""
+        """Return the state of every handle for the data record."""
         return tuple(0 if place is None else place.state for place in self._places)
 
 
 SERIAL = "ST"
-"""Ports of CF that are no handle: the main serial port and the auxiliary one. Nothing is plugged in there."""
+"""Ports of CF that are not handles: the main serial port and the auxiliary one. Nothing is connected to them."""
 
 _REMEMBERED = 8
 
 
 class OutputBuffer:
-    """Collects what is to be sent; whoever owns the wire takes it with `take`.
+    """Collects the bytes to send; the owner of the connections takes them with `take`.
 
-    `mark` is CW: 1 sets bit 7 of each byte. `discarding` is its second number, which concerns a serial port only.
+    `mark` is CW: 1 sets bit 7 of each byte. `discarding` is its second number, which applies to serial ports only.
     """
 
     def __init__(self, handles: Handles) -> None:
@@ -202,16 +202,16 @@ class OutputBuffer:
             self._ports = [*self._ports[-_REMEMBERED:], name]
 
     def closed(self, letter: str) -> None:
-        """Take notice that a handle was closed: messages to it go where CF sent them before.
+        """Handle the end of a handle: messages to it go to the previous port of CF.
 
-        The manual leaves open where; a port before that is a closed handle is passed over, the last resort is S.
+        The manual does not specify this. Previous ports that are closed handles are skipped; the last resort is S.
         """
         if self.port != letter:
             return
         self._ports = [port for port in self._ports if port in SERIAL or self._handles.at(port) is not None] or ["S"]
 
     def reset(self) -> None:
-        """Set what power-up sets; what was not taken yet is still sent."""
+        """Restore the power-up settings; bytes that were not taken yet are still sent."""
         self._ports, self.mark, self.discarding = ["S"], 2, 1
 
     def put(self, handle: Handle, data: bytes) -> None:
@@ -219,7 +219,7 @@ class OutputBuffer:
         self._waiting.append((handle, data))
 
     def say(self, data: bytes, port: str = "") -> bool:
-        """Send a message to a port, that of CF unless another is named; tell whether there is such a port open."""
+        """Send a message to a port, by default that of CF; return whether the port is open."""
         port = port or self.port
         if port in SERIAL:
             return True
@@ -230,7 +230,7 @@ class OutputBuffer:
         return True
 
     def take(self) -> list[tuple[Handle, bytes]]:
-        """Return what is to be sent, in order, and forget it."""
+        """Return the bytes to send, in order, and clear them."""
         waiting, self._waiting = self._waiting, []
         return waiting
 
@@ -238,7 +238,7 @@ class OutputBuffer:
 Quad: TypeAlias = tuple[int, int, int, int]
 
 RETRIES = 5
-"""How often an unanswered TCP packet is sent again before the handle is closed (IA)."""
+"""Repetitions of an unanswered TCP packet before the handle is closed (IA)."""
 
 
 @dataclass(slots=True)
@@ -253,15 +253,15 @@ class Network:
 
 
 def number(quad: Quad) -> int:
-    """Return four bytes as the signed number that operands show."""
+    """Return four bytes as the signed number that operands return."""
     return int.from_bytes(bytes(quad), "big", signed=True)
 
 
 class RecordEmitter:
-    """The stream of records, an activity of the machine; `source` encodes the record of this instant.
+    """The stream of data records, an activity of the machine; `source` encodes the present record.
 
-    `period` [samples] is 0 while there is none. Records due while a program or an array is downloaded, or while
-    memory is burned, are left out, as on the controller; the others keep their places in time.
+    `period` [samples] is 0 without a stream. Records due while a program or an array is downloaded, or while
+    memory is burned, are left out, as on the controller; the times of the others stay the same.
     """
 
     def __init__(self, handles: Handles, outlet: OutputBuffer) -> None:
@@ -276,22 +276,22 @@ class RecordEmitter:
 
     @property
     def place(self) -> int:
-        """The handle's number that the records go to (`_DR1`), 0 where they go to a serial port."""
+        """Number of the handle that receives the records (`_DR1`), 0 if it is a serial port."""
         target = self._target()
         return 0 if target is None else target.index
 
     @property
     def active(self) -> bool:
-        """Whether there is a stream."""
+        """Whether a stream is active."""
         return self.period != 0
 
     @property
     def watching(self) -> bool:
-        """A stream does not care what befalls axes."""
+        """False: a stream does not depend on events of axes."""
         return False
 
     def start(self, period: int, sample: float, handle: Handle | None, now: float) -> None:
-        """Send a record every `period` samples of length `sample` [s] to a UDP handle, or where CF says (None)."""
+        """Send a record every `period` samples of length `sample` [s] to a UDP handle, or to the port of CF (None)."""
         self.period, self._sample, self._handle = period, sample, handle
         self._due = now + period * sample
 
@@ -313,7 +313,7 @@ class RecordEmitter:
             self.stop()
         if now < self._due:
             return
-        # Counted on from the record before, not from now: the stream does not drift.
+        # Counted from the previous record, not from now: the stream does not drift.
         self._due += self.period * self._sample
         target = self._target()
         if target is not None and now >= self._silent_until and not self._downloading():

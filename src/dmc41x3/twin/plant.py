@@ -1,10 +1,10 @@
 """The machine that the motors drive, as the controller senses it, and two benches for tests.
 
-A sensor fault changes only the values that the controller reads. The plant goes on as before, and a record that it
-keeps has the true values.
+A sensor fault changes only the values that the controller reads. It does not change the motion of the plant, and a
+record of the plant contains the true values.
 
 `ServoBench` is the plant of a twin without a robot. Everything is closed-form: a first-order lag follows each quadratic
-piece of its reference by a quadratic and an exponential, a delay follows it as it was.
+piece of its reference by a quadratic and an exponential, a delay by the same piece shifted in time.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from typing import Protocol
 from dmc41x3.twin.timeline import Timeline
 
 INPUTS = ("forward", "reverse", "home")
-"""Inputs of an axis, in the order in which a plant gives them."""
+"""Inputs of an axis, in the order in which a plant returns them."""
 
 
 class Sensing:
-    """The broken sensors of one plant; positions are motor counts."""
+    """The sensor faults of one plant; positions are motor counts."""
 
     def __init__(self) -> None:
         self._lost: dict[int, float] = {}
@@ -30,16 +30,16 @@ class Sensing:
         self._forced: dict[tuple[int, str], bool] = {}
 
     def fail_encoder(self, axis: int, position: float, on: bool) -> None:
-        """Let an encoder count no more, with the axis at `position`; or let it count on from where it stopped."""
+        """Stop the count of an encoder, with the axis at `position`; or let it continue from where it stopped."""
         if on:
             self._lost.setdefault(axis, self.position(axis, position))
         elif axis in self._lost:
             self._shift[axis] = self._lost.pop(axis) - position
 
     def force_inputs(self, axis: int, levels: dict[str, bool | None]) -> None:
-        """Hold inputs of an axis at an electrical level, true for high, or let them go (None).
+        """Hold inputs of an axis at an electrical level, true for high, or release them (None).
 
-        Raises `ValueError` for another name than forward, reverse, home.
+        Raises `ValueError` for a name other than forward, reverse, home.
         """
         for name, level in levels.items():
             if name not in INPUTS:
@@ -50,24 +50,24 @@ class Sensing:
                 self._forced[axis, name] = level
 
     def resume(self, axis: int) -> None:
-        """Put an axis where its encoder is: its reference begins there again, and the plant is the reference."""
+        """Remove the offset of an encoder: the reference restarts at its position, and the plant is the reference."""
         self._shift.pop(axis, None)
 
     def lost(self, axis: int) -> bool:
-        """Return whether an encoder counts no more."""
+        """Return whether the count of an encoder has stopped."""
         return axis in self._lost
 
     def position(self, axis: int, position: float) -> float:
-        """Return what is read of an axis that is at `position`."""
+        """Return the encoder reading of an axis at `position`."""
         lost = self._lost.get(axis)
         return position + self._shift.get(axis, 0.0) if lost is None else lost
 
     def velocity(self, axis: int, velocity: float) -> float:
-        """Return what is read of an axis that moves at `velocity`."""
+        """Return the velocity reading of an axis that moves at `velocity`."""
         return 0.0 if axis in self._lost else velocity
 
     def inputs(self, axis: int, levels: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
-        """Return what is read of inputs that are at `levels`."""
+        """Return the reading of inputs that are at `levels`."""
         if not self._forced:
             return levels
         forward, reverse, home = (
@@ -77,17 +77,17 @@ class Sensing:
 
 
 TORQUE_LIMIT = 9.9982
-"""The largest motor command [V] a DMC-41x3 can give (TL 9.9982)."""
+"""The largest motor command of a DMC-41x3 [V] (TL 9.9982)."""
 
 CONTACT_STEP = 0.002
-"""While an axis is blocked, the machine looks this often [s]."""
+"""Interval between looks of the machine while an axis is blocked [s]."""
 
 
 class Plant(Protocol):
     """The physical side of the motors. Positions are motor counts since power-up; time only goes forward.
 
-    The machine plans the `timelines`; the plant follows them. Its values (`position`, `inputs`, ...) are of
-    the time last advanced to.
+    The machine plans the `timelines`; the plant follows them. Its values (`position`, `inputs`, ...) are those of
+    the present time, that of the last `advance`.
     """
 
     @property
@@ -96,13 +96,14 @@ class Plant(Protocol):
         ...
 
     def advance(self, t: float) -> None:
-        """Bring the physical state, and its own record, to time `t` [s]."""
+        """Advance the physical state, and its own record, to time `t` [s]."""
         ...
 
     def next_event(self, until: float) -> float | None:
-        """Return the earliest time in (now, until] at which the machine must look, None where there is none.
+        """Return the earliest time in (now, until] at which the machine must look, None if there is none.
 
-        A switch changes its level, or an axis meets an obstacle; while one is blocked, every 2 ms.
+        At that time a switch changes its level, or an axis meets an obstacle; while an axis is blocked, it is every 2
+        ms.
         """
         ...
 
@@ -115,7 +116,7 @@ class Plant(Protocol):
         ...
 
     def torque(self, axis: int) -> float:
-        """Return the motor command [V], within ±9.9982, signed as the push; 0 with the motor off."""
+        """Return the motor command [V], within ±9.9982, with the sign of the push; 0 with the motor off."""
         ...
 
     def inputs(self, axis: int) -> tuple[bool, bool, bool]:
@@ -123,25 +124,26 @@ class Plant(Protocol):
         ...
 
     def power(self, axis: int, on: bool) -> None:
-        """Switch a motor on or off at the time last advanced to."""
+        """Switch a motor on or off at the present time."""
         ...
 
     def limit_torque(self, axis: int, volts: float) -> None:
-        """Let a motor get no more than `volts` [V] from now on (TL, TK); a weak motor may not follow its reference."""
+        """Limit a motor to `volts` [V] from now on (TL, TK); a weak motor may not follow its reference."""
         ...
 
     def output(self, bit: int, on: bool) -> None:
-        """Set digital output `bit` (from 1) at the time last advanced to."""
+        """Set digital output `bit` (from 1) at the present time."""
         ...
 
     def fail_encoder(self, axis: int, on: bool) -> None:
-        """Let an encoder count no more, while its axis goes on; or let it count on from where it stopped."""
+        """Stop the count of an encoder while its axis continues; or let it continue from where it stopped."""
         ...
 
     def force_inputs(self, axis: int, **levels: bool | None) -> None:
-        """Hold the inputs `forward`, `reverse`, `home` of an axis at an electrical level, or let them go (None).
+        """Hold the inputs `forward`, `reverse`, `home` of an axis at an electrical level, or release them (None).
 
-        Those not named stay as they are. Like `fail_encoder` it announces no event: let the machine look.
+        Inputs that are not named stay as they are. Like `fail_encoder` this causes no event: call `look` of the
+        machine.
         """
         ...
 
@@ -149,7 +151,7 @@ class Plant(Protocol):
 class BenchPlant:
     """Ideal axes on a bench: the position is the reference, the inputs idle high.
 
-    A test may set the level of an input and hold a shaft fast; the machine sees it when it looks next.
+    A test may set the level of an input and hold a shaft; the machine notices it at its next look.
     """
 
     def __init__(self, axes: int = 3) -> None:
@@ -162,17 +164,17 @@ class BenchPlant:
         self._now = 0.0
 
     def advance(self, t: float) -> None:
-        """Bring the bench to time `t` [s]."""
+        """Advance the bench to time `t` [s]."""
         self._now = max(self._now, t)
 
     def next_event(self, until: float) -> float | None:
-        """Return the next look of 2 ms while a shaft is held, else None."""
+        """Return the time of the next look, 2 ms later, while a shaft is held, else None."""
         if not self._held or until <= self._now:
             return None
         return min(until, self._now + CONTACT_STEP)
 
     def position(self, axis: int) -> float:
-        """Return the reference, or where the shaft is held [counts]."""
+        """Return the reference, or the place where the shaft is held [counts]."""
         held = self._held.get(axis)
         return self._sensing.position(axis, self.timelines[axis].at(self._now)[0] if held is None else held)
 
@@ -181,18 +183,18 @@ class BenchPlant:
         return 0.0 if axis in self._held else self._sensing.velocity(axis, self.timelines[axis].at(self._now)[1])
 
     def torque(self, axis: int) -> float:
-        """Return 0, or the full command [V] toward the reference where the shaft, held or not seen, is off it."""
+        """Return 0, or the full command [V] toward the reference if a held shaft or failed encoder deviates."""
         if not self.powered[axis] or not (axis in self._held or self._sensing.lost(axis)):
             return 0.0
         error = self.timelines[axis].at(self._now)[0] - self.position(axis)
         return TORQUE_LIMIT * ((error > 0.0) - (error < 0.0))
 
     def inputs(self, axis: int) -> tuple[bool, bool, bool]:
-        """Return the levels as set, high at first."""
+        """Return the levels that were set, high by default."""
         return self._sensing.inputs(axis, self._levels[axis])
 
     def power(self, axis: int, on: bool) -> None:
-        """Note whether the motor is on."""
+        """Store whether the motor is on."""
         self.powered[axis] = on
         if on:
             self._sensing.resume(axis)
@@ -201,7 +203,7 @@ class BenchPlant:
         """Change nothing: ideal axes need no torque."""
 
     def output(self, bit: int, on: bool) -> None:
-        """Note the level of a digital output."""
+        """Store the level of a digital output."""
         self.outputs[bit] = on
 
     def set_inputs(self, axis: int, *, forward: bool = True, reverse: bool = True, home: bool = True) -> None:
@@ -209,19 +211,19 @@ class BenchPlant:
         self._levels[axis] = (forward, reverse, home)
 
     def fail_encoder(self, axis: int, on: bool) -> None:
-        """Let an encoder count no more, or count on from where it stopped."""
+        """Stop the count of an encoder, or let it continue from where it stopped."""
         self._sensing.fail_encoder(axis, self.timelines[axis].at(self._now)[0], on)
 
     def force_inputs(self, axis: int, **levels: bool | None) -> None:
-        """Hold inputs at a level whatever is set, or let them go (None)."""
+        """Hold inputs at a level that overrides the set one, or release them (None)."""
         self._sensing.force_inputs(axis, levels)
 
     def hold(self, axis: int) -> None:
-        """Hold the shaft of an axis fast where it is."""
+        """Hold the shaft of an axis at its present place."""
         self._held[axis] = self.position(axis)
 
     def release(self, axis: int) -> None:
-        """Let a held shaft go: it is at its reference again."""
+        """Release a held shaft: it is at its reference again."""
         self._held.pop(axis, None)
 
 
@@ -230,7 +232,7 @@ _SETTLED = 0.5
 
 
 class LagModel(Enum):
-    """How an axis is late."""
+    """How an axis lags its reference."""
 
     FIRST_ORDER = "approaches its reference with a time constant"
     DELAY = "is where its reference was"
@@ -238,9 +240,9 @@ class LagModel(Enum):
 
 @dataclass(slots=True)
 class _Shaft:
-    """One motor: where it is and goes [counts, counts/s], and what it does there.
+    """One motor: position and velocity of its shaft [counts, counts/s], and its state.
 
-    `shift` is by how much its encoder was wrong when it was switched on.
+    `shift` is the error of its encoder when the motor was last switched.
     """
 
     timeline: Timeline
@@ -255,8 +257,8 @@ class _Shaft:
 class ServoBench:
     """A `Plant` of `axes` motors.
 
-    `lag` is the time constant or delay of every axis, or of each of them [s]; `stiffness` how the motor command grows
-    with the following error [V/count]. Inputs idle high. The machine sees a changed value at its next check.
+    `lag` is the time constant or delay of every axis, or of each of them [s]; `stiffness` is the ratio of motor command
+    to following error [V/count]. Inputs idle high. The machine sees a changed value at its next check.
     """
 
     def __init__(
@@ -283,7 +285,7 @@ class ServoBench:
         return tuple(shaft.timeline for shaft in self._shafts)
 
     def advance(self, t: float) -> None:
-        """Bring the bench to time `t` [s]."""
+        """Advance the bench to time `t` [s]."""
         if t <= self._now:
             return
         for shaft, lag in zip(self._shafts, self._lags, strict=True):
@@ -297,20 +299,20 @@ class ServoBench:
         self._now = t
 
     def next_event(self, until: float) -> float | None:
-        """Return the next look of 2 ms while a motor that is on is held off its reference, else None."""
+        """Return the time of the next look, 2 ms later, while a powered motor is held off its reference, else None."""
         blocked = any(shaft.held and shaft.powered and self._error(shaft) for shaft in self._shafts)
         return min(until, self._now + CONTACT_STEP) if blocked and until > self._now else None
 
     def position(self, axis: int) -> float:
-        """Return what the encoder tells [counts]."""
+        """Return the encoder reading [counts]."""
         return self._sensing.position(axis, self._shafts[axis].position)
 
     def velocity(self, axis: int) -> float:
-        """Return the velocity that the encoder tells [counts/s]."""
+        """Return the velocity reading of the encoder [counts/s]."""
         return self._sensing.velocity(axis, self._shafts[axis].velocity)
 
     def torque(self, axis: int) -> float:
-        """Return the motor command [V]: in proportion to the following error that the encoder tells."""
+        """Return the motor command [V], in proportion to the following error by the encoder."""
         shaft = self._shafts[axis]
         if not shaft.powered:
             return 0.0
@@ -322,7 +324,7 @@ class ServoBench:
         return self._sensing.inputs(axis, self._levels[axis])
 
     def power(self, axis: int, on: bool) -> None:
-        """Switch a motor; without it the shaft stays where it is."""
+        """Switch a motor; without power the shaft stays at its place."""
         shaft = self._shafts[axis]
         shaft.shift = self.position(axis) - shaft.position
         shaft.powered, shaft.since, shaft.velocity = on, self._now, 0.0
@@ -331,15 +333,15 @@ class ServoBench:
         """Change nothing: these shafts carry no load."""
 
     def output(self, bit: int, on: bool) -> None:
-        """Note the level of a digital output."""
+        """Store the level of a digital output."""
         self.outputs[bit] = on
 
     def fail_encoder(self, axis: int, on: bool) -> None:
-        """Let an encoder count no more, or count on from where it stopped; the motor follows its reference still."""
+        """Stop the count of an encoder, or let it continue from there; the motor still follows its reference."""
         self._sensing.fail_encoder(axis, self._shafts[axis].position, on)
 
     def force_inputs(self, axis: int, **levels: bool | None) -> None:
-        """Hold inputs at a level whatever is set, or let them go (None)."""
+        """Hold inputs at a level that overrides the set one, or release them (None)."""
         self._sensing.force_inputs(axis, levels)
 
     def set_inputs(self, axis: int, *, forward: bool = True, reverse: bool = True, home: bool = True) -> None:
@@ -347,19 +349,19 @@ class ServoBench:
         self._levels[axis] = (forward, reverse, home)
 
     def hold(self, axis: int) -> None:
-        """Hold a shaft fast where it is."""
+        """Hold a shaft at its present place."""
         self._shafts[axis].held = True
 
     def release(self, axis: int) -> None:
-        """Let a held shaft go; a lag of first order catches up, a delay is there at once."""
+        """Release a held shaft; it catches up with a first-order lag, and is at its place at once with a delay."""
         self._shafts[axis].held = False
 
     def turn(self, axis: int, counts: float) -> None:
-        """Turn a shaft by hand; its motor, where it is on, turns it back."""
+        """Turn a shaft by hand; a powered motor turns it back."""
         self._shafts[axis].position += counts
 
     def true_position(self, axis: int) -> float:
-        """Return where a shaft really is, whatever its encoder tells [counts]."""
+        """Return the true position of a shaft, independent of its encoder [counts]."""
         return self._shafts[axis].position
 
     def _error(self, shaft: _Shaft) -> bool:

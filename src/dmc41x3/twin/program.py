@@ -25,7 +25,7 @@ _TOKEN = re.compile(r"""[^"';]+|"[^"]*"?|[';]""")
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A program taken apart: (line, text) of every statement, and the first statement of every line or behind it."""
+    """A parsed program: (line, text) of every statement, and the first statement in or after every line."""
 
     statements: list[tuple[int, str]] = field(default_factory=list[tuple[int, str]])
     starts: list[int] = field(default_factory=list[int])
@@ -41,11 +41,11 @@ class Program:
         self._layout: Layout | None = Layout()
 
     def text(self) -> str:
-        """Return the program as it was downloaded, every line ended by CR LF (UL)."""
+        """Return the program as it was downloaded, with CR LF after every line (UL)."""
         return "".join(f"{line}\r\n" for line in self.lines)
 
     def load(self, text: str) -> None:
-        """Replace the program; raises `Rejection` (60, 61, 62) and keeps the old one where a line is bad."""
+        """Replace the program; for a bad line, raises `Rejection` (60, 61, 62) and keeps the old program."""
         lines = _ENDS.split(text)
         draft = Draft([])
         for line in lines if lines[-1] else lines[:-1]:
@@ -53,7 +53,7 @@ class Program:
         self.install(draft)
 
     def install(self, draft: Draft) -> None:
-        """Make a draft the program."""
+        """Install a draft as the program."""
         self.lines, self.labels = draft.lines, draft.labels
         self.revision += 1
         self._layout = None
@@ -66,21 +66,21 @@ class Program:
         return self._layout
 
     def line_of(self, label: str) -> int:
-        """Return the line of a label (without its `#`); raises `Rejection` (10) where there is none."""
+        """Return the line of a label (without its `#`); raises `Rejection` (10) if it does not exist."""
         try:
             return self.labels[label]
         except KeyError:
             raise Rejection(ErrorCode.UNDEFINED_LABEL) from None
 
     def start(self, line: int) -> int:
-        """Return the first statement in a line or behind it; raises `Rejection` (11) for a line that is not there."""
+        """Return the first statement in or after a line; raises `Rejection` (11) if the line does not exist."""
         if not 0 <= line < len(self.lines):
             raise Rejection(ErrorCode.INVALID_LABEL)
         return self.layout.starts[line]
 
 
 class Draft:
-    """A program under construction, checked line by line; `lines` are those it begins with."""
+    """A program under construction, checked line by line; `lines` are its initial lines."""
 
     def __init__(self, lines: list[str]) -> None:
         self.lines: list[str] = []
@@ -89,7 +89,7 @@ class Draft:
             self.append(line)
 
     def append(self, line: str) -> None:
-        """Add a line; raises `Rejection` for one too long or too many (60), for its label (61), for too many (62)."""
+        """Add a line; raises `Rejection`: 60 if it is too long or one too many, 61 for a bad label, 62 for too many."""
         if len(line) > LINE_LIMIT or line.startswith(TOO_LONG) or len(self.lines) >= MOST_LINES:
             raise Rejection(ErrorCode.DOWNLOAD_ERROR)
         if line.startswith("#"):
@@ -103,7 +103,7 @@ class Draft:
 
 
 def label_of(line: str) -> str | None:
-    """Return the label at the start of a line, without its `#`; None where there is none or a bad one."""
+    """Return the label at the start of a line, without its `#`; None without a valid label."""
     found = _LABEL.match(line)
     return None if found is None else found[1]
 
@@ -131,10 +131,10 @@ def _laid_out(lines: list[str]) -> Layout:
 
 
 class Downloading:
-    """Takes the lines that follow DL, behind the first `keep` lines of the program.
+    """Receives the lines after DL, which follow the first `keep` lines of the program.
 
-    The program changes when the download ends; one with a bad line leaves what was kept of the old program and no
-    more: half a program does not start. `check` raises `Rejection` where the program may not change, for it runs.
+    The program changes when the download ends. After a bad line, only the first `keep` lines of the old program remain,
+    so that half a program cannot start. `check` raises `Rejection` if the program runs and must not change.
     """
 
     def __init__(self, program: Program, keep: int, check: Callable[[], None]) -> None:
@@ -145,7 +145,7 @@ class Downloading:
         program.install(Draft(program.lines[:keep]))
 
     def line(self, text: str) -> None:
-        """Take one line; raises `Rejection` for a bad one."""
+        """Receive one line; raises `Rejection` for a bad one."""
         try:
             self._draft.append(text)
         except Rejection:
@@ -153,16 +153,16 @@ class Downloading:
             raise
 
     def end(self) -> None:
-        """Install what came; raises `Rejection` while the program runs."""
+        """Install the received lines; raises `Rejection` while the program runs."""
         self._check()
         if self._good:
             self._program.install(self._draft)
 
 
 class ProgramEdit:
-    """Takes the lines that follow ED: they replace those from line `number` on, or follow the last one.
+    """Receives the lines after ED: they replace those from line `number` on, or follow the last one.
 
-    `check` raises `Rejection` where the program may not change, for it runs.
+    `check` raises `Rejection` if the program runs and must not change.
     """
 
     def __init__(self, program: Program, number: int, check: Callable[[], None]) -> None:
@@ -171,7 +171,7 @@ class ProgramEdit:
         self._number = number
 
     def line(self, text: str) -> None:
-        """Put one line in its place; raises `Rejection` for a bad one, which then is not put there."""
+        """Put one line at its place; raises `Rejection` for a bad line, which is not stored."""
         self._check()
         lines = self._program.lines
         draft = Draft([*lines[: self._number], text, *lines[self._number + 1 :]])
@@ -179,20 +179,20 @@ class ProgramEdit:
         self._number += 1
 
     def end(self) -> None:
-        """Leave the editor; everything is in place already."""
+        """Leave the editor; all lines are already stored."""
 
 
 COUNT = 8
 """Threads 0 to 7."""
 
 STACK_DEPTH = 16
-"""How deep subroutines may nest."""
+"""Greatest depth of nested subroutines."""
 
 AT_ONCE = -1
-"""A thread that is due then is given the next sample by whoever runs it."""
+"""Value of `due` for a thread that executes in the next sample."""
 
 NEVER = 1 << 62
-"""A sample that does not come."""
+"""A sample that is never reached."""
 
 
 class Trippoint(Protocol):
@@ -200,16 +200,16 @@ class Trippoint(Protocol):
 
     @property
     def timed(self) -> bool:
-        """Whether it is only a matter of time, which the thread's `due` holds."""
+        """Whether it depends on time only, which the thread's `due` contains."""
         ...
 
     @property
     def moves(self) -> bool:
-        """Whether a motion decides, so that it may come sooner or later than planned."""
+        """Whether it depends on a motion, so that it may come sooner or later than planned."""
         ...
 
     def when(self, now: float) -> float:
-        """Return when it is over as things stand, `now` where it is, infinity where nothing points to it."""
+        """Return when it is met by the present plan [s]: `now` if it is met, infinity if that is unknown."""
         ...
 
 
@@ -217,9 +217,9 @@ class Trippoint(Protocol):
 class Frame:
     """Return address of a subroutine: statement `back`.
 
-    `routine` is the label of an automatic subroutine, empty for JS; such a one keeps what the thread waited for and
-    whether it ran. `culprit` is the thread whose error called #CMDERR. `locals` are the caller's stack variables,
-    `references` the variables that it passed as `&v`, by the stack variable that stands for each.
+    `routine` is the label of an automatic subroutine, empty for JS; its frame also stores what the thread waited for
+    and whether it ran. `culprit` is the thread whose error called #CMDERR. `locals` are the caller's stack variables,
+    `references` the variables that it passed as `&v`, by stack variable.
     """
 
     back: int
@@ -237,10 +237,10 @@ class Thread:
     """State of one thread; `running` until it ends.
 
     `line` is the line it executes, `at` the next statement of the program, `due` the sample in which that is executed,
-    which is never before `earliest`. `returned` is what the last subroutine returned (`_JS`, raw fixed point).
+    which is never before `earliest`. `returned` is the return value of the last subroutine (`_JS`, raw fixed point).
     `reference` is the sample that AT counts from, `marks` where the motion of an axis began and where the last AD or AR
-    was met [motor counts]. `held` is a thread at a breakpoint, `steps` how many lines it may execute before it is held
-    again, None for as many as come.
+    was met [motor counts]. `held` means that the thread is held at a breakpoint, `steps` is the number of lines that it
+    may execute before it is held again, None for no limit.
     """
 
     number: int
@@ -260,41 +260,41 @@ class Thread:
     steps: int | None = None
 
     def start(self, at: int, line: int) -> None:
-        """Begin at a statement, in the next sample."""
+        """Start at a statement, in the next sample."""
         self.halt()
         self.at, self.line = at, line
         self.running = True
 
     def halt(self) -> None:
-        """End, wherever it is; a thread that does not run stays as it is."""
+        """End the thread at any statement; a thread that does not run stays as it is."""
         self.running = self.held = False
         self.due, self.waiting, self.steps = AT_ONCE, None, None
         self.stack, self.locals, self.marks = [], {}, {}
 
     @property
     def place(self) -> int:
-        """`_XQn`: the line it executes, -1 if it does not run."""
+        """`_XQn`: the line that the thread executes, -1 if it does not run."""
         return self.line if self.running else -1
 
     @property
     def status(self) -> int:
-        """`_HXn`: 0 it does not run, 1 it runs, 2 it waits."""
+        """`_HXn`: 0 if the thread does not run, 1 if it runs, 2 if it waits."""
         if not self.running:
             return 0
         return 2 if self.waiting is not None or self.held else 1
 
     @property
     def routine(self) -> str:
-        """The automatic subroutine it is in, the innermost; empty for none."""
+        """The innermost automatic subroutine under way; empty if there is none."""
         return next((frame.routine for frame in reversed(self.stack) if frame.routine), "")
 
 
 class Threads:
-    """All of them, with what concerns them together.
+    """All threads, and their common state.
 
-    `error_line` and `error_thread` tell where a program last went wrong (`_ED0`, `_ED1`), `trace` is TR's mask of
-    threads, `breakpoint` a line and a thread. `due_routines` are automatic subroutines that wait for their turn,
-    `interrupts` the level of each input that calls #ININT (II), None without.
+    `error_line` and `error_thread` are the place of the last error of a program (`_ED0`, `_ED1`), `trace` is TR's mask
+    of threads, `breakpoint` a line and a thread. `due_routines` are automatic subroutines that wait to run,
+    `interrupts` is the level of each input that calls #ININT (II), None without any.
     """
 
     def __init__(self) -> None:
@@ -302,7 +302,7 @@ class Threads:
         self.reset()
 
     def reset(self) -> None:
-        """Set what power-up sets."""
+        """Restore the power-up settings."""
         self.halt_all()
         self.error_line, self.error_thread = 0, 0
         self.trace = 0
@@ -310,19 +310,19 @@ class Threads:
         self.interrupts: dict[int, bool] | None = None
 
     def halt_all(self) -> None:
-        """End every thread, and what waits for its turn."""
+        """End every thread, and drop the automatic subroutines that wait."""
         self.due_routines: list[str] = []
         for thread in self.all:
             thread.halt()
 
     def call(self, label: str) -> None:
-        """Have an automatic subroutine run on thread 0 if the program has it, once however often it is called for."""
+        """Queue an automatic subroutine for thread 0, at most once; it runs if the program has it."""
         if label not in self.due_routines:
             self.due_routines.append(label)
 
     @property
     def breakpoint_state(self) -> int:
-        """`_BK`: -2147483648 not armed, minus the line where it is armed, the line where a thread met it."""
+        """`_BK`: -2147483648 if not armed, minus the line if it is armed, the line if a thread is held there."""
         if self.breakpoint is None:
             return -(1 << 31)
         line, number = self.breakpoint
@@ -330,10 +330,10 @@ class Threads:
 
     @property
     def busy(self) -> bool:
-        """Whether any of them runs."""
+        """Whether any thread runs."""
         return True in [thread.running for thread in self.all]
 
     @property
     def mask(self) -> int:
-        """Which threads run, one bit for each (`_NO`)."""
+        """The threads that run, one bit for each (`_NO`)."""
         return sum(thread.running << thread.number for thread in self.all)

@@ -1,7 +1,7 @@
 """The registers of axes and planes: range, step, default, and when they may be changed.
 
-Facts of the DMC-41x3 at TM 1000; `Register.sampled` gives them at another sample period. Values are rounded towards
-zero to a multiple of their step, as the controller does.
+The data are those of the DMC-41x3 at TM 1000; `Register.sampled` converts them to another sample period. Values are
+rounded towards zero to a multiple of their step, as in the controller.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ class WriteCondition(Enum):
 
 
 class Register(NamedTuple):
-    """One register: numbers in controller units; `places` are the decimals its `?` prints.
+    """One register: numbers in controller units; `places` are the decimals in the reply to `?`.
 
-    `power` says how its step scales with the sampling rate: 1 for a speed, 2 for an acceleration, 0 for neither.
+    `power` is how its step scales with the sampling rate: 1 for a speed, 2 for an acceleration, 0 for neither.
     """
 
     minimum: float
@@ -46,7 +46,7 @@ class Register(NamedTuple):
     power: int = 0
 
     def rounded(self, value: float) -> float:
-        """Return `value` as the register keeps it; raises `Rejection` for one out of range."""
+        """Return `value` as the register stores it; raises `Rejection` if it is out of range."""
         if not self.minimum <= value <= self.maximum or (self.choices and value not in self.choices):
             raise Rejection(ErrorCode.OUT_OF_RANGE)
         if self.choices:
@@ -63,7 +63,7 @@ class Register(NamedTuple):
 
 
 TM = Register(125.0, 20000.0, 1000.0, 125.0)
-"""Sample period [µs]. The least one depends on the number of axes: 125 µs for each two of them."""
+"""Sample period [µs]. The minimum depends on the number of axes: 125 µs for each two of them."""
 
 AXIS: dict[str, Register] = {
     "SP": Register(-_FASTEST, _FASTEST, 25000.0, 2.0, power=1),
@@ -116,7 +116,7 @@ AXIS: dict[str, Register] = {
     "EM": Register(0.0, 8_388_607.0, 0.0),
     "ZA": Register(_SMALLEST, _LARGEST, 0.0),
 }
-"""Registers that every axis has; where the manual names no range for one, a generous range is taken."""
+"""Registers of every axis; if the manual states no range, a wide range is used."""
 
 VIRTUAL: dict[str, Register] = {name: AXIS[name] for name in ("SP", "AC", "DC", "SD", "IT", "HV", "EM", "ZA")}
 """Registers of the virtual axes M and N."""
@@ -141,5 +141,5 @@ JOG = Register(-_FASTEST, _FASTEST, 25000.0, 2.0, power=1)
 
 
 def defaults(table: dict[str, Register]) -> dict[str, float]:
-    """Return a fresh set of registers as the factory leaves them."""
+    """Return a new set of registers with their factory values."""
     return {name: register.default for name, register in table.items()}

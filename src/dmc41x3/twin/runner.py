@@ -1,9 +1,9 @@
 """Runs the threads of the program, one statement of each in a sample, and its automatic subroutines.
 
-They run on thread 0, also where nothing runs there, and need no more than their label in the program (Galil DMC-41x3).
-One that is due while another runs waits for its turn, unless it is of a higher rank; each answers an event, not a
-state, so that none begins again by itself. Without #CMDERR an error ends every thread. Not in Galil's manual:
-an input interrupt needs the change of an input; with #CMDERR an erring thread goes on behind its error after EN 1 only.
+Automatic subroutines run on thread 0, even if it is idle, and need only their label in the program (Galil DMC-41x3). A
+subroutine that is due while another runs waits, unless it has a higher rank. Each responds to an event, not to a
+state, so none repeats by itself. Without #CMDERR an error ends every thread. Not in Galil's manual: an input interrupt
+requires a change of an input; with #CMDERR an erring thread continues after its error only with EN 1.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _USUAL_RANK = 1
 
 
 class Automatic:
-    """Watches a unit for what its program has a subroutine for, and calls that."""
+    """Watches a unit for events for which its program has a subroutine, and calls the subroutine."""
 
     def __init__(self, unit: Unit) -> None:
         self._unit = unit
@@ -41,12 +41,12 @@ class Automatic:
 
     @property
     def watching(self) -> bool:
-        """Whether there is a subroutine for what may befall an axis."""
+        """Whether the program has a subroutine for an event of an axis."""
         labels = self._unit.program.labels
         return any(label in labels for label in _HAPPENINGS.values())
 
     def look(self) -> None:
-        """Take note of what has befallen the axes and the inputs since the machine looked last."""
+        """Record the events of the axes and the inputs since the last look."""
         self._seen = 0
         core = self._unit.core
         core.errors_matter = "POSERR" in self._unit.program.labels
@@ -57,7 +57,7 @@ class Automatic:
         self.serve()
 
     def serve(self) -> None:
-        """Call what is due, as far as it may interrupt thread 0."""
+        """Call the subroutines that are due and may interrupt thread 0."""
         happened = self._unit.core.happened
         for happening, _ in happened[self._seen :]:
             self._threads.call(_HAPPENINGS[happening])
@@ -74,7 +74,7 @@ class Automatic:
                 self._threads.due_routines.append(label)
 
     def failed(self, thread: Thread, statement: Statement, refused: Rejection) -> None:
-        """See to a statement that was refused: #CMDERR, or else all threads end and the port of CF is told."""
+        """Handle a refused statement: call #CMDERR, or else end all threads and send a message to the port of CF."""
         threads = self._threads
         self._unit.error_code = int(refused.code)
         threads.error_line, threads.error_thread = statement.line, thread.number
@@ -86,11 +86,11 @@ class Automatic:
         self._unit.outlet.say(f"?{statement.line} {statement.text}\r\n".encode("ascii", "replace"))
 
     def reset(self) -> None:
-        """Take the inputs as they are at power-up."""
+        """Store the inputs at power-up."""
         self._aborted, self._inputs = self._unit.core.abort_active, list(self._unit.inputs)
 
     def _interrupt(self, label: str, culprit: Thread | None = None) -> None:
-        """Have thread 0 go through a subroutine and then on from where it is."""
+        """Make thread 0 execute a subroutine and then continue where it was."""
         thread = self._threads.all[0]
         frame = Frame(thread.at, label, thread.running, thread.waiting, thread.earliest, culprit, thread.locals)
         if culprit is not None:
@@ -104,7 +104,7 @@ class Automatic:
         thread.running, thread.held = True, False
 
     def _look_at_inputs(self) -> None:
-        """Call #ININT where an input has gone to the level that II names for it; off until RI."""
+        """Call #ININT if an input has changed to the level that II names for it; not while #ININT runs."""
         interrupts, before = self._threads.interrupts, self._inputs
         if self._unit.inputs == before:
             return
@@ -121,17 +121,17 @@ def _rank(label: str) -> int:
 
 
 LEISURE = 0.05
-"""How much later than it is executed a statement may be looked at that neither says nor does anything [s]."""
+"""Longest delay of a look at a statement that neither sends data nor changes the machine [s]."""
 
 _SAME = 1e-6
-"""Times that differ by less than this part of a sample are the same sample."""
+"""Times that differ by less than this fraction of a sample are the same sample."""
 
 
 class ProgramRunner:
     """The activity of the program's threads.
 
-    Statements are executed at the samples of the servo. A run of statements that need nothing but variables is
-    executed by `hurry` without a look at the axes in between.
+    Statements are executed at the samples of the servo. `hurry` executes statements that do not change the machine,
+    without a look at the axes in between.
     """
 
     def __init__(self, unit: Unit) -> None:
@@ -147,19 +147,19 @@ class ProgramRunner:
 
     @property
     def active(self) -> bool:
-        """Always: what may call an automatic subroutine is noted whether one runs or not."""
+        """True: events that may call an automatic subroutine are recorded at any time."""
         return True
 
     @property
     def watching(self) -> bool:
-        """Whether the end of a motion, planned or not, matters to the program."""
+        """Whether the end of a motion, planned or not, affects the program."""
         return self._automatic.watching or any(
             thread.running and thread.waiting is not None and thread.waiting.moves for thread in self._threads.all
         )
 
     @property
     def hurries(self) -> bool:
-        """Whether `hurry` has something to do."""
+        """Whether `hurry` has statements to execute."""
         threads = self._threads
         if threads.trace or threads.breakpoint is not None:
             return False
@@ -169,13 +169,13 @@ class ProgramRunner:
         )
 
     def next_event(self) -> float:
-        """Return the time of the next sample in which a thread does something [s]."""
+        """Return the time of the next sample in which a thread executes a statement [s]."""
         return self._next
 
     def wake(self) -> float:
-        """Return when somebody should look whether the program has something to say [s].
+        """Return when to look next for output of the program [s].
 
-        As long as it only counts and compares, that has time.
+        A look at statements that only count and compare may be late by `LEISURE`.
         """
         if self._next == inf:
             return inf
@@ -204,12 +204,12 @@ class ProgramRunner:
         self._plan(now)
 
     def reset(self) -> None:
-        """Do what power-up does: take everything as it is then."""
+        """Reset to the state of power-up, with the present inputs."""
         self._automatic.reset()
         self._next = inf
 
     def hurry(self, until: float) -> None:
-        """Execute, up to a time before which nothing else happens [s], statements that do not act on the machine."""
+        """Execute statements that do not change the machine, up to a time before which nothing else happens [s]."""
         core = self._unit.core
         now, passed, period = core.now, core.samples, core.sample
         running = [thread for thread in self._threads.all if thread.running]
@@ -237,14 +237,14 @@ class ProgramRunner:
             self._code = prepared(program)
 
     def _need(self, thread: Thread) -> Need:
-        """Return what a thread needs for its next statement, everything where it is not known yet."""
+        """Return what a thread needs for its next statement, `Need.ALL` if that is not known yet."""
         waiting = thread.waiting
         if (waiting is not None and not waiting.timed) or thread.at >= len(self._code) or thread.due == AT_ONCE:
             return Need.ALL
         return self._code[thread.at].need
 
     def _due(self, thread: Thread, now: float) -> int:
-        """Note and return the sample in which a thread executes its next statement, as things stand."""
+        """Set and return the sample in which a thread executes its next statement by the present plan."""
         if thread.held:
             thread.due = NEVER
         elif thread.due == AT_ONCE:
@@ -255,13 +255,13 @@ class ProgramRunner:
         return thread.due
 
     def _plan(self, now: float) -> None:
-        """Work out the time of the next sample in which a thread does something."""
+        """Compute the time of the next sample in which a thread executes a statement."""
         due = min([self._due(thread, now) for thread in self._threads.all if thread.running], default=NEVER)
         core = self._unit.core
         self._next = inf if due == NEVER else core.now + (due - core.samples) * core.sample
 
     def _execute(self, thread: Thread, sample: int) -> bool:
-        """Execute the next statement of a thread; tell whether the thread then goes on by itself."""
+        """Execute the next statement of a thread; return whether the thread then continues by itself."""
         thread.waiting = None
         if thread.at >= len(self._code):
             thread.halt()
@@ -282,7 +282,7 @@ class ProgramRunner:
         return thread.running
 
     def _stops_before(self, thread: Thread, statement: Statement) -> bool:
-        """Tell whether a thread is held before a line (BK, SL); else say the line where it is traced (TR)."""
+        """Return whether a thread is held before a line (BK, SL); if not, send the line if it is traced (TR)."""
         threads = self._threads
         if thread.steps == 0 or (thread.steps is None and threads.breakpoint == (statement.line, thread.number)):
             thread.held, thread.due = True, NEVER
@@ -294,7 +294,7 @@ class ProgramRunner:
         return False
 
     def _say(self, answer: str | bytes) -> None:
-        """Send what nobody asked for to the port of CF."""
+        """Send unsolicited output to the port of CF."""
         data = answer if isinstance(answer, bytes) else f"{answer}\r\n".encode("ascii", "replace")
         self._unit.outlet.say(data)
 

@@ -2,11 +2,11 @@
 
 It is piecewise quadratic and in closed form, never stepped. Profiles are trapezoids, ramps and stops.
 
-Positions are motor counts since power-up. The machine plans a timeline, the plant follows it (and may look at
-a time before the present, since it follows late).
+Positions are motor counts since power-up. The machine plans a timeline, the plant follows it (and may read the past,
+because it lags).
 
-Everything is in motor counts and seconds and starts from any state of motion, so a change of speed on the way is
-a new profile from where the axis is. A profile that ends rests on a whole count.
+All values are in motor counts and seconds. A profile starts from any state of motion, so a change of speed is a new
+profile from the present state. A profile that ends rests on a whole count.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 FLAT = 1e-9
-"""An acceleration below this [counts/s²] turns no axis round."""
+"""An acceleration below this [counts/s²] does not reverse an axis."""
 
 _FEW = 12
-"""Up to so many pieces a loop is faster than numpy."""
+"""Up to this number of pieces, a loop is faster than numpy."""
 
 
 class TimelinePiece(NamedTuple):
@@ -79,7 +79,7 @@ class Timeline:
 
     @property
     def end(self) -> float:
-        """When the last piece begins [s]: at rest from there on, unless the axis jogs."""
+        """Time when the last piece begins [s]; the axis then rests, unless it jogs."""
         return self._times[-1]
 
     @property
@@ -89,12 +89,12 @@ class Timeline:
 
     @property
     def version(self) -> int:
-        """Counts the plans made; a reader that remembers something about the future compares it."""
+        """Number of plans made; a reader that stores predictions compares it."""
         return self._version
 
     @property
     def pieces(self) -> tuple[TimelinePiece, ...]:
-        """The pieces kept, oldest first."""
+        """The stored pieces, oldest first."""
         return tuple(self._pieces)
 
     def ahead(self, t: float) -> list[TimelinePiece]:
@@ -106,7 +106,7 @@ class Timeline:
     def plan(self, t: float, pieces: Sequence[TimelinePiece]) -> None:
         """Replace everything from time `t` [s] on; `pieces` are in order of time and the first begins at `t`.
 
-        The last piece extends for ever, so it is at rest or of constant velocity. Raises `ValueError` where
+        The last piece extends for ever, so it is at rest or of constant velocity. Raises `ValueError` if
         the pieces do not begin at `t`.
         """
         if not pieces or pieces[0].t != t:
@@ -118,7 +118,7 @@ class Timeline:
         self._version += 1
 
     def hold(self, t: float) -> None:
-        """Stop at once: rest from time `t` [s] on at the position the axis has then."""
+        """Stop at once: rest from time `t` [s] on at the position of that time."""
         position, _ = self.at(t)
         self.plan(t, (TimelinePiece(t, position, 0.0, 0.0),))
 
@@ -191,7 +191,7 @@ class Timeline:
     def forget(self, before: float) -> None:
         """Drop the pieces that end before time `before` [s].
 
-        Called by the plant, which alone knows how far into the past it still looks.
+        The plant calls it, because only the plant knows how far into the past it reads.
         """
         gone = self._index(before)
         if gone > 0:
@@ -231,7 +231,7 @@ class Timeline:
 
 
 class _TimelineTable(NamedTuple):
-    """The pieces as columns; of each but the last the least and greatest position, and when it turns, if it does."""
+    """The pieces as columns; for each but the last, its smallest and largest position, and when it turns, if at all."""
 
     columns: tuple[Floats, Floats, Floats, Floats]  # t, p, v, a
     low: Floats
@@ -277,7 +277,7 @@ class AxisProfile(NamedTuple):
 
 
 def stop_profile(t: float, p: float, v: float, deceleration: float) -> AxisProfile:
-    """Return the way to rest at a constant `deceleration` [counts/s²]."""
+    """Return the profile to rest at a constant `deceleration` [counts/s²]."""
     if v == 0.0:
         return AxisProfile([TimelinePiece(t, round(p), 0.0, 0.0)], t, t, 0.0)
     duration = abs(v) / deceleration
@@ -287,7 +287,7 @@ def stop_profile(t: float, p: float, v: float, deceleration: float) -> AxisProfi
 
 
 def jog_profile(t: float, p: float, v: float, wanted: float, acceleration: float, deceleration: float) -> AxisProfile:
-    """Return the way to the velocity `wanted` [counts/s], kept for ever; a reversal brakes first."""
+    """Return the profile to the velocity `wanted` [counts/s], held for ever; a reversal brakes first."""
     pieces: list[TimelinePiece] = []
     if v * wanted < 0.0:
         t, p, v = _ramp(pieces, t, p, v, 0.0, deceleration)
@@ -299,10 +299,10 @@ def jog_profile(t: float, p: float, v: float, wanted: float, acceleration: float
 def move_profile(
     t: float, p: float, v: float, target: int, speed: float, acceleration: float, deceleration: float
 ) -> AxisProfile:
-    """Return the way to rest at `target` [counts]: accelerate, slew at `speed` [counts/s], decelerate.
+    """Return the profile to rest at `target` [counts]: accelerate, slew at `speed` [counts/s], decelerate.
 
-    An axis that moves away, or too fast to stop in time, brakes to rest first and then comes back. A `speed`
-    of 0 leaves the axis at rest where it is, its move never ending.
+    An axis that moves away, or too fast to stop in time, brakes to rest first and then returns. With a `speed` of 0 the
+    axis rests at its place, and the move never ends.
     """
     pieces: list[TimelinePiece] = []
     way = 1.0 if target >= p else -1.0
@@ -330,7 +330,7 @@ def _approach(
     gap: float,
     limits: tuple[float, float, float],
 ) -> None:
-    """Append the pieces from speed `w` towards the target to rest there; it can be reached without reversal."""
+    """Append the pieces from speed `w` to rest at the target, which must be reachable without reversal."""
     speed, acceleration, deceleration = limits
     reachable = sqrt((2.0 * gap * acceleration * deceleration + w * w * deceleration) / (acceleration + deceleration))
     peak = max(min(speed, reachable), 0.0)
@@ -356,9 +356,9 @@ def _ramp(
 
 
 def pass_profile(t: float, p: float, level: int, speed: float, acceleration: float, deceleration: float) -> AxisProfile:
-    """Return the way from rest at the velocity `speed` [counts/s] past `level` [counts], where braking begins.
+    """Return the profile from rest at the velocity `speed` [counts/s] past `level` [counts], where braking begins.
 
-    `level` lies ahead. A `speed` of 0 leaves the axis at rest, its motion never ending.
+    `level` lies ahead. With a `speed` of 0 the axis stays at rest, and its motion never ends.
     """
     way = jog_profile(t, p, 0.0, speed, acceleration, deceleration)
     if speed == 0.0:
@@ -373,11 +373,11 @@ def pass_profile(t: float, p: float, level: int, speed: float, acceleration: flo
 
 
 def smoothed_profile(way: AxisProfile, t: float, p: float, v: float, spread: float) -> AxisProfile:
-    """Return a way made smoother by the mean of four copies of it, late by 0 to `spread` [s].
+    """Return a profile smoothed by the mean of four copies of it, delayed by 0 to `spread` [s].
 
-    The mean stands for the low-pass filter of IT, which is late by half of that on average, and keeps every piece
-    quadratic. The axis is at `p` [counts] with velocity `v` [counts/s] at time `t`; `way` was planned from where an
-    unfiltered profile would be then, `p + v * spread / 2`, so that position and velocity have no step.
+    The mean stands for the low-pass filter of IT, whose delay is half of that on average; every piece remains
+    quadratic. The axis is at `p` [counts] with velocity `v` [counts/s] at time `t`; `way` was planned from the place of
+    an unfiltered profile at that time, `p + v * spread / 2`, so that position and velocity have no step.
     """
     ahead = p + 0.5 * v * spread
     delays = [spread * copy / (_COPIES - 1) for copy in range(_COPIES)]
@@ -392,7 +392,7 @@ def smoothed_profile(way: AxisProfile, t: float, p: float, v: float, spread: flo
 
 
 def turning_times(pieces: Sequence[TimelinePiece]) -> list[float]:
-    """Return the times at which the velocity passes through 0 on the way, ends apart [s]."""
+    """Return the times [s] at which the velocity passes through 0, without the ends."""
     found: list[float] = []
     for piece, following in pairwise(pieces):
         if piece is not pieces[0] and piece.v == 0.0:
@@ -404,7 +404,7 @@ def turning_times(pieces: Sequence[TimelinePiece]) -> list[float]:
 
 
 def _departure(pieces: Sequence[TimelinePiece], at: float, t: float, p: float, v: float) -> tuple[float, float, float]:
-    """Return by how much a profile departs at a time from going on at `v` from `p` since `t`."""
+    """Return the deviation of a profile at a time from a motion at `v` that began at `p` at time `t`."""
     soon = at + _ROUNDING
     if soon < t:
         return 0.0, 0.0, 0.0

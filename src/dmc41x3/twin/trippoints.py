@@ -1,8 +1,8 @@
 """Trippoints: statements that wait (AD AI AM AP AR AS AT AV MC MF MR WT), and their conditions.
 
-If the plan of a motion has the time, it is used, and looked up again when the plan changes. Encoders are checked
-at every sample. Not in Galil's manual: an axis or a plane that does not
-move holds up nobody who waits for a distance, and an encoder has arrived within 4 counts of its target.
+If the plan of a motion determines the time, that time is used, and computed again when the plan changes. Encoders are
+checked at every sample. Not in Galil's manual: an axis or a plane that does not move ends a wait for a distance, and an
+encoder has arrived within 4 counts of its target.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ from dmc41x3.twin.program import Thread
 from dmc41x3.twin.unit import Unit
 
 ARRIVED = 4
-"""An encoder this near to its target has arrived, for MC [counts]."""
+"""Greatest distance of an encoder that has arrived from its target, for MC [counts]."""
 
 _FAR = 1e9
 
 
 @dataclass(frozen=True, slots=True)
 class Delay:
-    """WT, AT: samples, which the thread counts itself."""
+    """WT, AT: wait for a number of samples, which the thread counts."""
 
     timed: bool = True
     moves: bool = False
 
     def when(self, now: float) -> float:
-        """Return `now`: the thread is not asked before its sample."""
+        """Return `now`: the thread does not check the condition before its sample."""
         return now
 
 
 @dataclass(frozen=True, slots=True)
 class InputLevel:
-    """AI: a general input (from 1) to be high, or low."""
+    """AI: wait until a general input (from 1) is high, or low."""
 
     unit: Unit
     bit: int
@@ -52,13 +52,13 @@ class InputLevel:
     moves: bool = False
 
     def when(self, now: float) -> float:
-        """Return `now` at that level; nothing points to when an input will change, the machine is told then."""
+        """Return `now` at that level, else infinity: the machine looks again when an input changes."""
         return now if self.unit.inputs[self.bit - 1] == self.high else inf
 
 
 @dataclass(frozen=True, slots=True)
 class ProfilesEnded:
-    """AM: the profiles of axes and planes to end."""
+    """AM: wait until the profiles of axes and planes end."""
 
     unit: Unit
     axes: list[Axis]
@@ -75,7 +75,7 @@ class ProfilesEnded:
 
 @dataclass(slots=True)
 class Arrived:
-    """MC: profiles to end and encoders to arrive, each axis within its own time from the end of its profile (TW)."""
+    """MC: wait until profiles end and encoders arrive, each axis within its TW after the end of its profile."""
 
     unit: Unit
     axes: list[Axis]
@@ -84,7 +84,7 @@ class Arrived:
     moves: bool = True
 
     def when(self, now: float) -> float:
-        """Return `now` once all have arrived or have had their time; the latter get stop code 99 and call #MCTIME."""
+        """Return `now` once all have arrived or their time is over; the latter get stop code 99 and call #MCTIME."""
         return max([now, *(self._when(axis, now) for axis in self.axes)])
 
     def _when(self, axis: Axis, now: float) -> float:
@@ -103,9 +103,9 @@ class Arrived:
 
 @dataclass(slots=True)
 class EncoderPassed:
-    """AP, MF, MR: the encoder of an axis to be at a place [motor counts] or beyond.
+    """AP, MF, MR: wait until the encoder of an axis is at a place [motor counts] or beyond.
 
-    `rising` says on which side is beyond; None for the side where the encoder is not when it is first looked at.
+    `rising` is true if beyond means above; None for the side opposite to the encoder at the first check.
     """
 
     unit: Unit
@@ -116,7 +116,7 @@ class EncoderPassed:
     moves: bool = True
 
     def when(self, now: float) -> float:
-        """Return `now` beyond the place, else the next sample; an encoder does not pass before its reference."""
+        """Return `now` beyond the place, else when to check again; an encoder does not pass before its reference."""
         here = self.unit.core.plant.position(self.axis.index)
         if self.rising is None:
             self.rising = here < self.place
@@ -133,20 +133,20 @@ class EncoderPassed:
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
-    """MF, MR of several axes: one of them is enough."""
+    """MF, MR of several axes: wait for one of them."""
 
     waits: list[EncoderPassed]
     timed: bool = False
     moves: bool = True
 
     def when(self, now: float) -> float:
-        """Return when the first of them is over."""
+        """Return when the first of them is met."""
         return min([wait.when(now) for wait in self.waits])
 
 
 @dataclass(slots=True)
 class ReferencePassed:
-    """AD, AR: the reference of an axis to pass a place [motor counts], or its motion to end."""
+    """AD, AR: wait until the reference of an axis passes a place [motor counts], or its motion ends."""
 
     axis: Axis
     place: float
@@ -171,7 +171,7 @@ class ReferencePassed:
 
 @dataclass(frozen=True, slots=True)
 class Travelled:
-    """AV: a plane to have gone a distance along its path [counts]."""
+    """AV: wait until a plane has travelled a distance along its path [counts]."""
 
     plane: Plane
     distance: float
@@ -179,13 +179,13 @@ class Travelled:
     moves: bool = True
 
     def when(self, now: float) -> float:
-        """Return when the plane is there by its present plan."""
+        """Return when the plane reaches the distance by its present plan."""
         return self.plane.reaches(self.distance, now) if self.plane.running else now
 
 
 @dataclass(frozen=True, slots=True)
 class AtSpeed:
-    """AS: axes and planes to have their speed, or to slow down already."""
+    """AS: wait until axes and planes have their speed, or already decelerate."""
 
     axes: list[Axis]
     planes: list[Plane]
@@ -193,7 +193,7 @@ class AtSpeed:
     moves: bool = True
 
     def when(self, now: float) -> float:
-        """Return the end of the last acceleration under way as planned."""
+        """Return the planned end of the last acceleration under way."""
         times = [_steady(axis, now) for axis in self.axes if axis.moving]
         times += [plane.steady(now) for plane in self.planes if plane.running]
         return max([now, *times])
@@ -207,7 +207,7 @@ def _end(unit: Unit, axis: Axis) -> float:
 
 
 def _steady(axis: Axis, now: float) -> float:
-    """Return when the change of speed under way ends; of a positioning only speeding up counts."""
+    """Return when the change of speed under way ends; in a positioning move only acceleration counts."""
     jogs = axis.motion is not None and axis.motion.kind is MotionKind.JOG
     pieces = axis.timeline.pieces
     for piece, following in pairwise(pieces):
@@ -221,7 +221,7 @@ def _steady(axis: Axis, now: float) -> float:
 Operation = Callable[[CallerContext, Thread], None]
 
 TIMED = frozenset({"AT", "WT"})
-"""Those that a thread settles without a look at the machine."""
+"""Trippoints that a thread handles without a look at the machine."""
 
 _PLANES = "ST"
 _LONGEST = (1 << 31) - 2
@@ -230,12 +230,12 @@ _DELAY = Delay()
 
 
 def _samples(context: CallerContext, milliseconds: int) -> int:
-    """Return the samples that last at least so many milliseconds."""
+    """Return the number of samples that last at least `milliseconds`."""
     return -(-milliseconds * SAMPLES // context.core.period)
 
 
 def _span(context: CallerContext, value: Value, unit: Value) -> int:
-    """Return a signed time in samples: even milliseconds, or an even number of samples where `unit` is 1."""
+    """Return a signed time in samples: even milliseconds, or an even number of samples if `unit` is 1."""
     time = int(value(context.names) / ONE)
     if abs(time) > _LONGEST:
         raise Rejection(ErrorCode.OUT_OF_RANGE)
@@ -246,7 +246,7 @@ def _span(context: CallerContext, value: Value, unit: Value) -> int:
 
 
 def _time(text: str) -> tuple[Value, Value]:
-    """Return the number of WT or AT, and its unit; raises `Rejection` (39) where there is no number."""
+    """Return the number of WT or AT, and its unit; raises `Rejection` (39) without a number."""
     parts = split(text)
     if not parts[0]:
         raise Rejection(ErrorCode.NO_TIME)
@@ -256,7 +256,7 @@ def _time(text: str) -> tuple[Value, Value]:
 
 
 def _sleep(thread: Thread, until: int) -> None:
-    """Have a thread go on in a sample, or at once where that is over."""
+    """Make a thread continue in a sample, or at once if that has passed."""
     if until > thread.earliest:
         thread.waiting = _DELAY
         thread.due = thread.earliest = until
@@ -276,7 +276,7 @@ def _wait(text: str) -> Operation:
 
 
 def _at_time(text: str) -> Operation:
-    """AT 0 sets the reference; AT n waits until n behind it; AT -n also moves it there."""
+    """AT 0 sets the reference; AT n waits until n after it; AT -n also moves the reference there."""
     value, unit = _time(text)
 
     def act(context: CallerContext, thread: Thread) -> None:
@@ -306,7 +306,7 @@ def _input(text: str) -> Operation:
 
 
 def _axes_and_planes(context: CallerContext, text: str) -> tuple[list[Axis], list[Plane]]:
-    """Return the axes, virtual ones among them, and planes that a mask names, all of them for an empty one."""
+    """Return the axes, also virtual ones, and the planes that a mask names, all of them for an empty mask."""
     text, virtual = named(context, text)
     places, letters = axes_and_planes(text, context.unit.letters)
     if not places and not letters and not virtual:
@@ -343,7 +343,7 @@ def _places(context: CallerContext, text: str) -> list[tuple[Axis, int]]:
 
 
 def _one_axis(context: CallerContext, text: str) -> tuple[Axis, int]:
-    """Return the one axis that a place or distance is given for; raises `Rejection` for several."""
+    """Return the only axis that has a place or distance, with its number; raises `Rejection` for several."""
     given = _places(context, text)
     if len(given) != 1:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -353,7 +353,7 @@ def _one_axis(context: CallerContext, text: str) -> tuple[Axis, int]:
 def _position(rising: bool | None, text: str) -> Operation:
     """AP, MF, MR: an absolute position of the encoder, from either side, from below, from above.
 
-    MF and MR take several axes, of which one is enough (Galil's command reference).
+    MF and MR accept several axes, of which one is enough (Galil's command reference).
     """
 
     def act(context: CallerContext, thread: Thread) -> None:
@@ -368,7 +368,7 @@ def _position(rising: bool | None, text: str) -> Operation:
 
 
 def _distance(relative: bool, text: str) -> Operation:
-    """AD, AR: a distance of the reference from where the motion began; with AR from the last AD or AR, if any."""
+    """AD, AR: a distance of the reference from the start of the motion; with AR from the last AD or AR, if any."""
 
     def act(context: CallerContext, thread: Thread) -> None:
         axis, distance = _one_axis(context, text)
@@ -385,7 +385,7 @@ def _distance(relative: bool, text: str) -> Operation:
 
 
 def _rises(axis: Axis, now: float) -> bool:
-    """Tell whether a motion goes upwards; one that rests for a moment, by where it will end."""
+    """Return whether a motion goes upwards; if it rests for a moment, by its final position."""
     velocity = axis.timeline.at(now + _SOON)[1]
     return velocity > 0.0 if velocity else axis.timeline.pieces[-1].p >= axis.timeline.at(now)[0]
 
@@ -418,4 +418,4 @@ TABLE: dict[str, Callable[[str], Operation]] = {
     "MR": partial(_position, False),
     "WT": _wait,
 }
-"""The operation of the text behind a mnemonic."""
+"""Functions that prepare the text after a mnemonic."""

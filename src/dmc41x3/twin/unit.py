@@ -1,6 +1,6 @@
 """The state of a DMC-41x3 besides its motion: variables, outputs, formats, handles, peripherals.
 
-Settings of devices that this unit does not have (serial ports, Modbus) are kept and reported like all others.
+Settings of devices that this unit does not have (serial ports, Modbus) are stored and reported like all others.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PLUS_MINUS_TEN = 2
 """AQ: an analog input reads -10 to 10 V."""
 
 LOCKED_COMMANDS = frozenset({"DL", "ED", "LS", "TR", "UL"})
-"""Commands that a locked program refuses."""
+"""Commands that are refused while the program is locked."""
 
 
 @dataclass(slots=True)
@@ -46,34 +46,34 @@ class Peripherals:
 
 
 class Activity(Protocol):
-    """Something with a time of its own; the machine never runs past its next event.
+    """A part of the controller with its own schedule; the machine never advances past its next event.
 
     Times are seconds of the machine's clock.
     """
 
     @property
     def active(self) -> bool:
-        """Whether it has anything to do, now or later; while not, nobody looks at it. Only a command changes that."""
+        """Whether it has anything to do, now or later; if not, the machine skips it. Only a command changes that."""
         ...
 
     @property
     def watching(self) -> bool:
-        """Whether it wants to see what happens to axes at once, though it has nothing to do until then."""
+        """Whether it must see events of axes at once, though it has nothing to do until then."""
         ...
 
     def next_event(self) -> float:
-        """Return when it wants to be looked at next [s], infinity for never."""
+        """Return when it must be called next [s], infinity for never."""
         ...
 
     def look(self, now: float) -> None:
         """Do what is due at `now` [s]. Called after every event, its own or another's, and after every command.
 
-        Events of axes stand in the motion core's `happened` during this call and is forgotten behind it.
+        During this call the motion core's `happened` contains the events of axes; it is cleared afterwards.
         """
         ...
 
     def reset(self) -> None:
-        """Do what a power-up does to it."""
+        """Reset to the state of power-up."""
         ...
 
 
@@ -81,7 +81,7 @@ MOST_VARIABLES = 510
 
 
 class Format(NamedTuple):
-    """How numbers print: digits before and after the point, or hexadecimal."""
+    """Format of printed numbers: digits before and after the point, or hexadecimal."""
 
     before: int
     after: int
@@ -103,7 +103,7 @@ class ControllerIdentity(NamedTuple):
 
 
 class Unit:
-    """One controller. `plane` is the coordinate system that CA selected; `motors_off` how motors power up.
+    """One controller. `plane` is the coordinate system that CA selected; `motors_off` whether motors power up off.
 
     `inputs` are the levels of the general inputs, which idle high; `analog` the volts at the analog ones.
     """
@@ -141,11 +141,11 @@ class Unit:
         self._forget()
 
     def _starved(self) -> None:
-        """Note that contour data came too late."""
+        """Set the error code for contour data that came too late."""
         self.error_code = int(ErrorCode.CONTOUR_STARVED)
 
     def _forget(self) -> None:
-        """Set what power-up sets."""
+        """Restore the power-up settings."""
         self.variables: dict[str, int] = {}
         self.axis_variables: dict[str, int] = {}
         self.arrays.clear()
@@ -169,7 +169,7 @@ class Unit:
 
     @property
     def letters(self) -> str:
-        """Names of the axes there are."""
+        """Names of the existing axes."""
         return LETTERS[: len(self.core.axes)]
 
     @property
@@ -184,7 +184,7 @@ class Unit:
         return (samples + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def reset(self) -> None:
-        """Set what the factory set: counters from zero, motors off, variables lost. See `burn` for what comes back."""
+        """Restore the factory settings: counters from zero, motors off, variables lost."""
         self.core.reset()
         self.core.cn = [-1, -1, -1, 0, 0]
         for axis in self.axes:
@@ -200,27 +200,27 @@ class Unit:
         self._forget()
 
     def tcp_error(self, handle_index: int) -> None:
-        """Take notice that something was sent on a TCP handle and its connection was found gone (error 123)."""
+        """Handle a TCP connection that was found lost when something was sent on its handle (error 123)."""
         self.handles.last_lost = handle_index
         self.error_code = int(ErrorCode.TCP_LOST)
         if self.on_tcp_error is not None:
             self.on_tcp_error(handle_index)
 
     def note(self, text: str) -> None:
-        """Tell whoever keeps a log, once, something about the twin itself, such as a command without effect."""
+        """Report a fact about the twin itself to `on_note`, once, for example that a command has no effect."""
         if self.on_note is not None and text not in self._noted:
             self._noted.add(text)
             self.on_note(text)
 
     def set_input(self, bit: int, high: bool) -> None:
-        """Set the level of general input `bit`, from 1; latches and selective aborts follow when the machine looks."""
+        """Set the level of general input `bit`, from 1; latches and selective aborts react at the next look."""
         self.inputs[bit - 1] = high
 
     def _closed(self, handle: Handle) -> None:
         self.outlet.closed(handle.letter)
 
     def set_output(self, bit: int, on: bool) -> None:
-        """Set digital output `bit`, from 1; one that holds a brake (BW) follows its motor only."""
+        """Set digital output `bit`, from 1; an output that controls a brake (BW) follows only its motor."""
         if bit <= len(self.axes) and self.axes[bit - 1].registers["BW"]:
             return
         if self.outputs[bit - 1] != on:
@@ -228,20 +228,20 @@ class Unit:
             self.core.plant.output(bit, on)
 
     def raw_text(self, raw: int) -> str:
-        """Return a raw fixed-point number as VF has it printed."""
+        """Return a raw fixed-point number in the format of VF."""
         form = self.value_format
         return format_raw(raw, form.before, form.after, not self.suppress_zeros, form.hexadecimal)
 
     def value_text(self, value: float) -> str:
-        """Return a number as VF has it printed."""
+        """Return a number in the format of VF."""
         return self._text(value, self.value_format)
 
     def position_text(self, values: Sequence[float]) -> str:
-        """Return numbers as PF has them printed, separated by commas."""
+        """Return numbers in the format of PF, separated by commas."""
         return join_positions([self._text(value, self.position_format) for value in values])
 
     def fixed_text(self, values: Sequence[float], places: int) -> str:
-        """Return numbers with a fixed number of decimals, whatever PF says."""
+        """Return numbers with a fixed number of decimals, independent of PF."""
         zeros = not self.suppress_zeros
         before = 1 if places == 4 else 3
         return join_positions([format_value(value, before, places, zeros) for value in values])

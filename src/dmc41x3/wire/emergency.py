@@ -1,7 +1,7 @@
-"""Stop the axes by a plain socket of its own, when the service that owns the robot does not answer.
+"""Stop the axes by a separate plain socket, when the service that owns the robot does not answer.
 
-Blocking, without an event loop, and quick to import: what counts here is the time until the axes brake. Uses one
-free handle of the controller and gives it back.
+The module blocks, uses no event loop, and is quick to import, because the time until the axes brake is essential. It
+uses one free handle of the controller and frees it.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ _MOVING, _COORDINATED = 1 << 15, 1 << 8
 
 
 class StopOutcome(NamedTuple):
-    """The axes that moved when the stop came: those of the sequence, braking on their path, and axes on their own."""
+    """The axes that moved at the stop: those of the sequence, which brake on their path, and independent axes."""
 
     coordinated: str
     independent: str
 
     @property
     def decelerating(self) -> str:
-        """Letters of all axes that began to brake, in order; empty where nothing moved."""
+        """Letters of all axes that began to brake, in order; empty if nothing moved."""
         return "".join(sorted(self.coordinated + self.independent))
 
 
 def stop(host: str, port: int, timeout: float) -> StopOutcome:
     """Stop the coordinated sequence on its path (`ST S`), then each axis that moves outside of it.
 
-    A bare ST would also end the programs in the controller. `timeout` [s] is for each single wait. Raises
+    A bare ST would also end the programs in the controller. `timeout` [s] applies to each wait. Raises
     `ConnectFailed`, `LinkTimeout`, `LinkLost`, `UnexpectedReply`.
     """
     address = f"{host}:{port}"
@@ -79,7 +79,7 @@ class _Conversation:
             raise self._failure(error) from error
 
     def _prompt(self) -> bool:
-        """Wait for the answer of a command that prints nothing; a refused ST S means that there is no sequence."""
+        """Return whether a command without output was accepted; a refused ST S means that no sequence runs."""
         answer = self._reply_byte()
         if answer not in b":?":
             raise UnexpectedReply(command=self._command, reply=repr(answer))
@@ -96,7 +96,7 @@ class _Conversation:
         return header + self._exactly(length + 1 - len(header))[:-1]
 
     def _reply_byte(self) -> bytes:
-        """Return the first byte of a reply; messages of programs, marked by bit 7, are passed over."""
+        """Return the first byte of a reply; messages of programs, marked by bit 7, are skipped."""
         while (byte := self._exactly(1)) > b"\x87":
             pass
         return byte
@@ -120,7 +120,7 @@ class _Conversation:
         return self._ended(error.strerror or str(error))
 
     def _ended(self, reason: str) -> LinkLost | ConnectFailed:
-        """Return the loss of a link; of one over which nothing was heard nobody was there."""
+        """Return the error of an ended link: `LinkLost`, or `ConnectFailed` if the controller never sent anything."""
         return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
 
 

@@ -1,7 +1,7 @@
 """Bytes of the wire to commands (controller's side) and to replies (host's side).
 
-Both splitters take bytes as they come, in pieces of any size; where the pieces are cut makes no difference, with
-the one exception that `LineSplitter` names.
+Both splitters accept bytes in pieces of any size. The result does not depend on where the bytes are cut, with the one
+exception that `LineSplitter` names.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _LONGEST_RECORD = 4 + 52 + 26 + 8 * 36
 
 
 class LineSplitter:
-    """Controller's side: bytes to the texts of commands, each of which answers one prompt.
+    """Controller's side: bytes to the texts of commands, each of which gets one prompt.
 
-    CR and `;` end a command, LF is ignored, bit 7 is dropped, a comment (`'`) lasts to the CR. A command that
-    reaches past 80 characters of its line becomes `TOO_LONG`. A line also ends where the bytes at hand end in
-    `;`: some clients never send CR, and a controller does not wait for one.
+    CR and `;` end a command, LF is ignored, bit 7 is dropped, a comment (`'`) extends to the CR. A command that
+    exceeds 80 characters of its line becomes `TOO_LONG`. A line also ends where the received bytes end in
+    `;`: some clients never send CR, and a controller does not wait for it.
 
-    While `program` is True the bytes are the text of a program (DL): only CR ends a line, `;` belongs to it, and
-    a backslash is an item of its own that ends this mode; so do ^D, ^Q and ^Z, which read as one. `limit`
-    is the longest line of this mode until it ends: numbers (QD) may come in one line that is longer than any command.
+    While `program` is True the bytes are the text of a program (DL): only CR ends a line, `;` is part of the line, and
+    a backslash is a separate item that ends this mode; so do ^D, ^Q and ^Z, which are read as a backslash. `limit`
+    is the longest line until this mode ends: numbers (QD) may come in one line that is longer than any command.
     """
 
     def __init__(self) -> None:
@@ -50,7 +50,7 @@ class LineSplitter:
     def split(self, data: bytes) -> Iterator[str]:
         """Yield the commands that `data` completes; `program` may be changed in between.
 
-        To be run to its end: what is not taken is lost.
+        Exhaust the iterator: commands that are not taken are lost.
         """
         text = data.translate(_SEVEN_BITS, b"\n\x8a").decode("ascii")
         place = 0
@@ -69,13 +69,13 @@ class LineSplitter:
                 yield command
             self.program, self.limit = False, LINE_LIMIT
             yield "\\"
-        # One character past the limit decides; more of an endless line is not kept.
+        # One character past the limit is enough to refuse a line; the rest of it is dropped.
         self._pending = (self._pending + text[place:])[: self.limit + 1]
         if text.endswith(";") and not self._pending:
             self._before = 0
 
     def _complete(self, end: str) -> str:
-        """Return the text before an end, and begin a new one behind it."""
+        """Return the text before an end, and begin a new text after it."""
         length = self._before + len(self._pending)
         command = TOO_LONG if length > self.limit else self._pending
         self._pending = ""
@@ -87,7 +87,7 @@ class ReplyKind(Enum):
     """The kind of answer to a request.
 
     `LISTING` is the answer to UL and QU: any text, ended by Ctrl-Z and a prompt. `TRANSFER` is that to DL and QD with
-    their data and a TC1 behind it: prompts, however many, and then what TC1 prints.
+    their data and a TC1 after it: any number of prompts, then the output of TC1.
     """
 
     TEXT = auto()
@@ -102,14 +102,14 @@ _ENDS = {
     ReplyKind.TRANSFER: re.compile(rb"\r\n:"),
 }
 _PROMPTS = {ReplyKind.TEXT: b":?", ReplyKind.LISTING: b"?", ReplyKind.TRANSFER: b""}
-"""Bytes that are a whole answer where they come first."""
+"""Bytes that are a whole answer at the beginning of a reply."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """The answer to one command: accepted or not, and what it printed, without the last line end.
+    """The answer to one command: whether it was accepted, and its output, without the last line end.
 
-    Of a transfer that was refused, in whole or in part, `text` is what TC1 said.
+    For a transfer that was refused, in whole or in part, `text` is the output of TC1.
     """
 
     ok: bool
@@ -125,14 +125,14 @@ class RecordReply:
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """A line that nobody asked for, from a program in the controller (bit 7 set on the wire, CW 1)."""
+    """An unsolicited line from a program in the controller (bit 7 set on the wire, CW 1)."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Stray:
-    """Bytes that fit no request. Replies can no longer be told apart: the link is of no more use."""
+    """Bytes that fit no request. Replies can no longer be assigned to requests: the link is unusable."""
 
     data: bytes
 
@@ -146,10 +146,10 @@ Received: TypeAlias = Reply | RecordReply | Message | Stray
 class ReplySplitter:
     """Host's side: bytes to replies, in the order of the requests announced with `expect`.
 
-    A text ends at a prompt that stands alone or behind a line end, since texts may contain colons; it cannot begin
-    with `:` or `?` nor lack its line end (`MG "x"{N}`), because the wire does not tell these apart. A record is
-    framed by the length in its header, since it may contain anything. Bytes with bit 7 set outside of records
-    are messages and may stand anywhere, also inside a text.
+    A text ends at a prompt that stands alone or after a line end, since texts may contain colons; it cannot begin
+    with `:` or `?` nor lack its line end (`MG "x"{N}`), because such replies are ambiguous. A record is
+    framed by the length in its header, since it may contain any bytes. Bytes with bit 7 set outside of records
+    are messages and may occur anywhere, also inside a text.
     """
 
     def __init__(self) -> None:
@@ -160,15 +160,15 @@ class ReplySplitter:
 
     @property
     def pending(self) -> int:
-        """How many requests wait for their reply."""
+        """Number of requests that wait for their reply."""
         return len(self._kinds)
 
     def expect(self, kind: ReplyKind = ReplyKind.TEXT, count: int = 1) -> None:
-        """Announce that so many more requests are on their way and what will answer each."""
+        """Announce `count` more requests and the kind of their replies."""
         self._kinds.extend([kind] * count)
 
     def feed(self, data: bytes) -> list[Received]:
-        """Return what `data` completes, in order."""
+        """Return the replies and messages that `data` completes, in order."""
         received: list[Received] = []
         place = 0
         while place < len(data):
@@ -240,7 +240,7 @@ class ReplySplitter:
 
     def _take_message(self, data: bytes, place: int, end: int, received: list[Received]) -> int:
         if self._kinds and self._kinds[0] is ReplyKind.RECORD:
-            # The record's own first byte also has bit 7 set; only what looks like text is taken.
+            # The record's own first byte also has bit 7 set; only bytes of text are taken.
             end = next((i for i in range(place, end) if not _is_message(data[i])), end)
         *lines, self._message = (self._message + data[place:end].translate(_SEVEN_BITS)).split(b"\n")
         received.extend(Message(line.removesuffix(b"\r").decode("ascii")) for line in lines)
@@ -259,5 +259,5 @@ def _reply(kind: ReplyKind, data: bytes) -> Reply:
 
 
 def _is_message(byte: int) -> bool:
-    """Tell a byte of a message (blank, printable, tab, CR, LF; bit 7 set) from the first one of a record."""
+    """Return whether a byte belongs to a message (blank, printable, tab, CR, LF; bit 7 set) and begins no record."""
     return byte > 0x87

@@ -1,7 +1,7 @@
-"""Data records that come by themselves: by UDP at the controller's own pace (DR), else by asking for them (QR).
+"""Streams of data records: sent by UDP at the controller's own pace (DR), or polled (QR).
 
-The controller has one such stream. Somebody else's DR takes it away; ours then falls silent, and records are polled
-from then on.
+The controller has one such stream. A DR of another client takes it over; this stream then falls silent, and records
+are polled from then on.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dmc41x3.language.record import DataRecord, decode
 from dmc41x3.wire.transport import DatagramFactory, Datagrams
 
 SILENCE = 1.0
-"""After so long without a record, or 20 periods if that is longer, the controller is asked what it is doing [s]."""
+"""Time without a record, at least 20 periods, after which the stream checks the controller [s]."""
 
 _ANSWER = 0.25
 _ATTEMPTS = 3
@@ -31,14 +31,14 @@ _LETTER = re.compile(rb"IH([A-H])\r\n:")
 
 
 class StreamMode(Enum):
-    """How the records come."""
+    """How the records arrive."""
 
     SENT = "DR by UDP"
     POLLED = "QR by TCP"
 
 
 class RawRecord:
-    """A data record as it came; what is in it is decoded when somebody looks, and once."""
+    """A data record as received; its content is decoded at the first access, and once."""
 
     __slots__ = ("_decoded", "data")
 
@@ -53,14 +53,14 @@ class RawRecord:
 
     @property
     def record(self) -> DataRecord:
-        """Its content; raises `UnexpectedReply` if it is no whole record."""
+        """Its content; raises `UnexpectedReply` if it is not a whole record."""
         if self._decoded is None:
             self._decoded = decode(self.data)
         return self._decoded
 
 
 class Gaps:
-    """Tells by their sample numbers whether records of a stream are missing; `period` is in samples."""
+    """Finds missing records of a stream by their sample numbers; `period` is in samples."""
 
     def __init__(self, period: int) -> None:
         self._period = period
@@ -68,7 +68,7 @@ class Gaps:
         self.lost = 0
 
     def take(self, sample: int) -> bool:
-        """Take note of the next record to come; tell whether it is newer than all before it."""
+        """Register the next record; return whether it is newer than all before it."""
         if self._last is None:
             self._last = sample
             return True
@@ -85,11 +85,11 @@ class StreamLink(Protocol):
 
     @property
     def lost(self) -> asyncio.Future[MachineError]:
-        """Why the link was lost, once it is."""
+        """The reason for the loss of the link, once it is lost."""
         ...
 
     async def send(self, command: str) -> str:
-        """Send one command and return what it printed."""
+        """Send one command and return its output."""
         ...
 
     async def value(self, operand: str) -> float:
@@ -97,12 +97,12 @@ class StreamLink(Protocol):
         ...
 
     async def raw_record(self) -> bytes:
-        """Return the record of now."""
+        """Return the present record."""
         ...
 
 
 def period_of(rate: float) -> int:
-    """Return the period of DR [samples] nearest to `rate` [1/s]; raises `InvalidValue` for one that is not offered."""
+    """Return the period of DR [samples] nearest to `rate` [1/s]; raises `InvalidValue` if that is not offered."""
     period = round(SAMPLES / rate / 2.0) * 2 if rate > 0.0 else 0
     if not SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
         slowest, fastest = SAMPLES / LONGEST_PERIOD, SAMPLES / SHORTEST_PERIOD
@@ -111,13 +111,13 @@ def period_of(rate: float) -> int:
 
 
 class RecordStream:
-    """A stream of records; made by `Driver.stream`, ended by `close`.
+    """A stream of records; created by `Driver.stream`, ended by `close`.
 
     `latest` is the newest record; iterating yields it and every newer one, and a slow reader skips to the newest. If
     the link is lost, iterating raises that loss. If the driver was closed before the stream, it raises
-    `NotConnected`; after `close` it ends. `way` is how records come and `reason` why they are polled; a stream that
-    fell back to polling stays with it. `lost` counts the records that were sent and did not arrive, `received` those
-    that did.
+    `NotConnected`; after `close` it ends. `way` is how records arrive and `reason` why they are polled; a stream that
+    fell back to polling continues to poll. `lost` counts the records that were sent and did not arrive, `received`
+    those that did.
     """
 
     def __init__(self, link: StreamLink, period: int) -> None:
@@ -139,7 +139,7 @@ class RecordStream:
 
     @classmethod
     async def open(cls, link: StreamLink, rate: float, datagrams: DatagramFactory | None) -> RecordStream:
-        """Begin; see `Driver.stream`."""
+        """Open a stream; see `Driver.stream`."""
         stream = cls(link, period := period_of(rate))
         try:
             stream.reason = await stream._begin(datagrams, period)
@@ -155,12 +155,12 @@ class RecordStream:
 
     @property
     def lost(self) -> int:
-        """How many records were sent and did not arrive."""
+        """Number of records that were sent and did not arrive."""
         return self._gaps.lost
 
     @property
     def rate(self) -> float:
-        """Records in a second, as the controller's samples allow."""
+        """Records in a second, rounded to the controller's samples."""
         return 1.0 / self._seconds
 
     async def __aiter__(self) -> AsyncIterator[RawRecord]:
@@ -181,7 +181,7 @@ class RecordStream:
         await waiter
 
     async def close(self) -> None:
-        """End the stream on both sides; again is harmless."""
+        """End the stream on both sides; idempotent."""
         if self._task is not None:
             self._task.cancel()
             await asyncio.wait({self._task})
@@ -190,7 +190,7 @@ class RecordStream:
         self._end(None)
 
     async def _begin(self, datagrams: DatagramFactory | None, period: int) -> str:
-        """Have the controller send records by UDP; return why that cannot be, or nothing."""
+        """Request records by UDP; return why that is impossible, or an empty text."""
         if datagrams is None:
             return "no way for UDP was given"
         try:
@@ -211,7 +211,7 @@ class RecordStream:
         return ""
 
     async def _learn_handle(self, endpoint: Datagrams) -> int | None:
-        """Return the number of the handle that the controller gave to our socket, None where it does not say."""
+        """Return the number of the handle that the controller gave to this socket, None if it does not answer."""
         for _ in range(_ATTEMPTS):
             endpoint.write(b"WH\r")
             with suppress(TimeoutError):
@@ -232,7 +232,7 @@ class RecordStream:
             self._end(error)
 
     async def _receive(self, endpoint: Datagrams) -> str:
-        """Take records until they stop coming; return why. Raises the loss of the link."""
+        """Receive records until they stop; return why. Raises the loss of the link."""
         reader = self._loop.create_task(self._read(endpoint))
         try:
             while True:
@@ -248,13 +248,13 @@ class RecordStream:
             reader.cancel()
 
     async def _only_busy(self, before: int, reader: asyncio.Task[str]) -> bool:
-        """Tell whether records come again once the controller has time to answer (BN, DL and others pause DR)."""
+        """Return whether records arrive again once the controller has time to answer (BN, DL and others pause DR)."""
         await self._link.raw_record()
         await asyncio.wait({reader, self._link.lost}, timeout=self._silence, return_when="FIRST_COMPLETED")
         return self.received != before or reader.done() or self._link.lost.done()
 
     async def _read(self, endpoint: Datagrams) -> str:
-        """Have datagrams handed over as they come, which costs no task switch each; return why they ended."""
+        """Receive datagrams by a callback, which saves a task switch for each; return why they ended."""
         endpoint.deliver(self._arrived)
         try:
             while await endpoint.read():
@@ -295,7 +295,7 @@ class RecordStream:
             self._wake()
 
     async def _give_back(self) -> None:
-        """Stop what is sent to us and free the handle, which would stay taken for ever."""
+        """Stop the records and free the handle, which would otherwise stay in use for ever."""
         endpoint, self._endpoint = self._endpoint, None
         place, self._place = self._place, None
         if endpoint is None:

@@ -3,8 +3,8 @@ r"""Recordings of a wire: their lines, the exchanges in them, and how two answer
 A recording is text, one JSON object a line. The first names the format:
 `{"format": "maya-dmc-capture", "version": 1, "controller": "10.0.0.5:23"}`. Every other is a piece of the wire,
 `{"t": 0.0125, "link": 1, "from": "client", "data": "TP\r"}`: seconds since the beginning, the number of the client's
-connection, who sent it (`client` or `controller`), and the bytes, each as the character of its number (Latin-1).
-Instead of `data`, `"event": "open"` and `"event": "end"` say when a connection began and who ended it.
+connection, the sender (`client` or `controller`), and the bytes, each as the character of its number (Latin-1).
+Instead of `data`, `"event": "open"` and `"event": "end"` mark when a connection began and which side ended it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Side = Literal["client", "controller"]
 
 
 class WirePiece(NamedTuple):
-    """A piece of traffic, or the begin or end of a connection (`event`); `time` in s."""
+    """A piece of traffic, or the beginning or end of a connection (`event`); `time` in s."""
 
     time: float
     link: int
@@ -48,9 +48,9 @@ def header(controller: str) -> str:
 
 
 def read(lines: Iterable[str]) -> list[WirePiece]:
-    """Return the pieces of a recording; raises `ValueError` with the line's number for what is none.
+    """Return the pieces of a recording; raises `ValueError` with the line's number for an invalid line.
 
-    A last line that was cut short, as a crash leaves it, is passed over.
+    An incomplete last line, as after a crash, is ignored.
     """
     texts = [line for line in lines if line.strip()]
     try:
@@ -89,7 +89,7 @@ def _piece(found: dict[str, Any]) -> WirePiece:
 
 @dataclass(slots=True)
 class Exchange:
-    """A command and what answered it, None for nothing yet; `time` is when the command was complete [s]."""
+    """A command and its answer, None if there is none yet; `time` is when the command was complete [s]."""
 
     time: float
     command: str
@@ -98,9 +98,9 @@ class Exchange:
 
 @dataclass(slots=True)
 class ConnectionTranscript:
-    """One connection, taken apart: every command with its answer, and the messages of programs in between.
+    """One connection, parsed: every command with its answer, and the messages of programs in between.
 
-    `stray` is set where bytes came that answer nothing; from there on answers cannot be told apart.
+    `stray` is set if bytes arrived that answer nothing; later answers cannot be assigned to commands.
     """
 
     exchanges: list[Exchange] = field(default_factory=list)
@@ -111,17 +111,17 @@ class ConnectionTranscript:
     _answered: int = 0
 
     def said(self, data: bytes, time: float) -> None:
-        """Take in what the client sent."""
+        """Process bytes that the client sent."""
         for command in self._lines.split(data):
             if self._lines.program and command != "\\":
-                continue  # the text of a program, or the data of an array: answered when all of it is there
+                continue  # the text of a program, or the data of an array: answered when it is complete
             if command.startswith(("DL", "QD")) and "=" not in command and "?" not in command:
                 self._lines.program = True
             self._replies.expect(ReplyKind.RECORD if command == "QR" else ReplyKind.TEXT)
             self.exchanges.append(Exchange(time, command))
 
     def heard(self, data: bytes) -> None:
-        """Take in what the controller sent."""
+        """Process bytes that the controller sent."""
         if self.stray:
             self.stray += data
             return
@@ -139,7 +139,7 @@ class ConnectionTranscript:
 
     @property
     def answered(self) -> int:
-        """How many commands have their answer, from the first on."""
+        """Number of commands that have their answer, from the first on."""
         return self._answered
 
     @property
@@ -149,7 +149,7 @@ class ConnectionTranscript:
 
 
 def conversations(pieces: Iterable[WirePiece]) -> dict[int, ConnectionTranscript]:
-    """Return the connections of a recording by their number, each taken apart."""
+    """Return the connections of a recording by their number, each parsed."""
     found: dict[int, ConnectionTranscript] = {}
     for piece in pieces:
         conversation = found.setdefault(piece.link, ConnectionTranscript())
@@ -174,10 +174,10 @@ def difference(
     counts: float,
     seconds: float = 0.0,
 ) -> str:
-    """Return how two answers to one command differ, empty where they agree as far as two runs can.
+    """Return how two answers to one command differ, empty if they agree as far as two runs can.
 
-    Identity, clock, velocity and torque may differ in every number; positions by `counts`, in a record
-    also by the way that the axis goes in so many `seconds`; words, prompts, and every other number not at all.
+    Identity, clock, velocity and torque may differ in every number; positions by `counts`, in a record also by the
+    distance of the axis in `seconds`. Texts, prompts and all other numbers must be equal.
     """
     if isinstance(recorded, Reply) and isinstance(replayed, Reply):
         return _texts(command, recorded, replayed, counts)
@@ -243,7 +243,7 @@ def _axis_differences(one: AxisRecord, other: AxisRecord, counts: float) -> Iter
 
 
 def shown(reply: Reply | RecordReply | None) -> str:
-    """Return an answer in words for people."""
+    """Return an answer as text for users."""
     if reply is None:
         return "no answer"
     if isinstance(reply, RecordReply):

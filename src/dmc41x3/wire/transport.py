@@ -1,6 +1,6 @@
 """Transports of bytes: a TCP connection, UDP datagrams, or two ends in memory.
 
-All work in the loop they were made in. A reader gets `b""` when the other side has ended.
+Each works in the loop in which it was created. A reader gets `b""` when the other side has ended.
 """
 
 from __future__ import annotations
@@ -16,67 +16,67 @@ from dmc41x3.errors import ConnectFailed, LinkLost
 
 
 class Transport(Protocol):
-    """A stream of bytes to the other role. One reader at a time."""
+    """A stream of bytes to the other side. One reader at a time."""
 
     @property
     def peer(self) -> str:
-        """Whom this leads to, as shown to people."""
+        """Address of the other side, as shown to users."""
         ...
 
     async def read(self) -> bytes:
-        """Return what has come, at least one byte, or `b""` at the end; raises `LinkLost` where it broke off."""
+        """Return the received bytes, at least one, or `b""` at the end; raises `LinkLost` if the connection broke."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Hand over bytes at once, without waiting; raises `LinkLost` after the end."""
+        """Send bytes without waiting; raises `LinkLost` after the end."""
         ...
 
     async def close(self) -> None:
-        """End the connection and give back what it held; again is harmless."""
+        """End the connection and free its resources; idempotent."""
         ...
 
 
 class Datagrams(Protocol):
-    """Datagrams to and from the other role. They may get lost, or overtake each other. One reader at a time."""
+    """Datagrams to and from the other side. They may get lost, or overtake each other. One reader at a time."""
 
     @property
     def peer(self) -> str:
-        """Whom this leads to, as shown to people."""
+        """Address of the other side, as shown to users."""
         ...
 
     async def read(self) -> bytes:
-        """Return the next datagram, or `b""` at the end; raises `LinkLost` where the other side is found absent."""
+        """Return the next datagram, or `b""` at the end; raises `LinkLost` if the other side is not available."""
         ...
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only at the end."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send one datagram; nobody learns whether it arrives."""
+        """Send one datagram; its arrival is not confirmed."""
         ...
 
     async def close(self) -> None:
-        """Give back what it held; again is harmless."""
+        """Free its resources; idempotent."""
         ...
 
 
 DatagramFactory: TypeAlias = Callable[[], Awaitable[Datagrams]]
-"""Makes a way for datagrams to the controller whose TCP link one has; raises `ConnectFailed`."""
+"""Opens a datagram connection to the controller of a TCP link; raises `ConnectFailed`."""
 
 _MOST_WAITING = 256
-"""Datagrams kept for a reader that does not come; then the oldest are dropped, as a socket's buffer would."""
+"""Most datagrams stored for a slow reader; then the oldest are dropped, as in a socket's buffer."""
 
 
 def _reason(error: Exception) -> str:
-    """Return the system's own words for what went wrong, without numbers and addresses."""
+    """Return the system's text for an error, without numbers and addresses."""
     if isinstance(error, OSError) and not isinstance(error, socket.gaierror) and error.errno:
         return os.strerror(error.errno)
     return getattr(error, "strerror", None) or str(error)
 
 
 class _Inbox:
-    """Bytes that came and are not read yet, and the one who waits for them."""
+    """Received bytes that are not read yet, and the reader that waits for them."""
 
     def __init__(self) -> None:
         self._data = b""
@@ -126,7 +126,7 @@ class _Receiver(asyncio.Protocol):
 
 
 class TcpTransport:
-    """A TCP connection without Nagle's delay; made by `connect`."""
+    """A TCP connection without Nagle's delay; created by `connect`."""
 
     def __init__(
         self,
@@ -163,20 +163,20 @@ class TcpTransport:
         return self._peer
 
     async def read(self) -> bytes:
-        """Return what has come, or `b""` at the end; raises `LinkLost` where the connection broke off."""
+        """Return the received bytes, or `b""` at the end; raises `LinkLost` if the connection broke."""
         data = await self._inbox.get()
         if not data and self._closed.done() and (error := self._closed.result()) is not None:
             raise LinkLost(address=self._peer, reason=_reason(error)) from error
         return data
 
     def write(self, data: bytes) -> None:
-        """Hand over bytes at once; raises `LinkLost` after the end."""
+        """Send bytes without waiting; raises `LinkLost` after the end."""
         if self._stream.is_closing():
             raise LinkLost(address=self._peer, reason="the connection is closed")
         self._stream.write(data)
 
     async def close(self) -> None:
-        """Close the connection; what the other side does not take any more is dropped."""
+        """Close the connection; bytes that are not sent yet are dropped."""
         if self._stream.get_write_buffer_size():
             self._stream.abort()
         else:
@@ -185,7 +185,7 @@ class TcpTransport:
 
 
 class LoopbackTransport:
-    """One of two ends in memory; made by `loopback_pair`."""
+    """One of two ends in memory; created by `loopback_pair`."""
 
     def __init__(self, peer: str) -> None:
         self._peer = peer
@@ -193,7 +193,7 @@ class LoopbackTransport:
         self._other: LoopbackTransport | None = None
 
     def join(self, other: LoopbackTransport) -> None:
-        """Lead to `other` from now on."""
+        """Connect this end to `other`."""
         self._other = other
 
     @property
@@ -202,22 +202,22 @@ class LoopbackTransport:
         return self._peer
 
     async def read(self) -> bytes:
-        """Return what has come, or `b""` at the end."""
+        """Return the received bytes, or `b""` at the end."""
         return await self._inbox.get()
 
     def write(self, data: bytes) -> None:
-        """Hand over bytes at once; raises `LinkLost` after the end of this side, the other's end shows in `read`."""
+        """Send bytes without waiting; raises `LinkLost` after the end of this side. `read` returns the other's end."""
         if self._other is None:
             raise LinkLost(address=self._peer, reason="the connection is closed")
         if not self._other._inbox.ended:
             self._other._inbox.put(data)
 
     async def close(self) -> None:
-        """End both directions; what is on its way still arrives."""
+        """End both directions; data under way still arrive."""
         self._end(keep=True)
 
     def cut(self) -> None:
-        """End both directions at once; what is on its way is lost."""
+        """End both directions at once; data under way are lost."""
         self._end(keep=False)
 
     def _end(self, keep: bool) -> None:
@@ -228,7 +228,7 @@ class LoopbackTransport:
 
 
 def loopback_pair(peer: str = "loopback") -> tuple[LoopbackTransport, LoopbackTransport]:
-    """Return two ends that lead to each other, host's and controller's."""
+    """Return two connected ends: the host's and the controller's."""
     ends = LoopbackTransport(peer), LoopbackTransport(peer)
     ends[0].join(ends[1])
     ends[1].join(ends[0])
@@ -236,7 +236,7 @@ def loopback_pair(peer: str = "loopback") -> tuple[LoopbackTransport, LoopbackTr
 
 
 class _Letterbox:
-    """Datagrams that came and are not read yet, and the one who waits for them."""
+    """Received datagrams that are not read yet, and the reader that waits for them."""
 
     def __init__(self) -> None:
         self._waiting: deque[bytes] = deque(maxlen=_MOST_WAITING)
@@ -284,7 +284,7 @@ class _DatagramReceiver(asyncio.DatagramProtocol):
 
 
 class UdpTransport:
-    """A UDP socket that talks to one address; made by `connect`, which sends nothing yet."""
+    """A UDP socket for one address; created by `connect`, which sends nothing yet."""
 
     def __init__(self, socket: asyncio.DatagramTransport, letterbox: _Letterbox, peer: str) -> None:
         self._socket = socket
@@ -293,7 +293,7 @@ class UdpTransport:
 
     @classmethod
     async def connect(cls, host: str, port: int) -> UdpTransport:
-        """Open a socket of its own; raises `ConnectFailed` where the address is none."""
+        """Open a new socket; raises `ConnectFailed` if the address is not valid."""
         peer = f"{host}:{port}"
         letterbox = _Letterbox()
         try:
@@ -310,18 +310,18 @@ class UdpTransport:
         return self._peer
 
     async def read(self) -> bytes:
-        """Return the next datagram, or `b""` after `close`; raises `LinkLost` where the port is found closed."""
+        """Return the next datagram, or `b""` after `close`; raises `LinkLost` if the port is found closed."""
         data = await self._letterbox.get()
         if not data and self._letterbox.error is not None:
             raise LinkLost(address=self._peer, reason=_reason(self._letterbox.error)) from self._letterbox.error
         return data
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only at the end."""
         self._letterbox.taker = taker
 
     def write(self, data: bytes) -> None:
-        """Send one datagram; after `close` it goes nowhere."""
+        """Send one datagram; after `close` it is dropped."""
         if not self._socket.is_closing():
             self._socket.sendto(data)
 
@@ -332,7 +332,7 @@ class UdpTransport:
 
 
 class LoopbackDatagrams:
-    """One of two ends in memory; made by `datagram_pair`. Nothing gets lost unless `blocked` says so."""
+    """One of two ends in memory; created by `datagram_pair`. Datagrams are lost only if `blocked` is true."""
 
     def __init__(self, peer: str) -> None:
         self._peer = peer
@@ -341,7 +341,7 @@ class LoopbackDatagrams:
         self.blocked = False
 
     def join(self, other: LoopbackDatagrams) -> None:
-        """Lead to `other` from now on."""
+        """Connect this end to `other`."""
         self._other = other
 
     @property
@@ -354,16 +354,16 @@ class LoopbackDatagrams:
         return await self._letterbox.get()
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only at the end."""
         self._letterbox.taker = taker
 
     def write(self, data: bytes) -> None:
-        """Send one datagram; while this end is `blocked`, or after the other has closed, it goes nowhere."""
+        """Send one datagram; while this end is `blocked`, or after the other has closed, it is dropped."""
         if self._other is not None and not self.blocked and not self._other._letterbox.ended:
             self._other._letterbox.put(data)
 
     async def close(self) -> None:
-        """End this side; the other learns nothing of it, as with UDP."""
+        """End this side; the other side is not notified, as with UDP."""
         self.cut()
 
     def cut(self) -> None:
@@ -372,7 +372,7 @@ class LoopbackDatagrams:
 
 
 def datagram_pair(peer: str = "loopback") -> tuple[LoopbackDatagrams, LoopbackDatagrams]:
-    """Return two ends that lead to each other, host's and controller's."""
+    """Return two connected ends: the host's and the controller's."""
     ends = LoopbackDatagrams(peer), LoopbackDatagrams(peer)
     ends[0].join(ends[1])
     ends[1].join(ends[0])

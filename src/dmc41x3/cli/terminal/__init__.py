@@ -1,1 +1,1 @@
-"""`dmc terminal`: talk to a controller by hand, and see what its axes do meanwhile."""
+"""`dmc terminal`: send commands to a controller interactively, with a view of its axes."""

@@ -1,4 +1,4 @@
-"""Completion and help of the terminal: the language, labels, variables, arrays, its own words."""
+"""Completion and help of the terminal: mnemonics, labels, variables, arrays, and its own commands."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ASSIGNED = re.compile(r"([A-Za-z]\w*)\s*=(?!\s*\??$)")
 
 @dataclass(frozen=True, slots=True)
 class CompletionNames:
-    """Names to complete with; labels include their `#`. `axes` are the letters of the axes there are."""
+    """Names for completion. Labels include their `#`; `axes` are the letters of the existing axes."""
 
     labels: tuple[str, ...] = ()
     variables: tuple[str, ...] = ()
@@ -50,7 +50,7 @@ async def _list(driver: Driver, command: str) -> str:
 
 
 def assigned(command: str) -> str | None:
-    """Return the variable that a command makes or sets, None for any other command; `x=?` only asks."""
+    """Return the variable that a command creates or sets, None for any other command; `x=?` only reads."""
     found = _ASSIGNED.match(command)
     return found[1] if found is not None else None
 
@@ -97,7 +97,7 @@ hides the axes, F5 connects again, Ctrl-D ends."""
 
 
 def entry(name: str) -> CatalogueEntry | None:
-    """Return what is known of a mnemonic, None where there is none of that name."""
+    """Return the catalogue entry of a mnemonic, None if it does not exist."""
     return CATALOGUE.get(name) if name in FORMS else None
 
 
@@ -107,7 +107,7 @@ def entries() -> tuple[CatalogueEntry, ...]:
 
 
 def operands() -> tuple[CatalogueEntry, ...]:
-    """Return the mnemonics that are operands of expressions too, written `_XX`."""
+    """Return the mnemonics that are also operands of expressions, written `_XX`."""
     return tuple(found for found in entries() if found.name not in _NO_OPERAND)
 
 
@@ -117,7 +117,7 @@ def functions() -> tuple[CatalogueEntry, ...]:
 
 
 def page(name: str) -> str:
-    """Return what is known of a name of the language (any case), the overview for an empty one."""
+    """Return the help on a name of the language (in any case), or the overview for an empty name."""
     if not name:
         return OVERVIEW
     found = CATALOGUE.get(name.upper()) or CATALOGUE.get(name)
@@ -136,7 +136,7 @@ def line(found: CatalogueEntry) -> str:
 
 
 def _facts(found: CatalogueEntry) -> list[str]:
-    """Return how a command is written, what holds where nobody says it, where it may stand, its operand."""
+    """Return syntax, default value, permitted context and operand of a command."""
     if found.name not in FORMS:
         return []
     facts = [_ARGUMENTS[found.arguments].format(found.name)]
@@ -163,7 +163,7 @@ WORDS = {
     ":help": "this page (F1)",
     ":quit": "end (Ctrl-D)",
 }
-"""The terminal's own words."""
+"""The terminal's own commands and their help."""
 
 _HELP = re.compile(r"(?:help\s+|\?\s*)(\w*)$")
 _LABEL = re.compile(r"#\w*$")
@@ -174,7 +174,7 @@ _TAKES_LABEL = re.compile(r"(?:XQ|JP|JS|LS|LL)\s*$")
 
 
 class Candidate(NamedTuple):
-    """One way to go on: it replaces the last `replaces` characters; `meaning` is shown beside it."""
+    """One completion: it replaces the last `replaces` characters; `meaning` is shown beside it."""
 
     text: str
     replaces: int
@@ -182,7 +182,7 @@ class Candidate(NamedTuple):
 
 
 def candidates(before: str, names: CompletionNames) -> list[Candidate]:
-    """Return how the text before the cursor may go on, in order; nothing inside quotes and comments."""
+    """Return the completions of the text before the cursor, in order; none inside quotes and comments."""
     if before.startswith(":"):
         return [] if " " in before else _offer(WORDS.items(), before)
     if found := _HELP.match(before):
@@ -196,7 +196,7 @@ def candidates(before: str, names: CompletionNames) -> list[Candidate]:
 
 
 def current_mnemonic(before: str) -> str:
-    """Return the two letters (or word) that the command under the cursor begins with, capitals as typed."""
+    """Return the mnemonic in capitals that begins the command under the cursor, empty if there is none."""
     command = before.rpartition(";")[2].lstrip()
     found = re.match(r"ELSE|ENDIF|[A-Z]{2}", command)
     return found[0] if found is not None else ""
@@ -238,7 +238,7 @@ def _own(names: CompletionNames) -> Iterable[tuple[str, str]]:
 
 
 def _offer(words: Iterable[tuple[str, str]], typed: str) -> list[Candidate]:
-    """Return the words that begin as typed; a mnemonic is found by small letters too."""
+    """Return the words that begin with the typed text, whatever its case."""
     return [
         Candidate(word, len(typed), meaning)
         for word, meaning in words

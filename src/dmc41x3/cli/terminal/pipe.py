@@ -17,14 +17,14 @@ QUIT = {":quit", ":q"}
 
 
 class PipeOutput:
-    """Says answers as they are; what nobody asked for goes to standard error, so that a script can tell."""
+    """Prints answers unchanged; messages and notes go to standard error, so that a script can separate them."""
 
     def answer(self, text: str) -> None:
         """Print what the controller printed."""
         console.say(text.replace("\r", ""))
 
     def refused(self, text: str) -> None:
-        """Print a refusal where its answer would stand."""
+        """Print a refusal in place of the answer."""
         console.say(text)
 
     def message(self, text: str) -> None:
@@ -36,7 +36,7 @@ class PipeOutput:
         _aside(text)
 
     def trouble(self, text: str) -> None:
-        """Print what went wrong to standard error."""
+        """Print an error to standard error."""
         _aside(text)
 
 
@@ -45,9 +45,9 @@ def _aside(text: str) -> None:
 
 
 async def converse(dial: Dial, place: str, lines: TextIO, site: Site) -> int:
-    """Carry out every line of a text, each after the one before it; return the exit code.
+    """Execute every line of a text in order; return the exit code.
 
-    1 where anything was refused or the link was lost. Raises `ConnectFailed`.
+    The exit code is 1 if anything was refused or the link was lost. Raises `ConnectFailed`.
     """
     session = TerminalSession(dial, place, PipeOutput(), stop_directly(place), site)
     work: asyncio.Task[None] | None = None

@@ -1,4 +1,4 @@
-"""The terminal on a screen: a line to type on, the panel below it, everything said above it."""
+"""The terminal on a screen: an input line, the panel below it, and all output above it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from dmc41x3.errors import FileUnwritable
 from dmc41x3.files import open_own
 
 STALE = 1.0
-"""Values older than this [s] are said to be."""
+"""The panel shows a warning if the controller has not answered for longer than this [s]."""
 
 _KEYS = "F1 help  F2 panel  F5 reconnect  F12 STOP MOTION  Ctrl-C clear line  Ctrl-D end"
 _STYLE = Style.from_dict(
@@ -58,7 +58,7 @@ _STYLE = Style.from_dict(
 
 
 class TerminalScreen:
-    """Says everything above the line that is being typed, without touching it."""
+    """Shows output above the line that is being typed, without disturbing that line."""
 
     def __init__(self) -> None:
         self._waiting: list[tuple[str, str]] = []
@@ -81,11 +81,11 @@ class TerminalScreen:
         self.say("class:note", text)
 
     def trouble(self, text: str) -> None:
-        """Show what went wrong."""
+        """Show an error."""
         self.say("class:trouble", text)
 
     def say(self, style: str, text: str) -> None:
-        """Show a text in a style, after all that was said before."""
+        """Show a text in a style, after all earlier texts."""
         self._waiting.append((style, f"{text}\n"))
         if self._printing is None:
             self._printing = asyncio.get_running_loop().create_task(self._print())
@@ -96,9 +96,9 @@ class TerminalScreen:
             await self._printing
 
     async def _print(self) -> None:
-        """Print above the line being typed, once it is known where on the screen that is.
+        """Print above the line being typed, once its position on the screen is known.
 
-        Not by prompt_toolkit's own way, which lets go of the keyboard meanwhile: keys pressed just then would be echoed
+        prompt_toolkit's own method releases the keyboard while it prints: the terminal would echo keys pressed then
         into the middle of the screen.
         """
         app = get_app_or_none()
@@ -115,19 +115,19 @@ class TerminalScreen:
 
 
 class _Completer(Completer):
-    """Hands the candidates of the line to the menu."""
+    """Supplies the completions of the line to the menu."""
 
     def __init__(self, session: TerminalSession) -> None:
         self._session = session
 
     def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
-        """Yield how the line may go on."""
+        """Yield the completions of the line."""
         for found in candidates(document.text_before_cursor, self._session.names):
             yield Completion(found.text, -found.replaces, display_meta=found.meaning)
 
 
 def history(place: Path) -> History:
-    """Return the history kept in the file `place`, or that of this session if the file cannot be opened."""
+    """Return the history stored in the file `place`, or one in memory if the file cannot be opened."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         os.close(open_own(place, os.O_CREAT | os.O_RDWR))
@@ -137,7 +137,7 @@ def history(place: Path) -> History:
 
 
 async def converse(dial: Dial, place: str, site: Site) -> int:
-    """Talk until Ctrl-D, `:quit` or SIGTERM; return the exit code. Raises `ConnectFailed`."""
+    """Run the terminal until Ctrl-D, `:quit` or SIGTERM; return the exit code. Raises `ConnectFailed`."""
     screen = TerminalScreen()
     session = TerminalSession(dial, place, screen, stop_directly(place), site)
     tasks: list[asyncio.Task[None]] = []
@@ -216,7 +216,7 @@ def _toolbar(session: TerminalSession) -> FormattedText:
 
 
 def below(session: TerminalSession, typed: str, width: int) -> list[Line]:
-    """Return everything under the line being typed: help, the axes, what is watched, the link, the keys."""
+    """Return everything below the line being typed: help, axes, watched values, link, keys."""
     lines: list[Line] = [[("class:rule", "─" * width)]]
     entry = completion.entry(current_mnemonic(typed))
     if entry is not None:

@@ -1,8 +1,8 @@
-"""The session of a terminal: its link, lines in and answers out in order, the axes, and stopping.
+"""The session of a terminal: its link, input lines and answers in order, the axes, and stopping.
 
 Stopping names the axes: a bare ST would also end the programs in the controller (DMC-41x3, command ST).
 
-Nothing here waits for the person or draws on a screen. Lines wait for each other, and nobody waits for them.
+This module neither waits for the user nor draws on a screen. Lines run one after the other in the background.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class SessionOutput(Protocol):
     """Output of a session. No method waits."""
 
     def answer(self, text: str) -> None:
-        """Show what the controller printed, a colon for nothing."""
+        """Show what the controller printed, a colon for an empty answer."""
         ...
 
     def refused(self, text: str) -> None:
@@ -46,20 +46,20 @@ class SessionOutput(Protocol):
         ...
 
     def note(self, text: str) -> None:
-        """Show what the terminal itself has to say."""
+        """Show a note of the terminal itself."""
         ...
 
     def trouble(self, text: str) -> None:
-        """Show what went wrong on this side, or with the link."""
+        """Show an error of the terminal or of the link."""
         ...
 
 
 _PATIENCE = 2.0
-"""Longest wait for each answer of a controller told directly [s]."""
+"""Longest wait for each answer of the controller during a direct stop [s]."""
 
 
 async def stop(driver: Driver) -> StopOutcome:
-    """Stop all motion and return what moved; the first bytes are on the wire before this waits. Raises as `send`."""
+    """Stop all motion and return which axes moved; sends the first bytes before it waits. Raises as `send`."""
     for plane in "ST":
         driver.urgent(f"ST {plane}")
     axes = list(zip(LETTERS, (await driver.record()).axes, strict=False))
@@ -73,19 +73,19 @@ async def stop(driver: Driver) -> StopOutcome:
 
 
 def stop_directly(place: str) -> Callable[[], StopOutcome] | None:
-    """Return what stops the controller at an address by a handle of its own; None for a twin, which has no address.
+    """Return a function that stops the controller over a separate handle; None for a twin, which has no address.
 
-    It blocks; see `emergency.stop`.
+    The function blocks; see `emergency.stop`.
     """
     return None if place == SIM else partial(emergency.stop, *split(place), _PATIENCE)
 
 
 _SERIAL = ord("S")
-"""CF as a controller powers up: messages go to its serial port, so nobody on the network misses them."""
+"""Value of CF after power-up: messages go to the serial port, so no network client receives them."""
 
 
 class TerminalLink:
-    """One controller, reached again and again through `dial`."""
+    """The link to one controller; `dial` opens it, also repeatedly."""
 
     def __init__(self, dial: Dial, on_message: Callable[[str], None], on_loss: Callable[[MachineError], None]) -> None:
         self._dial = dial
@@ -98,18 +98,18 @@ class TerminalLink:
 
     @property
     def driver(self) -> Driver:
-        """The driver of a link that stands; raises `NotConnected` where none does."""
+        """The driver of the open link; raises `NotConnected` if there is none."""
         if self._driver is None or self._driver.lost.done():
             raise NotConnected
         return self._driver
 
     @property
     def up(self) -> bool:
-        """Whether the link stands."""
+        """Whether the link is open."""
         return self._driver is not None and not self._driver.lost.done()
 
     async def connect(self) -> None:
-        """Connect again, and take the programs' messages if nobody else has them; raises `ConnectFailed`."""
+        """Connect again; receive the programs' messages if no other client does. Raises `ConnectFailed`."""
         async with self._one_at_a_time:
             await self._connect()
 
@@ -127,13 +127,13 @@ class TerminalLink:
             raise
 
     async def take_messages(self) -> None:
-        """Have the messages of programs come here (CF I, CW 1), whoever had them."""
+        """Direct the programs' messages to this link (CF I, CW 1), even if another client receives them."""
         self._marked = await _number(self.driver, "_CW", 2)
         await self.driver.subscribe()
         self.messages = True
 
     async def close(self) -> None:
-        """Give back what was taken and end the link; again is harmless."""
+        """Restore CF and CW if this link changed them, and end the link; idempotent."""
         driver, self._driver = self._driver, None
         if driver is None:
             return
@@ -146,7 +146,7 @@ class TerminalLink:
         try:
             await driver.batch(["CF S", f"CW {self._marked:.0f}"])
         except CodedError:
-            return  # the controller gives it back itself when the handle closes
+            return  # the controller restores CF itself when the handle closes
 
     def _lost(self, lost: asyncio.Future[MachineError]) -> None:
         if not lost.cancelled():
@@ -166,11 +166,11 @@ Piece: TypeAlias = tuple[str, str]
 Line: TypeAlias = list[Piece]
 
 HEAD = "     position velocity  error  torque motor  motion  lim stop code"
-"""Names of the columns; `lim` is F, R and H for the forward, reverse and home switch where they are active."""
+"""Names of the columns; `lim` shows F, R and H for an active forward, reverse and home switch."""
 
 
 def axes(record: DataRecord, width: int) -> list[Line]:
-    """Return a head and one line an axis: counts, counts/s, counts, V, motor, motion, switches, stop code."""
+    """Return a header and one line for each axis: counts, counts/s, counts, V, motor, motion, switches, stop code."""
     rows = zip(LETTERS, record.axes, strict=False)
     return [[("class:head", HEAD[:width])], *(_axis(letter, axis, width) for letter, axis in rows)]
 
@@ -196,7 +196,7 @@ def _switch(letter: str, active: bool, style: str) -> Piece:
 
 
 def watched(values: Mapping[str, str], width: int) -> list[Line]:
-    """Return the watched expressions with their values, as many on a line as fit."""
+    """Return the watched expressions with their values, packed into lines."""
     lines: list[Line] = []
     used = width
     for expression, value in values.items():
@@ -220,7 +220,7 @@ def threads(record: DataRecord) -> str:
 
 
 def joined(lines: Iterable[Line]) -> Line:
-    """Return lines as one, with line ends between them."""
+    """Return lines joined into one, with line ends between them."""
     shown = list(lines)
     pieces: Line = list(shown[0]) if shown else []
     for _, line in pairwise(shown):
@@ -234,13 +234,13 @@ def plain(lines: Iterable[Line]) -> str:
 
 
 REFRESH = 0.2
-"""How long the panel rests between two looks at the axes [s]."""
+"""Time between two updates of the panel [s]."""
 
 RETRY = 10
-"""A watched expression that was refused is asked for again every so many looks; each refusal costs a TC1."""
+"""A refused watched expression is evaluated again every so many updates, because each refusal costs a TC1."""
 
 SLOW = {"BN": 30.0, "BP": 30.0, "BV": 30.0, "BX": 60.0, "BZ": 60.0}
-"""Commands known to take long, and the longest wait for their reply [s]."""
+"""Commands that take long, and the longest wait for their reply [s]."""
 
 _ELSEWHERE = {
     "DL": "a program goes in by :download FILE",
@@ -251,11 +251,11 @@ _RENAMES = re.compile(r"DM|DA|XQ|DL")
 
 
 class TerminalSession:
-    """A link, the lines sent over it, and what the panel shows.
+    """A link, the lines sent over it, and the content of the panel.
 
-    `directly`, where there is one, stops the controller without the link.
-    `work` and `watch` carry it, each in a task of its own; `enter` hands it a line. `waiting` is how many lines have
-    no answer yet, `refused` whether anything was, `quiet` whether the panel rests.
+    `directly`, if not None, stops the controller without the link. `work` and `watch` each run in their own task;
+    `enter` adds a line. `waiting` is the number of lines without an answer, `refused` whether any command was refused,
+    `quiet` whether the panel is hidden.
     """
 
     def __init__(
@@ -284,11 +284,11 @@ class TerminalSession:
 
     @property
     def silence(self) -> float:
-        """How long ago the panel's values were true [s]."""
+        """Age of the panel's values [s]."""
         return asyncio.get_running_loop().time() - self._looked if self.record is not None else 0.0
 
     async def connect(self) -> None:
-        """Make the link, and say so; raises `ConnectFailed` and what a controller that falls silent raises."""
+        """Connect and show the firmware; raises `ConnectFailed`, and the driver's errors for a silent controller."""
         await self.link.connect()
         self.trouble = ""
         await self._look()
@@ -299,7 +299,7 @@ class TerminalSession:
             self.voice.note("Messages of programs go to another handle; `:messages` has them come here.")
 
     async def reconnect(self) -> None:
-        """Connect again and say how it went; never raises for a controller that is not there."""
+        """Connect again and show the result; does not raise if the controller is not available."""
         self.voice.note(f"Connecting to {self.place} ...")
         try:
             await self.connect()
@@ -308,7 +308,7 @@ class TerminalSession:
             self.voice.trouble(str(error))
 
     def enter(self, line: str) -> None:
-        """Take a line; what comes of it is said later, in order. A stop waits for nobody."""
+        """Take a line; its result is shown later, in order. A stop does not wait for other lines."""
         if line.strip() == ":stop":
             self.beside(self.stop())
             return
@@ -326,13 +326,13 @@ class TerminalSession:
                 self._lines.task_done()
 
     async def watch(self) -> None:
-        """Keep the panel's values true; runs until it is cancelled."""
+        """Update the panel's values; runs until it is cancelled."""
         turn = 0
         while True:
             await asyncio.sleep(REFRESH)
             if not self.link.up or self.quiet:
                 continue
-            with suppress(CodedError):  # a loss is told by the link
+            with suppress(CodedError):  # the link reports its loss
                 await self._look()
                 await self._evaluate(turn)
             turn += 1
@@ -350,12 +350,12 @@ class TerminalSession:
                 self.watched[expression] = shown
 
     async def learn(self) -> None:
-        """Ask which names there are, to complete with."""
+        """Read the names for completion from the controller."""
         axes = LETTERS[: len(self.record.axes)] if self.record is not None else "ABC"
         self.names = await ask(self.link.driver, axes)
 
     async def send(self, line: str) -> None:
-        """Send the commands of a line one after the other and say each answer; a refused one does not end the line."""
+        """Send the commands of a line in order and show each answer; a refused command does not end the line."""
         for command in split_line(line):
             if not command:
                 continue
@@ -367,7 +367,7 @@ class TerminalSession:
                 self.voice.trouble(f"Not sent: {command}. There is no link; F5 or :reconnect makes it again.")
                 return
             except MachineError:
-                return  # told by the link
+                return  # the link reports its loss
             except CodedError as error:
                 self.refused = True
                 self.voice.trouble(str(error))
@@ -398,9 +398,9 @@ class TerminalSession:
         self.voice.refused(f"? {error.details['tc']} {error.details['reason']}{hint}")
 
     async def stop(self) -> None:
-        """Stop what moves, past all lines that wait, and say what it was; never raises.
+        """Stop all moving axes ahead of waiting lines and show which moved; never raises.
 
-        If the link does not serve, it uses a handle of its own.
+        If the link does not work, this method uses a separate handle.
         """
         try:
             outcome = await self._stop()
@@ -425,23 +425,23 @@ class TerminalSession:
         self.voice.trouble(f"LINK LOST: {error} F5 or :reconnect makes it again.")
 
     def beside(self, work: Coroutine[None, None, None]) -> None:
-        """Do `work` beside the lines; `close` ends what is left of it."""
+        """Run `work` beside the lines; `close` cancels it if it is still running."""
         task = asyncio.get_running_loop().create_task(work)
         self._beside.add(task)
         task.add_done_callback(self._beside.discard)
 
     async def answered(self) -> None:
-        """Wait until every line has been carried out; what they began beside them may go on."""
+        """Wait until every line has been carried out; work that runs beside the lines may continue."""
         await self._lines.join()
 
     async def settled(self) -> None:
-        """Wait until every line has been carried out, and what was begun beside them is done."""
+        """Wait until every line has been carried out, and all work beside the lines is done."""
         await self.answered()
         while self._beside:
             await asyncio.wait(set(self._beside))
 
     async def close(self) -> None:
-        """End what is under way, and the link."""
+        """Cancel the work beside the lines, and end the link."""
         for task in tuple(self._beside):
             task.cancel()
         if self._beside:
@@ -457,7 +457,7 @@ async def _value(driver: Driver, expression: str) -> str:
 
 
 def _elsewhere(command: str) -> str | None:
-    """Return why a command is not for the keyboard: what follows it, or its answer, could not be told apart."""
+    """Return why the terminal does not send a command: its data or answer has no clear end. None if it sends it."""
     if command.startswith("MG") and re.search(r"\{N\}\s*$", command):
         return "an answer without a line end cannot be told from the next"
     for name, reason in _ELSEWHERE.items():

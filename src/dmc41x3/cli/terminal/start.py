@@ -1,4 +1,4 @@
-"""`dmc terminal`: on a screen where there is one, else as a filter."""
+"""`dmc terminal`: on a screen if there is one, else as a filter."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dmc41x3.cli.terminal import pipe
 
 
 def terminal(address: str, settings: OutputSettings) -> int:
-    """Talk to a controller until the person or the input ends it; return the exit code. Raises `ConnectFailed`."""
+    """Run the terminal until the user or the input ends it; return the exit code. Raises `ConnectFailed`."""
     return asyncio.run(_terminal(connection.meant(address, settings), settings.site))
 
 

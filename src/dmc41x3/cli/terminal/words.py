@@ -1,4 +1,4 @@
-"""The terminal's own words, which begin with a colon, and its help."""
+"""The terminal's own commands, which begin with a colon, and its help."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HELP = re.compile(r"help(?:\s+(\S+))?|\?\s*(\S*)")
 
 
 async def carry_out(session: TerminalSession, line: str) -> None:
-    """Carry out one line: a word of the terminal, a question for help, or commands for the controller."""
+    """Carry out one line: a command of the terminal, a request for help, or commands for the controller."""
     line = line.strip()
     if found := _HELP.fullmatch(line):
         session.voice.note(completion.page(found[1] or found[2] or ""))
@@ -92,9 +92,9 @@ async def _record(session: TerminalSession, request: scope.ScopeRequest) -> None
 
 
 def scope_request(text: str, command: str) -> scope.ScopeRequest:
-    """Return what `CHANNELS --rate N --for S --trigger EXPR --csv FILE --png FILE` asks for; errors name `command`.
+    """Return the request in `CHANNELS --rate N --for S --trigger EXPR --csv FILE --png FILE`; errors name `command`.
 
-    Raises `InvalidCommandLine` and `InvalidValue`.
+    Raises `InvalidCommandLine`, `InvalidValue` and `UnknownName`.
     """
     try:
         channels, *words = shlex.split(text)

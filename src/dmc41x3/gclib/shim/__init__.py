@@ -1,1 +1,1 @@
-"""A directory with a module named `gclib`: on Python's path it is what `import gclib` finds."""
+"""A directory with a module named `gclib`, which `import gclib` finds if it is on Python's path."""

@@ -1,7 +1,7 @@
 """The table of all commands, and the part of the language that the twin implements.
 
 An entry of the catalogue that is neither accepted without effect nor refused is implemented: it does what the
-controller does, or sets or tells something that is really used.
+controller does, or sets or returns a value that the twin uses.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class CoverageClass(Enum):
 
 
 class Coverage(NamedTuple):
-    """The class of an entry, why it is not implemented, and the code of one that is refused."""
+    """The class of an entry, the reason if it is not implemented, and the error code if it is refused."""
 
     kind: CoverageClass
     reason: str = ""
@@ -81,7 +81,7 @@ COVERAGE = MappingProxyType({name: _classified(name) for name in CATALOGUE})
 
 
 def covered() -> float:
-    """Return which part of the entries is implemented."""
+    """Return the fraction of the entries that are implemented."""
     return sum(entry.kind is CoverageClass.IMPLEMENTED for entry in COVERAGE.values()) / len(COVERAGE)
 
 
@@ -104,7 +104,7 @@ _HANDLERS: dict[str, Handler] = {
 
 
 def _noted(name: str, handler: Handler, reason: str, context: CallerContext, text: str) -> Answer:
-    """Execute a command that has no effect, and have that noted."""
+    """Execute a command that has no effect, and note that."""
     answer = handler(context, text)
     if answer is None:
         context.unit.note(f"{name} has no effect on this twin: {reason}")

@@ -19,7 +19,7 @@ SLOWEST = 8
 END_OF_DATA = "\x1a"
 
 LONGEST_LINE = 1 << 20
-"""All elements that QD can take, in one line [characters]."""
+"""Longest line of QD, which may contain all elements [characters]."""
 
 _SIZED = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\s*\[(.+)\]")
 _WHOLE = re.compile(r"([A-Za-z][A-Za-z0-9_]*|\^[a-h])\[\]")
@@ -27,13 +27,13 @@ _ANY = re.compile(r"([A-Za-z][A-Za-z0-9_]*)\[.*\]")
 _SOURCE = re.compile(r"_([A-Z]{2})([A-Z0-9]{0,2}|~[a-h])|TIME")
 _NO_ARRAY = {"": ErrorCode.NOT_ENOUGH_FIELDS, QUERY: ErrorCode.QUESTION_MARK_INVALID}
 _RECORDED = frozenset({"DE", "NO", "OP", "RL", "RP", "SC", "SH", "TD", "TE", "TI", "TP", "TS", "TT", "TV"})
-"""Operands that can be recorded, besides TIME; the manual names most of them. SH is another name of RP there."""
+"""Operands that can be recorded, besides TIME. The manual names most of them; SH is another name of RP there."""
 
 
 def _dimension(context: CallerContext, text: str) -> Answer:
-    """DM: make arrays, one after another up to the first that is refused; `?` tells the free elements.
+    """DM: create arrays in order until one is refused; `?` returns the number of free elements.
 
-    An array and a variable of one name are refused, whichever comes second; a real box may not mind.
+    An array and a variable with the same name are refused in either order; a real controller may accept them.
     """
     if text.strip() == QUERY:
         return context.unit.position_text([context.unit.arrays.free])
@@ -50,10 +50,10 @@ def _dimension(context: CallerContext, text: str) -> Answer:
 
 
 def _deallocate(context: CallerContext, text: str) -> Answer:
-    """DA: forget variables or arrays (`a[0]`, `a[]`) by name, or all (`*`, `*[0]`, `*[]`); `?` tells what room is left.
+    """DA: delete variables or arrays (`a[0]`, `a[]`) by name, or all (`*`, `*[0]`, `*[]`); `?` returns the free places.
 
     An array that does not exist is no error: the program of M2FS deallocates its arrays before it dimensions them.
-    Nothing is forgotten if a variable does not exist, or if an array is being recorded to.
+    Nothing is deleted if a variable does not exist, or if the recorder uses one of the arrays.
     """
     unit = context.unit
     if text.strip() == QUERY:
@@ -94,7 +94,7 @@ def _list_variables(context: CallerContext, text: str) -> Answer:
 
 
 def _upload(context: CallerContext, text: str) -> Answer:
-    """QU a[],n0,n1,n2: send elements n0 to n1, each behind a CR, or (n2 = 1) behind a comma; Ctrl-Z ends them."""
+    """QU a[],n0,n1,n2: send elements n0 to n1, separated by CR, or by commas for n2 = 1; Ctrl-Z ends them."""
     name, *arguments = split(text)
     row, first, last = _range(context, name, arguments)
     if len(arguments) > 3:
@@ -105,7 +105,7 @@ def _upload(context: CallerContext, text: str) -> Answer:
 
 
 def _download(context: CallerContext, text: str) -> Answer:
-    """QD a[],n0,n1: take elements from the host until a backslash; from the first one on and to the end by default."""
+    """QD a[],n0,n1: receive elements from the host until a backslash; by default all elements."""
     if context.caller is None:
         raise Rejection(ErrorCode.NOT_IN_PROGRAM)
     name, *arguments = split(text)
@@ -118,7 +118,7 @@ def _download(context: CallerContext, text: str) -> Answer:
 
 
 def _range(context: CallerContext, name: str, arguments: list[str]) -> tuple[list[int], int, int]:
-    """Return an array `a[]`, and the first and last element that the two arguments behind it name."""
+    """Return an array `a[]`, and the first and last element that the two arguments after it name."""
     row = context.unit.arrays.row(_array(context, name))
     first, last = 0, len(row) - 1
     if arguments and arguments[0]:
@@ -139,14 +139,14 @@ def _array(context: CallerContext, text: str) -> str:
 
 @dataclass(slots=True)
 class ArrayDownload:
-    """Takes the numbers of QD, from element `at` to element `last`."""
+    """Receives the numbers of QD, from element `at` to element `last`."""
 
     row: list[int]
     at: int
     last: int
 
     def line(self, text: str) -> None:
-        """Take numbers between commas, as many as are right; raises `Rejection`: 83 for no number, 84 for too many."""
+        """Store comma-separated numbers until one is invalid; raises `Rejection`: 83 for no number, 84 for too many."""
         for part in text.removesuffix(",").split(",") if text else ():
             if self.at > self.last:
                 raise Rejection(ErrorCode.TOO_MANY_ELEMENTS)
@@ -154,7 +154,7 @@ class ArrayDownload:
             self.at += 1
 
     def end(self) -> None:
-        """Take the end; elements that were not sent keep their values."""
+        """End the download; elements that were not sent keep their values."""
 
 
 def _number(text: str) -> int:
@@ -201,19 +201,19 @@ def _source(context: CallerContext, text: str) -> Source:
 
 
 def _velocity(context: CallerContext, axis: Axis) -> Source:
-    """Return a source of the velocity as the data record has it, 64 times as many counts/s."""
+    """Return a source of the velocity in the unit of the data record: counts/s times 64."""
     return lambda: round(VELOCITY_SCALE * context.core.velocity(axis)) * ONE
 
 
 def _torque(context: CallerContext, axis: Axis) -> Source:
-    """Return a source of the motor command as the data record has it, 32767 for 10 V."""
+    """Return a source of the motor command in the unit of the data record: 32767 is 10 V."""
     return lambda: round(VOLTS_SCALE * context.core.torque(axis)) * ONE
 
 
 def _record(context: CallerContext, text: str) -> Answer:
-    """RC n0,n1: record every 2^n0 samples, n1 times; over and over for a negative n1; 0 ends it.
+    """RC n0,n1: record every 2^n0 samples, n1 times, or cyclically for a negative n1; n0 = 0 ends it.
 
-    The sample time is that of the beginning: a TM while recording changes nothing before the next RC.
+    The sample time at the start applies: a TM during the recording takes effect at the next RC.
     """
     unit = context.unit
     if text.strip() == QUERY:

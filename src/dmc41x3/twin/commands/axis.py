@@ -1,6 +1,6 @@
 """Commands of single axes: registers (SP, AC, OE), motion (PA, BG, ST, SH), motors and amplifiers.
 
-The unit has sinusoidal amplifiers and no Hall sensors, so that what needs Hall sensors is refused with 110. Finding
+The unit has sinusoidal amplifiers and no Hall sensors; commands that need Hall sensors are refused with 110. Finding
 the phase (BX, BZ) takes no time and moves nothing: the bench's motors have no phases.
 """
 
@@ -23,7 +23,7 @@ _SPEEDS = frozenset({"SP", "JG", "HV"})
 
 
 def addressed(context: CallerContext, text: str) -> list[tuple[Axis, str]]:
-    """Return axes and their arguments, in any form; a virtual axis is named alone, as in `SPN=2000`."""
+    """Return axes and their arguments, in any form; a virtual axis must be the only one, as in `SPN=2000`."""
     virtual = _OF_VIRTUAL.fullmatch(text)
     if virtual is not None:
         return [(context.core.virtual[virtual[1]], virtual[2].strip())]
@@ -31,21 +31,21 @@ def addressed(context: CallerContext, text: str) -> list[tuple[Axis, str]]:
 
 
 def named(context: CallerContext, text: str) -> tuple[str, list[Axis]]:
-    """Return what is left of a mask without M and N, and the virtual axes that it names."""
+    """Return a mask without M and N, and the virtual axes that it names."""
     return "".join(name for name in text if name not in VIRTUAL), [
         context.core.virtual[name] for name in VIRTUAL if name in text
     ]
 
 
 def kept(context: CallerContext, axis: Axis, name: str, register: Register, value: float) -> float:
-    """Return a value as a register of an axis keeps it, at the present sample period; raises `Rejection`."""
+    """Return a value rounded as in a register of an axis, at the present sample period; raises `Rejection`."""
     if name in _SPEEDS and axis.stepper and abs(value) > STEPPER_FASTEST:
         raise Rejection(ErrorCode.OUT_OF_RANGE)
     return register.sampled(context.core.period).rounded(value)
 
 
 def allowed(axis: Axis, when: WriteCondition) -> None:
-    """Raise `Rejection` where a register may not be changed in the present state of the axis."""
+    """Raise `Rejection` if a register cannot be changed in the present state of the axis."""
     if when is WriteCondition.ALWAYS:
         return
     if when is WriteCondition.COMMUTATED and not axis.commutated:
@@ -114,7 +114,7 @@ _Writer = Callable[[CallerContext, Axis, int], None]
 
 
 def _per_axis(check: _Check, write: _Writer, read: _Reader, context: CallerContext, text: str) -> Answer:
-    """Set or tell a whole number of each axis named; nothing is set where one of them is refused."""
+    """Set or return a whole number of each named axis; nothing is set if one of them is refused."""
     asked: list[float] = []
     changes: list[tuple[Axis, int]] = []
     for axis, argument in addressed(context, text):
@@ -184,9 +184,9 @@ def _jog_check(_: CallerContext, axis: Axis) -> None:
 
 
 def _jog(context: CallerContext, text: str) -> Answer:
-    """JG: the jog mode and its signed speed; a jog under way follows at once, also backwards.
+    """JG: set the jog mode and its signed speed; a running jog changes its speed at once, also its direction.
 
-    Without any speed all axes get the mode and keep their speeds, as a program in use expects (Harvard, DPSS laser).
+    Without a speed all axes enter the mode and keep their speeds, as a program in use expects (Harvard, DPSS laser).
     """
     asked: list[float] = []
     changes: list[tuple[Axis, float]] = []
@@ -225,7 +225,7 @@ def _begin(context: CallerContext, text: str) -> Answer:
 
 
 def _stop(context: CallerContext, text: str) -> Answer:
-    """ST: stop axes and planes; without any all of them, virtual axes too, and, from a host, the program."""
+    """ST: stop axes and planes; without arguments all of them, virtual axes too, and, from a host, the program."""
     text, virtual = named(context, text)
     places, planes = axes_and_planes(text, context.unit.letters)
     if not places and not planes and not virtual:
@@ -316,7 +316,7 @@ _TIMES = re.compile("[<>]")
 
 
 def _sample_period(context: CallerContext, text: str) -> Answer:
-    """TM: the sample period [µs]; the least one depends on the number of axes. Speeds keep meaning counts/s."""
+    """TM: the sample period [µs]; the minimum depends on the number of axes. Speeds remain the same in counts/s."""
     core = context.core
     if text.strip() == QUERY:
         return context.unit.position_text([core.period])
@@ -347,7 +347,7 @@ def _asked(context: CallerContext, text: str) -> list[Axis]:
 
 
 def _brushless(context: CallerContext, text: str) -> Answer:
-    """BA: the axes that are commutated sinusoidally; `N` for none."""
+    """BA: the axes with sinusoidal commutation; `N` for none."""
     axes = [] if text.strip() == "N" else _axes(context, text)
     for axis in context.unit.axes:
         allowed(axis, WriteCondition.RESTING)
@@ -358,9 +358,9 @@ def _brushless(context: CallerContext, text: str) -> Answer:
 
 
 def _find_phase(context: CallerContext, text: str) -> Answer:
-    """BX, BZ: find the phase with so many volts; where they are negative, the motor is off afterwards.
+    """BX, BZ: find the phase with the given volts; after negative volts the motor is off.
 
-    Times behind `<` and `>` [ms], which may stand alone, are accepted: finding it takes none here.
+    Times after `<` and `>` [ms], also without volts, are accepted; finding the phase takes no time here.
     """
     plain, *times = _TIMES.split(text)
     for time in times:
@@ -386,7 +386,7 @@ def _find_phase(context: CallerContext, text: str) -> Answer:
 
 
 def _hall(context: CallerContext, text: str) -> Answer:
-    """BC, BI: the phase from Hall sensors, of which there are none; 0 for BI does without them."""
+    """BI: the phase from Hall sensors, which the unit does not have; only 0, which needs none, is accepted."""
     for axis, argument in addressed(context, text):
         if argument == QUERY:
             return context.unit.position_text([0])
@@ -408,7 +408,7 @@ def _hall_state(context: CallerContext, text: str) -> Answer:
 
 
 def _correct(context: CallerContext, text: str) -> Answer:
-    """YR: move a stepper by so many microsteps, as IP does, to make up for lost ones."""
+    """YR: move a stepper by a number of microsteps, as IP does, to correct lost ones."""
     changes: list[tuple[Axis, int]] = []
     for axis, argument in addressed(context, text):
         if argument == QUERY:
@@ -423,12 +423,12 @@ def _correct(context: CallerContext, text: str) -> Answer:
 
 
 def _step_error(context: CallerContext, text: str) -> Answer:
-    """QS: by how many microsteps the encoder is behind."""
+    """QS: return by how many microsteps the encoder lags."""
     return context.unit.position_text([step_error(context.core, axis) for axis in _asked(context, text)])
 
 
 def _compare(context: CallerContext, text: str) -> Answer:
-    """OC: wait for an axis to pass a position; the pulses that follow are on no wire here."""
+    """OC: wait for an axis to pass a position; the twin does not output the pulses."""
     name, equals, values = text.partition("=")
     if not equals:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -440,7 +440,7 @@ def _compare(context: CallerContext, text: str) -> Answer:
 
 
 def _clear_amplifier(context: CallerContext, text: str) -> Answer:
-    """AZ: 1 clears latched amplifier errors; a fault that is still there shows again. 0 and 2 choose the report."""
+    """AZ: 1 clears latched amplifier errors; a persistent fault appears again. 0 and 2 choose the report."""
     context.integer(text, 0, 2)
     return None
 

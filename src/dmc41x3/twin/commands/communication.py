@@ -28,7 +28,7 @@ _UDP, _TCP = 1, 2
 
 
 def _handle(context: CallerContext, text: str) -> Answer:
-    """IH: close handles with -1, -2, -3 (UDP, TCP, any), or open one to an address; `?` asks for a handle's address."""
+    """IH: close handles with -1, -2, -3 (UDP, TCP, any), or open one to an address; `?` returns a handle's address."""
     closing = _CLOSE.fullmatch(text)
     if closing is not None:
         _close(context, *closing.groups())
@@ -47,7 +47,7 @@ def _handle(context: CallerContext, text: str) -> Answer:
 
 
 def _close(context: CallerContext, which: str, kind: str) -> None:
-    """Close one's own handle (S), all the others (T), or the one named, of the kind named."""
+    """Close the caller's handle (S), all other handles (T), or a named handle, if its kind is `kind`."""
     handles, caller = context.unit.handles, context.caller
     if which == "T":
         closing = [handle for handle in handles if handle is not None and handle is not caller]
@@ -73,7 +73,7 @@ def _open(context: CallerContext, letter: str, address: str, port: str | None, k
 
 
 def _quad(context: CallerContext, parts: list[str]) -> Quad:
-    """Return four bytes, given one by one or as one number of 32 bits."""
+    """Return four bytes, given separately or as one number of 32 bits."""
     if len(parts) == 1:
         number = context.integer(parts[0], -(1 << 31), (1 << 31) - 1)
         a, b, c, d = (number & 0xFFFFFFFF).to_bytes(4, "big")
@@ -85,7 +85,7 @@ def _quad(context: CallerContext, parts: list[str]) -> Quad:
 
 
 def _swap(context: CallerContext, text: str) -> Answer:
-    """HS: two handles change their connections; S is the sender's."""
+    """HS: exchange the connections of two handles; S is the caller's."""
     form = _SWAP.fullmatch(text)
     if form is None:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -109,7 +109,7 @@ def _block(context: CallerContext, text: str) -> Answer:
 def _address(context: CallerContext, text: str) -> Answer:
     """IA: the controller's address, or with `<` the samples between two attempts on a silent TCP handle.
 
-    The address told from then on is the new one; what the twin listens on does not change.
+    The twin then reports the new address; the address on which it listens does not change.
     """
     network = context.unit.network
     body, less, retry = text.partition("<")
@@ -127,7 +127,7 @@ def _address(context: CallerContext, text: str) -> Answer:
 
 
 def _quad_register(name: str, context: CallerContext, text: str) -> Answer:
-    """MU, SM: an address that is kept and told, and filters nothing on the twin."""
+    """MU, SM: store or return an address, which filters nothing on the twin."""
     network: Network = context.unit.network
     if text.strip() == QUERY:
         return _quad_text(network.multicast if name == "MU" else network.mask)
@@ -144,7 +144,7 @@ def _quad_text(quad: Quad) -> str:
 
 
 def _dhcp(context: CallerContext, text: str) -> Answer:
-    """DH: whether the address comes from DHCP; IA is refused while it does."""
+    """DH: whether the address comes from DHCP; IA is refused if it does."""
     if text.strip() == QUERY:
         return context.unit.position_text([context.unit.network.dhcp])
     context.unit.network.dhcp = context.integer(text, 0, 1) == 1
@@ -173,7 +173,7 @@ def _line(letter: str, handle: Handle | None) -> str:
 def _records(context: CallerContext, text: str) -> Answer:
     """DR: a data record every n0 samples to handle n1, which must be UDP; without n1 to the port of CF.
 
-    If CF names a serial port, the stream is accepted and goes nowhere.
+    If CF names a serial port, DR is accepted but sends nothing.
     """
     arguments = split(text)
     stream = context.unit.records
@@ -193,7 +193,7 @@ def _records(context: CallerContext, text: str) -> Answer:
 
 
 def _named_or_followed(context: CallerContext, arguments: list[str]) -> Handle | None:
-    """Return the handle that DR names, None where records are to follow CF; raises `Rejection` where it is not UDP."""
+    """Return the handle that DR names, None if records follow CF; raises `Rejection` if the handle is not UDP."""
     handles, port = context.unit.handles, context.unit.outlet.port
     if arguments:
         target = list(handles)[context.integer(arguments[0], 0, COUNT - 1)]
@@ -232,7 +232,7 @@ def _flag(
     context: CallerContext,
     text: str,
 ) -> Answer:
-    """Set or tell one whole number."""
+    """Set or return one whole number."""
     peripherals = context.unit.peripherals
     if text.strip() == QUERY:
         return context.unit.position_text([read(peripherals)])
@@ -257,7 +257,7 @@ def _set_interrupt(peripherals: Peripherals, value: int) -> None:
 
 
 def _analog(context: CallerContext, text: str) -> Answer:
-    """AQ n,m: the range of an analog input, negative where it is differential; `AQ n,?` or `AQ ?,..` tells."""
+    """AQ n,m: the range of an analog input, negative if it is differential; `AQ n,?` or `AQ ?,..` returns it."""
     ranges, arguments = context.unit.peripherals.analog_ranges, split(text)
     if all(argument == QUERY for argument in arguments):
         return context.unit.position_text([float(value) for value in ranges[: len(arguments)]])

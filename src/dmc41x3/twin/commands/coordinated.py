@@ -1,7 +1,7 @@
 """Commands of coordinated motion: linear (LM) and vector sequences (VM), contours (CM), PVT (PV).
 
-Not in the manual: ES multiplies the axis of the higher resolution by the ratio, and speeds are those before
-that; VP and CR without all their numbers are refused (50); VM takes the virtual axes N and M as dummies.
+Not in the manual: ES multiplies the axis of the higher resolution by the ratio, and speeds apply before the
+multiplication; VP and CR without all their numbers are refused (50); VM takes the virtual axes N and M as dummies.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _WHOLE: dict[tuple[int, ...], re.Pattern[str]] = {
     members: re.compile(f" ?{deltas}<([0-9]{{1,7}})>([0-9]{{1,7}})".replace("n", "(-?[0-9]{1,6})"))
     for members, deltas in {(0,): "n", (1, 2): ",n,n", (0, 1, 2): "n,n,n"}.items()
 }
-"""Segments of some members as hosts send them: nothing is to be evaluated, or out of range but `<o` below 2."""
+"""Common segments of hosts, by members: they need no evaluation, and only a `<o` below 2 can be out of range."""
 
 _USE_VV = -1.0
 
@@ -80,7 +80,7 @@ def _evaluated(context: CallerContext, plane: Plane, text: str) -> PathSegment:
 
 
 def speeds(context: CallerContext, text: str) -> tuple[str, float | None, float | None]:
-    """Return what stands before `<o>p`, and the two speeds [counts/s] where they are given; `<-1` stands for VV."""
+    """Return the text before `<o>p`, and the two speeds [counts/s], None if not given; `<-1` stands for VV."""
     form = _SEGMENT.fullmatch(text)
     if form is None:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -100,7 +100,7 @@ def _deltas(context: CallerContext, plane: Plane, text: str) -> tuple[int, ...]:
 
 
 def _speed(context: CallerContext, text: str | None, lowest: float) -> float | None:
-    """Return a segment's own speed; `<-1` stands for VV, so that `lowest` is -1 there."""
+    """Return a segment's own speed [counts/s], None if not given; `lowest` is -1 if `<-1` may stand for VV."""
     if text is None:
         return None
     value = context.number(text)
@@ -166,7 +166,7 @@ _POSITION = 2_147_483_647
 
 
 def _vector_members(context: CallerContext, text: str) -> Answer:
-    """VM: two axes in the order of the coordinates x and y, and one that turns with the path, or N for none."""
+    """VM: two axes in the order of the coordinates x and y, and the tangent axis, or N for none."""
     names = text.replace(" ", "")
     if names == QUERY:
         raise Rejection(ErrorCode.QUESTION_MARK_INVALID)
@@ -195,7 +195,7 @@ def _ready(context: CallerContext) -> Plane:
 
 
 def _point(context: CallerContext, text: str) -> Answer:
-    """VP: a straight segment to a place that counts from the start of the sequence."""
+    """VP: a straight segment to a position relative to the start of the sequence."""
     plane = _ready(context)
     text, start, end = speeds(context, text)
     x, y = _numbers(text, 2)
@@ -232,7 +232,7 @@ def _numbers(text: str, count: int) -> list[str]:
 
 
 def _tangent(context: CallerContext, text: str) -> Answer:
-    """TN: counts of the tangent axis per degree, and where it stands at 0 degrees; from the next BG on."""
+    """TN: counts of the tangent axis per degree, and its position at 0 degrees; effective from the next BG on."""
     plane = current(context)
     values, asked = list(plane.tangent), list[float]()
     arguments = split(text)
@@ -250,7 +250,7 @@ def _tangent(context: CallerContext, text: str) -> Answer:
 
 
 def _ellipse(context: CallerContext, text: str) -> Answer:
-    """ES m,n: multiply y by n/m where n is the larger, x by m/n where m is; from the next BG on."""
+    """ES m,n: multiply y by n/m if n is larger, x by m/n if m is larger; effective from the next BG on."""
     plane = current(context)
     if plane.running:
         raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
@@ -289,7 +289,7 @@ def _contour_members(context: CallerContext, text: str) -> Answer:
 
 
 def _interval(context: CallerContext, text: str) -> Answer:
-    """DT: the time of a record as a power of two of samples; -1 holds the axes at the end of the one under way."""
+    """DT: the time of a record as a power of two of samples; -1 holds the axes at the end of the current record."""
     contour = context.core.contour
     if text.strip() == QUERY:
         return context.unit.position_text([contour.interval])
@@ -300,14 +300,14 @@ def _interval(context: CallerContext, text: str) -> Answer:
     contour.set_interval(interval, context.core.sample)
     if before == PAUSED and interval > 0 and not contour.running and not contour.empty:
         _begin_contour(context, contour)
-    # A contour that had come to its last record while it was held is over now.
+    # A contour that reached its last record while it was held has now ended.
     context.core.refresh()
     context.core.look()
     return None
 
 
 def _distances(context: CallerContext, text: str) -> Answer:
-    """CD: how far each axis goes in one interval, with =t in an interval of its own; =0 ends the contour."""
+    """CD: the distance of each axis in one interval; =t gives the interval; =0 ends the contour."""
     contour = context.core.contour
     if not contour.members:
         raise Rejection(ErrorCode.NO_SEQUENCE)
@@ -344,7 +344,7 @@ def _steps(context: CallerContext, contour: Contour, text: str) -> tuple[int, ..
 
 
 def _end_contour(context: CallerContext, contour: Contour, deltas: tuple[int, ...]) -> Answer:
-    """End the contour behind its last record; one that has none leaves the mode at once."""
+    """End the contour after its last record; without records, leave the mode at once."""
     if any(deltas):
         raise Rejection(ErrorCode.NO_TIME)
     if contour.running or not contour.empty:
@@ -355,7 +355,7 @@ def _end_contour(context: CallerContext, contour: Contour, deltas: tuple[int, ..
 
 
 def _begin_contour(context: CallerContext, contour: Contour) -> None:
-    """Begin; where an axis may not, the records that waited are forgotten."""
+    """Begin the contour; if an axis cannot begin, drop the waiting records and raise `Rejection`."""
     try:
         context.core.begin_feeds([contour])
     except Rejection:
@@ -368,7 +368,7 @@ def _pvt(context: CallerContext, axis: Axis) -> Pvt:
 
 
 def _record(context: CallerContext, text: str) -> Answer:
-    """PVA=p,v,t: way, velocity at its end, and samples; t 0 ends the sequence, t -1 empties the buffer."""
+    """PVA=p,v,t: distance, velocity at its end, and samples; t 0 ends the sequence, t -1 empties the buffer."""
     name, equals, value = text.partition("=")
     if not equals:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -390,7 +390,7 @@ def _record(context: CallerContext, text: str) -> Answer:
 
 
 def _samples(time: float) -> int:
-    """Return the duration of a record; those between 0 and 2 samples do not exist."""
+    """Return the duration of a record [samples], even and at least 2, or -1 or 0; raises `Rejection` (6)."""
     samples = int(time)
     if samples not in (_CLEAR, 0) and not 2 <= samples <= _LONGEST:
         raise Rejection(ErrorCode.OUT_OF_RANGE)
@@ -411,7 +411,7 @@ def _take(context: CallerContext, pvt: Pvt, way: int, speed: float, samples: int
 
 
 def _begin(context: CallerContext, text: str) -> Answer:
-    """BT: begin the PVT sequences of the axes named, without names of all that have one."""
+    """BT: begin the PVT sequences of the named axes, without names those of all axes that have one."""
     feeds = [_pvt(context, axis) for axis in context.axes(mask(text, context.unit.letters))]
     if not text.strip():
         feeds = [feed for feed in feeds if not feed.empty]

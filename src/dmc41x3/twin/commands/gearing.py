@@ -20,13 +20,13 @@ _MASTER = re.compile(r"([CDS]?)([A-HMNSTXYZW])")
 _INDEXED = re.compile(r"\s*\[(.*?)\]\s*=(.*)")
 
 LONGEST_INTERVAL = 32767
-"""Largest distance of two table entries [counts of the master]."""
+"""Largest distance between two table entries [counts of the master]."""
 
 MOST_CYCLES = 2147483647
 
 
 def _master(context: CallerContext, text: str) -> Master:
-    """Return what a name of a master means: `A`, `CA` (commanded), `DA` (auxiliary), `S`, `N`."""
+    """Return the master that a name denotes: `A`, `CA` (commanded), `DA` (auxiliary), `S`, `N`."""
     form = _MASTER.fullmatch(text)
     if form is None or form[1] == "S":
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -39,7 +39,7 @@ def _master(context: CallerContext, text: str) -> Master:
 
 
 def _gear(context: CallerContext, text: str) -> Answer:
-    """GA: the master of each slave; where it is asked for, its number as in axis variables, -1 for none."""
+    """GA: the master of each slave; `?` returns its number as in axis variables, -1 for none."""
     changes = [(context.unit.axes[index], argument) for index, argument in by_axis(text, context.unit.letters)]
     gearing = context.unit.gearing
     asked = [float(gearing.number_of_master(axis)) for axis, argument in changes if argument == QUERY]
@@ -83,7 +83,7 @@ def _cycles(context: CallerContext, text: str) -> Answer:
 
 
 def _interval(context: CallerContext, text: str) -> Answer:
-    """EP: the distance of two table entries, and the shift of the table along the master."""
+    """EP: the distance between two table entries, and the shift of the table along the master."""
     cam, arguments = context.unit.cam, split(text)
     if len(arguments) > 2:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -101,7 +101,7 @@ def _interval(context: CallerContext, text: str) -> Answer:
 
 
 def _widen(context: CallerContext, text: str) -> Answer:
-    """EW: up to two segments of the table, each with a width of its own; -1 for none."""
+    """EW: up to two segments of the table with their own widths; -1 for none."""
     cam, arguments = context.unit.cam, split(text.replace("=", ","))
     widened = [number for pair in cam.widened.items() for number in pair]
     present = [*widened, *(-1, 0, -1, 0)[len(widened) :]]
@@ -123,7 +123,7 @@ def _widen(context: CallerContext, text: str) -> Answer:
 
 
 def _entry(context: CallerContext, text: str) -> Answer:
-    """ET: the entries of one place of the table, at `[n]` or at EC, which then counts on."""
+    """ET: the entries at one index of the table, `[n]` or that of EC, which is then incremented."""
     cam = context.unit.cam
     form = _INDEXED.fullmatch(text)
     if form is None:
@@ -146,7 +146,7 @@ def _entry(context: CallerContext, text: str) -> Answer:
 
 
 def _couple(engage: bool, context: CallerContext, text: str) -> Answer:
-    """EG, EQ: engage or disengage axes at places of the master's cycle."""
+    """EG, EQ: engage or disengage axes at positions of the master's cycle."""
     cam: Cam = context.unit.cam
     asked: list[float] = []
     changes = []

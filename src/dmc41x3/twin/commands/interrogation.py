@@ -1,4 +1,4 @@
-"""Commands that ask: positions (TP), errors (TC), switches (TS), the data record (QR), values (MG)."""
+"""Commands that report: positions (TP), errors (TC), switches (TS), the data record (QR), values (MG)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _positions(read: _Reader, context: CallerContext, text: str) -> Answer:
 
 
 def _codes(read: _Reader, context: CallerContext, text: str) -> Answer:
-    """Answer as TS and SC do: three digits, whatever PF says."""
+    """Answer as TS and SC do: three digits, independent of PF."""
     axes = context.axes(mask(text, context.unit.letters))
     return context.unit.fixed_text([read(context, axis) for axis in axes], 0)
 
@@ -50,7 +50,7 @@ def _torque(context: CallerContext, text: str) -> Answer:
 
 
 def _error_code(context: CallerContext, text: str) -> Answer:
-    """TC: the code of the last refusal, which this clears; with 1 also its words."""
+    """TC: return the code of the last refusal and clear it; with 1 also return its text."""
     words = False if text.strip() in ("", QUERY) else context.integer(text, 0, 1) == 1
     code, context.unit.error_code = context.unit.error_code, 0
     if words and code:
@@ -123,7 +123,7 @@ _Print = Callable[[CallerContext], str]
 
 
 class _Item(NamedTuple):
-    """One text or value of a message: what it prints, and the value for which a format may follow."""
+    """One text or value of a message: its print function, and the value to which a format may apply."""
 
     print: _Print
     value: Value | None = None
@@ -131,13 +131,13 @@ class _Item(NamedTuple):
 
 @dataclass(slots=True)
 class _ParsedMessage:
-    """A message taken apart; `to` names another port than the one who asks."""
+    """A parsed message; `to` names a port other than the caller's."""
 
     items: list[_Item] = field(default_factory=list[_Item])
     line_end: bool = True
     to: str = ""
     ahead: str = ""
-    """A format that stands before its value."""
+    """A format that precedes its value."""
 
 
 def _message(context: CallerContext, text: str) -> Answer:
@@ -179,10 +179,10 @@ def _parsed(text: str) -> _ParsedMessage:
 
 
 def _apply(message: _ParsedMessage, braces: str, joined: bool) -> None:
-    """Take a `{...}`: for the whole message, a character by its code, or the format of a value.
+    """Apply a `{...}`: to the whole message, as a character by its code, or as the format of a value.
 
-    A format that is `joined` to a value is that value's; any other is that of the next one, or of the last one where
-    no more come. Galil's command reference writes both (AC: `MG{Z5.0} "text",v`; @COM: `MG {$8.0} @COM[0]`).
+    A format that is `joined` to a value applies to that value; any other applies to the next value, or to the last one
+    if none follows. Galil's command reference writes both (AC: `MG{Z5.0} "text",v`; @COM: `MG {$8.0} @COM[0]`).
     """
     if braces == "N":
         message.line_end = False
@@ -193,7 +193,7 @@ def _apply(message: _ParsedMessage, braces: str, joined: bool) -> None:
     elif joined:
         _format_last(message, braces)
     else:
-        _formatted(lambda _: 0, braces)  # refuses what is no format
+        _formatted(lambda _: 0, braces)  # refuses an invalid format
         message.ahead = braces
 
 
@@ -211,7 +211,7 @@ def _printed(context: CallerContext, items: list[_Item]) -> str:
     after_value = False
     for item in items:
         text, is_value = item.print(context), item.value is not None
-        # The slot for the sign keeps values apart; where a sign stands in it, a blank does.
+        # The slot for the sign separates values; if it contains a sign, a blank is added.
         parts.append(f" {text}" if after_value and is_value and text[:1] != " " else text)
         after_value = is_value
     return "".join(parts)
@@ -226,14 +226,14 @@ def _character(code: str) -> _Print:
 
 
 def _shown(value: Value, form: str) -> _Print:
-    """Return what prints a value in a format, without one as VF has it; raises `Rejection` (53)."""
+    """Return the function that prints a value in a format, by default that of VF; raises `Rejection` (53)."""
     if form:
         return _formatted(value, form)
     return lambda context: context.unit.raw_text(value(context.names))
 
 
 def _formatted(value: Value, form: str) -> _Print:
-    """Return what prints a value in the format `Fm.n`, `Zm.n`, `$m.n` or `Sn`; raises `Rejection` (53)."""
+    """Return the function that prints a value as `Fm.n`, `Zm.n`, `$m.n` or `Sn`; raises `Rejection` (53)."""
     string = _STRING.fullmatch(form)
     if string is not None:
         length = int(string[1] or 6)

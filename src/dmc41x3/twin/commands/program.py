@@ -13,7 +13,7 @@ from dmc41x3.twin.program import AT_ONCE, COUNT, MOST_LINES, Downloading, Progra
 _END = "\x1a"
 _IN_PROGRAMS = "AD AI AM AP AR AS AT AV EL EN IF JP JS MC MF MR RE RI WT ZS"
 _LAST = MOST_LINES - 1
-"""LS lists up to this line unless told otherwise: the last one there can be, since LS may begin behind line 1999."""
+"""Last line of LS by default: the last possible one, since LS may begin after line 1999."""
 
 
 def _program_only(context: CallerContext, text: str) -> Answer:
@@ -33,7 +33,7 @@ def _begin_input(context: CallerContext, download: Download) -> None:
 
 
 def _line(context: CallerContext, text: str) -> int:
-    """Return the line that a destination means: `#label`, `#label+1`, `n`."""
+    """Return the line that a destination names: `#label`, `#label+1`, `n`."""
     program = context.unit.program
     name, plus, more = text.partition("+")
     if not name.startswith("#"):
@@ -43,7 +43,7 @@ def _line(context: CallerContext, text: str) -> int:
 
 
 def _download(context: CallerContext, text: str) -> Answer:
-    """DL: a new program; `DL #` behind the present one, `DL #label` or `DL n` from that line on."""
+    """DL: a new program; `DL #` appends to the present one, `DL #label` or `DL n` replaces it from that line on."""
     _resting(context)
     program = context.unit.program
     where = text.strip()
@@ -55,7 +55,7 @@ def _download(context: CallerContext, text: str) -> Answer:
 
 
 def _edit(context: CallerContext, text: str) -> Answer:
-    """ED n: the lines that follow replace those from line n on, or from the last one; `^Q` ends it."""
+    """ED n: the lines that follow replace those from line n on, by default from the last one; `^Q` ends it."""
     _resting(context)
     program = context.unit.program
     line = _line(context, text.strip()) if text.strip() else max(0, len(program.lines) - 1)
@@ -66,7 +66,7 @@ def _edit(context: CallerContext, text: str) -> Answer:
 
 
 def _upload(context: CallerContext, _: str) -> Answer:
-    """UL: the program and Ctrl-Z. An empty program is a line end: the EPICS driver cuts that off and ends without."""
+    """UL: the program and Ctrl-Z. An empty program is sent as a line end, without which the EPICS driver fails."""
     return ((context.unit.program.text() or "\r\n") + _END).encode("ascii")
 
 
@@ -83,7 +83,7 @@ def _list(context: CallerContext, text: str) -> Answer:
 
 
 def _labels(context: CallerContext, _: str) -> Answer:
-    """LL: labels in the order of the alphabet, each with its line."""
+    """LL: labels in alphabetical order, each with its line."""
     labels = sorted(context.unit.program.labels.items())
     return "\r\n".join(f"#{name}={line}" for name, line in labels) or b""
 
@@ -93,7 +93,7 @@ def _thread(context: CallerContext, text: str) -> Thread:
 
 
 def _execute(context: CallerContext, text: str) -> Answer:
-    """XQ #label,thread: start a thread, thread 0 at line 0 unless told otherwise."""
+    """XQ #label,thread: start a thread, by default thread 0 at line 0."""
     parts = split(text)
     if len(parts) > 3:
         raise Rejection(ErrorCode.OPERAND_ERROR)
@@ -121,7 +121,7 @@ def _halt(context: CallerContext, text: str) -> Answer:
 
 
 def _trace(context: CallerContext, text: str) -> Answer:
-    """TR n,mask: send the lines of these threads as they are executed; no more with 0 or without a number."""
+    """TR n,mask: send the lines of these threads as they are executed; 0 or no number ends it."""
     parts = split(text)
     on = context.integer(parts[0], 0, 1) if parts[0] else 0
     mask = context.integer(parts[1], 0, 255) if len(parts) > 1 and parts[1] else 255
@@ -130,7 +130,7 @@ def _trace(context: CallerContext, text: str) -> Answer:
 
 
 def _break(context: CallerContext, text: str) -> Answer:
-    """BK line,thread: hold a thread before a line, and go on there from another breakpoint; without a line go on."""
+    """BK line,thread: hold a thread before a line, and release all held threads; without a line only release them."""
     threads = context.unit.threads
     parts = split(text)
     threads.breakpoint = None if not parts[0] else _breakpoint(context, parts)
@@ -147,7 +147,7 @@ def _breakpoint(context: CallerContext, parts: list[str]) -> tuple[int, int]:
 
 
 def _step(context: CallerContext, text: str) -> Answer:
-    """SL n: execute n lines of what a breakpoint holds; refused (8) where nothing is held."""
+    """SL n: execute n lines of every held thread; refused (8) if none is held."""
     count = context.integer(text, 1, 255) if text.strip() else 1
     held = [thread for thread in context.unit.threads.all if thread.held]
     if not held:

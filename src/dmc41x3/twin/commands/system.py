@@ -1,8 +1,8 @@
 """Commands of the controller itself: outputs, formats, power-up, reset (RS) and burning (BN, BP, BV).
 
 Burned parameters are: the registers of axes and planes (but for ZA and VV), whether motors are off, CN,
-and the formats, ports and addresses. Outputs come up off. The reply to a burn comes at once, though the controller
-takes up to seconds; records by themselves (DR) pause as long as it does.
+and the formats, ports and addresses. Outputs are off after power-up. The reply to a burn comes at once, although a
+controller needs up to seconds; the records of DR pause for that time.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from dmc41x3.twin.registers import Register
 from dmc41x3.twin.unit import Format, Unit
 
 BURN_TIME = 2.0
-"""How long a controller is busy with BN, BP or BV, at most [s]."""
+"""Longest time that a controller needs for BN, BP or BV [s]."""
 
 _NOT_BURNED = frozenset({"ZA", "VV"})
 
 
 def power_up(unit: Unit) -> None:
-    """Come up with what is burned; a part of the memory found damaged sets error 14 and comes up as from the factory.
+    """Restore the burned state; a damaged part of the memory sets error 14 and gets factory settings.
 
-    Motors of axes that were never burned come up as the unit was told.
+    Motors of axes that were never burned are off or on as `unit.motors_off` states.
     """
     unit.memory.load()
     _restore(unit, factory=False)
@@ -39,7 +39,7 @@ def power_up(unit: Unit) -> None:
 
 
 def reset(unit: Unit, *, factory: bool = False) -> None:
-    """Do what a power-up does at once (RS), or with what the factory set for this once (RS -1): all handles close."""
+    """Restore the burned state as a power-up does (RS), or once the factory settings (RS -1); all handles close."""
     unit.handles.reset()
     unit.reset()
     for activity in unit.activities:
@@ -57,19 +57,19 @@ def master_reset(unit: Unit) -> None:
 
 
 def burn_parameters(unit: Unit) -> None:
-    """Keep the parameters over a reset (BN); raises `Rejection`."""
+    """Burn the parameters (BN); raises `Rejection`."""
     unit.memory.contents.parameters = _parameters(unit)
     _store(unit)
 
 
 def burn_program(unit: Unit) -> None:
-    """Keep the program (BP); raises `Rejection`."""
+    """Burn the program (BP); raises `Rejection`."""
     unit.memory.contents.program = unit.program.text()
     _store(unit)
 
 
 def burn_variables(unit: Unit) -> None:
-    """Keep variables and arrays (BV); raises `Rejection`."""
+    """Burn variables and arrays (BV); raises `Rejection`."""
     unit.memory.contents.variables = dict(unit.variables)
     unit.memory.contents.arrays = unit.arrays.contents()
     _store(unit)
@@ -139,7 +139,7 @@ def _restore(unit: Unit, *, factory: bool) -> None:
 
 
 def _start_program(unit: Unit) -> None:
-    """Load the burned program and run its #AUTO on thread 0, or #AUTOERR where the memory was found damaged."""
+    """Load the burned program and run its #AUTO on thread 0, or #AUTOERR if the memory is damaged."""
     with suppress(Rejection):  # a file may hold anything
         unit.program.load(unit.memory.contents.program)
     line = unit.program.labels.get("AUTOERR" if unit.memory.errors else "AUTO")
@@ -156,7 +156,7 @@ def _restore_period(unit: Unit, period: float | str | None) -> None:
 def _restore_registers(
     values: dict[str, float], group: dict[str, float | str], table: dict[str, Register], period: int
 ) -> None:
-    """Set registers to burned values; one that is out of range keeps what the factory set."""
+    """Set registers to burned values; for a value out of range the factory setting remains."""
     for name, value in group.items():
         register = table.get(name)
         if register is None or isinstance(value, str) or name in _NOT_BURNED:
@@ -169,7 +169,7 @@ def _restore_registers(
 
 
 def _restore_unit(unit: Unit, group: dict[str, float | str]) -> None:
-    """Set what belongs to no axis; a value that no command could have set keeps what the factory set."""
+    """Set the parameters that belong to no axis; for an invalid value the factory setting remains."""
     port = _text(group, "CF")
     if port and port in "ABCDEFGH" + SERIAL:
         unit.outlet.port = port
@@ -226,7 +226,7 @@ def _bit(on: bool, context: CallerContext, text: str) -> Answer:
 
 
 def _bit_by_value(context: CallerContext, text: str) -> Answer:
-    """OB n,expression: the output follows whether the expression is nonzero."""
+    """OB n,expression: set the output if the expression is nonzero, else clear it."""
     arguments = split(text)
     if len(arguments) != 2:
         raise Rejection(ErrorCode.NOT_ENOUGH_FIELDS)
@@ -252,7 +252,7 @@ def _port(context: CallerContext, text: str) -> Answer:
 
 
 def _flag(read: Callable[[Unit], int], write: Callable[[Unit, int], None], context: CallerContext, text: str) -> Answer:
-    """Set or tell a flag of 0 or 1."""
+    """Set or return a flag of 0 or 1."""
     if text.strip() == QUERY:
         return context.unit.position_text([read(context.unit)])
     write(context.unit, context.integer(text, 0, 1))
@@ -268,9 +268,9 @@ def _set_zeros(unit: Unit, value: int) -> None:
 
 
 def _copyright(context: CallerContext, text: str) -> Answer:
-    """CW: 1 marks unsolicited characters by bit 7, 2 does not; else the copyright.
+    """CW: 1 marks unsolicited characters by bit 7, 2 does not; 0, `?` or no number returns the copyright.
 
-    The second number, whether a full serial port discards, concerns no Ethernet handle and is only kept.
+    The second number, whether a full serial port discards, does not apply to Ethernet handles and is only stored.
     """
     arguments = split(text)
     if arguments[0] in ("", "0", QUERY):
@@ -284,7 +284,7 @@ def _copyright(context: CallerContext, text: str) -> Answer:
 
 
 def _message_port(context: CallerContext, text: str) -> Answer:
-    """CF: where a program's messages go; `I` is the port that asks."""
+    """CF: the destination of a program's messages; `I` is the caller's port."""
     name = text.strip()
     if name == QUERY:
         return context.unit.position_text([ord(context.unit.outlet.port)])
@@ -318,25 +318,25 @@ def _format(name: str, context: CallerContext, text: str) -> Answer:
 
 
 def _reset(context: CallerContext, text: str) -> Answer:
-    """RS: 0 comes up with what is burned, -1 as from the factory this once.
+    """RS: 0 restores the burned state, -1 the factory settings once.
 
-    The prompt still goes out, then all links end; the manual leaves open whether there is a reply.
+    The prompt is still sent, then all links end; the manual leaves open whether there is a reply.
     """
     reset(context.unit, factory=bool(text.strip()) and context.integer(text, -1, 0) == -1)
     return None
 
 
 def _master_reset(context: CallerContext, text: str) -> Answer:
-    """^R^S: a reset that also erases what is burned."""
+    """^R^S: a reset that also erases the burned state."""
     _bare(text)
     master_reset(context.unit)
     return None
 
 
 def _burn(what: Callable[[Unit], None], context: CallerContext, text: str) -> Answer:
-    """BN, BP, BV: keep parameters, program, or variables and arrays without power.
+    """BN, BP, BV: burn parameters, program, or variables and arrays.
 
-    A host is refused BN and BP while a program runs, and anybody BP while an axis moves.
+    BN and BP from a host are refused while a program runs, and any BP while an axis moves.
     """
     _bare(text)
     unit = context.unit

@@ -1,7 +1,7 @@
-"""One axis of the controller: registers, counters, its encoder, and the motion it is in.
+"""One axis of the controller: registers, counters, encoder, and present motion.
 
-The encoder is the reference less the following error. The reference is known at any time; the error is remembered
-from the instants at which the machine looked, and taken as straight between them.
+The encoder position is the reference less the following error. The reference is known at any time. The error is
+sampled when the machine looks, and interpolated linearly between these times.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ VIRTUAL = "NM"
 """The virtual axes: profiles without a motor, for gearing and cams to follow."""
 
 NAMES = LETTERS + "ST" + VIRTUAL
-"""Axes and planes in the order of the numbers that stand for them in axis variables."""
+"""Axes and planes in the order of their numbers in axis variables."""
 
 FORWARD_OFF = 2147483647
 REVERSE_OFF = -2147483648
-"""FL and BL at these values watch nothing."""
+"""Values of FL and BL that disable the soft limits."""
 
 
 class MotionKind(Enum):
-    """Why an axis moves by itself."""
+    """Kind of an independent motion."""
 
     ABSOLUTE = "PA"
     RELATIVE = "PR"
@@ -59,9 +59,9 @@ class Latch(Enum):
 class IndependentMotion:
     """An independent motion under way.
 
-    `target` [motor counts] of a positioning, `speed` the signed velocity of a jog; `result` is the stop code at its
-    end; `stopping` once a stop or a limit brakes it; `stage` counts the stages of a homing from 1, `level` is the home
-    input as it was when the stage began.
+    `target` is the end of a positioning move [motor counts], `speed` the signed velocity of a jog [counts/s], `result`
+    the stop code at the end. `stopping` is true once a stop or a limit decelerates the motion. `stage` counts the
+    stages of a homing from 1; `level` is the home input at the beginning of the stage.
     """
 
     kind: MotionKind
@@ -75,22 +75,22 @@ class IndependentMotion:
 
     @property
     def positions(self) -> bool:
-        """Whether the motion goes to a place, so that its target may not change on the way."""
+        """Whether the motion is a positioning move (PA, PR)."""
         return self.kind in (MotionKind.ABSOLUTE, MotionKind.RELATIVE)
 
 
 @dataclass(slots=True)
 class Axis:
-    """State of one axis; counts are the controller's, `offset` is what it adds to motor counts.
+    """State of one axis. Counts are those of the controller, which adds `offset` to motor counts.
 
-    `plane` is the letter of the coordinate system that moves it, empty for none. `kind` and `distance`,
-    `destination` or `jog_speed` are what the next BG will do, `last_stop` is what `_PA` reports. Of the present plan
-    `peak` is the largest speed [counts/s], `soft_limit` when it passes FL or BL, `turns` when it turns round.
-    `latch` is what AL armed it by. `encoder_offset` is added to encoder counts where the motor is a stepper.
-    `erring` tells that the following error is beyond ER, `released` when a brake's delay lets the amplifier go [s].
-    `commutated` tells that BA made the motor brushless, `initialised` that its phases are known. `bound` is `cam`
-    or `gear` where the axis follows another.
-    `error_gain` [s] is how much following error a unit of speed was seen to cause, None before the first motion.
+    `plane` is the letter of the coordinate system that moves it, empty for none. `kind` and `distance`, `destination`
+    or `jog_speed` describe the motion of the next BG; `last_stop` is the value of `_PA`. For the present plan, `peak`
+    is the largest speed [counts/s], `soft_limit` the time when it passes FL or BL, `turns` the times when it starts or
+    reverses. `latch` is the trigger that AL armed. `encoder_offset` is added to the encoder counts of a stepper.
+    `erring` is true while the following error exceeds ER; `released` is the time when a brake's delay ends and the
+    amplifier is switched off [s]. `commutated` means that BA made the motor brushless, `initialised` that its phases
+    are known. `bound` is `cam` or `gear` if the axis follows another.
+    `error_gain` [s] is the measured following error per unit of speed, None before the first motion.
     """
 
     index: int
@@ -125,22 +125,22 @@ class Axis:
 
     @property
     def letter(self) -> str:
-        """Its name."""
+        """Letter of the axis."""
         return NAMES[self.index]
 
     @property
     def virtual(self) -> bool:
-        """Whether it has no motor."""
+        """Whether the axis has no motor."""
         return self.index >= len(LETTERS)
 
     @property
     def stepper(self) -> bool:
-        """Whether its motor is a stepper (MT 2, 2.5, 4 and their negatives)."""
+        """Whether the motor is a stepper (MT 2, 2.5, 4 and their negatives)."""
         return abs(self.registers.get("MT", 1.0)) >= 2.0
 
     @property
     def moving(self) -> bool:
-        """Whether its profile runs, alone or in a sequence (`_BG`)."""
+        """Whether a profile of the axis runs, alone or in a sequence (`_BG`)."""
         return self.motion is not None or self.plane != ""
 
     def reference(self, t: float) -> int:
@@ -153,7 +153,7 @@ class Axis:
         return (velocity > 0.0) - (velocity < 0.0)
 
     def direction(self, t: float, home: bool) -> int:
-        """Return where the motion set up would go at time `t`: 1, -1, or 0; `home` is the home input (`_HM`)."""
+        """Return the direction of the motion set up, at time `t`: 1, -1, or 0; `home` is the home input (`_HM`)."""
         match self.kind:
             case MotionKind.ABSOLUTE:
                 way = self.destination - self.reference(t)
@@ -170,14 +170,14 @@ WINDOW = 0.25
 """Time over which TV averages [s]."""
 
 SPACING = WINDOW / 64.0
-"""Errors that were seen closer together than this [s] are not all kept."""
+"""Errors sampled closer together than this [s] are not all stored."""
 
 
 class Encoder:
     """The main encoder of one axis.
 
-    With a servo motor its counts are the motor's. A stepper turns an encoder of YC counts while it makes YA * YB
-    microsteps, which are then what the plant counts.
+    For a servo motor its counts are the motor counts. For a stepper, the plant counts microsteps, and YC encoder counts
+    correspond to YA * YB microsteps.
     """
 
     def __init__(self, axis: Axis, plant: Plant) -> None:
@@ -200,15 +200,15 @@ class Encoder:
         return registers["YC"] / (registers["YA"] * registers["YB"])
 
     def note(self, t: float) -> None:
-        """Remember the following error at time `t` [s], which is the present."""
+        """Store the following error at the present time `t` [s]."""
         self._note(t, self._axis.timeline.at(t)[0] - self._plant.position(self._axis.index))
 
     def velocity(self, t: float) -> float:
-        """Return TV at time `t` [s], the present: the mean over the last quarter of a second [counts/s]."""
+        """Return TV at the present time `t` [s]: the mean over the last quarter of a second [counts/s]."""
         return self.reading(t, self._axis.timeline.at(t)[0])[1]
 
     def reading(self, t: float, reference: float) -> tuple[int, float]:
-        """Return TP [counts] and TV [counts/s] at time `t` [s], the present, at which the reference is `reference`."""
+        """Return TP [counts] and TV [counts/s] at the present time `t` [s], at which the reference is `reference`."""
         axis = self._axis
         here = self._plant.position(axis.index)
         self._note(t, reference - here)

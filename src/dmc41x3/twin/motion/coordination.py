@@ -2,22 +2,23 @@
 
 Vector sequences are shared motion too; see `plane`.
 
-Records are laid out as soon as they are given, so a new one never changes what is planned already. A record without
-duration ends the motion; where the records run out before one, the axes stop dead on the last count, and the motion
-is over.
+Records are planned as soon as they arrive, so a new record never changes the existing plan. A record without duration
+ends the motion. If the records run out before such a record, the axes stop abruptly on the last count, and the motion
+ends.
 
-Not in the manual: a contour begins with its first CD, or with DT where that paused it before; CD with =t sets
-DT from there on, but does not end a pause; data that come too late (42) find the axes stopped dead on the last count,
-out of the contour but still in the mode, so that the next CD begins again; ST, a limit or a fault ends the mode.
+Not in the manual: a contour begins with its first CD, or with the DT that ends a pause; CD with =t sets DT for the
+records that follow, but does not end a pause; if data come too late (42), the axes have stopped abruptly on the last
+count and left the contour, but the mode remains, so that the next CD begins again; ST, a limit or a fault ends the
+mode.
 
-Between two records the position is the cubic that has position and velocity of both. It becomes quadratics that agree
-with it at both ends and have its acceleration in the middle. The error over a time h is |p'''| h³/(72 √3).
+Between two records the position is the cubic that has position and velocity of both. It is replaced by quadratics that
+agree with it at both ends and have its acceleration in the middle. The error over a time h is |p'''| h³/(72 √3).
 
-Not in the manual: a sequence whose records run out at speed stops dead; ST brakes at DC (a limit at SD) and
+Not in the manual: a PVT sequence whose records run out at speed stops abruptly; ST brakes at DC (a limit at SD) and
 empties the buffer.
 
-A vector sequence stops along its path. A contour and a PVT sequence have no speed of their own along theirs, so their
-axes leave it and brake each at its DC (SD at a limit), and what is left in the buffer is forgotten.
+A vector sequence stops along its path. A contour and a PVT sequence have no speed along their path, so each of their
+axes leaves it and brakes at its DC (SD at a limit), and the rest of the buffer is dropped.
 """
 
 from __future__ import annotations
@@ -39,9 +40,9 @@ from dmc41x3.twin.timeline import TimelinePiece
 
 
 class FeedRecord(NamedTuple):
-    """How far each member goes [counts], how fast it is at the end [counts/s], and how long it takes [s].
+    """Distance of each member [counts], its speed at the end [counts/s], and the duration of the record [s].
 
-    A duration of 0 ends the motion; None is whatever is set when the record's turn comes.
+    A duration of 0 ends the motion; None stands for the duration that is set when the record is planned.
     """
 
     deltas: tuple[int, ...]
@@ -50,7 +51,7 @@ class FeedRecord(NamedTuple):
 
 
 class PlacedRecord(NamedTuple):
-    """A record in its place: from `start` to `end` [s], from `places` [motor counts] at `speed` [counts/s]."""
+    """A planned record: from `start` to `end` [s], from `places` [motor counts] at `speed` [counts/s]."""
 
     start: float
     end: float
@@ -60,9 +61,9 @@ class PlacedRecord(NamedTuple):
 
 
 class Feed(ABC):
-    """Records under way and waiting; `letter` is what an axis on it has for `Axis.plane`.
+    """Planned and waiting records; `letter` is the value of `Axis.plane` for its axes.
 
-    `paused` holds the axes at the end of the record under way. Subclasses say what a record looks like.
+    `paused` holds the axes at the end of the current record. Subclasses define the shape of a record.
     """
 
     capacity = 0
@@ -84,25 +85,25 @@ class Feed(ABC):
 
     @property
     def end(self) -> float:
-        """When the records that are there end [s]; infinite while it is paused."""
+        """Time when the planned records end [s]; infinite during a pause."""
         return inf if self.paused else self._end
 
     @property
     def horizon(self) -> float:
-        """When more of the plan must be asked for: never."""
+        """Time when `replan` must extend the plan: never."""
         return inf
 
     @property
     def empty(self) -> bool:
-        """Whether nothing waits to be begun."""
+        """Whether no records wait."""
         return not self._waiting
 
     def free(self, t: float) -> int:
-        """Return the places left in the buffer at time `t`; a record under way still takes one."""
+        """Return the places left in the buffer at time `t`; the current record still takes one."""
         return self.capacity - len(self._waiting) - len(self._laid) + self._past(t)
 
     def count(self, t: float) -> int:
-        """Return how many records are done since the motion last began, its end among them."""
+        """Return the number of records done since the motion last began, including its end."""
         return self._done + self._past(t)
 
     def append(self, record: FeedRecord, t: float) -> None:
@@ -113,7 +114,7 @@ class Feed(ABC):
         self.stale = True
 
     def clear(self, t: float) -> None:
-        """Forget all records at time `t` but the one under way."""
+        """Drop all records at time `t` except the current one."""
         self._drop(t)
         self._cut = self._take_back() < inf or self._cut
         self._waiting.clear()
@@ -134,7 +135,7 @@ class Feed(ABC):
         self.replan(t)
 
     def replan(self, t: float) -> float:
-        """Lay out the records that wait, or take back those behind a pause; return from when on the plan is new."""
+        """Plan the waiting records, or take back those after a pause; return the time from which the plan is new."""
         self.stale = False
         self._drop(t)
         cut, self._cut = self._cut, False
@@ -157,11 +158,11 @@ class Feed(ABC):
         return pieces, peak
 
     def brake(self, t: float) -> bool:
-        """Tell that there is no way along the records to brake on."""
+        """Return False: the records have no path to brake along."""
         return False
 
     def finish(self, t: float) -> StopCode:
-        """End the motion at time `t`, forget its records, and return the stop code of the members."""
+        """End the motion at time `t`, drop its records, and return the stop code of the members."""
         self._done += self._past(t) + self._closed
         result = self.done_code if self._closed else self.starved_code
         self.running = self.stopping = self.stale = self._closed = self._cut = False
@@ -169,7 +170,7 @@ class Feed(ABC):
         return result
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         self.finish(self._end)
         self._done = 0
 
@@ -178,7 +179,7 @@ class Feed(ABC):
 
     @abstractmethod
     def _shape(self, laid: PlacedRecord, place: int) -> list[TimelinePiece]:
-        """Return what one member does in a record."""
+        """Return the motion of one member during a record."""
 
     def _lay(self, record: FeedRecord, start: float) -> None:
         duration = self._duration(record)
@@ -191,7 +192,7 @@ class Feed(ABC):
         self._speed = record.speed
 
     def _take_back(self) -> float:
-        """Let the records behind the one under way wait again."""
+        """Move records planned after the current one back to the waiting ones; return their start [s], or infinity."""
         kept = min(1, len(self._laid))
         back = self._laid[kept:]
         if not back:
@@ -218,11 +219,11 @@ NAME = "CM"
 """Value of `Axis.plane` for an axis in a contour."""
 
 PAUSED = -1
-"""DT that lets records wait."""
+"""Value of DT for a pause."""
 
 
 class Contour(Feed):
-    """The contour; `interval` is DT as a power of two of samples, 0 for none, and `starved` is called at error 42."""
+    """The contour; `interval` is DT as a power of two of samples, 0 for none; `starved` is called at error 42."""
 
     capacity = 511
     running_code = StopCode.CONTOUR_RUNNING
@@ -235,30 +236,30 @@ class Contour(Feed):
         self._usual = 0.0
 
     def select(self, members: tuple[int, ...], t: float) -> None:
-        """Choose the axes (CM) at time `t` and forget what waits."""
+        """Choose the axes (CM) at time `t` and drop the waiting records."""
         self.members = members
         self.clear(t)
 
     def set_interval(self, interval: int, sample: float) -> None:
-        """Set DT, with the sample time [s]; -1 pauses, any other goes on."""
+        """Set DT, with the sample time [s]; -1 pauses, any other value continues."""
         self.interval = interval
         self.paused = interval == PAUSED
         self._usual = 0.0 if interval <= 0 else 2**interval * sample
         self.stale = True
 
     def set_time(self, interval: int, sample: float) -> None:
-        """Set the time of the records to come (CD with =t); a pause remains one."""
+        """Set the duration of the next records (CD with =t); a pause remains in force."""
         if not self.paused:
             self.interval = interval
         self._usual = 2**interval * sample
 
     @property
     def usual(self) -> float | None:
-        """How long a record takes that is given now [s], 0 where nobody said; None where DT is to tell later."""
+        """Duration of a new record [s], 0 if none is set; None if DT sets it later."""
         return None if self.paused and not self._usual else self._usual
 
     def finish(self, t: float) -> StopCode:
-        """End the contour at time `t`; where its data ran out, report that and stay in the mode."""
+        """End the contour at time `t`; if its data ran out, call `starved` and stay in the mode."""
         starved = self.running and not self._closed and not self.stopping
         if not starved:
             self.members = ()
@@ -268,7 +269,7 @@ class Contour(Feed):
         return result
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         self.stopping = True
         super().reset()
         self.paused, self.interval, self._usual = False, 0, 0.0
@@ -286,7 +287,7 @@ TOLERANCE = 0.05
 
 
 class Pvt(Feed):
-    """The PVT sequence of the axis with a certain index; `samples` is how long its last record takes."""
+    """The PVT sequence of one axis, given by its index; `samples` is the duration of the last record."""
 
     capacity = 255
     running_code = StopCode.PVT_RUNNING
@@ -298,7 +299,7 @@ class Pvt(Feed):
         self.samples = 0
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         super().reset()
         self.samples = 0
 
@@ -329,10 +330,10 @@ class Pvt(Feed):
 
 
 class SharedMotion(Protocol):
-    """A motion that axes take part in, as the motion core runs it. Times are seconds, positions motor counts.
+    """A motion shared by axes, as the motion core runs it. Times are seconds, positions motor counts.
 
-    `letter` is what an axis on it has for `Axis.plane`; `members` are the indices of its axes. `running_code` is their
-    stop code while it runs; `stale` tells that its plan must be made again.
+    `letter` is the value of `Axis.plane` for its axes; `members` are their indices. `running_code` is their stop code
+    while it runs; `stale` means that its plan must be computed again.
     """
 
     letter: str
@@ -344,16 +345,16 @@ class SharedMotion(Protocol):
 
     @property
     def end(self) -> float:
-        """When the run ends [s]; infinite where it does not."""
+        """Time when the run ends [s]; infinite if it does not end."""
         ...
 
     @property
     def horizon(self) -> float:
-        """When more of the plan must be asked for, by `replan` [s]; infinite where all of it is known."""
+        """Time when `replan` must extend the plan [s]; infinite if the plan is complete."""
         ...
 
     def replan(self, t: float) -> float:
-        """Make the plan again at time `t`; return from when on it differs from the old one, infinity for nowhere."""
+        """Compute the plan again at time `t`; return the time from which it differs [s], infinity if it does not."""
         ...
 
     def pieces(self, place: int) -> tuple[list[TimelinePiece], float]:
@@ -361,20 +362,20 @@ class SharedMotion(Protocol):
         ...
 
     def brake(self, t: float) -> bool:
-        """Stop along the way; False where it cannot, so that each axis must brake by itself."""
+        """Stop along the path; return False if that is impossible, so that each axis must brake by itself."""
         ...
 
     def finish(self, t: float) -> StopCode:
-        """End the run at time `t`, forget what is left of it, and return the stop code of the members."""
+        """End the run at time `t`, drop the rest of it, and return the stop code of the members."""
         ...
 
     def reset(self) -> None:
-        """Forget everything, as power-up does."""
+        """Clear everything, as power-up does."""
         ...
 
 
 def begin_plane(axes: Mapping[int, Axis], plane: Plane, now: float) -> None:
-    """Start a sequence at `now` [s] from where its axes are."""
+    """Start a sequence at `now` [s] from the present positions of its axes."""
     members = [axes[i] for i in plane.members]
     places = [round(axis.timeline.at(now)[0]) for axis in members]
     plane.begin(now, places, [axis.offset for axis in members])
@@ -382,13 +383,13 @@ def begin_plane(axes: Mapping[int, Axis], plane: Plane, now: float) -> None:
 
 
 def begin_feed(axes: Mapping[int, Axis], feed: Feed, now: float) -> None:
-    """Start a contour or a PVT sequence at `now` [s] from where its axes are."""
+    """Start a contour or a PVT sequence at `now` [s] from the present positions of its axes."""
     feed.begin(now, [round(axes[i].timeline.at(now)[0]) for i in feed.members])
     join(axes, feed, now)
 
 
 def join(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
-    """Let the axes of a course that has begun follow it from `now` [s] on."""
+    """Make the axes of a course that has started follow it from `now` [s] on."""
     for i in course.members:
         axes[i].plane = course.letter
         axes[i].stop_code = course.running_code
@@ -396,7 +397,7 @@ def join(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
 
 
 def refresh(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
-    """Carry out the new plan of a course whose data or rates were changed at this instant."""
+    """Apply the new plan of a course whose data or rates have just changed."""
     start = course.replan(now)
     if start < inf:
         follow(axes, course, now, start)
@@ -419,7 +420,7 @@ def follow(axes: Mapping[int, Axis], course: SharedMotion, now: float, start: fl
 
 
 def stop(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
-    """Decelerate a course (ST); one that stops already goes on doing so."""
+    """Decelerate a course (ST); a course that is stopping already continues to do so."""
     if not course.running or course.stopping:
         return
     members = [axes[i] for i in course.members if axes[i].plane == course.letter]
@@ -448,12 +449,12 @@ def finish(axes: Mapping[int, Axis], course: SharedMotion, now: float) -> None:
 
 
 def abandoned(axes: Mapping[int, Axis], course: SharedMotion) -> bool:
-    """Tell whether no axis is left on a course."""
+    """Return whether a course has no axes left."""
     return not any(axes[i].plane == course.letter for i in course.members)
 
 
 def _release(axis: Axis, now: float) -> None:
-    """Take an axis off its course and let it brake by itself at DC."""
+    """Remove an axis from its course and brake it at its DC."""
     p, v = axis.timeline.at(now)
     way = timeline.stop_profile(now, p, v, axis.registers["DC"])
     axis.plane = ""
@@ -465,7 +466,7 @@ def _release(axis: Axis, now: float) -> None:
 
 
 def _turns(pieces: list[TimelinePiece], before: float) -> list[float]:
-    """Return the times at which an axis begins to move or to move the other way; `before` is its velocity so far."""
+    """Return the times at which an axis starts or reverses; `before` is its velocity so far."""
     found: list[float] = []
     heading = (before > 0.0) - (before < 0.0)
     for index, piece in enumerate(pieces):
@@ -474,7 +475,7 @@ def _turns(pieces: list[TimelinePiece], before: float) -> list[float]:
         if sign and sign != heading:
             heading = sign
             found.append(t)
-        if v * a >= 0.0:  # it goes on as it goes
+        if v * a >= 0.0:  # the direction stays the same
             continue
         turn = piece.turn(t, pieces[index + 1].t if index + 1 < len(pieces) else inf)
         if turn is not None:

@@ -1,12 +1,12 @@
 """The controller's motion: axes and coordinate systems over time, limits, errors, stops. No text, no wire.
 
-Time moves only in `advance`. Between two events nothing is computed: profiles are closed-form, and the machine looks
-where one ends, a switch changes its level, an axis turns or a soft limit is crossed. If the following error of an
-axis could reach ER, it checks every 10 ms.
+Time advances only in `advance`, `step` and `coast`. Nothing is computed between two events: profiles are closed-form,
+and the events are the end of a profile, a new level of a switch, a start or reversal of an axis, and the crossing of a
+soft limit. If the following error of an axis could reach ER, it is checked every 10 ms.
 
 Not in the manual: an abort sets the stop code of every axis; when a limit or an error of one member ends a
-sequence, that member has its code and its partners, braking along the path at VD, have 4 (stopped); a sequence that
-ends without LE leaves code 1; to change VD while a sequence runs is refused with 7.
+sequence, that member gets the code of the cause, and the others, which brake along the path at VD, get 4 (stopped); a
+sequence that ends without LE leaves code 1; a change of VD while a sequence runs is refused with 7.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ SAMPLE = 1.0 / 1024.0
 """Sample time of the servo at TM 1000 [s]."""
 
 ERROR_LOOK = 0.010
-"""How often the following error is looked at where it could reach ER [s]."""
+"""Interval between checks of a following error that could reach ER [s]."""
 
 _ON_ERROR, _ON_LIMIT = 1, 2
 
 
 class MotionCore:
-    """Axes, planes S and T, and the plant they drive; `now` is the time advanced to [s].
+    """Axes, planes S and T, and the plant they drive; `now` is the present time [s].
 
-    `cn` holds the five values of CN; `happened` what befell axes since the machine last cleared it;
-    `errors_matter` whether following errors are looked for also where OE does not ask for it. Everything here
-    takes indices of axes and motor counts; commands that cannot be obeyed raise `Rejection`.
+    `cn` contains the five values of CN; `happened` the triggers of axes since the machine last cleared it;
+    `errors_matter` whether following errors are also monitored if OE does not require it. Commands that cannot be
+    executed raise `Rejection`.
     """
 
     def __init__(self, plant: Plant, axes: Sequence[Axis], planes: dict[str, Plane]) -> None:
@@ -63,16 +63,16 @@ class MotionCore:
         self._coasted = False
 
     def advance(self, now: float) -> None:
-        """Bring everything to time `now` [s]; an earlier time changes nothing."""
+        """Advance everything to time `now` [s]; an earlier time changes nothing."""
         while self.now < now:
             self.step(now)
 
     def step(self, now: float) -> None:
-        """Advance to the next event, at most to time `now` [s], and see to it."""
+        """Advance to the next event, at most to time `now` [s], and handle it."""
         self.refresh()
         if self._coasted:
             self._coasted = False
-            self._note()  # a motion that begins now begins with the error at rest
+            self._note()  # store the error at rest before a motion begins
         t = min(now, max(self._own_event(), nextafter(self.now, inf)))
         event = self.plant.next_event(t)
         if event is not None and event < t:
@@ -83,14 +83,14 @@ class MotionCore:
         self.look()
 
     def coast(self, t: float) -> None:
-        """Go to a time [s] before the next event, where there is nothing to see to."""
+        """Advance to a time [s] before the next event, without anything to handle."""
         self.plant.advance(t)
         self.now = t
         self._coasted = True
 
     @property
     def idle(self) -> bool:
-        """Whether no axis moves, follows another or waits for its brake: nothing but the plant can have an event."""
+        """Whether no axis moves, follows another or waits for its brake: only the plant can have an event."""
         for axis in self._everyone.values():
             if axis.motion is not None or axis.plane or axis.bound or axis.released < inf:
                 return False
@@ -101,7 +101,7 @@ class MotionCore:
             encoder.note(self.now)
 
     def next_event(self, until: float) -> float | None:
-        """Return the earliest time in (now, until] at which something happens by itself, None where nothing does."""
+        """Return the time of the next event in (now, until] [s], None if there is none."""
         self.refresh()
         t = self._own_event()
         event = self.plant.next_event(min(t, until))
@@ -109,13 +109,13 @@ class MotionCore:
         return t if t <= until else None
 
     def refresh(self) -> None:
-        """Carry out new plans of sequences whose segments or rates were changed at this instant."""
+        """Apply new plans of sequences whose segments or rates have just changed."""
         for course in self.courses.values():
             if course.running and (course.stale or self.now >= course.horizon):
                 coordination.refresh(self._everyone, course, self.now)
 
     def look(self) -> None:
-        """See to everything that is due now: ends, limits, errors."""
+        """Handle everything that is due now: ends, limits, errors."""
         if self.abort_active and any(axis.moving for axis in self.axes):
             self.abort(StopCode.ABORT_INPUT)
         for axis in self.virtual.values():
@@ -145,7 +145,7 @@ class MotionCore:
         return 0 if axis.stepper else axis.reference(self.now) - self.position(axis)
 
     def limit_active(self, axis: Axis, forward: bool) -> bool:
-        """Tell whether a limit switch is active, by the polarity of CN n0."""
+        """Return whether a limit switch is active, with the polarity of CN n0."""
         if axis.virtual:
             return False
         level = self.plant.inputs(axis.index)[0 if forward else 1]
@@ -156,28 +156,28 @@ class MotionCore:
         return self.plant.inputs(axis.index)[2] == (self.cn[1] == -1)
 
     def stop_code(self, axis: Axis) -> StopCode:
-        """Return SC now: that a positioning arrives is reported from its last deceleration on."""
+        """Return SC now; a positioning move reports its arrival from its last deceleration on."""
         motion = axis.motion
         if motion is not None and motion.positions and not motion.stopping and self.now >= motion.profile.braking:
             return StopCode.COMMANDED
         return axis.stop_code
 
     def velocity(self, axis: Axis) -> float:
-        """Return the velocity of the encoder as TV has it [counts/s]."""
+        """Return the velocity of the encoder as TV reports it [counts/s]."""
         return axis.timeline.at(self.now)[1] if axis.virtual else self.encoders[axis.index].velocity(self.now)
 
     def torque(self, axis: Axis) -> float:
-        """Return the motor command TT [V], within TL, or TK where that is more: a peak is not timed here."""
+        """Return the motor command TT [V], limited to TL, or to TK if larger; the time of a peak is not limited."""
         most = max(axis.registers["TL"], axis.registers["TK"])
         offset = axis.registers["OF"] if axis.on else 0.0
         return max(-most, min(most, self.plant.torque(axis.index) + offset))
 
     def auxiliary(self, axis: Axis) -> int:
-        """Return the auxiliary encoder TD, which nothing turns; for a stepper the steps commanded."""
+        """Return the auxiliary encoder TD [counts], which nothing turns; for a stepper the commanded steps."""
         return axis.reference(self.now) if axis.stepper else axis.auxiliary
 
     def define_auxiliary(self, axis: Axis, position: int) -> None:
-        """Call the present place of the auxiliary encoder `position` (DE); for a stepper that of the main one."""
+        """Set the position of the auxiliary encoder to `position` (DE); for a stepper that of the main one."""
         if axis.stepper:
             axis.encoder_offset += position - self.position(axis)
         else:
@@ -220,7 +220,7 @@ class MotionCore:
         self.look()
 
     def define(self, axis: Axis, position: int) -> None:
-        """Call the present place `position` [controller counts] (DP); refused while the axis moves."""
+        """Set the present position to `position` [controller counts] (DP); refused while the axis moves."""
         if axis.moving:
             raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         here = self._shaft(axis)
@@ -228,13 +228,13 @@ class MotionCore:
         self._rest_at(axis, here)
 
     def _shaft(self, axis: Axis) -> int:
-        """Return where the reference has to be for an axis to stay where it is [motor counts]."""
+        """Return the reference with which an axis stays at its place [motor counts]."""
         if axis.stepper or axis.virtual:
             return round(axis.timeline.at(self.now)[0])
         return round(self.plant.position(axis.index))
 
     def begin(self, axes: Sequence[Axis]) -> None:
-        """Begin the motions set up for `axes` (BG): all of them or, where one may not, none."""
+        """Begin the motions set up for `axes` (BG): all of them, or none if one of them cannot begin."""
         for axis in axes:
             self._may_begin(axis, axis.direction(self.now, not axis.virtual and self.home_state(axis)))
         for axis in axes:
@@ -254,7 +254,7 @@ class MotionCore:
         self.look()
 
     def begin_feeds(self, feeds: Sequence[Feed]) -> None:
-        """Begin a contour (CD), or PVT sequences (BT): all of them or, where one may not, none."""
+        """Begin a contour (CD), or PVT sequences (BT): all of them, or none if one of them cannot begin."""
         for feed in feeds:
             if feed.running:
                 raise Rejection(ErrorCode.BEGIN_WHILE_RUNNING)
@@ -267,7 +267,7 @@ class MotionCore:
         self.look()
 
     def stop(self, axis: Axis) -> None:
-        """Decelerate an axis at DC (ST); one that takes part in a sequence stops the sequence."""
+        """Decelerate an axis at DC (ST); for an axis of a sequence, stop the sequence."""
         axis.tracking = False
         if axis.bound and not axis.registers["GM"]:
             self.release(axis, axis.registers["DC"], StopCode.STOPPED)
@@ -277,11 +277,11 @@ class MotionCore:
             self._brake(axis, axis.motion, axis.registers["DC"], StopCode.STOPPED)
 
     def halt(self, axis: Axis, code: StopCode) -> None:
-        """Let an axis stand where it is, without deceleration and with its motor on."""
+        """Hold an axis at its place, without deceleration and with its motor on."""
         self._freeze(axis, code)
 
     def release(self, axis: Axis, rate: float, code: StopCode) -> None:
-        """Let an axis go that follows another, and decelerate it at `rate` [counts/s²]; again is harmless."""
+        """Release an axis that follows another, and decelerate it at `rate` [counts/s²]; idempotent."""
         axis.bound = ""
         if axis.motion is None:
             axis.motion = IndependentMotion(MotionKind.JOG, _nothing(self.now))
@@ -292,7 +292,7 @@ class MotionCore:
         coordination.stop(self._everyone, plane, self.now)
 
     def abort(self, code: StopCode) -> None:
-        """Stop everything at once, without deceleration; axes with OE 1 or 3 lose their motors' power."""
+        """Stop everything at once, without deceleration; the motors of axes with OE 1 or 3 are switched off."""
         for course in self.courses.values():
             if course.running:
                 course.stopping = True
@@ -303,7 +303,7 @@ class MotionCore:
                 self._power(axis, False)
 
     def abort_axis(self, axis: Axis, code: StopCode) -> None:
-        """Stop one axis at once, and its sequence along the path; with OE 1 or 3 it loses its motor's power."""
+        """Stop one axis at once, and its sequence along the path; with OE 1 or 3 its motor is switched off."""
         if int(axis.registers["OE"]) & _ON_ERROR:
             self.fault(axis, code)
             return
@@ -325,7 +325,7 @@ class MotionCore:
             self.abort(StopCode.ABORT_INPUT)
 
     def set_amplifier_status(self, status: int) -> None:
-        """Set the amplifiers' fault bits (laid out as in the data record); axes with OE lose their power."""
+        """Set the amplifiers' fault bits (laid out as in the data record); axes with OE are switched off."""
         if status and not self.amplifier_status:
             self.happened.append((ProgramTrigger.AMPLIFIER, self.axes[0]))
         self.amplifier_status = status
@@ -344,12 +344,12 @@ class MotionCore:
             self.limit_torque(axis)
 
     def limit_torque(self, axis: Axis) -> None:
-        """Have the plant's motor obey TL, or TK where that is more: a peak is not timed here."""
+        """Limit the plant's motor to TL, or to TK if that is larger; the time of a peak is not limited."""
         if not axis.virtual:
             self.plant.limit_torque(axis.index, max(axis.registers["TL"], axis.registers["TK"]))
 
     def jog_at(self, axis: Axis, speed: float) -> None:
-        """Change the velocity of a jog under way [counts/s, signed]; refused in a move to a place (13)."""
+        """Change the velocity of a running jog [counts/s, signed]; refused during a move to a position (13)."""
         motion = axis.motion
         if motion is None:
             return
@@ -378,7 +378,7 @@ class MotionCore:
             self._replan(axis, motion)
 
     def track(self, axis: Axis, destination: int) -> None:
-        """Go to `destination` [controller counts] at once, from any state of motion (PA with PT 1)."""
+        """Move to `destination` [controller counts] at once, from any state of motion (PA with PT 1)."""
         if axis.motion is not None:
             axis.motion.target = destination - axis.offset
             axis.motion.stopping = False
@@ -389,7 +389,7 @@ class MotionCore:
         self.begin([axis])
 
     def reset(self) -> None:
-        """Forget every motion and set all counters to 0 where the axes are, as power-up does."""
+        """End every motion and set all counters to 0 at the present positions, as power-up does."""
         self.abort(StopCode.COMMANDED)
         for course in self.courses.values():
             course.reset()
@@ -403,7 +403,7 @@ class MotionCore:
             axis.latch_armed = False
 
     def power(self, axis: Axis, on: bool) -> None:
-        """Set a motor's power as the burned setting has it, at power-up."""
+        """Set a motor's power to the burned setting at power-up."""
         self._power(axis, on)
 
     def _own_event(self) -> float:
@@ -469,7 +469,7 @@ class MotionCore:
             independent.learn_error(axis, error, axis.timeline.at(self.now)[1], self.plant.velocity(axis.index))
 
     def _limit_stop(self, axis: Axis, code: StopCode) -> None:
-        """Stop at a limit: an axis by itself at SD, a sequence along its path at VD, a contour with all its axes."""
+        """Stop at a limit: a single axis at SD, a sequence along its path at VD, a contour with all its axes."""
         self.happened.append((ProgramTrigger.LIMIT, axis))
         if axis.bound:
             axis.stop_code = code
@@ -482,7 +482,7 @@ class MotionCore:
             self._brake(axis, axis.motion, axis.registers["SD"], code)
 
     def fault(self, axis: Axis, code: StopCode) -> None:
-        """Switch a motor off where it is; the other axes of its sequence stop along the path."""
+        """Switch a motor off at its place; the other axes of its sequence stop along the path."""
         course = self.courses.get(axis.plane)
         self._freeze(axis, code)
         self._power(axis, False)
@@ -490,13 +490,13 @@ class MotionCore:
             self._leave(course)
 
     def _leave(self, course: SharedMotion) -> None:
-        """Stop a sequence that an axis has left along its path, a contour with all its axes."""
+        """Stop a sequence along its path after an axis has left it, a contour with all its axes."""
         coordination.stop(self._everyone, course, self.now)
         if course.running and coordination.abandoned(self._everyone, course):
             coordination.finish(self._everyone, course, self.now)
 
     def _power(self, axis: Axis, on: bool) -> None:
-        """Switch an amplifier, and with it at once the brake, where the axis has one."""
+        """Switch an amplifier and, at the same time, the brake if the axis has one."""
         axis.on, axis.released = on, inf
         axis.erring = axis.erring and on
         self.plant.power(axis.index, on)
@@ -545,7 +545,7 @@ class MotionCore:
         self._adopt(axis, motion, motion.profile)
 
     def _wanted(self, axis: Axis, motion: IndependentMotion, p: float, v: float) -> AxisProfile:
-        """Return the profile of a jog, or of a move to a place, from a state."""
+        """Return the profile of a jog, or of a move to a position, from a state."""
         if motion.kind is MotionKind.JOG:
             return independent.jog(axis, self.now, p, v, motion.speed, self.sample)
         return independent.move(axis, self.now, p, v, motion.target, self.sample)

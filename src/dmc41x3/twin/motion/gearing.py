@@ -1,16 +1,15 @@
 """Electronic gearing (GA, GR, GM, GD) and the electronic cam (ECAM): slaves that follow a master.
 
-The controller reads the master every sample. Here it is read whenever the machine looks, which is at every event,
-before every command, and every `TICK` while the master moves; the slave is right at each of these instants and goes
-on at the present speed between them.
+The controller reads the master every sample. The twin reads it at every event, before every command, and every `TICK`
+while the master moves; the slave is exact at these times and moves at constant speed between them.
 
-Not in the manual: a slave that ST, a limit, an abort or the loss of its motor's power takes out of gear has
-ratio 0 afterwards; a gantry's slave (GM 1) without power follows again from SH on, and where an error switched it off,
-its master is stopped.
+Not in the manual: a slave that leaves the gear because of ST, a limit, an abort or a motor that is switched off has
+ratio 0 afterwards; a gantry's slave (GM 1) without power follows again after SH; if an error switched it off, its
+master is stopped.
 
 Table entries lie EP counts of the master apart, with straight lines between them; the master's cycle is its EM. While
-EB is 1 the master's counter stays within its cycle, and an engaged slave's within its own EM; where that is 0, or the
-table does not end where it began, the slave goes on from cycle to cycle by what the table advances.
+EB is 1 the master's counter stays within its cycle, and an engaged slave's within its own EM, if that is not 0. In
+each cycle the slave advances by the difference between the last and the first entry of the table.
 
 Not in the manual: ST and limits disengage a slave, which decelerates; EB 0 stops all slaves at once.
 """
@@ -29,17 +28,17 @@ from dmc41x3.twin.motion.core import MotionCore
 from dmc41x3.twin.timeline import TimelinePiece
 
 TICK = 0.002
-"""How often a moving master is read [s]."""
+"""Interval between readings of a moving master [s]."""
 
 _STILL = 0.01
-"""A master slower than this [counts/s] stands still."""
+"""A master slower than this [counts/s] counts as still."""
 
 
 @dataclass(frozen=True, slots=True)
 class Master:
-    """The master: an axis A to H, a virtual axis M or N, or the way along the path of plane S or T.
+    """The master: an axis A to H, a virtual axis M or N, or the distance along the path of plane S or T.
 
-    Of an axis it is the main encoder, or the commanded position, or the auxiliary encoder.
+    The position of an axis is that of its main encoder, its commanded position, or that of its auxiliary encoder.
     """
 
     letter: str
@@ -53,7 +52,7 @@ class Master:
         return core.axes[LETTERS.index(self.letter)] if self.letter in LETTERS else None
 
     def position(self, core: MotionCore) -> float:
-        """Return its position, which no DP changes [counts]."""
+        """Return the position of the master [counts], which DP does not change."""
         axis = self.axis(core)
         if axis is None:
             return core.planes[self.letter].distance(core.now)
@@ -64,7 +63,7 @@ class Master:
         return core.plant.position(axis.index)
 
     def velocity(self, core: MotionCore) -> float:
-        """Return its velocity [counts/s]."""
+        """Return the velocity of the master [counts/s]."""
         axis = self.axis(core)
         if axis is None:
             return core.planes[self.letter].speed(core.now)
@@ -75,14 +74,14 @@ class Master:
         return core.plant.velocity(axis.index)
 
     def busy(self, core: MotionCore) -> bool:
-        """Tell whether it moves, or is about to."""
+        """Return whether the master moves, or is about to."""
         axis = self.axis(core)
         moving = core.planes[self.letter].running if axis is None else axis.moving or bool(axis.bound)
         return moving or abs(self.velocity(core)) > _STILL
 
 
 class Imposed:
-    """A displacement added to the reference of an axis, whatever the axis does by itself."""
+    """A displacement added to the reference of an axis, independent of the axis' own motion."""
 
     def __init__(self, axis: Axis, now: float) -> None:
         self._axis = axis
@@ -91,9 +90,9 @@ class Imposed:
         self._version = axis.timeline.version
 
     def impose(self, now: float, total: float, velocity: float) -> None:
-        """Make the displacement `total` [counts] at time `now` [s], going on at `velocity` [counts/s]."""
+        """Set the displacement to `total` [counts] at time `now` [s]; it then changes at `velocity` [counts/s]."""
         axis = self._axis
-        # A new plan began where the axis was, displacement included, but did not keep the drift.
+        # A new plan began at the displaced position of the axis, but without the drift.
         kept = self._drift if axis.timeline.version == self._version else 0.0
         step = total - self._total - self._drift * (now - self._since)
         turn = velocity - kept
@@ -116,7 +115,7 @@ _FAULTS = (StopCode.OFF_ON_ERROR, StopCode.AMPLIFIER_FAULT, StopCode.ENCODER_FAI
 
 @dataclass(slots=True)
 class _Ramp:
-    """The ratio goes from `start` to `end` while the master goes `length` [counts]; it has gone `way` of it."""
+    """A ratio that changes from `start` to `end` over `length` [counts] of the master, of which `way` is done."""
 
     start: float = 0.0
     end: float = 0.0
@@ -131,7 +130,7 @@ class _Ramp:
         return self.start + (self.end - self.start) * self.way / self.length
 
     def travel(self, distance: float) -> float:
-        """Return by how much the slave moves while the master moves by `distance` [counts]."""
+        """Return the distance of the slave for a `distance` of the master [counts]."""
         if not distance:
             return 0.0
         first = self.way
@@ -145,7 +144,7 @@ class _Ramp:
 
 
 class _GearedSlave:
-    """One axis and what it follows."""
+    """One axis and its master."""
 
     def __init__(self, axis: Axis, master: Master, core: MotionCore) -> None:
         self.axis = axis
@@ -159,7 +158,7 @@ class _GearedSlave:
         self._imposed: Imposed | None = None
 
     def look(self) -> None:
-        """Bring the slave to where its master is."""
+        """Update the position of the slave from that of its master."""
         self._read()
         axis = self.axis
         if self.engaged and not axis.on:
@@ -179,7 +178,7 @@ class _GearedSlave:
             self._total += gone
 
     def _change(self, wanted: float) -> None:
-        """Take over a new ratio."""
+        """Apply a new ratio."""
         if not self.engaged:
             self._engage()
         self.phase = 0.0
@@ -192,7 +191,7 @@ class _GearedSlave:
         self._imposed = Imposed(self.axis, self._core.now)
 
     def _lose_power(self) -> None:
-        """Stand; a gantry's slave remembers that it is in gear."""
+        """Stop following; a gantry's slave stays in gear."""
         self.axis.bound = ""
         self._imposed = None
         if not self.axis.registers["GM"]:
@@ -233,17 +232,17 @@ class Gearing:
 
     @property
     def watching(self) -> bool:
-        """Nothing that befalls axes is awaited."""
+        """False: gearing does not wait for events of axes."""
         return False
 
     def next_event(self) -> float:
-        """Return when a moving master is to be read next [s]."""
+        """Return when to read a moving master next [s]."""
         core = self._core
         busy = any(slave.engaged and slave.axis.on and slave.master.busy(core) for slave in self._slaves.values())
         return core.now + TICK if busy else inf
 
     def look(self, now: float) -> None:
-        """Bring every slave to where its master is."""
+        """Update the position of every slave from that of its master."""
         for slave in self._slaves.values():
             failed = slave.failed
             slave.look()
@@ -252,11 +251,11 @@ class Gearing:
                 self._core.stop(master)
 
     def reset(self) -> None:
-        """Forget all masters."""
+        """Remove all masters."""
         self._slaves.clear()
 
     def connect(self, axis: Axis, master: Master) -> None:
-        """Let an axis follow a master (GA); refused (46) where that would be itself or its own slave."""
+        """Let an axis follow a master (GA); refused (46) if the master is the axis itself or its own slave."""
         if master.letter == axis.letter:
             raise Rejection(ErrorCode.GEAR_MASTER_IS_SLAVE)
         leader = master.axis(self._core)
@@ -267,12 +266,12 @@ class Gearing:
         slave.look()
 
     def number_of_master(self, axis: Axis) -> int:
-        """Return what an axis follows, as axis variables number it; -1 for nothing."""
+        """Return the number of an axis' master as in axis variables; -1 for none."""
         slave = self._slaves.get(axis.index)
         return -1 if slave is None else NAMES.index(slave.master.letter)
 
     def phase(self, axis: Axis) -> float:
-        """Return what the slave lacks of its ratio since that changed (`_GP`) [counts]."""
+        """Return by how much the slave lags since the last change of its ratio (`_GP`) [counts]."""
         slave = self._slaves.get(axis.index)
         return 0.0 if slave is None else slave.phase
 
@@ -285,7 +284,7 @@ _DEFAULT_MASTER = Master("N")
 
 
 class _CamSlave:
-    """One axis on the cam: where it engages and disengages, and what the cam has moved it."""
+    """One axis on the cam: where it engages and disengages, and its displacement by the cam."""
 
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
@@ -297,12 +296,12 @@ class _CamSlave:
 
     @property
     def engaged(self) -> bool:
-        """Whether it follows the cam."""
+        """Whether the axis follows the cam."""
         return self.imposed is not None
 
     @property
     def concerned(self) -> bool:
-        """Whether the master's way matters to it."""
+        """Whether the axis follows the cam or waits to engage."""
         return self.engaged or self.engage_at is not None
 
 
@@ -318,7 +317,7 @@ class Cam:
         self.reset()
 
     def reset(self) -> None:
-        """Forget tables and master."""
+        """Clear tables and master."""
         self.master = _DEFAULT_MASTER
         self.enabled = False
         self.interval, self.shift = 256, 0
@@ -335,16 +334,16 @@ class Cam:
 
     @property
     def watching(self) -> bool:
-        """Nothing that befalls axes is awaited."""
+        """False: the cam does not wait for events of axes."""
         return False
 
     def next_event(self) -> float:
-        """Return when a moving master is to be read next [s]."""
+        """Return when to read a moving master next [s]."""
         concerned = self.enabled and any(slave.concerned for slave in self._slaves)
         return self._core.now + TICK if concerned and self.master.busy(self._core) else inf
 
     def look(self, now: float) -> None:
-        """Read the master and bring every slave to where it belongs."""
+        """Read the master and update the position of every slave."""
         before, self._way = self._way, self._read()
         self.cycles += self._fold_master()
         for slave in self._slaves:
@@ -363,7 +362,7 @@ class Cam:
         self.master = master
 
     def enable(self, on: bool) -> None:
-        """Enable or disable the cam (EB); refused without a cycle (102) and for one too long (103)."""
+        """Enable or disable the cam (EB); refused without a cycle (102) and if the cycle is too long (103)."""
         if on == self.enabled:
             return
         if not on:
@@ -393,7 +392,7 @@ class Cam:
         return self._slaves[axis.index].table[index]
 
     def engage(self, axis: Axis, place: float) -> None:
-        """Let an axis follow from `place` of the master's cycle on (EG), at once where there is no such place."""
+        """Let an axis follow from `place` of the master's cycle on (EG), at once if the cycle has no such place."""
         slave = self._slave(axis)
         if not slave.engaged:
             slave.engage_at = place
@@ -402,7 +401,7 @@ class Cam:
                 self._engage(slave, self._way)
 
     def disengage(self, axis: Axis, place: float) -> None:
-        """Let an axis go at `place` of the master's cycle (EQ), at once where there is no such place."""
+        """Release an axis at `place` of the master's cycle (EQ), at once if the cycle has no such place."""
         slave = self._slave(axis)
         slave.engage_at = None
         if slave.engaged:
@@ -417,12 +416,12 @@ class Cam:
         return self._slaves[axis.index].engaged
 
     def waiting(self, axis: Axis) -> int:
-        """Return what an axis waits for (`_EQ`): 1 to engage, 2 to disengage, 0 for neither."""
+        """Return the state of an axis (`_EQ`): 1 if it waits to engage, 2 if it waits to disengage, 0 for neither."""
         slave = self._slaves[axis.index]
         return (slave.engage_at is not None) + 2 * (slave.release_at is not None)
 
     def displacement(self, axis: Axis, way: float) -> float:
-        """Return where the table has an axis after a `way` of the master [counts], from its entry 0 on."""
+        """Return the table position of an axis after a distance `way` of the master [counts], from its entry 0 on."""
         table, places = self._slaves[axis.index].table, self._places
         cycle, place = divmod(way, self.modulus)
         last = len(places) - 1
@@ -437,7 +436,7 @@ class Cam:
         return self._slaves[axis.index]
 
     def _spaced(self) -> list[float]:
-        """Return the master's places of the table entries, from 0 to its cycle."""
+        """Return the master's positions of the table entries, from 0 to its cycle."""
         places = [0.0]
         while places[-1] < self.modulus and len(places) < ENTRIES:
             places.append(places[-1] + self.widened.get(len(places) - 1, self.interval))
@@ -445,11 +444,11 @@ class Cam:
         return places
 
     def _read(self) -> float:
-        """Return the way of the master since EB 1, from its counter of then on [counts]."""
+        """Return the counter of the master without folding, with its offset at EB 1 and the shift of EP [counts]."""
         return self.master.position(self._core) + self._origin
 
     def _fold_master(self) -> int:
-        """Keep the master's counter within its cycle; return the cycles taken from it."""
+        """Fold the master's counter into its cycle; return the number of cycles removed."""
         axis = self.master.axis(self._core)
         if axis is None:
             return 0
@@ -475,7 +474,7 @@ class Cam:
             self._place(slave, self._way, self._slope(slave) * self.master.velocity(self._core))
 
     def _passed(self, place: float, before: float) -> float | None:
-        """Return the way at which the master passed a place of its cycle since it was at `before`."""
+        """Return the distance at which the master passed a place of its cycle since `before`, None if it did not."""
         modulus, way = self.modulus, self._way
         if way > before:
             met = place + modulus * (floor((before - place) / modulus) + 1)
@@ -500,7 +499,7 @@ class Cam:
         self._place(slave, self._way, self._slope(slave) * self.master.velocity(self._core))
 
     def _place(self, slave: _CamSlave, way: float, velocity: float) -> None:
-        """Put a slave where the table has it after a `way` of the master, and fold its counter."""
+        """Move a slave to its position by the table after a distance `way` of the master, and fold its counter."""
         if slave.imposed is None:
             return
         axis = slave.axis
@@ -510,7 +509,7 @@ class Cam:
             axis.offset -= floor(axis.reference(self._core.now) / modulus) * modulus
 
     def _slope(self, slave: _CamSlave) -> float:
-        """Return the speed of a slave in multiples of its master's."""
+        """Return the ratio of a slave's speed to its master's."""
         table, places = slave.table, self._places
         at = min(bisect_right(places, self._way % self.modulus), len(places) - 1) - 1
         return (table[at + 1] - table[at]) / (places[at + 1] - places[at])

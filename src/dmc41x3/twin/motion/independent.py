@@ -1,11 +1,11 @@
 """Independent motion of one axis: profiles smoothed by IT, limits, and homing (FE, FI, HM).
 
-IT is a low-pass filter of first order in the real controller. Here it is the mean of late copies of the profile, with
-the same mean delay, which ends and is closed-form: the move takes longer by twice the filter's delay.
+In the real controller IT is a low-pass filter of first order. Here it is the mean of delayed copies of the profile,
+with the same mean delay. That mean ends and is closed-form; the move takes longer by twice the filter's delay.
 
-The plant has no index pulse of its own, so every encoder is taken to show one each `INDEX_PITCH` motor counts; the
-pulse is seen where the reference passes it. An axis passes the index, brakes, returns to it and calls it 0. A stepper
-has no index: its HM ends at the second edge. The manual does not say what HM leaves there; it is called 0 as well.
+The plant has no index pulse, so every encoder is assumed to have one each `INDEX_PITCH` motor counts, which is
+detected when the reference passes it. An axis passes the index, brakes, returns to it and defines it as 0. A stepper
+has no index: its HM ends at the second edge. The manual does not specify the position there; it is defined as 0, too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dmc41x3.twin.timeline import AxisProfile
 
 
 def jog(axis: Axis, t: float, p: float, v: float, wanted: float, sample: float) -> AxisProfile:
-    """Return the way to the velocity `wanted` [counts/s] from `p` [counts] and `v` [counts/s] at time `t` [s].
+    """Return the profile to the velocity `wanted` [counts/s] from `p` [counts] and `v` [counts/s] at time `t` [s].
 
     `sample` is the servo's sample time [s].
     """
@@ -29,7 +29,7 @@ def jog(axis: Axis, t: float, p: float, v: float, wanted: float, sample: float) 
 
 
 def move(axis: Axis, t: float, p: float, v: float, target: int, sample: float) -> AxisProfile:
-    """Return the way to rest at `target` [counts]; even a move of no counts takes a sample."""
+    """Return the profile to rest at `target` [counts]; even a move of no counts takes a sample."""
     spread, registers = _spread(axis, sample), axis.registers
     way = timeline.move_profile(t, p + 0.5 * spread * v, v, target, registers["SP"], registers["AC"], registers["DC"])
     if spread:
@@ -38,7 +38,7 @@ def move(axis: Axis, t: float, p: float, v: float, target: int, sample: float) -
 
 
 def stop(axis: Axis, t: float, p: float, v: float, rate: float, sample: float) -> AxisProfile:
-    """Return the way to rest at `rate` [counts/s²]."""
+    """Return the profile to rest at `rate` [counts/s²]."""
     spread = _spread(axis, sample) if v else 0.0
     way = timeline.stop_profile(t, p + 0.5 * spread * v, v, rate)
     return timeline.smoothed_profile(way, t, p, v, spread) if spread else way
@@ -55,12 +55,12 @@ _FAR = 1e9
 
 
 def limit_enabled(axis: Axis, direction: int) -> bool:
-    """Tell whether LD leaves the limit switch of a direction in force."""
+    """Return whether LD leaves the limit switch of a direction enabled."""
     return not axis.virtual and not int(axis.registers["LD"]) & (1 if direction > 0 else 2)
 
 
 def beyond_limit(axis: Axis, direction: int, now: float) -> bool:
-    """Tell whether the axis is past the soft limit of a direction at time `now` [s]."""
+    """Return whether the axis is past the soft limit of a direction at time `now` [s]."""
     if axis.virtual:
         return False
     here = axis.reference(now)
@@ -70,7 +70,7 @@ def beyond_limit(axis: Axis, direction: int, now: float) -> bool:
 
 
 def watch_limits(axis: Axis, now: float, start: float | None = None) -> None:
-    """Work out when after `now` [s] the reference passes FL or BL; with `start` it is known not to before then."""
+    """Compute when after `now` [s] the reference passes FL or BL; with `start` it does not do so before then."""
     axis.soft_limit = None
     if axis.virtual or not axis.moving or axis.stop_code in LIMIT_CODES:
         return
@@ -88,7 +88,7 @@ _MARGIN = 1.25
 
 
 def near_error_limit(axis: Axis) -> bool:
-    """Tell whether the speed of the plan could bring the following error to ER, by what was seen so far."""
+    """Return whether the speed of the plan could bring the following error to ER, by the error measured so far."""
     limit = axis.registers["ER"]
     if not axis.on or limit < 0:
         return False
@@ -98,7 +98,7 @@ def near_error_limit(axis: Axis) -> bool:
 
 
 def learn_error(axis: Axis, error: float, wanted: float, actual: float) -> None:
-    """Note how much error [counts] a unit of speed causes, where the axis runs with its reference [counts/s]."""
+    """Store the error [counts] per unit of speed if the axis follows its reference [counts/s]."""
     if wanted * actual > 0.0 and 0.8 * abs(wanted) <= abs(actual) <= _MARGIN * abs(wanted):
         axis.error_gain = error / abs(actual)
 
@@ -128,7 +128,7 @@ def begin_homing(axis: Axis, t: float, direction: int, level: bool) -> Independe
 
 
 def pass_home_edge(axis: Axis, motion: IndependentMotion, t: float) -> AxisProfile | None:
-    """Return what an axis does where its home input has just changed; None where it goes on."""
+    """Return the next profile of an axis whose home input has just changed; None if the profile stays the same."""
     p, v = axis.timeline.at(t)
     if motion.stage == SEEKING:
         motion.stage = BRAKING
@@ -143,7 +143,7 @@ def pass_home_edge(axis: Axis, motion: IndependentMotion, t: float) -> AxisProfi
 
 
 def continue_homing(axis: Axis, motion: IndependentMotion, t: float, level: bool) -> AxisProfile | None:
-    """Return how an axis goes on that came to rest within its homing; None where it is done."""
+    """Return the next profile of an axis that came to rest within its homing; None if the homing is complete."""
     if motion.stopping:
         return None
     p, _ = axis.timeline.at(t)
@@ -159,7 +159,7 @@ def continue_homing(axis: Axis, motion: IndependentMotion, t: float, level: bool
 
 
 def _to_index(axis: Axis, motion: IndependentMotion, t: float, p: float, speed: float) -> AxisProfile:
-    """Return the way past the next index at `speed` [counts/s, signed] and to rest behind it; note its place."""
+    """Return the profile past the next index at `speed` [counts/s, signed] and to rest after it; store its position."""
     place = p / INDEX_PITCH
     motion.target = (floor(place) + 1 if speed >= 0.0 else ceil(place) - 1) * INDEX_PITCH
     axis.latched = motion.target + axis.offset

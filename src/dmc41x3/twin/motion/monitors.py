@@ -1,12 +1,12 @@
 """Monitors of the axes: position latches (AL, RL), output compare (OC), and failures (OA, YS).
 
-General inputs 1 to 4 latch axes A to D, 9 to 12 axes E to H, on the edge that CN n2 chooses. An index latch keeps the
-place of the index itself, however late the machine looks. Nothing turns an auxiliary encoder, so that its latch keeps
-what DE set.
+General inputs 1 to 4 latch axes A to D, 9 to 12 axes E to H, on the edge that CN n2 chooses. An index latch stores the
+position of the index itself, however late the machine looks. Nothing turns an auxiliary encoder, so its latch stores
+the value that DE set.
 
-A motor that is commanded more than OV for OT samples while its encoder does not move has no encoder. A stepper whose
-encoder is more than three full steps from where it was sent is out of step. With CN ,,,1 the inputs 5 to 8 and 13 to
-16 each abort one axis while they are low; where the manual is silent, the axis stops at once.
+An encoder has failed if its motor is commanded more than OV for OT samples and the encoder does not move. A stepper is
+out of step if its encoder is more than three full steps from the commanded position. With CN ,,,1 the inputs 5 to 8
+and 13 to 16 each abort one axis while they are low; the manual does not specify how: here the axis stops at once.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ class Latches:
 
     @property
     def active(self) -> bool:
-        """Whether a latch is armed or a position compared, as the last look, AL or OC left it."""
+        """Whether a latch is armed or a position compared, as of the last look, AL or OC."""
         return self._armed
 
     @property
     def watching(self) -> bool:
-        """Whether an axis' index or a compared position may come by at any time."""
+        """Whether an axis may pass its index or a compared position at any time."""
         return bool(self._compared) or any(axis.latch_armed and axis.latch is Latch.INDEX for axis in self._core.axes)
 
     def next_event(self) -> float:
-        """Return infinity: a latch has no time of its own."""
+        """Return infinity: a latch has no scheduled event."""
         return inf
 
     def look(self, now: float) -> None:
-        """Trip the latches whose input, index or position has come by since the last look."""
+        """Trip the latches whose input, index or position has occurred since the last look."""
         compared = self._compared
         concerned = [axis for axis in self._core.axes if axis.latch_armed or axis.index in compared]
         self._armed = bool(concerned)
@@ -66,7 +66,7 @@ class Latches:
         self._levels[:] = self._inputs
 
     def reset(self) -> None:
-        """Forget what is compared."""
+        """Clear the compared positions."""
         self._compared.clear()
 
     def arm(self, axis: Axis, latch: Latch) -> None:
@@ -80,14 +80,14 @@ class Latches:
         self._begin(axis)
 
     def _begin(self, axis: Axis) -> None:
-        """Take the present place as the one that was seen last."""
+        """Store the present position as the last one seen."""
         self._places[axis.index] = self._core.plant.position(axis.index)
         if not self._armed:
             self._levels[:] = self._inputs
             self._armed = True
 
     def compared(self, axis: Axis) -> bool:
-        """Return whether nothing is waited for any more, or at all (`_OC`)."""
+        """Return whether no comparison is pending (`_OC`)."""
         return axis.index not in self._compared
 
     def _look_at(self, axis: Axis, before: float, here: float) -> None:
@@ -116,7 +116,7 @@ def _trip(axis: Axis, position: int) -> None:
 
 
 def _index(before: float, here: float) -> int | None:
-    """Return the first index between two places [motor counts]."""
+    """Return the first index between two positions [motor counts], None if there is none."""
     if here > before:
         index = (floor(before / INDEX_PITCH) + 1) * INDEX_PITCH
         return index if index <= here else None
@@ -125,25 +125,25 @@ def _index(before: float, here: float) -> int | None:
 
 
 STILL = 4.0
-"""An encoder that moves by less than this many counts does not move."""
+"""An encoder that moves by less than this [counts] counts as still."""
 
 FULL_STEPS = 3.0
-"""A stepper may be off by this many full steps."""
+"""Greatest deviation of a stepper that is in step [full steps]."""
 
 IN_STEP, OUT_OF_STEP = 1.0, 2.0
-"""YS: watching, and tripped."""
+"""Values of YS: watching, and tripped."""
 
 
 @dataclass(slots=True)
 class _Push:
-    """Since when a motor pushes though its encoder stays [s, counts]."""
+    """Time [s] and place [counts] from which on a motor pushes while its encoder does not move."""
 
     since: float
     place: float
 
 
 class Failures:
-    """The trigger on every axis, an `Activity`; `inputs` are the levels of the general inputs, from input 1."""
+    """The failure monitors of all axes, an `Activity`; `inputs` are the levels of the general inputs, from input 1."""
 
     def __init__(self, core: MotionCore, inputs: list[bool]) -> None:
         self._core = core
@@ -152,30 +152,30 @@ class Failures:
 
     @property
     def active(self) -> bool:
-        """Whether a register asks for any of it, or a motor pushed when one did."""
+        """Whether a register enables a monitor, or a motor that pushes is being timed."""
         return self.watching or bool(self._pushes) or self._core.cn[3] == 1
 
     @property
     def watching(self) -> bool:
-        """Whether a stepper or an encoder is to be watched while axes move."""
+        """Whether a stepper or an encoder is monitored while axes move."""
         return bool([axis for axis in self._core.axes if axis.registers["OA"] or axis.registers["YS"] == IN_STEP])
 
     def next_event(self) -> float:
-        """Return when it wants to look at motors that push, or at steppers that move [s]."""
+        """Return when to check pushing motors and moving steppers next [s]."""
         core = self._core
         pushing = any(axis.on and axis.registers["OA"] and (axis.moving or self._pushes) for axis in core.axes)
         stepping = any(axis.moving and axis.stepper and axis.registers["YS"] == IN_STEP for axis in core.axes)
         return core.now + ERROR_LOOK if pushing or stepping else inf
 
     def look(self, now: float) -> None:
-        """See to the axes that have failed."""
+        """Handle the axes that have failed."""
         for axis in self._core.axes:
             self._look_at_encoder(axis, now)
             self._look_at_steps(axis)
             self._look_at_abort(axis)
 
     def reset(self) -> None:
-        """Forget what was seen."""
+        """Clear the motors that are being timed."""
         self._pushes.clear()
 
     def _look_at_encoder(self, axis: Axis, now: float) -> None:
@@ -211,7 +211,7 @@ class Failures:
 
 
 def step_error(core: MotionCore, axis: Axis) -> float:
-    """Return by how many microsteps a stepper's encoder is behind its commanded place (QS)."""
+    """Return by how many microsteps a stepper's encoder lags its commanded position (QS)."""
     registers = axis.registers
     microsteps = registers["YA"] * registers["YB"] / registers["YC"]
     return core.auxiliary(axis) - core.position(axis) * microsteps if axis.stepper else 0.0

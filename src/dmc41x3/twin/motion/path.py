@@ -1,18 +1,18 @@
 """The segments of a sequence (LI; VP, CR), and the speed along them as spans of constant acceleration.
 
-If the way s along the arc is quadratic in time, a coordinate r cos(s/r) is not. Over a short time h it is replaced
+If the distance s along the arc is quadratic in time, a coordinate r cos(s/r) is not. Over a short time h it is replaced
 by the quadratic that agrees with it at both ends and has its acceleration in the middle. The error is then at
 most |p'''| h³/48, and with the angular velocity w and acceleration e
 
     |p'''| ≤ r (w³ + 3 w |e|)
 
-so the times are chosen for that to stay below `TOLERANCE`. Chords of the same error would be ten times as many, and
+so the times are chosen to keep the error below `TOLERANCE`. Chords of the same error would be ten times as many, and
 their directions would jump.
 
-Within a segment the vector speed goes to the segment's target at VA (or VD, where it comes in faster) and, as late
-as possible, brakes at VD to the end speed `>p`. A backward pass over the segments bounds the speed at every
-boundary by what lets all later end speeds, and the rest after LE, be met. A target below the speed at which its
-segment is entered is met behind the boundary. Without LE the sequence stops abruptly at its end.
+Within a segment the vector speed changes to the segment's target at VA (or VD, if it enters faster) and, as late
+as possible, brakes at VD to the end speed `>p`. A backward pass over the segments limits the speed at every boundary
+so that all later end speeds, and the rest after LE, can be met. A target below the entry speed of its segment is
+reached after the boundary. Without LE the sequence stops abruptly at its end.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ X, Y, TANGENT = 0, 1, -1
 
 
 class Arc(NamedTuple):
-    """Radius [counts], and the angles of its start and of the way along it [radians], counterclockwise positive."""
+    """Radius [counts], the angle of its start, and the angle along it [radians], counterclockwise positive."""
 
     radius: float
     start: float
@@ -38,7 +38,7 @@ class Arc(NamedTuple):
 
     @classmethod
     def of(cls, radius: float, start: float, turn: float) -> Arc:
-        """Return the arc of CR, which has its angles in degrees."""
+        """Return the arc of CR, whose angles are in degrees."""
         return cls(radius, radians(start), radians(turn))
 
     @property
@@ -57,7 +57,7 @@ class Arc(NamedTuple):
         return degrees(self._sense / self.radius)
 
     def offset(self, coordinate: int, s: float) -> float:
-        """Return a coordinate at the way `s` along the arc, from its start [counts]."""
+        """Return a coordinate at the distance `s` along the arc, from its start [counts]."""
         wave = sin if coordinate == Y else cos
         return self.radius * (wave(self.start + self._sense * s / self.radius) - wave(self.start))
 
@@ -66,7 +66,7 @@ class Arc(NamedTuple):
     ) -> Iterator[tuple[float, float, float, float]]:
         """Yield (time, offset, velocity, acceleration) of the quadratics of a coordinate over `span` seconds.
 
-        Times count from where the way is `s`, the speed `v` and the acceleration along the arc `a`.
+        Times count from the state with the distance `s`, the speed `v` and the acceleration along the arc `a`.
         """
         here = self.offset(coordinate, s)
         t = 0.0
@@ -78,7 +78,7 @@ class Arc(NamedTuple):
             t, here = end, there
 
     def quadratics(self, v: float, a: float, span: float) -> float:
-        """Return about how many quadratics `span` seconds from the speed `v` on take, rather too many."""
+        """Return an upper estimate of the number of quadratics for `span` seconds from the speed `v` on."""
         if span <= 0.0 or (v == 0.0 and a == 0.0):
             return 1.0
         return 1.0 + span / _longest(self.radius, v, a, span)
@@ -113,21 +113,21 @@ def _steps(radius: float, v: float, a: float, span: float) -> Iterator[float]:
 
 
 def _longest(radius: float, v: float, a: float, step: float) -> float:
-    """Return how long a quadratic may be at the largest speed of a step [s]; at rest, as long as the step."""
+    """Return the longest duration of a quadratic at the largest speed of a step [s]; at rest, that of the step."""
     w = max(v, v + a * step) / radius
     jerk = radius * w * (w * w + 3.0 * abs(a) / radius)
     return (48.0 * TOLERANCE / jerk) ** (1.0 / 3.0) if jerk > 0.0 else step
 
 
 _ROUNDING = 1e-11
-"""Squares of speeds that differ by less than this part of what made them are the same."""
+"""Squares of speeds count as equal if they differ by less than this fraction of the terms they come from."""
 
 
 class PathSegment(NamedTuple):
     """One LI, VP or CR: counts of every coordinate, length along it, and its speeds [counts/s].
 
-    `speed` is None where no `<o` was given (VS applies) and negative for VV; `end` is None without `>p`. `arc` is
-    None for a straight one.
+    `speed` is None without `<o` (VS applies) and negative for VV; `end` is None without `>p`. `arc` is None for a
+    straight segment.
     """
 
     deltas: tuple[float, ...]
@@ -138,7 +138,7 @@ class PathSegment(NamedTuple):
 
     @staticmethod
     def of(deltas: tuple[float, ...], speed: float | None = None, end: float | None = None) -> PathSegment:
-        """Return the straight segment with its length worked out."""
+        """Return the straight segment with its computed length."""
         return PathSegment(deltas, hypot(*deltas), speed, end)
 
     @staticmethod
@@ -166,9 +166,9 @@ class VectorRates(NamedTuple):
 
 
 class SequencePath(NamedTuple):
-    """Stretches in order of time, and when the sequence is at its end [s] and how fast it gets there [counts/s].
+    """Stretches in order of time, the time when the sequence ends [s], and its speed there [counts/s].
 
-    The time is infinite where it never gets there.
+    The time is infinite if the sequence never ends.
     """
 
     stretches: list[PathSpan]
@@ -177,7 +177,7 @@ class SequencePath(NamedTuple):
 
 
 class PathLeg(NamedTuple):
-    """The segments of the way: number and length, its target speed, and the largest speed at its end."""
+    """One segment of the path: number, length, target speed, and the largest speed at its end."""
 
     number: int
     length: float
@@ -190,8 +190,8 @@ def plan(
 ) -> SequencePath:
     """Return the speed along `segments` from the state `start` on (its `a` does not matter).
 
-    `speeds` are the target speeds of the segments [counts/s]; `ended` tells that LE closed the sequence. A target
-    of 0 brakes to rest there and stays.
+    `speeds` are the target speeds of the segments [counts/s]; `ended` means that LE closed the sequence. A target
+    of 0 brakes to rest in its segment and stays there.
     """
     bounds: list[float] = []
     bound(segments, bounds, rates.deceleration, ended)
@@ -214,7 +214,7 @@ def walk(legs: Iterable[PathLeg], start: PathSpan, rates: VectorRates) -> Sequen
 
 
 def brake(segments: Sequence[PathSegment], start: PathSpan, deceleration: float, first: int = 0) -> SequencePath:
-    """Return the way to rest along the path at a constant `deceleration`, or to the path's abrupt end.
+    """Return the plan to rest along the path at a constant `deceleration`, or to the path's abrupt end.
 
     `first` is the number of the first of the segments.
     """
@@ -229,15 +229,15 @@ def brake(segments: Sequence[PathSegment], start: PathSpan, deceleration: float,
         leg.change(sqrt(v * v - 2.0 * deceleration * rest), deceleration)
         t, v = leg.t, leg.v
         s = 0.0
-    # A stop at the very end leaves no way to brake on: there the sequence rests.
+    # A stop at the very end leaves no distance to brake: the sequence rests there.
     last = len(segments) - 1
     return SequencePath(stretches or [PathSpan(t, first + last, segments[last].length, 0.0, 0.0)], t)
 
 
 def bound(segments: Sequence[PathSegment], bounds: list[float], deceleration: float, ended: bool) -> int:
-    """Bring `bounds`, the largest speed allowed at the end of every segment [counts/s], up to date.
+    """Update `bounds`, the largest speed allowed at the end of every segment [counts/s].
 
-    On entry `bounds` are those of as many segments as were there before; return the first place that has changed.
+    On entry `bounds` are those of the segments that existed before; return the first place that has changed.
     """
     known = len(bounds)
     bounds += [inf] * (len(segments) - known)
@@ -254,7 +254,7 @@ def bound(segments: Sequence[PathSegment], bounds: list[float], deceleration: fl
 
 
 class _Segment:
-    """Walks through (the rest of) one segment and writes its stretches."""
+    """Plans (the rest of) one segment and writes its stretches."""
 
     __slots__ = ("_index", "_stretches", "s", "t", "v")
 
@@ -264,7 +264,7 @@ class _Segment:
         self.t, self.s, self.v = t, s, v
 
     def change(self, wanted: float, rate: float) -> None:
-        """Go to the speed `wanted` at a constant rate."""
+        """Change to the speed `wanted` at a constant rate."""
         v = self.v
         if wanted == v:
             return
@@ -275,7 +275,7 @@ class _Segment:
         self.v = wanted
 
     def run(self, rest: float, target: float, bound: float, rates: VectorRates) -> tuple[float, float] | None:
-        """Walk `rest` counts to the end of the segment; return time and speed there, None if it is not reached."""
+        """Plan `rest` counts to the end of the segment; return time and speed there, None if it is not reached."""
         acceleration, deceleration = rates
         v = self.v
         length = self.s + rest
@@ -294,10 +294,11 @@ class _Segment:
         return self.t, self.v
 
     def _slew(self, length: float, bound: float, deceleration: float) -> None:
-        """Keep the speed for as long as the bound at the segment's end allows, then brake to it.
+        """Keep the speed for as long as the bound at the segment's end allows, then brake to the bound.
 
-        A bound that came too late (a segment or LE appended behind time) is met as nearly as VD allows. One that is
-        missed by the rounding of squares only is met: the root of such a rest is a speed that takes long to pass.
+        A bound that came too late (a segment or LE appended late) is met as nearly as VD allows. A bound that is missed
+        only by the rounding of squares counts as met: the root of such a difference would be a speed that takes long to
+        pass.
         """
         v = self.v
         rest = length - self.s
@@ -315,7 +316,7 @@ class _Segment:
 
 
 def _crest(v: float, rest: float, target: float, bound: float, rates: VectorRates) -> float:
-    """Return how fast to get: the target, what the segment's length allows, or where the way down to `bound` begins."""
+    """Return the peak speed: the target, unless the segment's length or the braking to `bound` allows less."""
     acceleration, deceleration = rates
     square = min(target * target, v * v + 2.0 * acceleration * rest)
     if bound < inf:

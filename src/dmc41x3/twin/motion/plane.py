@@ -1,13 +1,13 @@
 """A coordinate system (S or T): its buffer of segments, its rates, and the sequence that it runs.
 
-A new plan replaces the old one from some time on. Of a plan with long arcs only a part becomes timelines at once, up
-to `reach`; at `horizon`, somewhat before, the next part is due.
+A new plan replaces the old one from a certain time on. A plan with long arcs becomes timelines in parts: the present
+part ends at `reach`, and the next one is due at `horizon`, somewhat before.
 
-The path is a `Route`, its speeds come from `path`, and `Schedule` keeps them. A segment that is appended on the way
-changes the plan only from where it can matter: from its own start, or from the segment in which braking for it begins.
+The path is a `Route`; `path` computes its speeds, and `Schedule` stores them. A segment that is appended during the
+run changes the plan only from its own start, or from the segment in which braking for it begins.
 
-Not in the manual: a stop, or a limit, empties the buffer, so that a later BG never resumes
-what somebody stopped; a tangent axis (TN) turns within arcs and jumps at corners, by the shorter way round.
+Not in the manual: a stop, or a limit, empties the buffer, so that a later BG never resumes a stopped sequence; a
+tangent axis (TN) turns within arcs and jumps at corners, by the shorter way round.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from dmc41x3.twin.timeline import TimelinePiece
 
 
 class SegmentStart(NamedTuple):
-    """The beginning of a segment: coordinates [counts], way along the sequence [counts], direction [degrees]."""
+    """The beginning of a segment: coordinates [counts], distance along the sequence [counts], direction [degrees]."""
 
     place: tuple[float, ...]
     way: float
@@ -34,10 +34,10 @@ class SegmentStart(NamedTuple):
 
 
 class Route:
-    """Segments end to end; `first` is the number of the first one kept, `tip` the coordinates where they end.
+    """Segments end to end; `first` is the number of the first one stored, `tip` the coordinates of their end.
 
-    `length` is the way along all that were ever appended [counts], `curved` tells whether arcs were among them;
-    `heading` the direction in which they end [degrees], None before the first.
+    `length` is the length of all segments ever appended [counts], `curved` whether arcs were among them, `heading` the
+    direction at their end [degrees], None before the first.
     """
 
     def __init__(self, coordinates: int) -> None:
@@ -50,7 +50,7 @@ class Route:
         self.heading: float | None = None
 
     def append(self, segment: PathSegment, turning: bool) -> None:
-        """Add a segment; `turning` tells whether its direction matters, which only vector sequences have."""
+        """Add a segment; `turning` is whether its direction matters, as only in vector sequences."""
         heading = self._turned(segment) if turning else 0.0
         self.segments.append(segment)
         self.starts.append(SegmentStart(self.tip, self.length, heading))
@@ -60,18 +60,18 @@ class Route:
         self.curved = self.curved or segment.arc is not None
 
     def drop(self, number: int) -> int:
-        """Forget the segments before a number; return how many they were."""
+        """Drop the segments before a number; return how many were dropped."""
         gone = number - self.first
         del self.segments[:gone], self.starts[:gone]
         self.first = number
         return gone
 
     def at(self, number: int) -> tuple[PathSegment, SegmentStart]:
-        """Return a segment by its number."""
+        """Return a segment and its start by its number."""
         return self.segments[number - self.first], self.starts[number - self.first]
 
     def coordinate(self, coordinate: int, number: int, s: float) -> float:
-        """Return a coordinate at the way `s` along a segment."""
+        """Return a coordinate at the distance `s` along a segment."""
         segment, start = self.at(number)
         arc = segment.arc
         if coordinate == TANGENT:
@@ -81,11 +81,11 @@ class Route:
         return start.place[coordinate] + segment.deltas[coordinate] / segment.length * s
 
     def end(self, coordinate: int) -> float:
-        """Return a coordinate where the last segment ends."""
+        """Return a coordinate at the end of the last segment."""
         return (self.heading or 0.0) if coordinate == TANGENT else self.tip[coordinate]
 
     def _turned(self, segment: PathSegment) -> float:
-        """Return the direction at a new segment's start [degrees], within half a turn of the one before."""
+        """Return the direction at a new segment's start [degrees], within half a turn of the previous one."""
         dx, dy = segment.deltas
         heading = segment.arc.heading if segment.arc else degrees(atan2(dy, dx))
         before = self.heading or 0.0
@@ -93,7 +93,7 @@ class Route:
 
 
 class RouteAxis(NamedTuple):
-    """One axis on a route: which coordinate it has, the motor counts of a unit of it, and of its zero."""
+    """One axis on a route: its coordinate, the motor counts of a unit of it, and those of its zero."""
 
     coordinate: int
     factor: float
@@ -127,7 +127,7 @@ class RouteAxis(NamedTuple):
         return pieces, peak
 
     def _line(self, segment: PathSegment, start: SegmentStart) -> tuple[float, float]:
-        """Return the position at the start of a segment, and how it changes with the way along it."""
+        """Return the position at the start of a segment, and its change per count along it."""
         if self.coordinate == TANGENT:
             return self.position(start.heading), self.factor * (segment.arc.bend if segment.arc else 0.0)
         coordinate, factor = self.coordinate, self.factor
@@ -150,11 +150,11 @@ class RouteAxis(NamedTuple):
 
 
 AHEAD = 5000
-"""About how many pieces of a timeline are worked out at a time."""
+"""Approximate number of timeline pieces computed at a time."""
 
 
 class Schedule:
-    """A plan that is empty at time `t` [s]; `end` is when the sequence ends, infinite where it never does."""
+    """A plan that is empty at time `t` [s]; `end` is the time when the sequence ends, infinite if it never does."""
 
     def __init__(self, t: float) -> None:
         self.end = t
@@ -165,24 +165,24 @@ class Schedule:
         self._fresh = 0
 
     def state(self, t: float) -> PathSpan:
-        """Return where on the path the sequence is at time `t`."""
+        """Return the state of the sequence on its path at time `t`."""
         at, segment, s, v, a = self._stretches[self._index(t)]
         span = min(t, self.end) - at
         return PathSpan(t, segment, s + (v + 0.5 * a * span) * span, max(0.0, v + a * span), a)
 
     def entry(self, number: int) -> PathSpan:
-        """Return the state at the start of a segment that is still to come, or to be appended to the path."""
+        """Return the state at the start of a later segment, or of a segment to be appended to the path."""
         index = bisect_left(self._stretches, number, key=lambda stretch: stretch.segment)
         if index == len(self._stretches):
             return PathSpan(self.end, number, 0.0, self._exit, 0.0)
         return self._stretches[index]
 
     def last(self, t: float) -> bool:
-        """Tell whether the last stretch is under way at time `t`."""
+        """Return whether the last stretch is under way at time `t`."""
         return bool(self._times) and t >= self._times[-1]
 
     def reaches(self, distance: float, t: float, route: Route) -> float:
-        """Return when after `t` the way along the route is `distance` [counts], the end where it never is [s]."""
+        """Return when after `t` the distance along the route is `distance` [counts], the end if it never is [s]."""
         for index in range(self._index(t), len(self._stretches)):
             at, number, s, v, a = self._stretches[index]
             rest = distance - route.at(number)[1].way - s
@@ -201,7 +201,7 @@ class Schedule:
         return max(t, self._times[index] if index < len(self._times) else self.end)
 
     def splice(self, new: SequencePath, t: float, route: Route) -> None:
-        """Let a new path replace the old one from time `t` on; one without any way left rests there."""
+        """Replace the path from time `t` on by a new one; a new path without stretches rests there."""
         if not new.stretches and self._stretches and t <= self._times[0]:
             new = new._replace(stretches=[self.state(t)._replace(a=0.0)])
         self._fresh = bisect_left(self._times, t)
@@ -211,7 +211,7 @@ class Schedule:
         self._look_ahead(t, route)
 
     def extend(self, route: Route) -> float:
-        """Have the next part laid out; return from when on."""
+        """Make the next part ready for the timelines; return its start [s]."""
         t = self.reach
         index = self._index(t)
         if self._times[index] < t:
@@ -223,19 +223,19 @@ class Schedule:
         return t
 
     def drop(self, t: float) -> None:
-        """Forget what is over at time `t`."""
+        """Drop the stretches that are over at time `t`."""
         gone = self._index(t)
         del self._stretches[:gone], self._times[:gone]
 
     def fresh(self) -> list[tuple[PathSpan, float]]:
-        """Return the stretches of the part that is to be laid out, each with its end [s]."""
+        """Return the stretches of the part that is ready for the timelines, each with its end [s]."""
         first = self._fresh
         ends = [*self._times[first + 1 :], self.end]
-        laid = zip(self._stretches[first:], ends, strict=False)  # a plan without any way has but its end
+        laid = zip(self._stretches[first:], ends, strict=False)  # a plan without stretches has only its end
         return [(stretch, min(end, self.reach)) for stretch, end in laid if stretch.t < self.reach]
 
     def _look_ahead(self, t: float, route: Route) -> None:
-        """Choose how far from `t` on the timelines are worked out now."""
+        """Choose how far from `t` on the timelines are computed now."""
         self.reach = self.horizon = inf
         if not route.curved and len(self._stretches) - self._fresh <= AHEAD:
             return
@@ -263,7 +263,7 @@ CAPACITY = 511
 """Segments that the buffer holds."""
 
 LINEAR, VECTOR = "LM", "VM"
-"""Kind of the sequence that a plane is set up for."""
+"""Kinds of sequences of a plane."""
 
 _SHORTEST = 1e-6
 _LONGEST_SEQUENCE = 2_147_483_647
@@ -272,8 +272,8 @@ _LONGEST_SEQUENCE = 2_147_483_647
 class Plane:
     """State of one coordinate system; `registers` hold VS, VA, VD, VR, VV [counts and seconds].
 
-    `mode` is what `select` was last told, empty before. `scale` is ES as factors of the two coordinates of a vector
-    sequence, `tangent` the two numbers of TN: counts per degree, and the place of the tangent axis at 0 degrees.
+    `mode` is that of the last `select`, empty before. `scale` is ES as factors of the two coordinates of a vector
+    sequence, `tangent` the two numbers of TN: counts per degree, and the position of the tangent axis at 0 degrees.
     """
 
     running_code = StopCode.SEQUENCE_RUNNING
@@ -284,7 +284,7 @@ class Plane:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything but the rates, as power-up does."""
+        """Clear everything but the rates, as power-up does."""
         self.mode = ""
         self.members: tuple[int, ...] = ()
         self.scale = (1.0, 1.0)
@@ -299,17 +299,17 @@ class Plane:
 
     @property
     def end(self) -> float:
-        """When the running sequence ends [s]; infinite where it does not."""
+        """Time when the running sequence ends [s]; infinite if it does not end."""
         return self._schedule.end
 
     @property
     def horizon(self) -> float:
-        """When the next part of the timelines is to be asked for [s]; infinite where all of it is known."""
+        """Time when `replan` must extend the timelines [s]; infinite if they are complete."""
         return self._schedule.horizon
 
     @property
     def segments(self) -> list[PathSegment]:
-        """The segments of the buffer, the one under way first."""
+        """The segments of the buffer, the current one first."""
         return self._route.segments
 
     @property
@@ -324,19 +324,19 @@ class Plane:
 
     @property
     def tangent_start(self) -> float:
-        """The place of the tangent axis at the start of the sequence [counts] (`_TN`)."""
+        """Position of the tangent axis at the start of the sequence [counts] (`_TN`)."""
         factor, zero = self.tangent
         return zero + factor * (self._route.starts[0].heading if self._route.starts else 0.0)
 
     def free(self, t: float) -> int:
-        """Return the places left in the buffer at time `t` (`_LM`); a segment under way still takes one."""
+        """Return the places left in the buffer at time `t` (`_LM`); the current segment still takes one."""
         done = self.state(t).segment - self._route.first if self.running else 0
         return CAPACITY - len(self._route.segments) + done
 
     def select(self, mode: str, members: tuple[int, ...], coordinates: tuple[int, ...]) -> None:
-        """Choose the axes of the plane (LM, VM), and which coordinate each has, and empty the buffer.
+        """Choose the axes of the plane (LM, VM) and the coordinate of each, and empty the buffer.
 
-        While it runs, the same LM changes nothing and all else is refused.
+        While the sequence runs, the same LM changes nothing and everything else is refused.
         """
         if self.running:
             if mode != LINEAR or (mode, members) != (self.mode, self.members):
@@ -356,7 +356,7 @@ class Plane:
         self._distance = 0.0
 
     def append(self, segment: PathSegment, t: float) -> None:
-        """Add a segment at time `t`; refused without length, with a full buffer, or behind the end of a run."""
+        """Add a segment at time `t`; refused without length, with a full buffer, or after LE during the run."""
         if self.ended and self.running:
             raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         if segment.length < _SHORTEST:
@@ -372,18 +372,18 @@ class Plane:
         self.stale = True
 
     def close(self) -> None:
-        """Mark the end of the sequence (LE, VE): it will come to rest there."""
+        """Mark the end of the sequence (LE, VE), where it comes to rest."""
         self.ended = bool(self.segments) or self.running
         self.stale = True
 
     def rates_changed(self) -> None:
-        """Have the speeds of the whole sequence worked out again."""
+        """Mark the speeds of the whole sequence for a new computation."""
         self.stale = self._whole = True
 
     def begin(self, t: float, places: Sequence[int], offsets: Sequence[int]) -> None:
         """Start the sequence at rest at time `t` with the members at `places` [motor counts].
 
-        `offsets` are what the controller adds to motor counts; a tangent axis has an absolute place of its own.
+        The controller adds `offsets` to motor counts; a tangent axis has an absolute position.
         """
         self.running, self.stopping = True, False
         self._result = StopCode.SEQUENCE_DONE
@@ -398,9 +398,9 @@ class Plane:
         self.stale = self._whole = False
 
     def replan(self, t: float) -> float:
-        """Work the speeds out again after a change of rates or segments, or farther; return from when on they differ.
+        """Compute the speeds again after a change of rates or segments, or extend the plan; return from when on [s].
 
-        Segments behind the planned part wait for their turn.
+        Segments after the planned part wait for their turn.
         """
         schedule = self._schedule
         whole = self._whole or schedule.end == inf
@@ -420,7 +420,7 @@ class Plane:
         return schedule.extend(self._route) if t >= schedule.horizon else inf
 
     def brake(self, t: float) -> bool:
-        """Stop along the path at VD; what is left of the sequence is forgotten when it rests."""
+        """Stop along the path at VD and return True; the rest of the sequence is dropped when it rests."""
         state = self._drop(t)
         self.stopping, self.stale = True, False
         self._result = StopCode.STOPPED
@@ -462,26 +462,26 @@ class Plane:
         return self.state(t).v if self.running else 0.0
 
     def slewing(self, t: float) -> tuple[bool, bool]:
-        """Tell whether the sequence keeps its speed at time `t`, and whether it is in its last deceleration."""
+        """Return whether the sequence keeps its speed at time `t`, and whether it is in its last deceleration."""
         state = self.state(t)
         final = self.ended and not self.stopping and self._schedule.last(t) and state.a < 0.0
         return state.a == 0.0, final
 
     def count(self, t: float) -> int:
-        """Return the number of the segment under way, from 0, or of those done (`_CS`)."""
+        """Return the number of the current segment, from 0, or of those done (`_CS`)."""
         return self.state(t).segment if self.running else self._done
 
     def distance(self, t: float) -> float:
-        """Return the way along the path since the sequence began [counts] (`_AV`)."""
+        """Return the distance along the path since the sequence began [counts] (`_AV`)."""
         if not self.running:
             return self._distance
         state = self.state(t)
         return self._route.at(state.segment)[1].way + state.s
 
     def reaches(self, distance: float, t: float) -> float:
-        """Return when, from `t` on, the way along the path is `distance` [counts] by the present plan (AV) [s].
+        """Return when, from `t` on, the distance along the path is `distance` [counts] by the present plan (AV) [s].
 
-        A sequence that is shorter, or rests before, is there at its end.
+        For a sequence that is shorter, or rests before, this is its end.
         """
         return t if self.distance(t) >= distance else self._schedule.reaches(distance, t, self._route)
 
@@ -490,12 +490,12 @@ class Plane:
         return self._schedule.steady(t)
 
     def corner(self, axis: int, t: float) -> int:
-        """Return where a member was at the start of the segment under way [motor counts] (`_VP`)."""
+        """Return where a member was at the start of the current segment [motor counts] (`_VP`)."""
         member = self._parts[self.members.index(axis)]
         return round(member.position(self._route.coordinate(member.coordinate, self.state(t).segment, 0.0)))
 
     def state(self, t: float) -> PathSpan:
-        """Return where on the path the sequence is at time `t`."""
+        """Return the state of the sequence on its path at time `t`."""
         return self._schedule.state(t)
 
     def _factor(self, coordinate: int) -> float:
@@ -505,7 +505,7 @@ class Plane:
         return self.scale[coordinate] if self.mode == VECTOR else 1.0
 
     def _bound(self) -> int:
-        """Bring the speeds at the segments' ends up to date; return the number of the first that changed."""
+        """Update the speeds at the segments' ends; return the number of the first that changed."""
         return self._route.first + path.bound(self.segments, self._bounds, self.registers["VD"], self.ended)
 
     def _plan(self, start: PathSpan) -> None:
@@ -526,7 +526,7 @@ class Plane:
         return self.registers["VV"] if speed < 0.0 else speed
 
     def _drop(self, t: float) -> PathSpan:
-        """Forget what is done at time `t`; return the state then."""
+        """Drop the segments done at time `t`; return the state then."""
         state = self.state(t)
         del self._bounds[: self._route.drop(state.segment)]
         self._schedule.drop(t)

@@ -1,1 +1,1 @@
-"""The virtual controller on its wires, and what can be made to go wrong there."""
+"""The virtual controller with its connections, and the faults that can be caused there."""

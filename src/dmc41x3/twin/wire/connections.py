@@ -13,15 +13,15 @@ from dmc41x3.twin.network import RETRIES, Attempt, Handle, HandleProtocol
 from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport
 
 SEGMENT = 450
-"""Most bytes of a reply in one packet; a longer one goes out in several."""
+"""Most bytes of a reply in one packet; a longer reply is sent in several."""
 
 
 _MOST_UNREAD = 4 * 1024 * 1024
-"""Bytes that wait for a host that does not read; with more it is given up, as a controller does by its retries."""
+"""Most bytes that wait for a host that does not read; with more, the connection ends, as after retries."""
 
 
 class WireLink(Protocol):
-    """One connection: bytes out, an end in order, an end by force."""
+    """One connection: it sends bytes, and ends in order or at once."""
 
     def send(self, data: bytes) -> None:
         """Send bytes; after the end they are lost."""
@@ -37,32 +37,32 @@ class WireLink(Protocol):
 
 
 class LinkOwner(Protocol):
-    """Whom a link tells what happens to it."""
+    """Receiver of the events of a link."""
 
     def accept(self, link: WireLink, peer: tuple[str, int], kind: HandleProtocol, port: int) -> Handle | None:
-        """Give a new connection to `port` a handle, None where it is not to be had."""
+        """Return a handle for a new connection to `port`, None if the connection is refused."""
         ...
 
     def received(self, handle: Handle, data: bytes) -> None:
-        """Take bytes that came."""
+        """Process received bytes."""
         ...
 
     def ended(self, handle: Handle, broken: bool) -> None:
-        """Take notice that a connection has ended, by the other side or because it was found `broken`."""
+        """Handle the end of a connection, by the other side or because it was found `broken`."""
         ...
 
     def spawn(self, work: Coroutine[None, None, None]) -> None:
-        """Run `work` beside the rest."""
+        """Run `work` in the background."""
         ...
 
 
 def segments(data: bytes) -> list[bytes]:
-    """Return a reply in the pieces in which it goes out."""
+    """Return a reply in the pieces in which it is sent."""
     return [data[start : start + SEGMENT] for start in range(0, len(data), SEGMENT)]
 
 
 class TcpLink(asyncio.Protocol):
-    """A TCP connection: one that came, or the one that IH opened for `handle`."""
+    """A TCP connection: an incoming one, or the one that IH opened for `handle`."""
 
     def __init__(self, owner: LinkOwner, handle: Handle | None = None) -> None:
         self._owner = owner
@@ -71,7 +71,7 @@ class TcpLink(asyncio.Protocol):
         self._unread = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take a handle, or hang up where there is none."""
+        """Take a handle, or abort the connection if there is none."""
         self._transport = cast("asyncio.Transport", transport)
         sock: socket.socket = transport.get_extra_info("socket")
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -83,22 +83,22 @@ class TcpLink(asyncio.Protocol):
             self._transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Hand bytes over, as they are cut."""
+        """Pass received bytes to the owner, in pieces of any size."""
         if self._handle is not None and self._handle.open:
             self._owner.received(self._handle, data)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Tell the owner; with an error the other side was found gone."""
+        """Report the end to the owner; an error means that the other side was lost."""
         if self._handle is not None:
             self._owner.ended(self._handle, exc is not None or self._unread)
 
     def pause_writing(self) -> None:
-        """Take no more commands of a host that does not read what the last ones printed."""
+        """Stop reading commands from a host that does not read its replies."""
         if self._transport is not None:
             self._transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """Take commands again."""
+        """Read commands again."""
         if self._transport is not None:
             self._transport.resume_reading()
 
@@ -149,12 +149,12 @@ class LoopbackLink:
             self._end.write(data)
 
     def close(self) -> None:
-        """End the connection; what is on its way still arrives."""
+        """End the connection; data under way still arrive."""
         self._open = False
         self._owner.spawn(self._end.close())
 
     def cut(self) -> None:
-        """End the connection; what is on its way is lost."""
+        """End the connection; data under way are lost."""
         self._open = False
         self._end.cut()
 
@@ -167,7 +167,7 @@ _PORT = 23
 
 
 class UdpPort(asyncio.DatagramProtocol):
-    """One UDP port of the controller. A datagram for which there is no handle is dropped without an answer."""
+    """One UDP port of the controller. A datagram that gets no handle is dropped without an answer."""
 
     def __init__(self, owner: LinkOwner) -> None:
         self._owner = owner
@@ -176,12 +176,12 @@ class UdpPort(asyncio.DatagramProtocol):
         self._handles: dict[Peer, Handle] = {}
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Learn which port this is."""
+        """Store the transport and its port."""
         self._transport = cast("asyncio.DatagramTransport", transport)
         self._port = transport.get_extra_info("sockname")[1]
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """Hand a datagram to the handle of whoever sent it, a new one where there is none."""
+        """Pass a datagram to the handle of its sender, or to a new handle if the sender has none."""
         peer = (str(addr[0]), int(addr[1]))
         handle = self._handles.get(peer)
         if handle is None or not handle.open:
@@ -192,7 +192,7 @@ class UdpPort(asyncio.DatagramProtocol):
         self._owner.received(handle, data)
 
     def error_received(self, exc: Exception) -> None:
-        """Take no notice: nobody learns whether a datagram arrives."""
+        """Ignore errors: UDP does not report whether a datagram arrives."""
 
     def send_to(self, peer: Peer, data: bytes) -> None:
         """Send a reply, in datagrams of the size of a packet."""
@@ -202,7 +202,7 @@ class UdpPort(asyncio.DatagramProtocol):
             self._transport.sendto(segment, peer)
 
     def forget(self, peer: Peer) -> None:
-        """Let the next datagram from somebody take a new handle."""
+        """Make the next datagram from `peer` take a new handle."""
         self._handles.pop(peer, None)
 
     def close(self) -> None:
@@ -229,7 +229,7 @@ class _UdpLink:
 
 
 class LoopbackPort:
-    """A way for datagrams in memory: the controller's end."""
+    """A datagram connection in memory: the controller's end."""
 
     def __init__(self, owner: LinkOwner, end: LoopbackDatagrams) -> None:
         self._owner = owner
@@ -237,7 +237,7 @@ class LoopbackPort:
         self._handle: Handle | None = None
 
     async def run(self) -> None:
-        """Hand datagrams over, until `close`; the first takes a handle, and so does one after that was closed."""
+        """Pass datagrams on, until `close`; the first takes a handle, as does the next one after that is closed."""
         while data := await self._end.read():
             if self._handle is None or not self._handle.open:
                 self._handle = self._owner.accept(_LoopbackDatagramLink(self._end), _LOCAL, HandleProtocol.UDP, _PORT)
@@ -245,7 +245,7 @@ class LoopbackPort:
                 self._owner.received(self._handle, data)
 
     def close(self) -> None:
-        """Take no more."""
+        """Accept no more datagrams."""
         self._end.cut()
 
 
@@ -267,7 +267,7 @@ class _LoopbackDatagramLink:
 
 
 class UdpDial(asyncio.DatagramProtocol):
-    """A UDP handle that IH opened: it has an address to send to, and nobody need be there."""
+    """A UDP handle that IH opened: it has an address to send to, which need not answer."""
 
     def __init__(self, owner: LinkOwner, handle: Handle) -> None:
         self._owner = owner
@@ -275,16 +275,16 @@ class UdpDial(asyncio.DatagramProtocol):
         self._transport: asyncio.DatagramTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Note what to send with."""
+        """Store the transport."""
         self._transport = cast("asyncio.DatagramTransport", transport)
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """Hand an answer over."""
+        """Pass an answer to the owner."""
         if self._handle.open:
             self._owner.received(self._handle, data)
 
     def error_received(self, exc: Exception) -> None:
-        """Take no notice, as above."""
+        """Ignore errors, as `UdpPort` does."""
 
     def send(self, data: bytes) -> None:
         """Send bytes, in datagrams of the size of a packet."""
@@ -294,12 +294,12 @@ class UdpDial(asyncio.DatagramProtocol):
             self._transport.sendto(segment)
 
     def close(self) -> None:
-        """Give the socket back."""
+        """Close the socket."""
         if self._transport is not None:
             self._transport.close()
 
     def cut(self) -> None:
-        """Give the socket back."""
+        """Close the socket."""
         self.close()
 
 
@@ -307,11 +307,11 @@ class DialOwner(LinkOwner, Protocol):
     """The dialling side: it owns the link once the other side has answered."""
 
     def reached(self, handle: Handle, link: WireLink) -> None:
-        """Take the link of a handle that is connected now."""
+        """Store the link of a handle that is connected now."""
         ...
 
     def gave_up(self, handle: Handle) -> None:
-        """Close a handle that nobody answers on."""
+        """Close a handle whose peer does not answer."""
         ...
 
 
@@ -346,11 +346,11 @@ async def _connected(caller: DialOwner, handle: Handle) -> WireLink:
 
 
 _ATTEMPTS = 20
-"""How many ports are tried for one that is free for TCP and UDP both."""
+"""Number of attempts to find a port that is free for both TCP and UDP."""
 
 
 class ListeningPort(NamedTuple):
-    """One port that is listened on; `udp` is None where it is TCP alone."""
+    """One listening port; `udp` is None for TCP alone."""
 
     address: tuple[str, int]
     server: asyncio.AbstractServer

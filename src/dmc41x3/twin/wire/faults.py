@@ -1,6 +1,6 @@
 """Faults on demand: the table of faults of a virtual controller, and disturbances of its bytes.
 
-`TABLE` is what the command line, the helpers for tests and the documentation show.
+The command line, the helpers for tests and the documentation show `TABLE`.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from dmc41x3.twin.network import Handle
 
 
 class Disturbance:
-    """The state of the wire; everything at rest is a good wire. Probabilities are per reply.
+    """The disturbances of the connections; by default there are none. Probabilities are per reply.
 
-    `latency` and `jitter` [s] delay what the controller sends, `drop` loses it, `duplicate` sends it twice, `garbage`
-    puts `noise` random bytes before it. `balk` is how probably a command is refused without being looked at.
-    Handles in `silent` neither hear nor are heard. `refusing` is true while nobody may connect.
+    `latency` and `jitter` [s] delay the data of the controller, `drop` loses it, `duplicate` sends it twice, `garbage`
+    puts `noise` random bytes before it. `balk` is the probability that a command is refused without being executed.
+    Handles in `silent` neither receive nor send. While `refusing` is true, connections are refused.
     """
 
     def __init__(self, seed: int = 0) -> None:
@@ -39,15 +39,15 @@ class Disturbance:
 
     @property
     def clear(self) -> bool:
-        """Whether what the controller sends arrives as it is and at once."""
+        """Whether the data of the controller arrive unchanged and at once."""
         return not (self.latency or self.jitter or self.drop or self.duplicate or self.garbage or self.silent)
 
     def delay(self) -> float:
-        """Return how much later the next reply arrives [s]."""
+        """Return the delay of the next reply [s]."""
         return self.latency + (self.random.uniform(0.0, self.jitter) if self.jitter else 0.0)
 
     def outgoing(self, data: bytes) -> list[bytes]:
-        """Return what becomes of a reply: nothing, itself, itself twice, nonsense and itself."""
+        """Return the pieces that arrive for a reply: none, the reply, the reply twice, random bytes before it."""
         if self.drop and self.random.random() < self.drop:
             return []
         pieces = [data]
@@ -58,7 +58,7 @@ class Disturbance:
         return pieces
 
     def balks(self) -> bool:
-        """Tell whether the next command is refused."""
+        """Return whether the next command is refused."""
         return self.balk > 0.0 and self.random.random() < self.balk
 
 
@@ -71,64 +71,64 @@ _WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0"
 
 
 class Timer(Protocol):
-    """Something that will happen unless it is cancelled."""
+    """A scheduled action that can be cancelled."""
 
     def cancel(self) -> None:
-        """Let it not happen."""
+        """Cancel the action."""
         ...
 
 
 class FaultTarget(Protocol):
-    """The target of a fault: a virtual controller on its wires."""
+    """The target of a fault: a virtual controller with its connections."""
 
     def time(self) -> float:
         """Return the time of its loop [s]."""
         ...
 
     def later(self, seconds: float, act: Callable[[], None]) -> Timer:
-        """Do something so much later."""
+        """Call `act` after `seconds` [s]."""
         ...
 
     @property
     def wire(self) -> Disturbance:
-        """The state of its wires."""
+        """The disturbances of its connections."""
         ...
 
     @property
     def machine(self) -> VirtualDmc:
-        """Its machine, brought to this instant."""
+        """Its machine, advanced to the present time."""
         ...
 
     def look(self) -> None:
-        """Let it send what the fault makes it say."""
+        """Send the output that the fault causes."""
         ...
 
     def cut(self, letters: str) -> None:
-        """Sever connections."""
+        """Cut connections."""
         ...
 
     def silence(self, letters: str) -> None:
-        """Let connections fall silent."""
+        """Make connections silent."""
         ...
 
     def unsilence(self, letters: str) -> None:
-        """Let silent connections speak again."""
+        """Make silent connections work again."""
         ...
 
     def reset(self) -> None:
-        """Let the controller reset itself."""
+        """Reset the controller."""
         ...
 
     def power(self, on: bool) -> None:
-        """Switch its supply."""
+        """Switch the controller's supply."""
         ...
 
 
 class Parameter(NamedTuple):
     """One parameter of a fault: its default has its type, `unit` is empty for a plain number or word.
 
-    A number lies between `minimum` and `maximum`; a word is one of `choices`, where there are any. Faults that differ
-    in a parameter that `selects` stand side by side, others take each other's place.
+    A number lies between `minimum` and `maximum`; a word is one of `choices`, if there are any. Faults that differ in a
+    parameter that `selects` can be active together; otherwise a new fault replaces the old one.
     """
 
     name: str
@@ -161,7 +161,7 @@ class Parameter(NamedTuple):
     def _number(self, value: Value) -> float | int:
         try:
             number = float(value)
-        except (TypeError, ValueError, OverflowError):  # it may come from somebody's JSON
+        except (TypeError, ValueError, OverflowError):  # it may come from any JSON
             number = float("nan")
         whole = isinstance(self.default, int)
         if not isfinite(number) or not self.minimum <= number <= self.maximum or (whole and number % 1):
@@ -172,9 +172,9 @@ class Parameter(NamedTuple):
 
 
 class Fault(NamedTuple):
-    """One kind of fault. Without `end` it is over as soon as it has begun.
+    """One kind of fault. Without `end` it ends immediately.
 
-    `duration` names the parameter that says how long it lasts [s] unless told otherwise.
+    `duration` names the parameter that is the default duration [s].
     """
 
     name: str
@@ -202,7 +202,7 @@ def find(name: str) -> Fault:
 
 
 def _axis(victim: FaultTarget, values: Values) -> int:
-    """Return the axis that a fault names; raises `InvalidValue` where the controller has no such axis."""
+    """Return the axis that a fault names; raises `InvalidValue` if the controller has no such axis."""
     letters = victim.machine.unit.letters
     letter = str(values["axis"])
     if letter not in letters:
@@ -211,7 +211,7 @@ def _axis(victim: FaultTarget, values: Values) -> int:
 
 
 def _set_wire(names: Mapping[str, str], victim: FaultTarget, values: Values) -> None:
-    """Set numbers of the wire, by the parameters they come from."""
+    """Set attributes of the wire to the values of their parameters."""
     for attribute, parameter in names.items():
         setattr(victim.wire, attribute, values[parameter])
 

@@ -8,8 +8,8 @@ Each request to the server is a line:
 | `{"clear": NAME}`, `{"clear": null}` | ends the faults of one name, or all |
 | `{}` | changes nothing |
 
-Every request is answered by a line `{"active": [{"fault", "values", "seconds"}]}`, where seconds are what is left or
-null, or by `{"error": {"code", "details"}}` with a code of `dmc41x3.errors`.
+Every request is answered by a line `{"active": [{"fault", "values", "seconds"}]}`, where `seconds` is the remaining
+time or null, or by `{"error": {"code", "details"}}` with a code of `dmc41x3.errors`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from dmc41x3.twin.wire.faults import Fault, FaultTarget, Timer, Value, Values, f
 
 
 class Injection(NamedTuple):
-    """A fault that lasts; `until` is the loop's time of its end [s], None for until cleared."""
+    """An active fault; `until` is the loop's time of its end [s], None if it lasts until it is cleared."""
 
     fault: Fault
     values: Mapping[str, Value]
@@ -49,13 +49,13 @@ class Faults:
 
     @property
     def active(self) -> list[Injection]:
-        """The faults that last, oldest first."""
+        """The active faults, oldest first."""
         return list(self._active.values())
 
     def inject(self, name: str, values: Values | None = None, *, seconds: float | None = None) -> Injection:
-        """Begin a fault; it ends by itself after `seconds` (infinity: never), or by `clear`.
+        """Begin a fault; it ends after `seconds` (infinity: never), or by `clear`.
 
-        One like it that stands is replaced. Raises `UnknownName` and `InvalidValue`.
+        It replaces an active fault with the same key. Raises `UnknownName` and `InvalidValue`.
         """
         fault = find(name)
         chosen = fault.read(values or {})
@@ -74,7 +74,7 @@ class Faults:
         return injection
 
     def end(self, injection: Injection) -> None:
-        """End a fault, or what stands in its place; again is harmless."""
+        """End a fault, or the fault that replaced it; idempotent."""
         timer = self._timers.pop(injection.key, None)
         if timer is not None:
             timer.cancel()
@@ -91,14 +91,14 @@ class Faults:
                 self.end(injection)
 
     def close(self) -> None:
-        """Let no fault end by itself any more."""
+        """Cancel the timers that end faults."""
         for timer in self._timers.values():
             timer.cancel()
         self._timers.clear()
 
 
 HOST = "127.0.0.1"
-"""Address of the service."""
+"""Address of the server."""
 
 _LONGEST = 65536
 _LASTS = 1e6
@@ -106,7 +106,7 @@ _VISITS = 4
 
 
 class FaultControlServer:
-    """Listens for requests about the faults of one virtual controller. Made in a running loop by `opened`."""
+    """Listens for requests about the faults of one virtual controller. Created in a running loop by `opened`."""
 
     def __init__(self, faults: Faults, server: listening.Listener) -> None:
         self._faults = faults
@@ -115,7 +115,7 @@ class FaultControlServer:
 
     @classmethod
     async def opened(cls, faults: Faults) -> FaultControlServer:
-        """Return a socket at a free port."""
+        """Return a server that listens on a free port."""
         server = await listening.listen(HOST, 0, lambda: _Visit(control))
         control = cls(faults, server)
         return control
@@ -126,14 +126,14 @@ class FaultControlServer:
         return self._server.address[1]
 
     async def close(self) -> None:
-        """Stop listening and end every conversation."""
+        """Stop listening and end every connection."""
         self._server.close()
         for visit in list(self._visits):
             visit.close()
         await self._server.wait_closed()
 
     def answer(self, line: bytes) -> bytes:
-        """Carry out one request and return the answer, a line."""
+        """Execute one request and return the answer, a line."""
         try:
             self._carry_out(_parsed(line))
         except CodedError as error:
@@ -152,18 +152,18 @@ class FaultControlServer:
             self._faults.inject(str(request["fault"]), values, seconds=_seconds(request.get("seconds")))
 
     def entered(self, visit: _Visit) -> None:
-        """Keep a conversation, to end it at the end; of too many, the oldest ends now."""
+        """Store a connection until it ends; if there are too many, end the oldest."""
         self._visits[visit] = None
         if len(self._visits) > _VISITS:
             next(iter(self._visits)).close()
 
     def left(self, visit: _Visit) -> None:
-        """Forget a conversation that ended."""
+        """Remove a connection that ended."""
         self._visits.pop(visit, None)
 
 
 class _Visit(asyncio.Protocol):
-    """One conversation."""
+    """One connection to the server."""
 
     def __init__(self, control: FaultControlServer) -> None:
         self._control = control

@@ -1,7 +1,7 @@
-"""The virtual controller on its wires: TCP, UDP or memory, on the clock of the running event loop.
+"""The virtual controller with its connections: TCP, UDP or memory, on the clock of the running event loop.
 
-The machine is brought to the present whenever somebody talks to it or looks at it; a timer runs only while a
-program does, or records go out by themselves.
+The machine is advanced to the present whenever data arrive or its state is read; a timer runs only while a program
+runs, or records are sent by themselves.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from dmc41x3.twin.wire.injection import Faults
 from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
 
 TICK = 1.0 / 256.0
-"""Period of sending a program's messages [s]; its statements are timed to the sample all the same."""
+"""Period of sending a program's messages [s]; the timing of its statements is still exact to the sample."""
 
 Tap = Callable[[str, str, bytes], None]
 """Wire log: handle letter, "rx" or "tx" as the controller sees it, bytes."""
 
 
 class VirtualController:
-    """Owns a machine and its connections. Made inside a running loop, whose clock moves the machine's on from now.
+    """Owns a machine and its connections. Created in a running loop, whose clock then drives that of the machine.
 
-    `tap`, if set, sees all bytes; `faults` holds what can be made to go wrong, drawn with `seed`. Use `close` at the
-    end.
+    `tap`, if set, receives all bytes; `faults` are the faults on demand, with random numbers from `seed`. Call `close`
+    at the end.
     """
 
     def __init__(self, machine: VirtualDmc, *, seed: int = 0) -> None:
@@ -53,7 +53,7 @@ class VirtualController:
 
     @property
     def machine(self) -> VirtualDmc:
-        """The machine, brought to this instant."""
+        """The machine, advanced to the present time."""
         self.sync()
         return self._machine
 
@@ -63,7 +63,7 @@ class VirtualController:
         return "".join(sorted(handle.letter for handle in self._links))
 
     def sync(self) -> None:
-        """Bring machine and plant to this instant."""
+        """Advance machine and plant to the present time."""
         self._machine.advance(self._loop.time() - self._epoch)
 
     def time(self) -> float:
@@ -71,11 +71,11 @@ class VirtualController:
         return self._loop.time()
 
     def later(self, seconds: float, act: Callable[[], None]) -> asyncio.TimerHandle:
-        """Do something so many seconds of the loop later."""
+        """Call `act` after `seconds` [s] of the loop's time."""
         return self._loop.call_later(seconds, act)
 
     def look(self) -> None:
-        """Bring the machine to this instant and send what it has to say by itself."""
+        """Advance the machine to the present time and send its unsolicited output."""
         self.sync()
         self._after()
 
@@ -89,7 +89,7 @@ class VirtualController:
         return listener.address
 
     def loopback(self) -> LoopbackTransport:
-        """Return the host's end of a new connection in memory; one that is refused is at its end at once."""
+        """Return the host's end of a new connection in memory; a refused connection ends at once."""
         host, controller = loopback_pair("virtual controller")
         link = LoopbackLink(self, controller)
         handle = self.accept(link, ("127.0.0.1", 0), HandleProtocol.TCP, 23)
@@ -100,7 +100,7 @@ class VirtualController:
         return host
 
     def loopback_datagrams(self) -> LoopbackDatagrams:
-        """Return the host's end of a way for datagrams in memory, in the place of UDP."""
+        """Return the host's end of a datagram connection in memory, in place of UDP."""
         host, controller = datagram_pair("virtual controller")
         port = LoopbackPort(self, controller)
         self._ports.append(port)
@@ -108,7 +108,7 @@ class VirtualController:
         return host
 
     def spawn(self, work: Coroutine[None, None, None]) -> None:
-        """Run `work` beside the rest; `close` waits for it."""
+        """Run `work` in the background; `close` waits for it."""
         self._keep(self._loop.create_task(work))
 
     def _keep(self, task: asyncio.Task[None]) -> None:
@@ -116,7 +116,7 @@ class VirtualController:
         task.add_done_callback(self._tasks.discard)
 
     def cut(self, letters: str = "ABCDEFGH") -> None:
-        """Sever connections abruptly, as a pulled cable does; the axes know nothing of it."""
+        """Cut connections abruptly, as a pulled cable does; the axes are not affected."""
         self.sync()
         for handle, link in list(self._links.items()):
             if handle.letter in letters:
@@ -125,15 +125,15 @@ class VirtualController:
                 link.cut()
 
     def refuse(self, refusing: bool) -> None:
-        """Refuse new connections from now on, or take them again."""
+        """Refuse new connections from now on, or accept them again."""
         self.wire.refusing = refusing
 
     def silence(self, letters: str) -> None:
-        """Let connections fall silent: neither side hears the other or learns of its end."""
+        """Make connections silent: neither side receives data or learns of the other's end."""
         self.wire.silent |= {handle for handle in self._links if handle.letter in letters}
 
     def unsilence(self, letters: str = "ABCDEFGH") -> None:
-        """Let silent connections speak again; those that one side gave up meanwhile end."""
+        """Make silent connections work again; those that one side abandoned meanwhile end."""
         for handle in [handle for handle in self.wire.silent if handle.letter in letters]:
             self.wire.silent.discard(handle)
             link = self._orphans.pop(handle, None)
@@ -146,17 +146,17 @@ class VirtualController:
         self.machine.abort_input(active)
 
     def amplifier_fault(self, status: int) -> None:
-        """Set the amplifiers' fault bits; 0 is well."""
+        """Set the amplifiers' fault bits; 0 means no fault."""
         self.machine.amplifier_fault(status)
 
     def reset(self) -> None:
-        """Let the controller reset itself as a dip of its supply does: like RS, and every connection dies unsaid."""
+        """Reset the controller as a dip of its supply does: like RS, and every connection ends without notice."""
         if not self._off:
             self.power(False)
             self.power(True)
 
     def power(self, on: bool) -> None:
-        """Switch the controller's supply; while it is off, nobody can connect."""
+        """Switch the controller's supply; while it is off, connections are refused."""
         self.cut()
         self._off = not on
         if on:
@@ -188,14 +188,14 @@ class VirtualController:
             await listener.server.wait_closed()
 
     def accept(self, link: WireLink, peer: tuple[str, int], kind: HandleProtocol, port: int) -> Handle | None:
-        """Give a new connection a handle, None where none is free or connections are refused."""
+        """Return a handle for a new connection, None if no handle is free or connections are refused."""
         handle = None if self.wire.refusing or self._off else self._machine.connect(peer, kind, port)
         if handle is not None:
             self._links[handle] = link
         return handle
 
     def ended(self, handle: Handle, broken: bool) -> None:
-        """Give a handle back whose connection has ended; one that is silent does not learn of it."""
+        """Free the handle of an ended connection; a silent handle does not notice the end."""
         link = self._links.get(handle)
         if link is not None and handle in self.wire.silent:
             self._orphans[handle] = link
@@ -205,7 +205,7 @@ class VirtualController:
             self._tcp_error(handle)
 
     def received(self, handle: Handle, data: bytes) -> None:
-        """Hand bytes of a connection to the machine and send what it answers, to whom it concerns."""
+        """Pass bytes of a connection to the machine and send its answers and messages."""
         if self.wire.silent and handle in self.wire.silent:
             return
         if self.tap is not None:
@@ -216,7 +216,7 @@ class VirtualController:
         self._after()
 
     def reached(self, handle: Handle, link: WireLink) -> None:
-        """Take the link of a connection that IH opened."""
+        """Store the link of a connection that IH opened."""
         self._links[handle] = link
 
     def gave_up(self, handle: Handle) -> None:
@@ -237,7 +237,7 @@ class VirtualController:
         self._after()
 
     def _after(self) -> None:
-        """Send what nobody asked for, open and end connections, and see to being woken when there will be more."""
+        """Send unsolicited output, open and end connections, and set the timer for the next output."""
         for handle, message in self._machine.take_messages():
             self._send(handle, message)
         for handle in self._machine.unit.handles.take_dialing():
@@ -245,7 +245,7 @@ class VirtualController:
         self._close_released()
         wake = self._machine.wake() + self._epoch
         if wake == inf:
-            return  # a timer set before may still run out: then there is nothing to do, and it is the last
+            return  # an earlier timer may still fire, without anything to do
         wake = max(wake, self._loop.time() + TICK)
         if self._timer is not None and self._timer.when() > wake:
             self._timer.cancel()
@@ -281,7 +281,7 @@ class VirtualController:
             self._send_disturbed(handle, link, data)
 
     def _send_disturbed(self, handle: Handle, link: WireLink, data: bytes) -> None:
-        """Send as the wire has it, in order."""
+        """Send with the disturbances of the wire, in order."""
         if handle in self.wire.silent:
             if handle.kind is HandleProtocol.TCP:
                 self._loop.call_later(RETRIES * self._retry_time, self._unheard, handle)
@@ -302,7 +302,7 @@ class VirtualController:
         link.send(data)
 
     def _unheard(self, handle: Handle) -> None:
-        """Close a TCP handle whose packets nobody acknowledged; the other side still hears nothing."""
+        """Close a TCP handle whose packets were not acknowledged; the other side still receives nothing."""
         link = self._links.get(handle)
         if link is None or handle not in self.wire.silent:
             return
@@ -311,7 +311,7 @@ class VirtualController:
         self._tcp_error(handle)
 
     def _close_released(self) -> None:
-        """End the connections whose handles a command has closed (IH, RS), those still being opened among them."""
+        """End the connections whose handles a command has closed (IH, RS), also those still being opened."""
         for handle in [handle for handle in self._links if not handle.open]:
             link = self._links[handle]
             self._release(handle)
@@ -322,5 +322,5 @@ class VirtualController:
 
 
 def bench(axes: int, memory: Memory | None = None, firmware: str | None = None, seed: int = 0) -> VirtualController:
-    """Return a controller of `axes` servo motors on a bench, in the running loop; `seed` draws its faults."""
+    """Return a controller of `axes` servo motors on a bench, in the running loop; `seed` is that of its faults."""
     return VirtualController(VirtualDmc(ServoBench(axes), axes=axes, memory=memory, firmware=firmware), seed=seed)
