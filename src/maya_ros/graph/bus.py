@@ -284,8 +284,7 @@ class BusNode:
         return held
 
     async def call(self, service: str, request: Request, kind: str = "") -> Message:
-        """Return the answer of a service; raises `UnknownInterface` if no node serves it, and as `protocol.Graph`
-        states.
+        """Return the answer of a service; raises `UnknownInterface` if no node serves it; see `protocol.Graph`.
 
         Cancelling this call cancels the request, and ends when the work of the request has ended.
         """

@@ -113,7 +113,7 @@ def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: s
 def process(
     *, robot_there: bool, paused: bool, running: str = "", queued: int = 0, reason: str = ""
 ) -> DiagnosticStatus:
-    """Return the status of the process layer; `running` names the job under way, `reason` is why the queue is paused."""
+    """Return the status of the process layer; `running` names the job under way, `reason` is why the queue pauses."""
     values = {"running": running, "queued": queued, "paused": paused}
     if not robot_there:
         return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot layer is not there", values)
@@ -127,9 +127,7 @@ def process(
 
 
 def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> DiagnosticStatus:
-    """Return the status of the process layer while job `job`, which the end of the program interrupted, waits for a
-    person.
-    """
+    """Return the status of the process layer while job `job`, which a program end interrupted, waits for a person."""
     values = {"interrupted": job, "step": step, "paused": True}
     if not robot_there:
         return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot layer is not there", values)

@@ -34,7 +34,7 @@ _DECIDES = "robot_controller"
 
 @dataclass(frozen=True, slots=True)
 class DistributedLayers:
-    """A robot layer and what is below it, as a server looks at them."""
+    """A robot layer and the layer below, as a server uses them."""
 
     robot: Robot
     controller: Controller
@@ -102,7 +102,7 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
 
 @contextmanager
 def robot_floor_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
-    """Give what tells which nodes of the robot layer are not there, while the block runs."""
+    """Yield a function that returns an error for each missing node of the robot layer."""
     actions = {_DECIDES: INNER, TASK.sources[0]: TASK.name}
     heard = {
         node: graph.subscribe(f"{action}/status", "actionlib_msgs/GoalStatusArray", lambda _: None, queue_size=1)

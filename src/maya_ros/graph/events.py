@@ -206,9 +206,7 @@ class EventPublisher:
         self.say(REFUSED, error, topic=topic)
 
     def look(self) -> None:
-        """Publish a condition that changed without an event; called periodically, it acts at the second difference in a
-        row.
-        """
+        """Publish a condition that changed without an event, at the second difference in a row; called periodically."""
         standing = self._standing()
         differs = not self._news and (standing.mode, standing.homed) != (self._told.mode, self._told.homed)
         if differs and self._differed:

@@ -126,7 +126,7 @@ class GoalServer:
         self._tell_status()
 
     def cancel(self, request: Message) -> None:
-        """Cancel goals as an actionlib_msgs/GoalID requests: by id, by time (all goals up to that time), or all goals."""
+        """Cancel goals as an actionlib_msgs/GoalID requests: by id, by time (all goals up to then), or all goals."""
         if self._closed:
             return
         wanted, until = request["id"], order(request["stamp"])

@@ -267,8 +267,8 @@ _QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
 class MarkerScene:
     """The scene to draw: the state and the workspace.
 
-    `parts` are known by their grasp points [m], the one between the jaws is named by `carried`; `way` are places along
-    the path under way [m].
+    `parts` are grasp points by part name [m], `carried` names the part between the jaws, and `way` are positions of the
+    gripper point along the path under way [m].
     """
 
     state: State
@@ -315,9 +315,7 @@ class MarkerCache:
         return self._around[2]
 
     def _lifted(self, view: MarkerScene) -> float:
-        """Return the height of the part's grasp point above the gripper point [m], as measured when the jaws took the
-        part.
-        """
+        """Return the height of the part's grasp point above the gripper point [m], from when the jaws took the part."""
         if view.carried != self._carried:
             self._carried, self._lift = view.carried, 0.0
             place = view.parts.get(view.carried or "")

@@ -141,8 +141,7 @@ async def cancel_on_stop(events: EventLog, work: Coroutine[Any, Any, T]) -> T:
 async def cancel_on_event(
     events: EventLog, why: Callable[[Event], MayaError | None], work: Coroutine[Any, Any, T]
 ) -> T:
-    """Return the result of `work`; at the first event for which `why` returns an error, cancel `work` and raise the
-    error.
+    """Return the result of `work`; at the first event for which `why` returns an error, cancel `work` and raise it.
 
     In every case, `work` has ended when this returns.
     """

@@ -97,7 +97,7 @@ class Subscription(GraphHandle, Protocol):
 
     @property
     def writers(self) -> frozenset[str]:
-        """The nodes that publish on it now; one that died is not among them."""
+        """Nodes that publish on the topic now, without nodes that died."""
         ...
 
 
@@ -180,7 +180,7 @@ class Graph(Protocol):
         ...
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
-        """Subscribe to a topic; `kind` "" takes the type it has. The oldest messages beyond `queue_size` are dropped."""
+        """Subscribe to a topic; `kind` "" takes the type it has. The oldest messages above `queue_size` are dropped."""
         ...
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:

@@ -67,7 +67,7 @@ class Topics:
         return self._topics.get(name)
 
     def advertise(self, name: str, kind: str, member: TopicNode, *, latch: bool) -> TopicOutlet:
-        """Return a publisher of a topic; raises `InvalidMessage` if the topic has another type, and `UnknownInterface`."""
+        """Return a publisher of a topic; raises `InvalidMessage` if the topic has another type; `UnknownInterface`."""
         outlet = TopicOutlet(self._topic(name, kind), member, self, latch=latch)
         outlet.topic.outlets.append(outlet)
         member.keep(outlet)

@@ -1,6 +1,6 @@
 """The rights of a node: ROS 1 has no sign-in, so the node's token makes all its clients one principal.
 
-The file that $MAYA_GRAPH_TOKEN_FILE names holds the token. A ROS parameter would not do: anybody in the graph could
+The file that $MAYA_GRAPH_TOKEN_FILE names holds the token. A ROS parameter is unsuitable: every node of the graph can
 set it. Users are read from the state folder, whichever process writes them.
 """
 
@@ -173,7 +173,7 @@ async def rights_of_node(speed: float) -> AsyncGenerator[GraphRights]:
 
 
 def token_of_graph() -> str:
-    """Return the token of the graph, "" where none is named; raises `FileUnreadable`."""
+    """Return the token of the graph, "" if no file is named; raises `FileUnreadable`."""
     named = os.environ.get(TOKEN_FILE)
     if not named:
         return ""

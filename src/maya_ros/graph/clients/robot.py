@@ -73,7 +73,7 @@ class GraphRobot(PlanningRobot):
                 await run_action(self._graph, TASK, {"task": primitive_to_message(part)}, heard)
             except Busy:
                 if phase:
-                    raise  # in the middle of it
+                    raise  # the primitive has begun
                 await asyncio.sleep(self._again)
             else:
                 return

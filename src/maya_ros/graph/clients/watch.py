@@ -39,7 +39,7 @@ UNDER_WAY = frozenset({Mode.MOVING, Mode.HOMING, Mode.STOPPING})
 
 _AWAY = ControllerCondition(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
 _FRESH = 2
-"""So many messages later where the axes are was measured after now: one may have been on its way."""
+"""After this number of messages, the joints were measured after the call: one message may have been on its way."""
 
 _BLANK = (False, False, False)
 
@@ -93,7 +93,7 @@ class ControllerWatch:
 
     @property
     def hangs(self) -> bool:
-        """Whether the layer's node no longer tells how it is, as it did."""
+        """Whether the layer's node has stopped publishing its status."""
         return self._silence > SILENT
 
     @property

@@ -225,9 +225,7 @@ class Steps:
             return result
 
     async def _ended(self, step: StepCommand, halts: int, *, begins: bool) -> Ending:
-        """Carry out a step whose turn has come, and return how it ended; raises the `MayaError` for which it does not
-        begin.
-        """
+        """Carry out a step in its turn, and return how it ended; raises the `MayaError` for which it does not begin."""
         if halts != self._halts:
             raise Cancelled if self._closed else StepNotBegun()
         self._require_in_time(step)

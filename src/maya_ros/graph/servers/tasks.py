@@ -61,7 +61,7 @@ class BackgroundTasks:
 
 @asynccontextmanager
 async def tasks() -> AsyncGenerator[BackgroundTasks]:
-    """Have tasks that end with the block, which is left when they have."""
+    """Yield background tasks; all have ended when the block is left."""
     kept = BackgroundTasks()
     try:
         yield kept
@@ -77,9 +77,7 @@ async def every(period: float, work: Callable[[], None]) -> None:
 
 
 def trigger(work: Callable[[], Awaitable[str]]) -> Answer:
-    """Return the handler of a service without parameters (std_srvs/Trigger): it returns the result of `work`, or its
-    error.
-    """
+    """Return the handler of a service without parameters (std_srvs/Trigger): it returns the text of `work`."""
 
     async def answer(_: Message) -> Message:
         try:
