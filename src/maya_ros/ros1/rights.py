@@ -125,9 +125,9 @@ class FolderTokenChecker:
 
 @asynccontextmanager
 async def looked(speed: float = 1.0) -> AsyncGenerator[FolderTokenChecker]:
-    """Yield the users of the state folder, which are read again while the block runs.
+    """Yield the users of the state folder, which are read again after each change while the block runs.
 
-    `speed` is how fast the loop's clock runs. Raises `StorageDamaged` and its kin.
+    `speed` is how fast the loop's clock runs. Raises `StorageDamaged` and related errors.
     """
     found = FolderTokenChecker(speed)
     await found.open()
@@ -143,7 +143,7 @@ async def looked(speed: float = 1.0) -> AsyncGenerator[FolderTokenChecker]:
 async def graph_rights(callers: Callers) -> AsyncGenerator[GraphRights]:
     """Yield the rights of the graph, which follow each change of users and tokens while the block runs.
 
-    Raises `FileUnreadable` where the file that is named holds no token, or others can read it.
+    Raises `FileUnreadable` if the named file holds no token, or other users can read it.
     """
     rights = GraphRights(callers, token_of_graph())
     await rights.look()
@@ -167,7 +167,7 @@ async def graph_rights(callers: Callers) -> AsyncGenerator[GraphRights]:
 
 @asynccontextmanager
 async def rights_of_node(speed: float) -> AsyncGenerator[GraphRights]:
-    """Yield the rights of the graph at a node that keeps no users; raises what `looked` and `graph_rights` raise."""
+    """Yield the rights of the graph for a node that stores no users; raises as `looked` and `graph_rights` do."""
     async with looked(speed) as users, graph_rights(users.callers) as rights:
         yield rights
 

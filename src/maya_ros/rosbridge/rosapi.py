@@ -14,10 +14,10 @@ from maya_un.errors import InvalidMessage, InvalidRequest, UnknownInterface
 
 PREFIX = "/rosapi/"
 NODE = "/rosapi"
-"""Under this name the endpoint answers these services."""
+"""The node name under which the endpoint serves these services."""
 
 HOST = "127.0.0.1"
-"""The machine that answers them: the endpoint listens on the loopback only."""
+"""The machine that serves them: the endpoint listens on the loopback only."""
 
 Question = Callable[[Request], Awaitable[Message]]
 
@@ -27,7 +27,7 @@ _ACTION = ("/goal", "/cancel", "/status", "/feedback", "/result")
 
 
 class Rosapi:
-    """Answers about a `graph`; `now` is the date [s since the epoch]."""
+    """Answers questions about a `graph`; `now` returns the date [s since the epoch]."""
 
     def __init__(self, graph: Graph, now: Callable[[], float]) -> None:
         self._graph = graph
@@ -62,7 +62,7 @@ class Rosapi:
         self._asked = {PREFIX + name: (f"rosapi/{kind}", answer) for name, (kind, answer) in asked.items()}
 
     def question(self, service: str) -> Question | None:
-        """Return what answers a service of rosapi, None where it is none; it raises what is wrong with a question."""
+        """Return the handler of a rosapi service, None for other services; the handler raises the errors of a request."""
         found = self._asked.get(service)
         if found is None:
             return None
@@ -122,7 +122,7 @@ class Rosapi:
         return {"host": HOST if service in self._asked else await self._graph.directory.service_host(service)}
 
     async def _service_providers(self, request: Message) -> Message:
-        """Return the nodes that serve a type, which the field "service" holds; a service is understood as well."""
+        """Return the nodes that serve a type, which the field "service" holds; the name of a service is accepted too."""
         service = request["service"]
         providers = await self._serving(service)
         if not providers and not service.startswith("/"):
@@ -223,7 +223,7 @@ def _details(kind: str) -> list[Message]:
 
 
 def _default(text: str) -> object:
-    """Return what a default says as JSON; a text that is no JSON is that text."""
+    """Return the JSON value of a default; a text that is not JSON is the value itself."""
     try:
         return json.loads(text) if text else None
     except (ValueError, RecursionError):
