@@ -5,7 +5,7 @@
 
 The last event is latched, so a new subscriber gets the whole state from it. `strokes` are the ranges of a, b, c
 (rad, m, m) that homing measured, null before it. `fault` is {"code", "message"} or null. `code` is that of the
-event's own error, 0 without one. `detail` holds all other fields of the event.
+event's error, 0 without one. `detail` holds all other fields of the event.
 """
 
 from __future__ import annotations

@@ -192,7 +192,7 @@ class Graph(Protocol):
         ...
 
     def expect(self, *services: str) -> None:
-        """Look up services before they are called, so that later calls need no lookup."""
+        """Look up services before they are called, so that later calls work without a master."""
         ...
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:

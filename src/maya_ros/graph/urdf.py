@@ -2,7 +2,7 @@
 
 Boom and lines are a closed chain, and a URDF is a tree. So the tree follows the inner line: the boom turns (a), the
 line swings about its anchor (b_swing) with its length (b), and the gripper hangs at its end. The outer line swings
-about its own anchor (c_swing) with its length (c). It ends at the same place, because both swings are those of the
+about its own anchor (c_swing) with its length (c). Both lines end at the same place, because both swings are those of the
 triangle of lines and boom:
 
     b_swing = atan2(h, u)     c_swing = atan2(h, u − W)     both 0 outward along the boom, positive downward
@@ -10,11 +10,11 @@ triangle of lines and boom:
 with u and h of `kinematics.mechanism`. All other moving joints mimic one of these: the pieces of which a line is drawn,
 the hook that keeps the gripper upright, the second jaw.
 
-The sliders publish on a topic of their own, so that only the robot publishes /joint_states. After the robot's first
+The sliders publish on a separate topic, so that only the robot publishes /joint_states. After the robot's first
 message, sliders count only when a person moves one: a silent robot stays drawn at its last pose.
 
 The macros in ros/maya_controller/urdf read all lengths from dimensions.xacro beside them, which `dimensions` writes.
-The file kept there describes the manual's machine. For another machine, `describe` uses a file of its own.
+The file in the repository describes the manual's machine. For another machine, `describe` uses a temporary file.
 """
 
 from __future__ import annotations

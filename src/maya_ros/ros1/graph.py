@@ -99,7 +99,7 @@ class RosGraph:
         return self._actions[-1]
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
-        """Send a goal to its server and return its outcome and result; raises `NodeGone` if the action has no server."""
+        """Send a goal to its server and return its outcome and result; raises `NodeGone` if no server exists."""
         key = (whole(action), kind)
         client = self._clients.get(key)
         if client is None:

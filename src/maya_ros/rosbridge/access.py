@@ -108,10 +108,10 @@ _CANCEL = "/cancel"
 
 
 class RestrictedGraph:
-    """A `graph` for one `guest`; see `graph.protocol.Graph`. Every method raises `NotSignedIn` and `NotAllowed` as
-    well.
+    """A `graph` for one `guest`; see `graph.protocol.Graph`.
 
-    Every message is checked again, because rights may have ended.
+    Every method raises `NotSignedIn` and `NotAllowed` as well. Every message is checked again, because rights may have
+    ended.
     """
 
     def __init__(self, graph: Graph, guest: Guest) -> None:

@@ -181,7 +181,7 @@ def _cbor_field(field: Field) -> Form | None:
     if field.length != SCALAR and field.type in BYTES:
         return bytes
     if field.length != SCALAR and field.type in _PACKED:
-        from cbor2 import CBORTag  # noqa: PLC0415 - few clients ask for CBOR
+        from cbor2 import CBORTag  # noqa: PLC0415 - few clients request CBOR
 
         tag, code = _PACKED[field.type]
         return lambda values: CBORTag(tag, struct.pack(f"<{len(values)}{code}", *values))
@@ -235,7 +235,7 @@ class Outgoing:
 
     @staticmethod
     def _binary(name: str, content: object) -> bytes:
-        from cbor2 import dumps  # noqa: PLC0415 - few clients ask for it
+        from cbor2 import dumps  # noqa: PLC0415 - few clients request CBOR
 
         return framed(dumps({"op": "publish", "topic": name, "msg": content}), BINARY)
 

@@ -62,7 +62,7 @@ class Rosapi:
         self._asked = {PREFIX + name: (f"rosapi/{kind}", answer) for name, (kind, answer) in asked.items()}
 
     def question(self, service: str) -> Question | None:
-        """Return the handler of a rosapi service, None for other services; the handler raises the errors of a request."""
+        """Return the handler of a rosapi service, None for other services; it raises the errors of a request."""
         found = self._asked.get(service)
         if found is None:
             return None
@@ -122,7 +122,7 @@ class Rosapi:
         return {"host": HOST if service in self._asked else await self._graph.directory.service_host(service)}
 
     async def _service_providers(self, request: Message) -> Message:
-        """Return the nodes that serve a type, which the field "service" holds; the name of a service is accepted too."""
+        """Return the nodes that serve a type, which the field "service" holds; a service is accepted too."""
         service = request["service"]
         providers = await self._serving(service)
         if not providers and not service.startswith("/"):

@@ -189,7 +189,7 @@ class RobotProxy:
         return self._stack.robot.can_teleop and not queued and not self._stack.service.direct.doing
 
     def progress(self) -> Progress | None:
-        """How far the motion under way has come, None at rest."""
+        """Progress of the motion under way, None at rest."""
         return self.state.progress
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:

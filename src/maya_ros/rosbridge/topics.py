@@ -205,7 +205,7 @@ _LONGEST_THROTTLE = 86_400_000
 
 
 class SubscribeRequest(NamedTuple):
-    """Options of one subscription: least interval `throttle` [s], length of the queue, fragment size and compression."""
+    """Options of one subscription: least interval `throttle` [s], queue length, fragment size and compression."""
 
     throttle: float
     queue: int

@@ -1,4 +1,4 @@
-"""One websocket of the endpoint: the handshake, what comes in, what goes out, and the end.
+"""One websocket of the endpoint: the handshake, received data, sent data, and the end.
 
 The library `websockets` provides the protocol, but not reading and writing: messages are carried out as they arrive,
 frames that many clients share go straight to the transport, and no client is waited for. Compression of the transport

@@ -43,7 +43,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Happened:
-    """An event: its word, an error code or "", a message, and further fields; `standing` is None if it is not reported."""
+    """An event: its word, an error code or "", a message, and further fields; `standing` is None if unreported."""
 
     word: str
     standing: Standing | None = None
@@ -72,7 +72,7 @@ class Joints:
 
 @dataclass(frozen=True)
 class Presence:
-    """Layers that take part in the graph now; `silent` is a present controller layer that publishes nothing."""
+    """Layers that take part in the graph now; `silent` is a present controller layer that publishes no joints."""
 
     master: bool = False
     controller: bool = False
@@ -152,7 +152,7 @@ class Robot(Protocol):
         ...
 
     def close(self) -> None:
-        """Stop listening; end a jog of this robot object."""
+        """Stop listening, and end the jog."""
         ...
 
     def home(self) -> None:

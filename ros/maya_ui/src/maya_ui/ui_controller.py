@@ -53,7 +53,7 @@ LOOK = 0.5
 """Time between two checks for servers [s]."""
 
 SILENCE = 3.0
-"""A controller layer that publishes no joints for so long is silent [s]."""
+"""A controller layer that publishes no joints for this time is silent [s]."""
 
 LEAVE = 1.0
 """Longest wait for a jog to come to rest when the dashboard is closed [s]; then the layer ends it."""
@@ -177,7 +177,7 @@ class UiController:
             self._graph.start_queue.publish(ProcessQueue([_primitive(task) for task in tasks]))
 
     def stop_queue(self) -> None:
-        """Stop the queue and cancel its jobs."""
+        """Stop all motion and cancel all jobs in the queue."""
         if self._graph is not None:
             self._graph.stop_queue.publish(Empty())
             self._heard(Ended(Command.STOP_QUEUE, done=True))

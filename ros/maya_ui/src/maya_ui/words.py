@@ -1,4 +1,4 @@
-"""Every word the dashboard shows, in English and Spanish, looked up by code in this one place."""
+"""Every word that the dashboard shows, in English and Spanish, by key."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from typing import Any
 from maya_ui.resources import resource
 
 LANGUAGES: dict[str, str] = {"en": "English", "es": "Español"}
-"""The languages, each by its own name."""
+"""The languages, each by its name in that language."""
 
 WORDS: dict[str, tuple[str, str]] = {
-    # What stands on the widget, by the name of the part.
+    # Texts of widgets, by the name of the widget.
     "title": ("Maya", "Maya"),
     "language": ("Language", "Idioma"),
     "stop": ("STOP", "PARAR"),
@@ -173,7 +173,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "event": ("Event", "Evento"),
     "detail": ("Detail", "Detalle"),
     "files": ("Jobs (*.yaml *.yml *.json)", "Trabajos (*.yaml *.yml *.json)"),
-    # How the robot stands.
+    # State of the robot.
     "mode_disconnected": ("Disconnected", "Desconectado"),
     "mode_not_homed": ("Not homed", "Sin origen"),
     "mode_homing": ("Homing", "Buscando origen"),
@@ -192,7 +192,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "gripper_unknown": ("gripper unknown", "pinza desconocida"),
     "joints": ("boom {a:.2f}°    lines {b:.1f} / {c:.1f} mm", "brazo {a:.2f}°    líneas {b:.1f} / {c:.1f} mm"),
     "unknown_position": ("Not known before homing.", "Se desconoce antes de buscar el origen."),
-    # Why something cannot be done now.
+    # Reasons why something cannot be done now.
     "no_master": ("No ROS master answers.", "No responde ningún maestro de ROS."),
     "master_gone": (
         "The ROS master is gone. Existing connections keep working; new ones need a restart of "
@@ -227,7 +227,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "nothing_moves": ("Nothing moves.", "Nada se mueve."),
     "nothing_paused": ("Nothing is paused.", "Nada está en pausa."),
     "no_position": ("The position is not known.", "Se desconoce la posición."),
-    # What was typed.
+    # Errors of typed lengths.
     "length_missing": ("{name}: a number is missing.", "{name}: falta un número."),
     "length_unreadable": (
         "{name}: write a number, in mm or with its unit (0.41 m).",
@@ -264,7 +264,7 @@ WORDS: dict[str, tuple[str, str]] = {
     "task_approach": ("Approach", "Acercarse"),
     "task_open": ("Open gripper", "Abrir pinza"),
     "task_close": ("Close gripper", "Cerrar pinza"),
-    # What was asked for, and how it ended.
+    # Commands, and how they ended.
     "command_home": ("Home", "Buscar origen"),
     "command_task": ("Task", "Tarea"),
     "command_gripper": ("Gripper", "Pinza"),
@@ -303,27 +303,27 @@ WORDS: dict[str, tuple[str, str]] = {
         "Nadie confirmó la parada. Use la parada de emergencia de la máquina.",
     ),
     "shut_down": ("ROS asked this node to end.", "ROS pidió que este nodo termine."),
-    # The robot's own events are in `EVENTS`; the dashboard adds this one.
+    # The events of the robot are in `EVENTS`; the dashboard adds this one.
     "event_refused": ("refused", "rechazado"),
 }
 """English and Spanish by key; `{name}` is filled in."""
 
 
 def word(key: str, language: str = "en", **details: object) -> str:
-    """Return a word in a language (English where it is not known), with its details filled in."""
+    """Return a word in a language (English for an unknown one), with its details filled in."""
     return WORDS[key][1 if language == "es" else 0].format(**details)
 
 
 def phrase(key: str, language: str = "en") -> str:
-    """Return a word, or the key itself, readable, where nobody has a word for it: what another version says."""
+    """Return a word; for an unknown key, as from another version, return the readable key."""
     return word(key, language) if key in WORDS else key.partition("_")[2].replace("_", " ") or key
 
 
 SENTENCES = "sentences.json"
-"""English and Spanish sentences of the errors by code; a test keeps it as `maya_un.messages` has them."""
+"""English and Spanish sentences of the errors by code; a test compares them with `maya_un.messages`."""
 
 EVENTS = "events.json"
-"""English and Spanish sentences of the events by word; a test keeps it as `maya_un.events` has them."""
+"""English and Spanish sentences of the events by word; a test compares them with `maya_un.events`."""
 
 
 @lru_cache(maxsize=None)
@@ -335,9 +335,9 @@ def _table(name: str) -> dict[str, list[str]]:
 
 
 def happened(word: str, detail: dict[str, Any], language: str = "en") -> tuple[str, dict[str, Any]]:
-    """Return what an event says in a language, and the details that the sentence leaves out.
+    """Return the sentence of an event in a language, and the details that the sentence leaves out.
 
-    Its word, readable, stands for the sentence of an event that nobody knows, or that lacks a detail.
+    If the event is unknown, or lacks a detail, its readable word replaces the sentence.
     """
     english, other = _table(EVENTS).get(word, ["", ""])
     template = other if language == "es" else english
@@ -350,10 +350,10 @@ def happened(word: str, detail: dict[str, Any], language: str = "en") -> tuple[s
 
 
 def sentence(code: str, message: str, language: str = "en") -> str:
-    """Return what an error says in a language, known by its code and its English sentence.
+    """Return the sentence of an error in a language, from its code and its English sentence.
 
-    What the English sentence fills in is filled into the other; details stay as they were said. A sentence that nobody
-    knows is returned as it came.
+    The details of the English sentence are filled into the other one, unchanged. An unknown sentence is returned
+    unchanged.
     """
     english, other = _table(SENTENCES).get(code, ["", ""])
     if language == "en" or not other:
@@ -363,7 +363,7 @@ def sentence(code: str, message: str, language: str = "en") -> str:
 
 
 def _details(template: str, text: str) -> dict[str, str] | None:
-    """Return what stands in a text where its template has names, None where it was not made of it."""
+    """Return the values that fill a template's names in a text, None if the text does not fit the template."""
     names: list[str] = []
     pattern = ""
     for piece, name in re.findall(r"([^{]*)(?:\{(\w+)[^}]*\})?", template):

@@ -59,7 +59,7 @@ class ProcessLayer(Protocol):
         ...
 
     async def recover(self, choice: str, holding: bool | None) -> None:
-        """Decide about an interrupted job; `holding` says whether the gripper holds a part (None: unknown)."""
+        """Decide about an interrupted job; `holding` is whether the gripper holds a part (None: unknown)."""
         ...
 
     def status(self) -> DiagnosticStatus:
