@@ -2,8 +2,8 @@
 
 Boom and lines are a closed chain, and a URDF is a tree. So the tree follows the inner line: the boom turns (a), the
 line swings about its anchor (b_swing) with its length (b), and the gripper hangs at its end. The outer line swings
-about its own anchor (c_swing) with its length (c). Both lines end at the same place, because both swings are those of the
-triangle of lines and boom:
+about its own anchor (c_swing) with its length (c). Both lines end at the same place, because both swings are those of
+the triangle of lines and boom:
 
     b_swing = atan2(h, u)     c_swing = atan2(h, u − W)     both 0 outward along the boom, positive downward
 
