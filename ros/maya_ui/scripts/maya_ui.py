@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Node maya_dashboard: the dashboard, in rqt where there is one."""
+"""Node maya_dashboard: the dashboard, in rqt if it is installed."""
 
 import sys
 from pathlib import Path

@@ -7,6 +7,6 @@ goals         the server's side of actions, for both
 events        /maya_event; `conversions` paths and primitives, `outcome` results and errors, as messages
 urdf          joints and description of the robot; `markers` the scene in rviz, `diagnostics` /diagnostics
 servers       topics, services and actions that a layer offers
-clients       a layer on the other side of a graph, by the layer's own protocol
-distributed   the layers above the controller as nodes: a client below, a server above
+clients       a client of each layer over a graph, with the protocol of the layer
+distributed   the layers above the controller as nodes: each a client of the layer below and a server
 """

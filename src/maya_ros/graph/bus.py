@@ -1,11 +1,11 @@
 """A graph within one process and one loop, without ROS: topics, services, actions, parameters.
 
     bus = Bus()
-    node = bus.node("hw_simulator")             # who takes part, under the name that the manual gives it
+    node = bus.node("hw_simulator")             # a node, under its name in the manual
     position = node.advertise("/maya_position", "geometry_msgs/Point", latch=True)
 
-Actions are the topics X/goal, X/cancel, X/status, X/feedback and X/result, as in ROS 1: whoever speaks those is served
-like one that calls `do`. Messages that are heard are shared by all: nobody may change them.
+Actions are the topics X/goal, X/cancel, X/status, X/feedback and X/result, as in ROS 1. A client may use these topics
+directly or call `do`. All subscribers share a received message and must not change it.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ from maya_un.errors import InvalidMessage, MayaError, NodeGone, ServiceFailed, U
 
 
 class BusParameters:
-    """Values by name; a name that others begin with is a dict of them, as on ROS' parameter server."""
+    """Values by name; a name with values below it is a dict of them, as on ROS' parameter server."""
 
     def __init__(self) -> None:
         self._tree: dict[str, Any] = {}
 
     async def get(self, name: str, default: Any = None) -> Any:
-        """Return the value at `name`, a dict for a name that others begin with."""
+        """Return the value at `name` or a dict of the values below it; `default` if none exists."""
         here: Any = self._tree
         for part in _parts(name):
             if not isinstance(here, Mapping) or part not in here:
@@ -57,7 +57,7 @@ class BusParameters:
         return _copied(here)
 
     async def set(self, name: str, value: Any) -> None:
-        """Set the value at `name`; a dict takes the place of everything that begins with it."""
+        """Set the value at `name`; a dict replaces all values below `name`."""
         parts = _parts(name)
         if not parts:
             self._tree = _copied(value)
@@ -71,7 +71,7 @@ class BusParameters:
         here[parts[-1]] = _copied(value)
 
     async def delete(self, name: str) -> None:
-        """Forget `name` and all that begins with it; what is not there is forgotten already."""
+        """Delete `name` and all values below it, if they exist."""
         parts = _parts(name)
         above = await self._at(parts[:-1])
         if parts and above is not None:
@@ -80,7 +80,7 @@ class BusParameters:
             self._tree = {}
 
     async def names(self) -> Sequence[str]:
-        """Return the names of all values; one below which nothing is left has none, as on ROS' parameter server."""
+        """Return the names of all values; an empty group has none, as on ROS' parameter server."""
         return list(_names("", self._tree))
 
     async def _at(self, parts: Sequence[str]) -> dict[str, Any] | None:
@@ -111,7 +111,7 @@ def _copied(value: Any) -> Any:
 
 
 UNBOUNDED = 0
-"""Size of a queue that drops nothing."""
+"""Queue size that drops nothing."""
 
 _STATUS = "actionlib_msgs/GoalStatusArray"
 _CANCEL = "actionlib_msgs/GoalID"
@@ -119,12 +119,12 @@ _HERE = "127.0.0.1"
 
 
 def named(name: str) -> str:
-    """Return a name of the graph as it is known: with a slash before it."""
+    """Return a name of the graph with a leading slash."""
     return "/" + name.strip("/")
 
 
 class Bus:
-    """The graph: what its nodes have in common. `clock` tells the time [s] that messages are stamped with."""
+    """The graph that its nodes share. `clock` returns the time [s] for message stamps."""
 
     def __init__(self, clock: Callable[[], float] | None = None) -> None:
         self._clock = asyncio.get_running_loop().time if clock is None else clock
@@ -136,21 +136,21 @@ class Bus:
         self.directory = BusDirectory(self)
 
     def node(self, name: str, who: Who | None = None) -> BusNode:
-        """Return a new node; several may share a name, each has an end of its own.
+        """Return a new node; nodes may share a name, but each ends separately.
 
-        `who` tells for whom it acts; without it, it acts for the sender of the command.
+        `who` returns the principal for whom the node acts; without it, the node acts for the sender of the command.
         """
         node = BusNode(self, named(name), who)
         self.nodes.append(node)
         return node
 
     def now(self) -> Stamp:
-        """Return the time now."""
+        """Return the present time."""
         return stamp(self._clock())
 
 
 class BusService:
-    """Somebody who answers a service."""
+    """A service that a node serves."""
 
     def __init__(self, node: BusNode, name: str, kind: str, answer: Answer, quick: Quick | None) -> None:
         self.node = node
@@ -162,7 +162,7 @@ class BusService:
         self._tasks: set[asyncio.Task[Message]] = set()
 
     async def call(self, request: Request) -> Message:
-        """Return the answer; raises `InvalidMessage` for what is asked, `ServiceFailed`."""
+        """Return the answer; raises `InvalidMessage` for an invalid request, and `ServiceFailed`."""
         named_values = by_name(self._request, types.fields(self._request), request)
         asked = types.conform(self._request, named_values, stamp=self.node.bus.now())
         try:
@@ -173,7 +173,7 @@ class BusService:
             raise ServiceFailed(service=self._name, reason=str(error)) from error
 
     async def _answered(self, asked: Message) -> Message:
-        """Return what a task of its own answers; whoever asks being cancelled cancels it, and waits for its end."""
+        """Return the answer of a separate task; if the caller is cancelled, cancel the task and wait for its end."""
         task = asyncio.ensure_future(self._answer(asked))
         self._tasks.add(task)  # type: ignore[arg-type]
         try:
@@ -186,7 +186,7 @@ class BusService:
             self._tasks.discard(task)  # type: ignore[arg-type]
 
     def close(self) -> None:
-        """Answer no more; what is being answered is cancelled."""
+        """Stop serving, and cancel requests under way."""
         services = self.node.bus.services
         if services.get(self._name) is self:
             del services[self._name]
@@ -196,7 +196,7 @@ class BusService:
 
 
 class BusAction:
-    """The server of an action and its topics. `gone` completes when it serves no more."""
+    """The server of an action and its topics. `gone` completes when it has stopped serving."""
 
     def __init__(self, node: BusNode, name: str, kind: str, act: Act) -> None:
         self.node = node
@@ -216,12 +216,12 @@ class BusAction:
         ]
 
     def close(self) -> None:
-        """Take no more goals; those under way are cancelled, and their results told once all is at rest."""
+        """Take no more goals and cancel those under way; their results are still published."""
         self._deaf()
         self.server.close()
 
     def kill(self) -> None:
-        """End as a node that dies."""
+        """Stop serving as a node that dies."""
         self._deaf()
         self.server.kill()
 
@@ -243,10 +243,10 @@ class BusAction:
 
 
 class BusNode:
-    """One who takes part in the graph; see `protocol.Graph`.
+    """A node of the graph; see `protocol.Graph`.
 
-    Its end is the end of everything it does there: services and goals that it carried out are cancelled and nobody
-    hears of them, and goals that it waits for are cancelled as well.
+    When the node ends, its services and goals are cancelled without an answer, and goals that it waits for are
+    cancelled as well.
     """
 
     def __init__(self, bus: Bus, name: str, who: Who | None = None) -> None:
@@ -268,25 +268,25 @@ class BusNode:
         return self.bus.parameters
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
-        """Take a topic to publish on; see `protocol.Graph`. Messages wait with their readers, not here."""
+        """Return a publisher of a topic; see `protocol.Graph`. Messages wait at their subscribers, not here."""
         del queue_size
         return self.bus.topics.advertise(named(topic), kind, self, latch=latch)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
-        """Listen to a topic; see `protocol.Graph`."""
+        """Subscribe to a topic; see `protocol.Graph`."""
         return self.bus.topics.listen(named(topic), kind, lambda message, _: heard(message), self, queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
-        """Answer a service; whoever answered it before does so no more."""
+        """Serve a service, in place of a former server."""
         name = named(service)
         held = self.bus.services[name] = BusService(self, name, kind, answer, quick)
         self.keep(held)
         return held
 
     async def call(self, service: str, request: Request, kind: str = "") -> Message:
-        """Return the answer of a service; raises `UnknownInterface` where nobody serves it, and as the protocol says.
+        """Return the answer of a service; raises `UnknownInterface` if no node serves it; see `protocol.Graph`.
 
-        Being cancelled cancels what is being answered, and ends when that is over.
+        Cancelling this call cancels the request, and ends when the work of the request has ended.
         """
         name = named(service)
         held = self.bus.services.get(name)
@@ -298,10 +298,10 @@ class BusNode:
             return await held.call(request)
 
     def expect(self, *services: str) -> None:
-        """Do nothing; see `protocol.Graph`. Here nobody has to be asked who serves what."""
+        """Do nothing: this graph knows all services; see `protocol.Graph`."""
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:
-        """Be the server of an action; whoever was before takes no more goals."""
+        """Serve an action; a former server takes no more goals."""
         name = named(action)
         before = self.bus.actions.get(name)
         if before is not None:
@@ -311,7 +311,7 @@ class BusNode:
         return held
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
-        """Have a goal carried out and return how it ended; see `protocol.Graph`."""
+        """Send a goal to its server and return its outcome and result; see `protocol.Graph`."""
         name = named(action)
         server = self.bus.actions.get(name)
         if server is None or server.kind != kind:
@@ -344,7 +344,7 @@ class BusNode:
                 one.close()
 
     def close(self) -> None:
-        """End, as a node that dies: nobody hears of it any more, what it did comes to rest."""
+        """End as a node that dies: publish nothing more, and bring all work to rest."""
         if self not in self.bus.nodes:
             return
         self.bus.nodes.remove(self)
@@ -359,18 +359,18 @@ class BusNode:
             action.server.forsake(self)
 
     def keep(self, held: TopicOutlet | TopicInlet | BusService | BusAction) -> None:
-        """Have something that is given back when the node ends."""
+        """Register a resource that is closed when the node ends."""
         self._held.append(held)
 
     def drop(self, held: TopicOutlet | TopicInlet | BusService | BusAction) -> None:
-        """Take notice that something was given back."""
+        """Unregister a closed resource."""
         if held in self._held:
             self._held.remove(held)
 
     async def _until(self, ended: asyncio.Future[GoalResult], server: BusAction) -> None:
-        """Wait until a goal has ended, or nobody will ever say so."""
+        """Wait until a goal has ended, its server has stopped serving, or this node has ended."""
         await asyncio.wait({ended, server.gone, self._lost}, return_when=asyncio.FIRST_COMPLETED)
-        if not ended.done():  # a result that was told last of all is heard in the loop's next turn
+        if not ended.done():  # a result published last is delivered in the loop's next turn
             await asyncio.sleep(0)
             await asyncio.sleep(0)
 
@@ -382,11 +382,11 @@ class BusDirectory:
         self._bus = bus
 
     async def topics(self) -> Mapping[str, str]:
-        """Return the type of every topic that somebody publishes or subscribes."""
+        """Return the type of every topic that has a publisher or a subscriber."""
         return self._bus.topics.kinds
 
     def topic_type(self, topic: str) -> str:
-        """Return the type of a topic, "" of one that nobody uses."""
+        """Return the type of a topic, "" for an unused topic."""
         return self._bus.topics.kinds.get(named(topic), "")
 
     async def services(self) -> Mapping[str, str]:
@@ -398,16 +398,16 @@ class BusDirectory:
         return tuple(self._bus.services)
 
     async def service_type(self, service: str) -> str:
-        """Return the type of one service, "" where nobody serves it."""
+        """Return the type of one service, "" if no node serves it."""
         found = self._bus.services.get(named(service))
         return "" if found is None else found.kind
 
     async def service_host(self, service: str) -> str:
-        """Return the loopback's address for every service, "" where nobody serves it."""
+        """Return the loopback address for every service, "" if no node serves it."""
         return _HERE if named(service) in self._bus.services else ""
 
     async def nodes(self) -> Mapping[str, NodeInfo]:
-        """Return what every node publishes, subscribes and serves; those that share a name together."""
+        """Return what every node publishes, subscribes and serves; nodes that share a name are combined."""
         found = {node.name: (set[str](), set[str](), set[str]()) for node in self._bus.nodes}
         for name in self._bus.topics.kinds:
             topic = self._bus.topics.find(name)

@@ -1,6 +1,6 @@
 """Definitions of every type of the graph: ROS types from the library rosbags, types of Maya from ros/.
 
-Each stands here as its package writes it, by its name; a service has its request and its response around `---`.
+Each definition is that of its package, by its name; in a service, `---` separates request and response.
 
 Names are ROS 1 names ("std_msgs/String"); the two halves of a service are "std_srvs/SetBoolRequest" and "...Response",
 and an action X has the messages XAction, XActionGoal, XGoal and so on, as ROS' generators make them.
@@ -62,7 +62,7 @@ SCALAR = -1
 """Length of a field that is no array."""
 
 ANY = 0
-"""Length of an array that may have any."""
+"""Length of an array of any length."""
 
 _DEFINITIONS = Path(__file__).parent / "definitions"
 _NOTHING = "structure_needs_at_least_one_member"
@@ -79,7 +79,7 @@ _DERIVED = {
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field: its name, its type without brackets, and its `length`: -1 where it is no array, 0 of any length."""
+    """A field: its name, its type without brackets, and its `length`: -1 for no array, 0 for an array of any length."""
 
     name: str
     type: str
@@ -87,7 +87,7 @@ class Field:
 
     @property
     def written(self) -> str:
-        """Its type as a definition writes it."""
+        """The type as a definition writes it."""
         if self.length == SCALAR:
             return self.type
         return f"{self.type}[{self.length or ''}]"
@@ -113,7 +113,7 @@ class Spec:
 
 @cache
 def spec(kind: str) -> Spec:
-    """Return what a type is made of; raises `UnknownInterface`. ROS 2's way to write its name is understood too."""
+    """Return the definition of a type; raises `UnknownInterface`. ROS 2's form of the name is accepted too."""
     found = _specs().get(kind) or _specs().get(kind.replace("/msg/", "/"))
     if found is None:
         raise UnknownInterface(form="type", name=kind)
@@ -121,17 +121,17 @@ def spec(kind: str) -> Spec:
 
 
 def is_base(kind: str) -> bool:
-    """Tell whether a type is one of ROS' own, not a message: a number, a text, a time or a duration."""
+    """Return whether a type is a base type of ROS: a number, a text, a time or a duration."""
     return "/" not in kind
 
 
 def kinds() -> tuple[str, ...]:
-    """Return the names of all messages."""
+    """Return the names of all message types."""
     return tuple(_specs())
 
 
 def services() -> tuple[str, ...]:
-    """Return the names of all types of services."""
+    """Return the names of all service types."""
     return tuple(_services())
 
 
@@ -160,7 +160,7 @@ def _foreign() -> Mapping[str, object]:
 
 
 def _ours(form: str) -> dict[str, str]:
-    """Return the text of our definitions of a form, by name."""
+    """Return the texts of Maya's definitions of a form, by name."""
     files = sorted(_DEFINITIONS.glob(f"*/{form}/*.{form}"))
     return {f"{file.parent.parent.name}/{file.stem}": file.read_text(encoding="utf-8") for file in files}
 
@@ -199,7 +199,7 @@ def _parsed(name: str, text: str) -> Spec:
 
 
 def _spec(name: str, definition: object) -> Spec:
-    """Return a type from the library's tree of it."""
+    """Return a type from its definition in the library."""
     constants, fields = definition  # type: ignore[misc]
     return Spec(
         _plain(name),

@@ -34,16 +34,16 @@ NAMES = {
 """The names of the coordinates of every space, in order."""
 
 SLOWEST = 1e-3
-"""A motion is slowed to no less than this share of the limits."""
+"""Smallest share of the limits to which a motion is slowed."""
 
 _LESS = 0.999
-"""Share that is taken off in addition when a motion is slowed to reach a time, so that few steps suffice."""
+"""Additional factor of the speed when a motion is slowed to reach a duration, so that few steps suffice."""
 
 _ENOUGH = 1.02
-"""A time that is missed by no more than this needs no better speed."""
+"""A duration within this factor of the wanted one needs no better speed."""
 
 _SAME = 1.005
-"""Speeds that differ by no more than this are the same."""
+"""Speeds within this factor of each other count as equal."""
 
 
 class MotionPreviewer(Protocol):
@@ -55,7 +55,7 @@ class MotionPreviewer(Protocol):
 
 
 def path_to_message(path: Route, least: float = 0.0) -> Message:
-    """Return a path as trajectory_msgs/JointTrajectory that takes at least so long [s]."""
+    """Return a path as trajectory_msgs/JointTrajectory with `least` as its least duration [s]."""
     whole = path if isinstance(path, Path) else Path.joints(*path)
     blends = whole.blends or (SHARP,) * (len(whole.waypoints) - 2)
     efforts = [[], *([] if blend == SHARP else list(blend) for blend in blends), []]
@@ -65,9 +65,9 @@ def path_to_message(path: Route, least: float = 0.0) -> Message:
 
 
 def path_from_message(trajectory: Mapping[str, Any]) -> tuple[Path, float]:
-    """Return the path of a whole message, and the least time that it is to take [s], 0 where it says none.
+    """Return the path of a complete message, and its least duration [s], 0 if the message has none.
 
-    Raises `InvalidMessage` for other names and numbers that do not fit them, `TrajectoryRefused` for fewer than two
+    Raises `InvalidMessage` for unknown names and for a wrong number of values, `TrajectoryRefused` for fewer than two
     points, and `InvalidValue` for numbers that are not finite or too large.
     """
     space, places = _space(trajectory["joint_names"])
@@ -82,7 +82,7 @@ def path_from_message(trajectory: Mapping[str, Any]) -> tuple[Path, float]:
 def speed_for(preview: MotionPreviewer, path: Route, least: float) -> float:
     """Return about the greatest speed (above 0 up to 1) at which the motion along `path` takes at least `least` [s].
 
-    Raises what `preview` raises, and `TrajectoryRefused` for one that would have to be slower than can be.
+    Raises what `preview` raises, and `TrajectoryRefused` if the motion would have to be slower than possible.
     """
     if least <= 0.0:
         return 1.0
@@ -114,7 +114,7 @@ def _point(waypoint: Waypoint, effort: Sequence[float]) -> Message:
 
 
 def _space(names: Sequence[str]) -> tuple[Space, tuple[int, int, int]]:
-    """Return the space of some names, and where each of its coordinates stands."""
+    """Return the space of some names, and the index of each coordinate."""
     for space, own in NAMES.items():
         if sorted(names) == sorted(own) and (space is Space.JOINT or tuple(names) == own):
             first, second, third = (list(names).index(name) for name in own)
@@ -146,7 +146,7 @@ def _least(last: Mapping[str, Any]) -> float:
 
 
 def joints_of(message: Mapping[str, float]) -> Joints:
-    """Return the joints of a goal with a, b, c (rad, m, m); raises `InvalidValue` for what is no place of a robot."""
+    """Return the joints of a goal with a, b, c (rad, m, m); raises `InvalidValue` for values out of range."""
     joints = Joints(message["a"], message["b"], message["c"])
     if not all(abs(value) <= FARTHEST for value in joints):
         raise InvalidValue(key="joints", value=tuple(joints), reason=WITHIN)

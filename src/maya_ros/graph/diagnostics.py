@@ -1,7 +1,7 @@
-"""/diagnostics: how every layer is, in words and levels that ROS tools show.
+"""/diagnostics: the status of every layer, in words and levels that ROS tools show.
 
-Levels: OK; WARN where somebody has to do something before the robot moves; ERROR in a fault or without a connection;
-STALE what is told of the axes without a connection. The message of a fault is its code and sentence.
+Levels: OK; WARN if a person must act before the robot moves; ERROR in a fault or without a connection; STALE for the
+axes without a connection. The message of a fault is its code and sentence.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CONTROLLER = "maya: controller"
 
 
 class DiagnosticLevel(IntEnum):
-    """How it stands (diagnostic_msgs/DiagnosticStatus)."""
+    """Level of a status (diagnostic_msgs/DiagnosticStatus)."""
 
     OK = 0
     WARN = 1
@@ -29,7 +29,7 @@ class DiagnosticLevel(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class DiagnosticStatus:
-    """How one part of Maya is: its `name`, one sentence, and `values` by key for whoever looks closer."""
+    """Status of one part of Maya: its `name`, one sentence, and further `values` by key."""
 
     name: str
     level: DiagnosticLevel
@@ -55,7 +55,7 @@ _LEVELS = {
 
 
 def controller(state: State, address: str = "") -> DiagnosticStatus:
-    """Return how the controller layer is, connected to `address`."""
+    """Return the status of the controller layer, connected to `address`."""
     values: dict[str, object] = {
         "address": address,
         "mode": state.mode,
@@ -71,7 +71,7 @@ def controller(state: State, address: str = "") -> DiagnosticStatus:
 
 
 def axes(state: State) -> DiagnosticStatus:
-    """Return how motors and limit switches are."""
+    """Return the status of the motors and limit switches."""
     limits = [f"{axis} {side}" for axis, side, active in _switches(state) if active]
     off = [axis for axis, on in zip(AXES, state.motors_on, strict=True) if not on]
     values: dict[str, object] = {
@@ -97,9 +97,9 @@ def axes(state: State) -> DiagnosticStatus:
 
 
 def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: str = "") -> DiagnosticStatus:
-    """Return how the robot layer is; `running` is the primitive under way, "" where there is none.
+    """Return the status of the robot layer; `running` names the primitive under way, "" for none.
 
-    `why` says why it takes no command now, where that is known.
+    `why` is the reason why the layer takes no command now, "" if unknown.
     """
     values = {"can_teleop": can_teleop, "running": running}
     if not controller_there:
@@ -113,7 +113,7 @@ def robot(*, controller_there: bool, can_teleop: bool, running: str = "", why: s
 def process(
     *, robot_there: bool, paused: bool, running: str = "", queued: int = 0, reason: str = ""
 ) -> DiagnosticStatus:
-    """Return how the process layer is: `running` names the job under way, `reason` says why the queue is paused."""
+    """Return the status of the process layer; `running` names the job under way, `reason` is why the queue pauses."""
     values = {"running": running, "queued": queued, "paused": paused}
     if not robot_there:
         return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot layer is not there", values)
@@ -127,7 +127,7 @@ def process(
 
 
 def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> DiagnosticStatus:
-    """Return how the process layer is while job `job` waits for a person: it was under way when the program ended."""
+    """Return the status of the process layer while job `job`, which a program end interrupted, waits for a person."""
     values = {"interrupted": job, "step": step, "paused": True}
     if not robot_there:
         return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot layer is not there", values)
@@ -136,7 +136,7 @@ def interrupted(job: int, name: str, step: str, *, robot_there: bool) -> Diagnos
 
 
 def bridge(name: str, *, there: bool, clients: int = 0, message: str = "") -> DiagnosticStatus:
-    """Return how a bridge to others is; `there` whether what it hands on to is there."""
+    """Return the status of a bridge; `there` is whether the layer below it is available."""
     said = message or ("connected" if there else "waits for the layer below")
     return DiagnosticStatus(
         f"maya: {name}", DiagnosticLevel.OK if there else DiagnosticLevel.WARN, said, {"clients": clients}

@@ -1,8 +1,8 @@
-"""The layers above the controller as nodes of their own: each a client of the one below, open to the one above.
+"""The layers above the controller as nodes: each a client of the layer below and a server for the layer above.
 
-robot_floor        node robot_controller    /maya_command, /maya_move, and the task that decides who may move
-tasks_handed_on    node primitive_server    /task, handed on to that
-robot_floor_seen   whether both are there, for whoever asks them for something
+robot_floor        node robot_controller    /maya_command, /maya_move, and the task action that decides who may move
+tasks_handed_on    node primitive_server    /task, forwarded to that action
+robot_floor_seen   check for missing nodes of the robot layer
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from maya_un.values import Progress, State
 from maya_un.workers import Workers
 
 INNER = "/robot_controller/task"
-"""The action by which primitive_server has primitives done, so that one node decides who may move the robot."""
+"""The action by which primitive_server executes primitives, so that one node decides who may move the robot."""
 
 _DECIDES = "robot_controller"
 
 
 @dataclass(frozen=True, slots=True)
 class DistributedLayers:
-    """A robot layer and what is below it, as a server looks at them."""
+    """A robot layer and the layer below, as a server uses them."""
 
     robot: Robot
     controller: Controller
@@ -50,11 +50,11 @@ class DistributedLayers:
         return self.robot.can_teleop
 
     def progress(self) -> Progress | None:
-        """How far the motion under way has come, None at rest."""
+        """Progress of the motion under way, None at rest."""
         return self.controller.progress()
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Do a primitive; a stop ends it also between two of its motions."""
+        """Execute a primitive; a stop ends it also between two of its motions."""
         await cancel_on_stop(self.controller.events, self.robot.run(primitive, on_phase))
 
 
@@ -62,10 +62,9 @@ class DistributedLayers:
 async def robot_floor(
     graph: Graph, config: Config, workers: Workers | None = None, *, clock: Clock | None = None, speed: float = 1.0
 ) -> AsyncGenerator[GraphController]:
-    """Offer the robot layer, on the controller layer of the same graph, while the block runs.
+    """Serve the robot layer, on the controller layer of the same graph, while the block runs.
 
-    It is offered from the beginning: as long as the controller layer is not there, commands are refused. A running
-    command is at rest when the block ends.
+    As long as the controller layer is missing, commands are refused. A running command is at rest when the block ends.
     """
     async with GraphController.on(graph, config, speed=speed) as controller:
         server = RobotServer(
@@ -77,13 +76,13 @@ async def robot_floor(
 
 @asynccontextmanager
 async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
-    """Offer /task while the block runs, each goal carried out by the robot layer."""
+    """Serve /task while the block runs; the robot layer carries out each goal."""
 
     async def act(goal: Message, feedback: Feedback) -> Message:
         gone = NodeGone(node=_DECIDES)
         try:
             ended = await run_to_rest(graph.do(INNER, TASK.type, goal, feedback))
-        except NodeGone:  # it knows the action only, not whose it is
+        except NodeGone:  # it names the action, not the node
             raise gone from None
         if not ended.result:
             raise gone
@@ -103,7 +102,7 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
 
 @contextmanager
 def robot_floor_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
-    """Give what tells which nodes of the robot layer are not there, while the block runs."""
+    """Yield a function that returns an error for each missing node of the robot layer."""
     actions = {_DECIDES: INNER, TASK.sources[0]: TASK.name}
     heard = {
         node: graph.subscribe(f"{action}/status", "actionlib_msgs/GoalStatusArray", lambda _: None, queue_size=1)

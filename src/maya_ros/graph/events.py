@@ -5,7 +5,7 @@
 
 The last event is latched, so a new subscriber gets the whole state from it. `strokes` are the ranges of a, b, c
 (rad, m, m) that homing measured, null before it. `fault` is {"code", "message"} or null. `code` is that of the
-event's own error, 0 without one. `detail` holds all other fields of the event.
+event's error, 0 without one. `detail` holds all other fields of the event.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Strokes = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 """Ranges of a, b, c (rad, m, m)."""
 
 REFUSED = "refused"
-"""The word for a command on a topic that was refused: its code says why."""
+"""The word for a refused command on a topic; its code gives the reason."""
 
 _BY_MODE = {
     Mode.DISCONNECTED: Disconnected,
@@ -56,13 +56,13 @@ _AT_REST = frozenset({Mode.IDLE, Mode.NOT_HOMED})
 
 
 def words() -> list[str]:
-    """Return every word that /maya_event begins with."""
+    """Return every word with which a message on /maya_event begins."""
     return [*(word for word, event in DECLARED.items() if issubclass(event, ControllerEvent)), REFUSED]
 
 
 @dataclass(frozen=True, slots=True)
 class ControllerCondition:
-    """How the controller layer stands; `strokes` is None before homing."""
+    """Condition of the controller layer; `strokes` is None before homing."""
 
     mode: Mode
     homed: bool
@@ -74,7 +74,7 @@ class ControllerCondition:
 
     @classmethod
     def of(cls, state: State, workspace: Workspace) -> ControllerCondition:
-        """Return how it stands by a state, and the strokes of the workspace once homed."""
+        """Return the condition of a state; once homed, with the strokes of the workspace."""
         strokes = (workspace.boom, workspace.line_b, workspace.line_c) if state.homed else None
         return cls(
             state.mode, state.homed, state.moving, state.gripper_closed, state.override, strokes, state.fault
@@ -82,13 +82,13 @@ class ControllerCondition:
 
     @property
     def word(self) -> str:
-        """The word that says this by itself, without anything having happened."""
+        """The event word for this condition alone, without an event."""
         return _BY_MODE[self.mode].word
 
 
 @dataclass(frozen=True, slots=True)
 class ReportedEvent:
-    """An event as the graph tells it: its word, how everything stands, its code and what it says besides."""
+    """An event on the graph: its word, the condition of the layer, its code, and its other fields."""
 
     word: str
     standing: ControllerCondition
@@ -97,9 +97,9 @@ class ReportedEvent:
 
     @classmethod
     def of(cls, event: Event, standing: ControllerCondition) -> ReportedEvent:
-        """Return what is told of an event.
+        """Return an event with the condition to report.
 
-        When a motion begins, that is told before the axes move and the state shows it.
+        The start of a motion is reported as moving, before the axes move and the state shows it.
         """
         mode = _BEGINS.get(event.kind)
         if mode is not None and standing.mode in _AT_REST:
@@ -107,7 +107,7 @@ class ReportedEvent:
         return cls(event.kind, standing, event.code, event.detail)
 
     def text(self) -> str:
-        """Return it as it stands on the topic."""
+        """Return the text of the message on the topic."""
         standing = self.standing
         data = {
             "mode": standing.mode.value,
@@ -124,7 +124,7 @@ class ReportedEvent:
 
 
 def read(text: str) -> ReportedEvent:
-    """Return what an event on the topic tells; raises `InvalidMessage` for what none of ours tells."""
+    """Return the event of a message on the topic; raises `InvalidMessage` for a text of another form."""
     word, _, rest = text.partition(" ")
     if word not in words():
         raise InvalidMessage(name="/maya_event", reason=f"it begins with {word[:40]!r}, which is no word of it")
@@ -179,7 +179,7 @@ class ControllerView(Protocol):
 
 
 class EventPublisher:
-    """Tells events of `layer` on `publisher`, in the loop's next turn, when the state shows what they say."""
+    """Publishes events of `layer` on `publisher` in the loop's next turn, when the state shows their effect."""
 
     def __init__(self, layer: ControllerView, publisher: Publisher) -> None:
         self._layer = layer
@@ -190,23 +190,23 @@ class EventPublisher:
         self.say(self._told.word)
 
     def hear(self, event: Event) -> None:
-        """Take an event; those that are nobody's business outside are left out."""
+        """Take an event; only events of the controller layer are published."""
         if isinstance(event, ControllerEvent):
             self._later(event, asyncio.get_running_loop().call_soon)
 
     def say(self, word: str, error: MayaError | None = None, **detail: object) -> None:
-        """Tell something that is no event of the layer."""
+        """Publish a word that is no event of the layer."""
         self._flush()
         if error is not None:
             detail["message"] = str(error)
         self._tell(ReportedEvent(word, self._standing(), 0 if error is None else error.code, detail))
 
     def refused(self, topic: str, error: MayaError) -> None:
-        """Tell that a command on a topic was refused, or failed."""
+        """Publish that a command on a topic was refused or failed."""
         self.say(REFUSED, error, topic=topic)
 
     def look(self) -> None:
-        """Tell how it stands where that has changed and no event said so, seen twice: called now and then."""
+        """Publish a condition that changed without an event, at the second difference in a row; called periodically."""
         standing = self._standing()
         differs = not self._news and (standing.mode, standing.homed) != (self._told.mode, self._told.homed)
         if differs and self._differed:

@@ -1,8 +1,7 @@
-"""The server's side of a ROS 1 action: goals, cancels and the list of how they stand (wiki.ros.org/actionlib).
+"""The server side of a ROS 1 action: goals, cancels and the status list (wiki.ros.org/actionlib).
 
-A goal is PENDING until its act gives its first feedback, which is when something begins; until then it can be refused,
-and cancelled without a trace (RECALLED). One that has ended stays in the list for a while, so that those hear of it who
-missed the result.
+A goal is PENDING until its act gives the first feedback, which marks the start. Until then, the goal can be refused, or
+cancelled without effect (RECALLED). An ended goal stays in the list for a while, for clients that missed the result.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from maya_un.cancellation import cancel_once
 from maya_un.errors import Cancelled
 
 KEPT = 5.0
-"""A goal that has ended stays in the list for so long [s] (actionlib's status_list_timeout)."""
+"""Time for which an ended goal stays in the list [s] (actionlib's status_list_timeout)."""
 
 PERIOD = 0.2
-"""The list is told so often [s] while there is anything in it (actionlib's status frequency is 5 Hz)."""
+"""Period of publishing the list while it is not empty [s] (actionlib's status frequency is 5 Hz)."""
 
 MANY = 20
-"""A longer list is told by the clock alone: what a flood of goals costs must not grow with its square."""
+"""A longer list is only published periodically: the cost of a flood of goals must not grow with its square."""
 
 MOST = 100
-"""So many that have ended are kept in the list at most; of more, the oldest are forgotten sooner."""
+"""Largest number of ended goals in the list; beyond it, the oldest are removed sooner."""
 
 _BEFORE = {"secs": 0, "nsecs": 0}
 _TOO_LATE = "It came with a time before that of the last cancel."
@@ -36,21 +35,21 @@ _TOO_LATE = "It came with a time before that of the last cancel."
 
 @dataclass(frozen=True, slots=True)
 class GoalTopics:
-    """The topics on which a server speaks."""
+    """The topics on which a server publishes."""
 
     status: Publisher
     feedback: Publisher
     result: Publisher
 
     def close(self) -> None:
-        """Give them back."""
+        """Close the publishers."""
         for voice in (self.status, self.feedback, self.result):
             voice.close()
 
 
 @dataclass(slots=True, eq=False)
 class Goal:
-    """A goal as the server keeps it; `source` is the client whose end cancels it, None where nobody's does."""
+    """A goal on the server; when the client `source` ends, the goal is cancelled (None: no client)."""
 
     id: str
     stamp: Stamp
@@ -60,15 +59,15 @@ class Goal:
     task: asyncio.Task[None] | None = None
 
     def status(self) -> Message:
-        """Return how it stands, as actionlib_msgs/GoalStatus."""
+        """Return the state of the goal as actionlib_msgs/GoalStatus."""
         return {"goal_id": {"stamp": self.stamp, "id": self.id}, "status": int(self.outcome), "text": self.text}
 
 
 class GoalServer:
-    """Serves one action of type `kind`: takes its goals to `act`, each in a task of its own.
+    """Serves one action of type `kind`: carries out each goal with `act`, in a separate task.
 
-    `now` tells the time of the graph. `idle` is called once it is closed and the last goal has ended. `speed` is how
-    fast the loop's clock runs: clients wait for the list in their own time.
+    `now` returns the time of the graph. `idle` is called once the server is closed and the last goal has ended. `speed`
+    is how fast the loop's clock runs: clients wait for the list in real time.
     """
 
     def __init__(
@@ -98,7 +97,7 @@ class GoalServer:
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """The goals in the list, in the order they came."""
+        """The goals in the list, in the order of arrival."""
         return tuple(self._goals)
 
     @property
@@ -107,7 +106,7 @@ class GoalServer:
         return any(goal.task is not None and not goal.task.done() for goal in self._goals)
 
     def take(self, message: Message, source: object | None = None) -> None:
-        """Take a goal (XActionGoal); one that is known already is not begun again."""
+        """Take a goal (XActionGoal); a goal with a known id does not start again."""
         if self._closed:
             return
         goal_id = message["goal_id"]
@@ -127,7 +126,7 @@ class GoalServer:
         self._tell_status()
 
     def cancel(self, request: Message) -> None:
-        """Cancel goals as a actionlib_msgs/GoalID asks: by id, by time (all that came until then), or all of them."""
+        """Cancel goals as an actionlib_msgs/GoalID requests: by id, by time (all goals up to then), or all goals."""
         if self._closed:
             return
         wanted, until = request["id"], order(request["stamp"])
@@ -141,11 +140,11 @@ class GoalServer:
             self._forget_later(early)
             self._forget_oldest()
             self._tell_status()
-        if until > order(self._last_cancel):  # of the future it says nothing: what comes then is another command
+        if until > order(self._last_cancel):  # a time in the future does not cover later goals: they are new commands
             self._last_cancel = min(request["stamp"], self._now(), key=order)
 
     def recall(self, goal: Goal) -> None:
-        """Ask for the end of a goal, unless that was done before."""
+        """Request the end of a goal, unless that was done before."""
         match goal.outcome:
             case GoalStatus.PENDING:
                 goal.outcome = GoalStatus.RECALLING
@@ -164,7 +163,7 @@ class GoalServer:
                 self.recall(goal)
 
     def close(self) -> None:
-        """Take no more goals and cancel those under way; their results are told once all is at rest."""
+        """Take no more goals and cancel those under way; their results are still published."""
         if self._closed:
             return
         for goal in self.goals:
@@ -173,7 +172,7 @@ class GoalServer:
         self._end_of_all()
 
     def kill(self) -> None:
-        """End as a node that dies: nothing is told any more, what it did comes to rest."""
+        """End as a node that dies: publish nothing more, and cancel all goals."""
         self._closed = True
         self._silence()
         for goal in self._goals:
@@ -235,7 +234,7 @@ class GoalServer:
             self._goals.remove(goal)
 
     def _tell_status(self) -> None:
-        """Tell how all stand, a long list not before the clock's next turn."""
+        """Publish the state of all goals; a long list waits for the next period."""
         if len(self._goals) <= MANY:
             self._tell_list()
         if self._goals and self._ticker is None:

@@ -67,7 +67,7 @@ ORIGIN = Point(0.0, 0.0, 0.0)
 _ADD, _DELETE = 0, 2
 
 
-def marker(  # noqa: PLR0913 - a marker has that many sides
+def marker(  # noqa: PLR0913 - a marker has that many properties
     name: str,
     shape: MarkerShape,
     colour: Colour,
@@ -82,10 +82,10 @@ def marker(  # noqa: PLR0913 - a marker has that many sides
     colours: Iterable[Colour] = (),
     text: str = "",
 ) -> Message:
-    """Return marker `number` of the namespace `name`; of lines only the first of `size` counts, their width [m].
+    """Return marker `number` of the namespace `name`; for lines, only the first of `size` counts, their width [m].
 
-    One that is not in the frame `BASE` moves with its frame. One that is there now, and in another frame later,
-    `follows` from the beginning: rviz crashes if `frame_locked` of a drawn marker becomes false.
+    A marker outside the frame `BASE` moves with its frame. A marker that changes its frame later must have `follows`
+    from the beginning: rviz crashes if `frame_locked` of a drawn marker becomes false.
     """
     return {
         "header": header(frame=frame),
@@ -107,7 +107,7 @@ def marker(  # noqa: PLR0913 - a marker has that many sides
 
 
 def removed(drawn: Message) -> Message:
-    """Return what takes a marker away again."""
+    """Return the message that removes a marker."""
     gone = marker(
         drawn["ns"], MarkerShape(drawn["type"]), Colour(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), number=drawn["id"]
     )
@@ -115,7 +115,7 @@ def removed(drawn: Message) -> Message:
 
 
 def blended(low: Colour, high: Colour, share: float) -> Colour:
-    """Return the colour that lies between two at `share`, 0 to 1."""
+    """Return the colour between `low` and `high` at `share`, 0 to 1."""
     within = min(max(share, 0.0), 1.0)
     return Colour(*(one + (other - one) * within for one, other in zip(low, high, strict=True)))
 
@@ -166,7 +166,7 @@ def outline(workspace: Workspace) -> Floats:
 
 
 def workspace_markers(workspace: Workspace) -> Iterator[Message]:
-    """Yield the boundary of the workspace, zones aside: a translucent skin, and the edges at both ends of the boom."""
+    """Yield the boundary of the workspace without zones: a translucent skin, and the edges at both ends of the boom."""
     edge = outline(workspace)
     turns = [_turned(edge, angle) for angle in np.linspace(*workspace.boom, _TURNS)]
     skin = [corner for one, other in pairwise(turns) for corner in _band(one, other)]
@@ -208,14 +208,14 @@ def part_markers(parts: Mapping[str, Point], carried: str | None, lift: float) -
 
 
 def way_markers(way: Sequence[Point]) -> Iterator[Message]:
-    """Yield the path of the gripper point through `way` [m] and its end; nothing without one."""
+    """Yield the path of the gripper point through `way` [m] and its end; nothing for fewer than two points."""
     if len(way) > 1:
         yield marker("path", MarkerShape.LINE_STRIP, WAY, (0.012, 0.0, 0.0), points=way)
         yield marker("path", MarkerShape.SPHERE, WAY, (0.04, 0.04, 0.04), number=1, place=way[-1])
 
 
 def way_of(route: Route, mechanism: Mechanism) -> tuple[Point, ...]:
-    """Return places of the gripper point along a route [m], close enough together to draw it."""
+    """Return positions of the gripper point along a route [m], close enough together to draw it."""
     path = route if isinstance(route, Path) else Path.joints(*route)
     pieces = path.pieces
     joints = to_joints(path.space, mechanism, pieces.at(np.linspace(0.0, len(pieces), _PIECE * len(pieces) + 1)))
@@ -251,10 +251,10 @@ def _middle(low: Point, high: Point) -> Point:
 
 
 LIGHT = Colour(0.30, 0.90, 0.45)
-"""A line that carries next to nothing."""
+"""Colour of a line with almost no load."""
 
 HEAVY = Colour(1.00, 0.15, 0.10)
-"""A line that carries as much as it may."""
+"""Colour of a line at its tension limit."""
 
 _WORD = Colour(0.85, 0.25, 0.10)
 _THICK = 0.014
@@ -267,8 +267,8 @@ _QUIET = (Mode.IDLE, Mode.MOVING, Mode.STOPPING)
 class MarkerScene:
     """The scene to draw: the state and the workspace.
 
-    `parts` are known by their grasp points [m], the one between the jaws is named by `carried`; `way` are places along
-    the path under way [m].
+    `parts` are grasp points by part name [m], `carried` names the part between the jaws, and `way` are positions of the
+    gripper point along the path under way [m].
     """
 
     state: State
@@ -280,7 +280,7 @@ class MarkerScene:
 
 
 class MarkerCache:
-    """Remembers what is drawn, so that only what is new has to be told."""
+    """Stores what is drawn, so that only changes are published."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -290,9 +290,9 @@ class MarkerCache:
         self._lift = 0.0
 
     def update(self, view: MarkerScene, *, whole: bool = False) -> Message | None:
-        """Return a MarkerArray of what has changed since the last one, or None where nothing has.
+        """Return a MarkerArray of the changes since the last call, None without changes.
 
-        `whole` returns everything, for whoever has come late.
+        With `whole`, return all markers, for a new subscriber.
         """
         wanted = {(one["ns"], one["id"]): one for one in self._all(view)}
         gone = [removed(one) for key, one in self._drawn.items() if key not in wanted]
@@ -307,7 +307,7 @@ class MarkerCache:
         yield from state_markers(view.state, view.workspace, self._config)
 
     def _surroundings(self, view: MarkerScene) -> list[Message]:
-        """Return workspace and zones, made again only where one of them is another."""
+        """Return the markers of workspace and zones, which are computed again only after a change."""
         zones = tuple(view.zones)
         if self._around is None or self._around[:2] != (view.workspace, zones):
             made = [*workspace_markers(view.workspace), *zone_markers(zones, view.workspace.mechanism.length)]
@@ -315,7 +315,7 @@ class MarkerCache:
         return self._around[2]
 
     def _lifted(self, view: MarkerScene) -> float:
-        """Return how far above the gripper point the part hangs [m]: as it was when the jaws took it."""
+        """Return the height of the part's grasp point above the gripper point [m], from when the jaws took the part."""
         if view.carried != self._carried:
             self._carried, self._lift = view.carried, 0.0
             place = view.parts.get(view.carried or "")
@@ -325,7 +325,7 @@ class MarkerCache:
 
 
 def state_markers(state: State, workspace: Workspace, config: Config) -> Iterator[Message]:
-    """Yield the lines, once homed, and a word above the mast where the robot is not simply ready or on its way."""
+    """Yield the lines, once homed, and a word above the mast unless the robot is idle, moving or stopping."""
     if state.joints is not None:
         yield from line_markers(state.joints, workspace, config)
     if state.mode not in _QUIET:
@@ -336,7 +336,7 @@ def state_markers(state: State, workspace: Workspace, config: Config) -> Iterato
 
 
 def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterator[Message]:
-    """Yield the pieces of both lines, coloured in steps by what share of the tension limit their line carries."""
+    """Yield the pieces of both lines, coloured in steps by the line's share of the tension limit."""
     u, square = workspace.mechanism.section(joints)
     pulls = tension(u, max(square, 0.0) ** 0.5, workspace.mechanism.width)
     number = 0
@@ -354,9 +354,9 @@ def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterat
 
 
 class PathMarkers:
-    """Hears the goals of /controller/follow and /move; `here` tells where the joints are, None where nobody knows.
+    """Subscribes to the goals of /controller/follow and /move; `here` returns the joints, None if unknown.
 
-    A goal that is refused has its result at once. Of several the one that came first is under way.
+    A refused goal gets its result at once. Of several goals, the first one is under way.
     """
 
     def __init__(self, graph: Graph, mechanism: Mechanism, here: Callable[[], Joints | None]) -> None:
@@ -373,17 +373,17 @@ class PathMarkers:
 
     @property
     def way(self) -> Sequence[Point]:
-        """Places of the gripper along the path under way [m], none where there is none."""
+        """Positions of the gripper point along the path under way [m], empty without one."""
         return next(iter(self._ways.values()), ())
 
     def close(self) -> None:
-        """Hear no more."""
+        """Unsubscribe, and forget all paths."""
         for held in self._held:
             held.close()
         self._ways.clear()
 
     def _begun(self, read: Callable[[Message], Route | None], message: Message) -> None:
-        """Take a goal; what is no path is refused by whoever serves it."""
+        """Take a goal; ignore an invalid path, which its server refuses."""
         with suppress(MayaError):
             route = read(message["goal"])
             if route is not None:

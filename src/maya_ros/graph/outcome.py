@@ -28,23 +28,23 @@ from maya_un.events import Event, EventLog, MotionStopped
 ENDED = frozenset(
     {GoalStatus.PREEMPTED, GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED, GoalStatus.RECALLED}
 )
-"""Outcomes after which a goal changes no more."""
+"""Final outcomes of a goal."""
 
 
 class ActionOutcome(NamedTuple):
-    """How an act ended: SUCCEEDED, ABORTED, PREEMPTED or REJECTED, and with which result."""
+    """Outcome of an act, SUCCEEDED, ABORTED, PREEMPTED or REJECTED, and its result."""
 
     outcome: GoalStatus
     result: Message
 
 
 def success() -> Message:
-    """Return the result of what was done."""
+    """Return the result of a command that succeeded."""
     return {"success": True, "code": "", "message": ""}
 
 
 def failure(error: MayaError) -> Message:
-    """Return the result of what failed, or was refused."""
+    """Return the result of a command that failed or was refused."""
     return {"success": False, "code": str(error.code), "message": str(error)}
 
 
@@ -54,9 +54,9 @@ def trigger_failure(error: MayaError) -> Message:
 
 
 def error_of(result: Mapping[str, object], name: str = "") -> MayaError | None:
-    """Return the error that a result or a response tells of, None where it succeeded.
+    """Return the error in a result or a response, None if it succeeded.
 
-    One without a code that we know is a `ServiceFailed` of `name`.
+    An error with an unknown code, or without one, is a `ServiceFailed` of `name`.
     """
     if result.get("success"):
         return None
@@ -71,7 +71,7 @@ def error_of(result: Mapping[str, object], name: str = "") -> MayaError | None:
 
 
 async def run_goal(act: Act, goal: Message, feedback: Feedback) -> ActionOutcome:
-    """Carry out a goal in this task, which may be cancelled to cancel the goal, and return how that ended.
+    """Carry out a goal in this task and return its outcome; cancelling the task cancels the goal.
 
     A stopped goal counts as preempted, like a cancelled one; other errors abort it.
     """
@@ -85,22 +85,22 @@ async def run_goal(act: Act, goal: Message, feedback: Feedback) -> ActionOutcome
         return ActionOutcome(GoalStatus.PREEMPTED, failure(error))
     except MayaError as error:
         return ActionOutcome(GoalStatus.ABORTED, failure(error))
-    except Exception as defect:  # noqa: BLE001 - whoever waits for the goal must hear that it ended
+    except Exception as defect:  # noqa: BLE001 - the client of the goal must learn that it ended
         asyncio.get_running_loop().call_exception_handler({"message": "a goal failed", "exception": defect})
         return ActionOutcome(GoalStatus.ABORTED, failure(InternalError(reason=repr(defect))))
     return ActionOutcome(GoalStatus.SUCCEEDED if result.get("success", True) else GoalStatus.ABORTED, result)
 
 
 async def run_action(graph: Graph, row: Row, goal: Message, feedback: Feedback | None = None) -> Message:
-    """Have the goal of an action carried out and return its result.
+    """Send the goal of an action to its server and return the result.
 
-    Raises the error that its server tells of, and `NodeGone` where there is none, or none any more. Being cancelled
-    cancels the goal, and ends when the server says that it has ended.
+    Raises the error that the server reports, and `NodeGone` if the server is missing or vanishes. Cancelling this call
+    cancels the goal, and ends when the server reports the goal's end.
     """
     gone = NodeGone(node=row.sources[0])
     try:
         ended = await run_to_rest(graph.do(row.name, row.type, goal, feedback))
-    except NodeGone:  # it knows the action only, not whose it is
+    except NodeGone:  # it names the action, not the node
         raise gone from None
     if not ended.result:
         raise gone
@@ -113,9 +113,9 @@ async def run_action(graph: Graph, row: Row, goal: Message, feedback: Feedback |
 
 
 async def call_service(graph: Graph, row: Row, request: Message) -> Message:
-    """Return the response of a service; raises the error that it tells of, and `NodeGone` where nobody answers.
+    """Return the response of a service; raises the error in the response, and `NodeGone` if no node answers.
 
-    Being cancelled cancels what is being answered, and ends when that is over.
+    Cancelling this call cancels the request, and ends when the work of the request has ended.
     """
     try:
         response = await run_to_rest(graph.call(row.name, request, row.type))
@@ -131,9 +131,9 @@ T = TypeVar("T")
 
 
 async def cancel_on_stop(events: EventLog, work: Coroutine[Any, Any, T]) -> T:
-    """Return what `work` does; raises `Stopped` where somebody says stop meanwhile, and what `work` raises.
+    """Return the result of `work`; raises `Stopped` if a stop comes meanwhile, and what `work` raises.
 
-    Either way, and where it is cancelled, it has ended when this does.
+    In every case, `work` has ended when this returns.
     """
     return await cancel_on_event(events, lambda event: Stopped() if isinstance(event, MotionStopped) else None, work)
 
@@ -141,7 +141,10 @@ async def cancel_on_stop(events: EventLog, work: Coroutine[Any, Any, T]) -> T:
 async def cancel_on_event(
     events: EventLog, why: Callable[[Event], MayaError | None], work: Coroutine[Any, Any, T]
 ) -> T:
-    """Return what `work` does; cancel it at the first event that is a reason `why`, and raise that, as `stoppable`."""
+    """Return the result of `work`; at the first event for which `why` returns an error, cancel `work` and raise it.
+
+    In every case, `work` has ended when this returns.
+    """
     task = asyncio.ensure_future(work)
     reason: MayaError | None = None
 

@@ -1,6 +1,6 @@
 """Permissions in a graph: the principal of each command, and a graph that checks commands before it runs them.
 
-It follows the work that a message starts, tasks included, so handlers need not pass it on.
+The principal follows the work that a message starts, tasks included, so handlers need not pass it on.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def anything(_: Operation) -> None:
 class PermittedGraph:
     """A `graph` whose services, actions and topics accept only requests that `permit` allows.
 
-    Requests of this process itself are not checked. Questions that are answered at once, and cancels, are
-    open to everybody. See `graph.protocol.Graph`.
+    Requests of this process itself are not checked. Any client may cancel, and may call what a service answers at once.
+    See `graph.protocol.Graph`.
     """
 
     def __init__(self, graph: Graph, permit: Permit) -> None:
@@ -76,22 +76,22 @@ class PermittedGraph:
 
     @property
     def directory(self) -> Directory:
-        """Its topics, services, actions and nodes."""
+        """Topics, services, actions and nodes of the graph."""
         return self._graph.directory
 
     @property
     def parameters(self) -> ParameterServer:
-        """Its parameters."""
+        """Parameters of the graph."""
         return self._graph.parameters
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
-        """Take a topic to publish on."""
+        """Return a publisher of a topic."""
         return self._graph.advertise(topic, kind, latch=latch, queue_size=queue_size)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
         """Subscribe to a topic; a refused command is logged, because no caller waits for an answer."""
         operation = asked_by_topic(topic)
-        if operation is Operation.GRAPH:  # it is no command, but information
+        if operation is Operation.GRAPH:  # information, not a command
             return self._graph.subscribe(topic, kind, heard, queue_size=queue_size)
 
         def looked_at(message: Message) -> None:
@@ -105,7 +105,7 @@ class PermittedGraph:
         return self._graph.subscribe(topic, kind, looked_at, queue_size=queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
-        """Answer a service; a call that is refused fails."""
+        """Serve a service; a refused call fails."""
         operation = asked_by_call(service, Kind.SERVICE)
 
         async def looked_at(request: Message) -> Message:
@@ -119,11 +119,11 @@ class PermittedGraph:
         return await self._graph.call(service, request, kind)
 
     def expect(self, *services: str) -> None:
-        """Find services that will be called, soon."""
+        """Look up services before they are called."""
         self._graph.expect(*services)
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:
-        """Be the server of an action; a goal that is refused is rejected."""
+        """Serve an action; a refused goal is rejected."""
         operation = asked_by_call(action, Kind.ACTION)
 
         async def looked_at(goal: Message, feedback: Feedback) -> Message:
@@ -136,5 +136,5 @@ class PermittedGraph:
         return self._graph.act(action, kind, looked_at)
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
-        """Have a goal carried out and return how it ended."""
+        """Send a goal to its server and return its outcome and result."""
         return await self._graph.do(action, kind, goal, feedback)

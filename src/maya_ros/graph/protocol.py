@@ -1,7 +1,7 @@
-"""The interface of a ROS graph, whether a real one or one within this process.
+"""The interface of a ROS graph, either a real one or one within this process.
 
 Messages are plain data: a dict of field names; arrays are lists, times and durations {"secs", "nsecs"} (as rosbridge
-writes them). Everything is called in the running loop, and calls back there.
+writes them). All calls, and all callbacks except `Quick`, run in the running loop.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ Request = Message | list[Any]
 """A request of a service; a list holds the values of its first fields, in their order."""
 
 Heard = Callable[[Message], None]
-"""Told of every message on a topic, in order."""
+"""Called with every message on a topic, in order."""
 
 Answer = Callable[[Message], Awaitable[Message]]
-"""Answers the request of a service. Raising a `MayaError` is the way to fail; a cancelled one answers nobody."""
+"""Answers a service request. It raises a `MayaError` to fail; a cancelled request gets no answer."""
 
 Quick = Callable[[Message], Message | None]
-"""Answers at once from what is known, in whatever thread, or None: then it is for the loop."""
+"""Answers a request at once from known data, in any thread; None leaves the request to the loop."""
 
 Feedback = Callable[[Message], None]
-"""Told how far a goal has come."""
+"""Called with the progress of a goal."""
 
 Act = Callable[[Message, Feedback], Awaitable[Message]]
-"""Carries out the goal of an action and returns its result; being cancelled, it ends when the robot is at rest.
+"""Carries out the goal of an action and returns its result; if cancelled, it ends when the robot is at rest.
 
-Its first feedback says that something begins: until then its goal is PENDING, and it may refuse it by raising
-`GoalRefused`. It fails by raising another `MayaError` (ABORTED; what was stopped is PREEMPTED):
-`graph.outcome.carried`.
+The first feedback marks the start. Until then the goal is PENDING, and the function may refuse it by raising
+`GoalRefused`. It fails by raising another `MayaError`: the goal is ABORTED, or PREEMPTED after a stop
+(`graph.outcome.run_goal`).
 """
 
 
 class GoalStatus(IntEnum):
-    """How a goal stands or ended (actionlib_msgs/GoalStatus)."""
+    """State or outcome of a goal (actionlib_msgs/GoalStatus)."""
 
     PENDING = 0
     ACTIVE = 1
@@ -56,7 +56,7 @@ class GoalStatus(IntEnum):
 
 
 class GoalRefused(Exception):
-    """A goal is refused before it began; `result` says with which code and why."""
+    """Refusal of a goal before it starts; `result` holds the code and the reason."""
 
     def __init__(self, result: Message) -> None:
         super().__init__(str(result.get("message", "")))
@@ -65,39 +65,39 @@ class GoalRefused(Exception):
 
 @dataclass(frozen=True, slots=True)
 class GoalResult:
-    """How a goal ended, and its result; of one whose server vanished there is none (`LOST`)."""
+    """Outcome and result of a goal; the result is empty if the server vanished (`LOST`)."""
 
     outcome: GoalStatus
     result: Message
 
 
 class GraphHandle(Protocol):
-    """Something taken in a graph until it is given back."""
+    """A resource of a graph, held until it is closed."""
 
     def close(self) -> None:
-        """Give it back; what is given back twice is given back."""
+        """Release the resource; a second call has no effect."""
         ...
 
 
 class Publisher(GraphHandle, Protocol):
-    """A topic that messages can be put on."""
+    """A publisher of a topic."""
 
     def publish(self, message: Message) -> None:
-        """Put a message on the topic; never blocks. Raises `InvalidMessage`."""
+        """Publish a message without blocking; raises `InvalidMessage`."""
         ...
 
     @property
     def readers(self) -> int:
-        """How many subscribe now."""
+        """Number of current subscribers."""
         ...
 
 
 class Subscription(GraphHandle, Protocol):
-    """A topic that is listened to."""
+    """A subscription to a topic."""
 
     @property
     def writers(self) -> frozenset[str]:
-        """The nodes that publish on it now; one that died is not among them."""
+        """Nodes that publish on the topic now, without nodes that died."""
         ...
 
 
@@ -105,27 +105,27 @@ class Directory(Protocol):
     """Content of a graph, as rosapi reads it."""
 
     async def topics(self) -> Mapping[str, str]:
-        """Return the type of every topic that somebody publishes or subscribes."""
+        """Return the type of every topic that has a publisher or a subscriber."""
         ...
 
     def topic_type(self, topic: str) -> str | None:
-        """Return the type of a topic, "" of one that nobody uses, None where the graph has to be asked (`topics`)."""
+        """Return the type of a topic, "" for an unused topic, None if that needs a request to the graph (`topics`)."""
         ...
 
     async def services(self) -> Mapping[str, str]:
-        """Return the type of every service, "" where nobody knows. In a real graph this asks every server."""
+        """Return the type of every service, "" if unknown. A real graph requests the type from every server."""
         ...
 
     async def service_names(self) -> Sequence[str]:
-        """Return the names of all services, without asking their servers."""
+        """Return the names of all services, without requests to their servers."""
         ...
 
     async def service_type(self, service: str) -> str:
-        """Return the type of one service, "" where nobody serves it."""
+        """Return the type of one service, "" if no node serves it."""
         ...
 
     async def service_host(self, service: str) -> str:
-        """Return the machine that serves a service, "" where nobody serves it."""
+        """Return the machine that serves a service, "" if no node serves it."""
         ...
 
     async def nodes(self) -> Mapping[str, NodeInfo]:
@@ -146,7 +146,7 @@ class ParameterServer(Protocol):
     """The parameters of a graph, by name ("/maya/speed"); values are plain data."""
 
     async def get(self, name: str, default: Any = None) -> Any:
-        """Return the value at `name`, a dict for a name that others begin with."""
+        """Return the value at `name` or a dict of the values below it; `default` if none exists."""
         ...
 
     async def set(self, name: str, value: Any) -> None:
@@ -154,7 +154,7 @@ class ParameterServer(Protocol):
         ...
 
     async def delete(self, name: str) -> None:
-        """Forget `name`."""
+        """Delete `name`."""
         ...
 
     async def names(self) -> Sequence[str]:
@@ -167,28 +167,28 @@ class Graph(Protocol):
 
     @property
     def directory(self) -> Directory:
-        """Its content."""
+        """Content of the graph."""
         ...
 
     @property
     def parameters(self) -> ParameterServer:
-        """Its parameters."""
+        """Parameters of the graph."""
         ...
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
-        """Take a topic to publish on; a latched one hands its last message to whoever subscribes later."""
+        """Return a publisher of a topic; a latched topic sends its last message to every later subscriber."""
         ...
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
-        """Listen to a topic; `kind` "" takes the type it has. The oldest beyond `queue_size` are dropped."""
+        """Subscribe to a topic; `kind` "" takes the type it has. The oldest messages above `queue_size` are dropped."""
         ...
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
-        """Answer a service."""
+        """Serve a service: `quick` answers at once if it can, otherwise `answer` does."""
         ...
 
     async def call(self, service: str, request: Request, kind: str = "") -> Message:
-        """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
+        """Return the answer of a service; raises `ServiceFailed` if it fails, or its server is gone."""
         ...
 
     def expect(self, *services: str) -> None:
@@ -196,14 +196,14 @@ class Graph(Protocol):
         ...
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:
-        """Be the server of an action. Goals come as they come: whoever acts refuses what comes while it is busy."""
+        """Serve an action. Goals may arrive at any time; `act` refuses goals while it is busy."""
         ...
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
-        """Have a goal carried out and return how it ended.
+        """Send a goal to the server of an action and return its outcome and result.
 
-        Being cancelled cancels the goal, and ends when its server says that it has ended. Raises `NodeGone` where
-        nobody serves the action.
+        Cancelling this call cancels the goal, and ends when the server reports the goal's end. Raises `NodeGone` if no
+        node serves the action.
         """
         ...
 
@@ -211,7 +211,7 @@ class Graph(Protocol):
 def by_name(kind: str, fields: Sequence[str], request: Request) -> Message:
     """Return a request of the type `kind` by the names of its `fields`; raises `InvalidMessage` for too many values.
 
-    A list of one object that names fields of the request is that request: some clients wrap it so.
+    A list of one object whose keys are fields of the request counts as that request: some clients wrap it so.
     """
     if not isinstance(request, list):
         return request
@@ -223,7 +223,7 @@ def by_name(kind: str, fields: Sequence[str], request: Request) -> Message:
 
 
 Stamp = dict[str, int]
-"""A time or a duration as ROS 1 has them."""
+"""A time or a duration in the form of ROS 1."""
 
 _BILLION = 1_000_000_000
 
@@ -235,7 +235,7 @@ def stamp(seconds: float) -> Stamp:
 
 
 def header(seconds: float = 0.0, frame: str = "") -> Message:
-    """Return the header of a message; a time of 0 means "whatever is newest" to whoever looks up frames."""
+    """Return the header of a message; for a lookup of frames, a time of 0 means the newest."""
     return {"seq": 0, "stamp": stamp(seconds), "frame_id": frame}
 
 
@@ -245,5 +245,5 @@ def in_seconds(when: Mapping[str, int]) -> float:
 
 
 def order(when: Mapping[str, int]) -> tuple[int, int]:
-    """Return what times are compared by; (0, 0) says no time."""
+    """Return the sort key of a time; (0, 0) means no time."""
     return when["secs"], when["nsecs"]

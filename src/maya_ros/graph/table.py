@@ -1,6 +1,6 @@
-"""Every topic, service and action of Maya: names, types, who publishes, who listens. Nobody lists them a second time.
+"""Every topic, service and action of Maya: names, types, publishers and subscribers. This is the only list.
 
-The manual's chapter Communications fixes names and types; what is ours beyond it says so. Units are SI.
+The manual's chapter Communications fixes names and types; `Row.manual` marks additions to it. Units are SI.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Kind(StrEnum):
 
 
 class Layer(StrEnum):
-    """To whom a row belongs: who publishes, hears or serves it."""
+    """The layer that publishes, receives or serves a row."""
 
     CONTROLLER = "controller"
     SENSORS = "sensors"
@@ -34,10 +34,10 @@ class Layer(StrEnum):
 class Row:
     """One name of the graph.
 
-    `heard` tells that its layer listens to the topic instead of publishing it. `sources` and `sinks` are the nodes on
-    either side by the manual. `latch` keeps the last message for whoever comes later, `rate` is how often a topic is
-    published [Hz], 0 where at every change. `manual` is False for what is ours. `asks` is the operation that it asks
-    for, the least of several by role; None where it only tells.
+    `heard` is true if the layer subscribes to the topic instead of publishing it. `sources` and `sinks` are the nodes
+    on either side by the manual. `latch` stores the last message for later subscribers. `rate` is the rate of
+    publishing a topic [Hz], 0 for publishing at every change. `manual` is False for additions to the manual. `asks` is
+    the operation that the row requests, of several the one for the lowest role; None if the row only informs.
     """
 
     name: str
@@ -219,7 +219,7 @@ TABLE = (
     JOINTS, DIAGNOSTICS, MARKERS, COMMAND, SPEED, PAUSE, RESUME, ABORT, QUEUE_STATUS, RESUME_QUEUE, RECOVER_QUEUE,
     OUTPUT, CALL_OPERATION,
 )  # fmt: skip
-"""The whole graph: first what the manual names, then what is ours."""
+"""The whole graph: first the names of the manual, then the additions."""
 
 
 def rows(*layers: Layer) -> tuple[Row, ...]:
@@ -228,9 +228,9 @@ def rows(*layers: Layer) -> tuple[Row, ...]:
 
 
 def asked_by_topic(topic: str) -> Operation:
-    """Return the operation that publishing on a topic needs, or sending an action's goal.
+    """Return the operation that publishing on a topic, or sending an action's goal, needs.
 
-    A cancel is a stop. Publishing on a topic of Maya's own, or on one that Maya does not hear, needs `GRAPH`.
+    A cancel is a stop. Publishing on a topic that Maya itself publishes, or that Maya does not receive, needs `GRAPH`.
     """
     row = _BY_NAME.get(topic)
     if row is not None and row.form is Kind.TOPIC:
@@ -243,7 +243,7 @@ def asked_by_topic(topic: str) -> Operation:
 
 
 def type_of_topic(topic: str) -> str | None:
-    """Return the type of a topic of the table, or of one of the five of an action in it; None for any other."""
+    """Return the type of a topic of the table, or of one of the five topics of its actions; None for any other."""
     row = _BY_NAME.get(topic)
     if row is not None:
         return row.type if row.form is Kind.TOPIC else None

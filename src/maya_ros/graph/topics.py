@@ -1,4 +1,4 @@
-"""Topics within one loop: what is published is heard in the loop's next turn, in order across all topics."""
+"""Topics within one loop: the loop delivers a message in its next turn, in order across all topics."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ from maya_un.service.access.operations import Caller
 
 
 class TopicNode(Protocol):
-    """A node, as far as topics know it."""
+    """A node, as far as topics use it."""
 
     @property
     def name(self) -> str:
-        """Its name; several may have the same."""
+        """Name of the node; several nodes may share a name."""
         ...
 
     @property
     def who(self) -> Who | None:
-        """Returns the principal for whom it acts, None for the one that triggered it."""
+        """Returns the principal for whom the node acts, None for the principal that triggered it."""
         ...
 
     def keep(self, held: TopicOutlet | TopicInlet) -> None:
-        """Have something that is given back when the node ends."""
+        """Register a resource that is closed when the node ends."""
         ...
 
     def drop(self, held: TopicOutlet | TopicInlet) -> None:
-        """Take notice that something was given back."""
+        """Unregister a closed resource."""
         ...
 
 
 Heard = Callable[[Message, TopicNode], None]
-"""Told of a message and of who published it."""
+"""Called with a message and its publisher."""
 
 
 class Topic:
-    """One topic: its type, who publishes on it, who listens."""
+    """One topic: its type, publishers and subscribers."""
 
     def __init__(self, name: str, kind: str) -> None:
         self.name = name
@@ -51,7 +51,7 @@ class Topic:
 
 
 class Topics:
-    """All topics. `now` stamps the headers of messages that say no time."""
+    """All topics. `now` stamps message headers without a time."""
 
     def __init__(self, now: Callable[[], Stamp]) -> None:
         self._now = now
@@ -59,22 +59,22 @@ class Topics:
 
     @property
     def kinds(self) -> Mapping[str, str]:
-        """The type of every topic that somebody publishes or listens to."""
+        """Type of every topic that has a publisher or a subscriber."""
         return {name: topic.kind for name, topic in self._topics.items()}
 
     def find(self, name: str) -> Topic | None:
-        """Return a topic that somebody publishes or listens to."""
+        """Return a topic that has a publisher or a subscriber, None for other names."""
         return self._topics.get(name)
 
     def advertise(self, name: str, kind: str, member: TopicNode, *, latch: bool) -> TopicOutlet:
-        """Take a topic to publish on; raises `InvalidMessage` where it carries another type, `UnknownInterface`."""
+        """Return a publisher of a topic; raises `InvalidMessage` if the topic has another type; `UnknownInterface`."""
         outlet = TopicOutlet(self._topic(name, kind), member, self, latch=latch)
         outlet.topic.outlets.append(outlet)
         member.keep(outlet)
         return outlet
 
     def listen(self, name: str, kind: str, heard: Heard, member: TopicNode, queue_size: int) -> TopicInlet:
-        """Listen to a topic; what it has latched is heard first. Raises as `advertise` does."""
+        """Subscribe to a topic; its latched message is delivered first. Raises as `advertise` does."""
         inlet = TopicInlet(self._topic(name, kind), member, self, heard, queue_size)
         inlet.topic.inlets.append(inlet)
         member.keep(inlet)
@@ -84,11 +84,11 @@ class Topics:
         return inlet
 
     def stamp(self) -> Stamp:
-        """Return the time now."""
+        """Return the present time."""
         return self._now()
 
     def tidy(self, topic: Topic) -> None:
-        """Forget a topic that nobody uses any more."""
+        """Forget a topic that has no publisher and no subscriber."""
         if not topic.outlets and not topic.inlets and self._topics.get(topic.name) is topic:
             del self._topics[topic.name]
 
@@ -107,12 +107,12 @@ class Topics:
 
 
 def caller_of(member: TopicNode) -> Caller:
-    """Return for whom a node acts now."""
+    """Return the principal for whom a node acts now."""
     return caller() if member.who is None else member.who()
 
 
 class TopicOutlet:
-    """A topic that somebody publishes on; see `protocol.Publisher`."""
+    """A publisher of a topic; see `protocol.Publisher`."""
 
     def __init__(self, topic: Topic, member: TopicNode, topics: Topics, *, latch: bool) -> None:
         self.topic = topic
@@ -124,11 +124,11 @@ class TopicOutlet:
 
     @property
     def readers(self) -> int:
-        """How many listen now."""
+        """Number of current subscribers."""
         return len(self.topic.inlets)
 
     def publish(self, message: Message) -> None:
-        """Hand a message on, completed; all hear the same one, which nobody may change. Raises `InvalidMessage`."""
+        """Complete and deliver a message, which all subscribers share and must not change. Raises `InvalidMessage`."""
         if self._closed:
             return
         whole = types.conform(self.topic.kind, message, stamp=self._topics.stamp())
@@ -138,7 +138,7 @@ class TopicOutlet:
             inlet.put(whole, self.member)
 
     def close(self) -> None:
-        """Give it back."""
+        """Stop publishing."""
         if not self._closed:
             self._closed = True
             self.topic.outlets.remove(self)
@@ -147,7 +147,7 @@ class TopicOutlet:
 
 
 class TopicInlet:
-    """A topic that somebody listens to; see `protocol.Subscription`."""
+    """A subscription to a topic; see `protocol.Subscription`."""
 
     def __init__(self, topic: Topic, member: TopicNode, topics: Topics, heard: Heard, queue_size: int) -> None:
         self.topic = topic
@@ -160,16 +160,16 @@ class TopicInlet:
 
     @property
     def writers(self) -> frozenset[str]:
-        """The nodes that publish on it now."""
+        """Nodes that publish on the topic now."""
         return frozenset(outlet.member.name for outlet in self.topic.outlets)
 
     def put(self, message: Message, member: TopicNode) -> None:
-        """Have a message heard soon, in its turn among those of all topics; the oldest of too many are dropped."""
+        """Queue a message for delivery in order across all topics; drop the oldest beyond the queue size."""
         self._queue.append((message, member, caller_of(member)))
         self._loop.call_soon(self._deliver)
 
     def close(self) -> None:
-        """Give it back; nothing is heard any more."""
+        """Unsubscribe; waiting messages are dropped."""
         if not self._closed:
             self._closed = True
             self._queue.clear()
@@ -178,13 +178,13 @@ class TopicInlet:
             self._topics.tidy(self.topic)
 
     def _deliver(self) -> None:
-        """Have the next one heard, if it was not dropped."""
+        """Deliver the next message, if it was not dropped."""
         if self._closed or not self._queue:
             return
         message, member, who = self._queue.popleft()
         try:
             with acting_for(who):
                 self._heard(message, member)
-        except Exception as defect:  # noqa: BLE001 - one that cannot cope must not take the messages of others
+        except Exception as defect:  # noqa: BLE001 - a failing subscriber must not block the messages of others
             context = {"message": f"a reader of {self.topic.name} failed", "exception": defect}
             self._loop.call_exception_handler(context)

@@ -26,7 +26,7 @@ _STAMP_FORMATS = {"time": struct.Struct("<II"), "duration": struct.Struct("<ii")
 
 @cache
 def writer(kind: str) -> Writer:
-    """Return what writes values of a type, whole and checked ones; raises `UnknownInterface`."""
+    """Return the writer of complete, checked values of a type; raises `UnknownInterface`."""
     if is_base(kind):
         return _base(kind)
     fields = [(field.name, _of_field(field)) for field in spec(kind).fields]
@@ -101,7 +101,7 @@ _STAMPS = {base: Spec(base, (), (Field("secs", "int32"), Field("nsecs", "int32")
 
 
 def known(kind: str) -> bool:
-    """Tell whether there is a message of this type."""
+    """Return whether a message of this type exists."""
     try:
         spec(kind)
     except UnknownInterface:
@@ -110,16 +110,16 @@ def known(kind: str) -> bool:
 
 
 def default(kind: str) -> Message:
-    """Return the message of a type that says nothing: zeros, empty texts and arrays. Raises `UnknownInterface`."""
+    """Return the default message of a type: zeros, empty texts and arrays. Raises `UnknownInterface`."""
     return converter(_message(kind))({})
 
 
 def conform(kind: str, data: object, *, stamp: Mapping[str, int] | None = None) -> Message:
-    """Return a message of a type made of `data`, which is left as it is; what it leaves out gets its default.
+    """Return a message of a type made of `data`, which stays unchanged; missing fields get their defaults.
 
-    With a `stamp` {"secs", "nsecs"} the header of a message that says no time gets that one, and so does a time that
-    is the word "now", as in rosbridge. Null is NaN, and arrays of bytes may be base64. Raises `InvalidMessage` with the
-    field that does not fit, and `UnknownInterface`.
+    `stamp` {"secs", "nsecs"} is the time of a header without one, and of a time that is the word "now", as in
+    rosbridge. Null is NaN, and arrays of bytes may be base64. Raises `InvalidMessage` with the field that does not fit,
+    and `UnknownInterface`.
     """
     before = NOW.set(stamp)
     try:
@@ -135,7 +135,7 @@ def conform(kind: str, data: object, *, stamp: Mapping[str, int] | None = None) 
 
 
 def serialize(kind: str, message: Message) -> bytes:
-    """Return a whole message, as `conform` gives it, as the bytes that ROS 1 sends."""
+    """Return the bytes that ROS 1 sends for a complete message, as `conform` returns it."""
     out = bytearray()
     writer(_message(kind))(out, message)
     return bytes(out)
@@ -147,41 +147,41 @@ def fields(kind: str) -> tuple[str, ...]:
 
 
 def action_of(kind: str) -> str:
-    """Return the action of which a type is the goal that is sent ("...ActionGoal"), "" where of none."""
+    """Return the action whose sent goal has this type ("...ActionGoal"), "" for other types."""
     action = kind.removesuffix("ActionGoal")
     return action if action != kind and known(action + "ActionResult") else ""
 
 
 @cache
 def md5sum(kind: str) -> str:
-    """Return the sum by which ROS 1 knows a type of messages; raises `UnknownInterface`."""
+    """Return the md5 sum that identifies a message type in ROS 1; raises `UnknownInterface`."""
     return md5(_summed(spec(kind)).encode(), usedforsecurity=False).hexdigest()
 
 
 @cache
 def service_md5sum(service: str) -> str:
-    """Return the sum by which ROS 1 knows a type of services; raises `UnknownInterface`."""
+    """Return the md5 sum that identifies a service type in ROS 1; raises `UnknownInterface`."""
     whole = "".join(_summed(spec(half)) for half in halves(service))
     return md5(whole.encode(), usedforsecurity=False).hexdigest()
 
 
 @cache
 def text(kind: str) -> str:
-    """Return the definition of a type, and behind it those of all types in it, as ROS 1 keeps them in bags."""
+    """Return the definition of a type, followed by those of all types in it, as ROS 1 stores them in bags."""
     first, *others = _within(kind)
     return _text(first) + "".join(f"{_RULE}\nMSG: {one.name}\n{_text(one)}" for one in others)
 
 
 def service_text(service: str) -> str:
-    """Return the definition of a type of services."""
+    """Return the definition of a service type."""
     return "---\n".join(_text(spec(half)) for half in halves(service))
 
 
 @cache
 def details(kind: str) -> tuple[Message, ...]:
-    """Return a type and all types in it as rosapi/TypeDef tells them; raises `UnknownInterface`.
+    """Return a type and all types in it as rosapi/TypeDef; raises `UnknownInterface`.
 
-    Of ROS' own types only times and durations are made of something.
+    Of the base types, only times and durations have fields.
     """
     if is_base(kind):
         converter(kind)
@@ -201,12 +201,12 @@ def _message(kind: str) -> str:
 
 @cache
 def stamped(kind: str) -> bool:
-    """Tell whether messages of a type begin with a header; raises `UnknownInterface`."""
+    """Return whether messages of a type begin with a header; raises `UnknownInterface`."""
     return _HEADER in spec(kind).fields
 
 
 def says_when(data: object) -> bool:
-    """Tell whether the header of a message says a time."""
+    """Return whether the header of a message contains a time."""
     header = data.get("header") if isinstance(data, Mapping) else None
     return isinstance(header, Mapping) and "stamp" in header
 
@@ -230,7 +230,7 @@ def _text(one: Spec) -> str:
 
 
 def _summed(one: Spec) -> str:
-    """Return what the sum of a type is made over: its text, with the sums of the types in it (wiki.ros.org/msg)."""
+    """Return the text of which a type's md5 sum is made: it contains the sums of the types in it (wiki.ros.org/msg)."""
     lines = [f"{constant.type} {constant.name}={constant.value}" for constant in one.constants]
     for field in one.fields:
         lines.append(f"{field.written if is_base(field.type) else md5sum(field.type)} {field.name}")

@@ -2,19 +2,19 @@
 
 Boom and lines are a closed chain, and a URDF is a tree. So the tree follows the inner line: the boom turns (a), the
 line swings about its anchor (b_swing) with its length (b), and the gripper hangs at its end. The outer line swings
-about its own anchor (c_swing) with its length (c). It ends at the same place, because both swings are those of the
-triangle of lines and boom:
+about its own anchor (c_swing) with its length (c). Both lines end at the same place, because both swings are those of
+the triangle of lines and boom:
 
     b_swing = atan2(h, u)     c_swing = atan2(h, u − W)     both 0 outward along the boom, positive downward
 
 with u and h of `kinematics.mechanism`. All other moving joints mimic one of these: the pieces of which a line is drawn,
 the hook that keeps the gripper upright, the second jaw.
 
-The sliders publish on a topic of their own, so that only the robot publishes /joint_states. After the robot's first
+The sliders publish on a separate topic, so that only the robot publishes /joint_states. After the robot's first
 message, sliders count only when a person moves one: a silent robot stays drawn at its last pose.
 
 The macros in ros/maya_controller/urdf read all lengths from dimensions.xacro beside them, which `dimensions` writes.
-The file kept there describes the manual's machine. For another machine, `describe` uses a file of its own.
+The file in the repository describes the manual's machine. For another machine, `describe` uses a temporary file.
 """
 
 from __future__ import annotations
@@ -33,31 +33,31 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import AXES, Joints, State
 
 BASE = "base"
-"""The frame on the table top below axis a: x, y and z are those of every point."""
+"""The frame on the table top below axis a, which is the frame of all points."""
 
 GRIPPER = "gripper"
 """The frame at the gripper point; x is outward along the boom, z upward."""
 
 NAMES = (*AXES, "b_swing", "c_swing", "jaw")
-"""The joints that are published, in this order."""
+"""The published joints, in this order."""
 
 JAW_OPEN = 0.045
-"""How far from the middle each jaw stands when the gripper is open [m]."""
+"""Distance of each jaw from the middle when the gripper is open [m]."""
 
 JAW_CLOSED = 0.004
-"""The same when it is closed on nothing [m]."""
+"""Distance of each jaw from the middle when the gripper is closed without a part [m]."""
 
 PART_RADIUS = 0.02
-"""Half of what the jaws hold between them [m]; parts are drawn as thick as that."""
+"""Half the width of a part between the jaws [m]; parts are drawn with this radius."""
 
 _SPARE = 1.05
 _MOST_PIECES = 12
 
 
 class LineDivision(NamedTuple):
-    """Of how many pieces a line is drawn, and how long each of them is [m].
+    """Number of pieces that draw a line, and the length of each [m].
 
-    They slide into each other, evenly, so that together they are always as long as the line.
+    The pieces slide into each other, evenly, so that together they are always as long as the line.
     """
 
     number: int
@@ -71,7 +71,7 @@ class LineDivision(NamedTuple):
         return cls(ceil(longest / length), length)
 
     def frames(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield the frame of each piece of line `name`, and where on its x the middle of the piece is [m]."""
+        """Yield the frame of each piece of line `name`, and the x of the piece's middle in that frame [m]."""
         yield f"line_{name}", 0.5 * self.length
         yield from ((f"{name}_piece_{index}", 0.5 * self.length) for index in range(1, self.number - 1))
         yield f"{name}_end", -0.5 * self.length
@@ -88,10 +88,10 @@ def positions(mechanism: Mechanism, joints: Joints, jaw: float = JAW_OPEN) -> tu
 
 
 def velocities(mechanism: Mechanism, joints: Joints, rates: tuple[float, float, float]) -> tuple[float, ...]:
-    """Return the velocities (rad/s, m/s) of `NAMES` where the axes go at `rates`; straight lines have no swing's.
+    """Return the velocities (rad/s, m/s) of `NAMES` at the axis velocities `rates`; straight lines have swings of 0.
 
-    By the derivatives of u and h: u' = (b b' − c c')/W, h h' = b b' − u u', and an angle of a line turns by the cross
-    product of its end's place and velocity over the square of its length.
+    From the derivatives of u and h: u' = (b b' − c c')/W, h h' = b b' − u u'. The angular velocity of a line is the
+    cross product of the position and velocity of its end over the square of its length.
     """
     _, b, c = joints
     _, pay_b, pay_c = rates
@@ -111,7 +111,7 @@ def velocities(mechanism: Mechanism, joints: Joints, rates: tuple[float, float, 
 
 
 def jaw(*, closed: bool, holding: bool = False) -> float:
-    """Return how far from the middle each jaw stands [m]."""
+    """Return the distance of each jaw from the middle [m]."""
     if not closed:
         return JAW_OPEN
     return PART_RADIUS if holding else JAW_CLOSED
@@ -120,8 +120,7 @@ def jaw(*, closed: bool, holding: bool = False) -> float:
 def joint_state(state: State, mechanism: Mechanism, seconds: float, *, holding: bool = False) -> Message | None:
     """Return /joint_states (sensor_msgs/JointState) of `state` at the time `seconds` since the epoch.
 
-    None before homing, when the counts say nothing about lengths: what nobody knows is not drawn. `holding` tells that
-    there is a part between closed jaws.
+    Returns None before homing, when the counts do not give lengths. `holding` is whether a part is between closed jaws.
     """
     if state.joints is None:
         return None
@@ -136,7 +135,7 @@ def joint_state(state: State, mechanism: Mechanism, seconds: float, *, holding: 
 
 
 SILENCE = 1.0
-"""So long after its last message the robot counts as silent [s]."""
+"""Time after its last message when the robot counts as silent [s]."""
 
 ROBOT = "/joint_states"
 SLIDERS = "/joint_sliders"
@@ -147,7 +146,7 @@ _SET = (*AXES, "jaw")
 
 
 class Sliders:
-    """Chooses what is drawn: `clock` tells the time [s], normally the running loop's."""
+    """Chooses what is drawn: `clock` returns the time [s], normally the running loop's."""
 
     def __init__(self, mechanism: Mechanism, clock: Callable[[], float]) -> None:
         self._mechanism = mechanism
@@ -156,14 +155,14 @@ class Sliders:
         self._left: tuple[float, ...] | None = None
 
     def robot(self, message: Message) -> Message:
-        """Return what is drawn when the robot says where its joints are: just that."""
+        """Return what is drawn for a message of the robot: that message."""
         self._heard = self._clock()
         return message
 
     def slid(self, message: Message) -> Message | None:
-        """Return what is drawn when the sliders say where they are, None where the robot is to be drawn.
+        """Return what is drawn for a message of the sliders, None if the robot is drawn.
 
-        The sliders tell a, b, c and the jaw; the joints that follow from them are worked out here.
+        The sliders give a, b, c and the jaw; the joints that follow from these are computed here.
         """
         told = dict(zip(message["name"], message["position"], strict=False))
         if not all(axis in told for axis in AXES):
@@ -179,7 +178,7 @@ class Sliders:
 
 
 class Relay:
-    """Robot and sliders on a graph, and what is drawn of them. Closing it ends it."""
+    """Publishes what is drawn of robot and sliders on a graph, until it is closed."""
 
     def __init__(self, graph: Graph, sliders: Sliders) -> None:
         self._drawn = graph.advertise(DRAWN, _TYPE, queue_size=1)
@@ -190,7 +189,7 @@ class Relay:
         )
 
     def close(self) -> None:
-        """Hear and draw no more."""
+        """Unsubscribe, and draw nothing more."""
         for held in reversed(self._held):
             held.close()
 
@@ -215,9 +214,9 @@ def dimensions(config: Config) -> str:
 
 
 def describe(macros: Path, config: Config) -> str:
-    """Return the description made by the file `macros` and its neighbours, with the lengths of `config`.
+    """Return the description from the file `macros` and the other macros of its folder, with the lengths of `config`.
 
-    Needs the library xacro, ROS's own or the one of the package index.
+    Needs the library xacro, either ROS' or the one of the package index.
     """
     xacro = importlib.import_module("xacro")
     with TemporaryDirectory(prefix="maya-description-") as made:
@@ -252,13 +251,13 @@ def _axis(name: str, axis: AxisConfig, per_unit: float) -> dict[str, float]:
 
 
 def _line(name: str, axis: AxisConfig, per_unit: float) -> dict[str, float]:
-    """Return the limits of a line, and of how many pieces of which length it is drawn."""
+    """Return the limits of a line, and the number and length of the pieces that draw it."""
     pieces = LineDivision.of(axis)
     return {**_axis(name, axis, per_unit), f"{name}_piece": pieces.length, f"{name}_pieces": pieces.number}
 
 
 def _table(config: Config) -> dict[str, float]:
-    """Return the rectangle that the boom's end can be above, and the mast, with some room around [m]."""
+    """Return the rectangle around the mast and below all positions of the boom's end, with a margin [m]."""
     boom = config.axes.a
     quarters = [quarter * pi / 2.0 for quarter in range(-2, 5)]
     turns = [boom.minimum, boom.maximum, *(turn for turn in quarters if boom.minimum < turn < boom.maximum)]

@@ -1,4 +1,4 @@
-"""Converters that take a message as somebody sent it and return it whole and checked, made once for each type."""
+"""Converters that complete and check a received message, made once for each type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from maya_ros.graph.protocol import Message
 from maya_un.errors import UnknownInterface
 
 Converter = Callable[[Any], Any]
-"""Returns a value as its type has it; raises `Mismatch`."""
+"""Returns the value in the form of its type; raises `Mismatch`."""
 
 INTEGERS = {
     "int8": (-(2**7), 2**7 - 1), "uint8": (0, 2**8 - 1), "byte": (-(2**7), 2**7 - 1), "char": (0, 2**8 - 1),
@@ -24,10 +24,10 @@ INTEGERS = {
     "int32": (-(2**31), 2**31 - 1), "uint32": (0, 2**32 - 1),
     "int64": (-(2**63), 2**63 - 1), "uint64": (0, 2**64 - 1),
 }  # fmt: skip
-"""The least and the greatest of every type of integers; in ROS 1 `byte` is int8 and `char` is uint8."""
+"""The smallest and the largest value of every integer type; in ROS 1 `byte` is int8 and `char` is uint8."""
 
 BYTES = frozenset({"uint8", "char"})
-"""Arrays of these may come as base64 text or as bytes."""
+"""Arrays of these types may come as base64 text or as bytes."""
 
 _GREATEST_SINGLE = 3.4028235677973366e38
 _SECOND = 1_000_000_000
@@ -35,7 +35,7 @@ _STAMPS = {"time": "uint32", "duration": "int32"}
 _OTHERS = ({"sec": "secs", "nanosec": "nsecs"}, {"sec": "secs", "nsec": "nsecs"})
 
 NOW: ContextVar[Mapping[str, int] | None] = ContextVar("now", default=None)
-"""The time {"secs", "nsecs"} that the word "now" stands for while a message is converted; None where nobody says it."""
+"""The time {"secs", "nsecs"} for the word "now" while a message is converted; None if "now" is not allowed."""
 
 _NOTHING: dict[str, Callable[[], Any]] = {
     "string": str,
@@ -47,7 +47,7 @@ _NOTHING: dict[str, Callable[[], Any]] = {
 
 
 class Mismatch(Exception):
-    """A value does not fit; `path` leads to it, built while this rises."""
+    """A value does not fit; `path` leads to it, built while the error propagates."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -55,7 +55,7 @@ class Mismatch(Exception):
         self.path = ""
 
     def within(self, place: str) -> Mismatch:
-        """Return this, seen from what holds the value at `place`."""
+        """Return this error with `place` in front of its path: the place of the value in its container."""
         link = "." if self.path and not self.path.startswith("[") else ""
         self.path = f"{place}{link}{self.path}"
         return self
@@ -63,7 +63,7 @@ class Mismatch(Exception):
 
 @cache
 def converter(kind: str) -> Converter:
-    """Return the converter of a type, a message or a base type; raises `UnknownInterface`."""
+    """Return the converter of a message type or a base type; raises `UnknownInterface`."""
     if is_base(kind):
         return _base(kind)
     fields = [(field.name, _of_field(field), _default(field)) for field in spec(kind).fields]
@@ -157,7 +157,7 @@ def _bool(value: Any) -> bool:
 
 
 def _string(value: Any) -> str:
-    """Return a text; half a pair of surrogates, which JSON can say, is none."""
+    """Return a text; raises `Mismatch` for a lone surrogate, which JSON can contain."""
     if not isinstance(value, str):
         raise Mismatch(f"it must be text, not {repr(value)}")
     if not value.isascii():
@@ -180,7 +180,7 @@ def _integer(least: int, greatest: int) -> Converter:
 
 
 def _float(value: Any) -> float:
-    """Return a number; JSON has no NaN, so that rosbridge writes null."""
+    """Return a number; null is NaN, because JSON has no NaN."""
     if type(value) is float:
         return value
     if value is None:
@@ -201,7 +201,7 @@ def _single(value: Any) -> float:
 
 
 def _time(stamp: Converter) -> Converter:
-    """Return the converter of a time, which may be the word "now" where somebody says when that is."""
+    """Return the converter of a time, which may be the word "now" while `NOW` is set."""
 
     def convert(data: Any) -> dict[str, int]:
         now = NOW.get() if data == "now" else None
@@ -213,7 +213,7 @@ def _time(stamp: Converter) -> Converter:
 def _stamp(least: int, greatest: int) -> Converter:
     """Return the converter of {"secs", "nsecs"}; nanoseconds beyond a second are carried over.
 
-    ROS 2's names of the two, {"sec", "nanosec"}, are understood too, and those of rosbag.js, {"sec", "nsec"}.
+    The names of ROS 2, {"sec", "nanosec"}, and of rosbag.js, {"sec", "nsec"}, are accepted too.
     """
     whole, names = _integer(-(2**63), 2**63), {"secs", "nsecs"}
 
@@ -232,7 +232,7 @@ def _stamp(least: int, greatest: int) -> Converter:
 
 
 def _renamed(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a time under the names of ROS 1, where it stands under those of somebody else."""
+    """Return a time under the names of ROS 1, if it has those of ROS 2 or rosbag.js."""
     for others in _OTHERS:
         if others.keys() >= data.keys():
             return {others[name]: value for name, value in data.items()}

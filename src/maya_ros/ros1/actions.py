@@ -1,7 +1,7 @@
 """Servers and clients of actions in a real graph, over the five topics of an action.
 
-actionlib's own client lives in threads and takes a goal for lost that is cancelled right away; this one lives in the
-loop, and believes nobody but the server.
+actionlib's client runs in threads, and treats a goal that is cancelled at once as lost. This client runs in the loop,
+and relies on the server's reports only.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class RosAction:
 
     `speed` is how fast the loop's clock runs.
 
-    Not actionlib's: that one lives in rospy's threads, where a cancel may overtake what it cancels. A client that had
-    subscribed to the result and whose connection is gone has its goals cancelled; rospy looks for broken connections
-    twice a second. `ended` completes once this is closed and all is at rest.
+    It replaces actionlib's server, which runs in threads of rospy, where a cancel may overtake its goal. If a client
+    that has subscribed to the result disconnects, its goals are cancelled; rospy looks for broken connections twice a
+    second. `ended` completes once this is closed and all is at rest.
     """
 
     def __init__(self, registrar: Registrar, post: LoopCalls, action: str, kind: str, act: Act, speed: float) -> None:
@@ -63,7 +63,7 @@ class RosAction:
         )
 
     def close(self) -> None:
-        """Take no more goals; those under way are cancelled, and their results told once all is at rest."""
+        """Take no more goals and cancel those under way; their results are still published."""
         self.open = False
         for ear in self._ears:
             ear.close()
@@ -74,7 +74,7 @@ class RosAction:
         self._look_for_clients()
 
     def _look_for_clients(self) -> None:
-        """Cancel the goals of clients that were there and are gone."""
+        """Cancel the goals of clients that have disconnected."""
         here = self._result.reading
         for gone in self._clients - here:
             if any(goal.source == gone for goal in self._server.goals):
@@ -93,20 +93,20 @@ def _now() -> Stamp:
 
 
 _LOOK = 0.1
-"""Whether a server is there is looked at so often [s]."""
+"""Period of the check for a server [s]."""
 
 _FIND = 5.0
-"""A server that has not been found within this time is not there [s]."""
+"""A server that is not found within this time is missing [s]."""
 
 _NOTICE = 5.0
-"""A goal that its server has not spoken of within this time, or no longer speaks of, is lost [s]."""
+"""A goal that its server has not listed for this time is lost [s]."""
 
 _GOAL_QUEUE = 50
 _numbers = count(1)
 
 
 class _Goal:
-    """A goal under way at `server`; `silent` is how long the server has not spoken of it [s, real time]."""
+    """A goal under way at `server`; `silent` is the time since the server listed it [s, real time]."""
 
     def __init__(self, name: str, server: frozenset[str], feedback: Feedback | None) -> None:
         self.name = name
@@ -116,7 +116,7 @@ class _Goal:
         self.ended: asyncio.Future[GoalResult] = asyncio.get_running_loop().create_future()
 
     def end(self, outcome: GoalStatus, result: Message) -> None:
-        """Say how it ended; what comes first counts."""
+        """Set the outcome; only the first one counts."""
         if not self.ended.done():
             self.ended.set_result(GoalResult(outcome, result))
 
@@ -141,7 +141,7 @@ class ActionClient:
         return bool(self._goals)
 
     async def do(self, goal: Message, feedback: Feedback | None) -> GoalResult:
-        """Have a goal carried out and return how it ended (`graph.protocol.Graph.do`); raises `NodeGone`."""
+        """Send a goal to its server and return its outcome (`graph.protocol.Graph.do`); raises `NodeGone`."""
         server = await self._server()
         run = _Goal(f"{rospy.get_name()}-{next(_numbers)}-{rospy.Time.now().to_sec():.9f}", server, feedback)
         self._goals[run.name] = run
@@ -154,12 +154,12 @@ class ActionClient:
             del self._goals[run.name]
 
     def close(self) -> None:
-        """Give the topics back."""
+        """Close the topics."""
         for held in (self._goal, self._cancel, self._status, self._feedback, self._result):
             held.close()
 
     async def _outcome(self, run: _Goal) -> GoalResult:
-        """Wait for the end; being cancelled, cancel the goal and wait for its end all the same."""
+        """Wait for the end; if cancelled, cancel the goal and still wait for its end."""
         return await run_to_rest(run.ended, lambda: self._cancel.publish({"id": run.name}))
 
     async def _server(self) -> frozenset[str]:
@@ -177,18 +177,18 @@ class ActionClient:
     async def _known(self) -> bool:
         """Return whether the master knows a server; for a while it also knows a killed one.
 
-        The server may be a new one of this node.
+        The server may belong to this node, so wait first for this node's registrations.
         """
         await self._registrar.settled(REACH)
         return f"{self._action}/result" in await in_thread(published)
 
     async def _watch(self, run: _Goal) -> None:
-        """Give a goal up whose server is gone, or knows nothing of it."""
+        """End a goal as lost if its server is gone or no longer lists it."""
         while not run.ended.done():
             await asyncio.sleep(_LOOK * self._speed)
             run.silent += _LOOK
             if not run.server & self._result.writers or run.silent > _NOTICE:
-                self._cancel.publish({"id": run.name})  # should it live all the same
+                self._cancel.publish({"id": run.name})  # in case the server still runs
                 run.end(GoalStatus.LOST, {})
 
     def _heard(self, post: LoopCalls, part: str, kind: str, heard: Callable[[Message], None]) -> RosSubscription:

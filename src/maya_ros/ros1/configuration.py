@@ -1,4 +1,4 @@
-"""The configuration over a graph: the controller's node settles it, the layers above wait for what it settled."""
+"""The configuration over a graph: the controller's node settles it, and the layers above wait for it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_un.config.files import parse
 from maya_un.errors import InvalidConfig, InvalidValue, MasterGone
 
 CONFIG = "/maya/config"
-"""The parameter with the configuration: first what a launch file gives of it, then all of it."""
+"""The parameter with the configuration: first the values from a launch file, then all values."""
 
 _LOOK = 0.2
 _GIVEN = "/maya/config_given"
@@ -22,7 +22,7 @@ _SETTLED = "/maya/config_settled"
 
 
 async def settle(parameters: ParameterServer) -> Config:
-    """Return the configuration: the user's file, with the parameters under `CONFIG` laid over it; write it all there.
+    """Return the user's configuration with the parameters under `CONFIG` laid over it, and write all of it there.
 
     Only the values that an earlier node had been given are laid over the file, not those that it wrote. Raises
     `InvalidConfig` and `FileUnreadable`.
@@ -42,7 +42,7 @@ async def settle(parameters: ParameterServer) -> Config:
 
 @asynccontextmanager
 async def configured(parameters: ParameterServer) -> AsyncGenerator[Config]:
-    """Have the configuration settled while the block runs; raises as `settle` does."""
+    """Yield the settled configuration while the block runs; raises as `settle` does."""
     config = await settle(parameters)
     try:
         yield config
@@ -52,7 +52,7 @@ async def configured(parameters: ParameterServer) -> AsyncGenerator[Config]:
 
 
 async def unsettle(parameters: ParameterServer) -> None:
-    """Leave of the configuration what was given; whoever comes next reads the file again."""
+    """Delete the configuration except the given values; the next node reads the file again."""
     given = await parameters.get(_GIVEN, {})
     for name in (CONFIG, _GIVEN, _SETTLED):
         await parameters.delete(name)
@@ -63,7 +63,7 @@ async def unsettle(parameters: ParameterServer) -> None:
 async def awaited(
     parameters: ParameterServer, *, speed: float = 1.0, waiting: Callable[[], None] | None = None
 ) -> Config:
-    """Return the configuration once the controller's node has settled it; `waiting` is called where it has not yet.
+    """Return the configuration once the controller's node has settled it; before a wait, call `waiting`.
 
     `speed` is how fast the loop's clock runs.
     """
@@ -76,13 +76,13 @@ async def awaited(
 
 
 async def settled(parameters: ParameterServer) -> Config | None:
-    """Return the configuration that the controller's node settled, None before it did."""
+    """Return the configuration that the controller's node settled, None before."""
     found = await parameters.get(CONFIG, {})
     return parse(found) if found and found == await parameters.get(_SETTLED, {}) else None
 
 
 def checked(address: object) -> str:
-    """Return what a parameter says as an address; raises `InvalidValue` for what is none."""
+    """Return a parameter as an address; raises `InvalidValue` if it is none."""
     said = str(address)
     if said not in {SIM, REAL}:
         try:

@@ -35,7 +35,7 @@ def constants(machine: Config) -> dict[str, str | float]:
 
 
 def main() -> int:
-    """Print them, or why there are none."""
+    """Print the constants, or an error; return the exit code."""
     try:
         print(json.dumps(constants(config.load())))
     except MayaError as error:

@@ -26,7 +26,7 @@ _WRITE = {
 
 
 def ros_time() -> float:
-    """Return the time that messages are stamped with [s]."""
+    """Return the time for message stamps [s]."""
     return rospy.Time.now().to_sec()
 
 
@@ -36,8 +36,8 @@ def log_event(event: Event) -> None:
 
 
 def log_own_event(event: Event) -> None:
-    """Write an event of a layer above the controller's; the controller's own node logs its events already."""
-    news = isinstance(event, Connected | Disconnected)  # whether the node is there, which only others notice
+    """Write an event of a layer above the controller's; the controller's node logs its events itself."""
+    news = isinstance(event, Connected | Disconnected)  # only other nodes notice whether that node is alive
     if news or not isinstance(event, ControllerEvent):
         log_event(event)
 
@@ -49,7 +49,7 @@ def fast_enough(config: Config, speed: float) -> Config:
 
 
 async def offered(node: RosNode, layer: ControllerAssembly, *, skip_home: bool) -> None:
-    """Offer a controller layer to the graph until cancelled; with `skip_home` take over the homing that it bears.
+    """Serve a controller layer on the graph until cancelled; with `skip_home`, take over its stored homing.
 
     If that is refused, the graph stays up, and motion is refused until a homing.
     """

@@ -1,7 +1,7 @@
 """Convert between the classes that ROS generates from message definitions and plain data.
 
-A class names its fields in `__slots__` and their types in `_slot_types`, so that unknown types
-are converted too. Single values are checked as everywhere in the graph (`graph.conforming`).
+A class names its fields in `__slots__` and their types in `_slot_types`, so that unknown types are converted too.
+Single values are checked as everywhere in the graph (`graph.validation`).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def service_class(name: str) -> ServiceClass:
 
 
 def _found(look: Callable[[str], T | None], name: str) -> T | None:
-    """Return a class, None where nobody knows the name, or it is none."""
+    """Return a class, None if the name is unknown or invalid."""
     try:
         return look(name)
     except ValueError:
@@ -66,9 +66,9 @@ _TIMES: dict[str, type[genpy.Time] | type[genpy.Duration]] = {"time": genpy.Time
 
 
 class TypeConversion(NamedTuple):
-    """Both ways of a type: `plain` to plain data, None where that is the same; `made` back, which raises `Mismatch`.
+    """Conversion of a type: `plain` to plain data, None for no change; `made` back, which raises `Mismatch`.
 
-    `default` returns what ROS has where nothing is said.
+    `default` returns the default value of ROS.
     """
 
     plain: Change | None
@@ -90,7 +90,7 @@ class Converter:
         return found
 
     def made(self, message: Mapping[str, Any]) -> MessageClass:
-        """Return the message that plain data says; what it leaves out has its default. Raises `InvalidMessage`."""
+        """Return the message of plain data; missing fields have their defaults. Raises `InvalidMessage`."""
         try:
             made: MessageClass = self._ways.made(message)
         except Mismatch as misfit:
@@ -140,7 +140,7 @@ def _field(ways: TypeConversion, name: str, value: Any) -> Any:
 
 @cache
 def _of(text: str) -> TypeConversion:
-    """Return the ways of a field's type, as a class writes it."""
+    """Return the conversion of a field's type, as a class writes it."""
     array = _ARRAY.fullmatch(text)
     if array is not None:
         return _of_array(array[1], int(array[2]) if array[2] else None)

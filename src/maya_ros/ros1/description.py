@@ -1,6 +1,6 @@
 """Prints the robot's description for launch files: `describe.py MACROS`, in the configuration that `maya` would read.
 
-It needs no master. If xacro is not installed, it says so and fails, as a launch without a description should.
+It needs no master. If xacro is not installed, it prints an error and fails, so that the launch fails too.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from maya_un.errors import MayaError, RosMissing
 
 
 def main() -> int:
-    """Print the description made by the file that the argument names; return 1 where it cannot be, 2 without one."""
+    """Print the description from the file in the argument; return 1 after an error, 2 without an argument."""
     if len(sys.argv) != 2:
         print("usage: describe.py MACROS", file=sys.stderr)
         return 2

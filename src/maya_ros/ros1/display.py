@@ -1,4 +1,4 @@
-"""Programs that open windows, where there may be no display: then one line says so, and the rest of a launch runs."""
+"""Starts programs that open windows; without a display it prints one line, and the rest of a launch runs."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import sys
 from collections.abc import Mapping
 
 PATIENCE = 2.0
-"""How long a display may take to accept a connection [s]."""
+"""Longest wait for a display to accept a connection [s]."""
 
 NAME = "__name:="
 """Prefix of a node's name among the arguments of roslaunch."""
 
 
 def main() -> int:
-    """Become the program that the arguments name; without one, or without a display, say so and be content."""
+    """Become the program that the arguments name; without the program or a display, print why and return 0."""
     program, *arguments = sys.argv[1:]
     reason = no_display(os.environ)
     if reason is None and shutil.which(program) is None:
@@ -29,7 +29,7 @@ def main() -> int:
 
 
 def no_display(environment: Mapping[str, str]) -> str | None:
-    """Return why no window can be opened in an environment, or None where one can.
+    """Return why no window can be opened in an environment, None if one can.
 
     A platform for Qt in $QT_QPA_PLATFORM is respected.
     """
@@ -47,7 +47,7 @@ def no_display(environment: Mapping[str, str]) -> str | None:
 
 
 def _knock(host: str, number: int) -> None:
-    """Connect to an X server as its clients do: by a socket of this machine where no host is named, else by TCP."""
+    """Connect to an X server as its clients do: by a socket of this machine if no host is named, else by TCP."""
     if host in {"", "unix"}:
         with socket.socket(socket.AF_UNIX) as display:
             display.settimeout(PATIENCE)

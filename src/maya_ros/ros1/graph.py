@@ -1,4 +1,4 @@
-"""A real ROS graph, by rospy; whatever talks to a graph talks to this one as to the one in a process (`graph.bus`)."""
+"""A real ROS graph, by rospy, with the same interface as the graph within a process (`graph.bus`)."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from maya_un.errors import InvalidRequest, NodeGone, UnknownInterface
 class RosGraph:
     """The graph that this process's node takes part in (`graph.protocol.Graph`), in the running loop.
 
-    The node must have been made (`rospy.init_node`). Names are the manual's (`ros.names`). `speed` is how fast the
-    loop's clock runs. Nothing here waits in the loop for the master: topics, services and actions are registered a
-    moment later, in order (`registered`).
+    The node must have been made (`rospy.init_node`). Names are the manual's (`master.whole`). `speed` is how fast the
+    loop's clock runs. No call waits in the loop for the master: topics, services and actions are registered a moment
+    later, in order (`registered`).
     """
 
     def __init__(self, *, speed: float = 1.0) -> None:
@@ -50,16 +50,16 @@ class RosGraph:
 
     @property
     def directory(self) -> RosDirectory:
-        """Its content."""
+        """Content of the graph."""
         return self._directory
 
     @property
     def parameters(self) -> RosParameters:
-        """Its parameters."""
+        """Parameters of the graph."""
         return self._parameters
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
-        """Take a topic to publish on."""
+        """Return a publisher of a topic."""
         return RosPublisher(self._registrar, whole(topic), kind, latch=latch, queue_size=queue_size)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
@@ -70,9 +70,9 @@ class RosGraph:
         return RosSubscription(self._registrar, self._post, name, kind, lambda message, _: heard(message), queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
-        """Answer a service; `quick` runs in a thread of rospy. If the client disconnects, the answer is cancelled.
+        """Serve a service; `quick` runs in a thread of rospy. If the client disconnects, the answer is cancelled.
 
-        Raises `InvalidRequest` where this node serves one of that name already.
+        Raises `InvalidRequest` if this node serves one of that name already.
         """
         name = whole(service)
         if name in self._served and self._served[name].open:
@@ -81,17 +81,17 @@ class RosGraph:
         return held
 
     async def call(self, service: str, request: Request, kind: str = "") -> Message:
-        """Return the answer of a service; raises `ServiceFailed` where it fails, or nobody answers any more."""
+        """Return the answer of a service; raises `ServiceFailed` if it fails, or its server is gone."""
         if not kind:
-            await self._registrar.settled(REACH)  # it may be one of ours, begun a moment ago
+            await self._registrar.settled(REACH)  # the service may be a new one of this node
         return await self._calls.call(service, request, kind)
 
     def expect(self, *services: str) -> None:
-        """Look up services that will be called, in a thread; later calls of theirs need no master."""
+        """Look up services before they are called, in a thread; their later calls need no master."""
         self._calls.expect(*services)
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:
-        """Be the server of an action; raises `InvalidRequest` where this node is that already."""
+        """Serve an action; raises `InvalidRequest` if this node serves it already."""
         name = whole(action)
         if any(one.name == name and one.open for one in self._actions):
             raise InvalidRequest(key="action", reason=f"{name} is served already")
@@ -108,11 +108,11 @@ class RosGraph:
             return await client.do(goal, feedback)
         except NodeGone:
             if self._clients.get(key) is client and not client.busy:
-                self._clients.pop(key).close()  # its topics would look as if there were such an action
+                self._clients.pop(key).close()  # its topics would look like a served action
             raise
 
     async def close(self) -> None:
-        """End what runs here, and let what was said last go out."""
+        """Close actions and connections, and let the last messages go out."""
         for action in self._actions:
             action.close()
         await asyncio.gather(*(action.ended for action in self._actions))

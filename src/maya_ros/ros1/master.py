@@ -1,9 +1,9 @@
 """The ROS master: names, registrations and parameters, with calls that block in threads.
 
-A thread per piece of work rather than a pool of them: a stop must not wait until a place is free, and a thread that
-hangs in somebody else's answer must not keep the program from ending.
+Each call runs in a new thread instead of a pool: a stop must not wait for a free thread, and a thread that waits for
+another process must not keep the program from ending.
 
-The code uses the manual's absolute names ("/maya_event"). In the graph, the namespace of the node stands before them.
+The code uses the manual's absolute names ("/maya_event"). In the graph, the namespace of the node precedes them.
 Without a namespace both names are equal.
 
 rospy tries for ever to register publishers, subscribers and services, and holds its locks meanwhile. So the thread
@@ -39,19 +39,19 @@ R = TypeVar("R")
 
 
 class LoopCalls:
-    """Has calls made in a loop, in the order they are asked for, from any thread; once the loop is closed, none."""
+    """Schedules calls in a loop from any thread, in order; once the loop is closed, calls are dropped."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
 
     def __call__(self, call: Callable[..., object], *args: object) -> None:
-        """Have `call` made soon."""
-        with suppress(RuntimeError):  # the loop is closed: nobody is there to be told
+        """Schedule `call`."""
+        with suppress(RuntimeError):  # the loop is closed: no receiver is left
             self._loop.call_soon_threadsafe(call, *args)
 
 
 async def in_thread(work: Callable[[], R], name: str = "maya-ros") -> R:
-    """Do `work` in a thread and return its result; being cancelled, this no longer waits for it."""
+    """Do `work` in a thread and return its result; a cancelled caller no longer waits for it."""
     loop = asyncio.get_running_loop()
     future: asyncio.Future[R] = loop.create_future()
     post = LoopCalls(loop)
@@ -59,7 +59,7 @@ async def in_thread(work: Callable[[], R], name: str = "maya-ros") -> R:
     def run() -> None:
         try:
             result = work()
-        except BaseException as error:  # noqa: BLE001 - whatever it is, it is raised where somebody waits
+        except BaseException as error:  # noqa: BLE001 - every error is raised in the waiting caller
             post(_fail, future, error)
         else:
             post(_settle, future, result)
@@ -124,7 +124,7 @@ class BoundedTransport(Transport):
         self._patience = patience
 
     def make_connection(self, host: tuple[str, dict[str, str]] | str) -> HTTPConnection:
-        """Return the connection that a request goes over."""
+        """Return the connection for a request."""
         connection = super().make_connection(host)
         connection.timeout = self._patience
         return connection
@@ -152,7 +152,7 @@ def told(ask: Callable[[rosgraph.Master], T], patience: float = REACH) -> T:
 
 
 def published() -> frozenset[str]:
-    """Return the topics that somebody publishes."""
+    """Return the topics that have a publisher."""
     publishers, _, _ = told(lambda at: at.getSystemState())
     return frozenset(name for name, _ in publishers)
 
@@ -166,13 +166,13 @@ def service_uri(service: str) -> str:
 
 
 def service_type(service: str) -> str:
-    """Return the type of a service, "" where nobody serves it, or its server does not answer."""
+    """Return the type of a service, "" if no node serves it, or its server does not answer."""
     uri = service_uri(service)
     return (_kind(service, uri) or "") if uri else ""
 
 
 def _kinds(services: Sequence[str], uri: str) -> Mapping[str, str]:
-    """Return the types of services of one process; after one without an answer, ask no more."""
+    """Return the types of services of one process; after a missing answer, request no more."""
     found = dict.fromkeys(services, "")
     for service in services if uri else ():
         kind = _kind(service, uri)
@@ -195,23 +195,23 @@ def _kind(service: str, uri: str) -> str | None:
 class RosDirectory:
     """The names in this node's namespace (`graph.protocol.Directory`). Raises `MasterGone`.
 
-    `settled` waits until the master knows what this node has begun, for so long at most [s].
+    `settled` waits until the master knows all registrations of this node, at most the given time [s].
     """
 
     def __init__(self, settled: Callable[[float], Awaitable[None]]) -> None:
         self._settled = settled
 
     async def topics(self) -> Mapping[str, str]:
-        """Return the type of every topic that somebody publishes or subscribes, "" where nobody said it."""
+        """Return the type of every topic that has a publisher or a subscriber, "" if unknown."""
         await self._settled(REACH)
         found = await in_thread(lambda: told(lambda at: at.getTopicTypes()))
         return inner_keys({name: "" if kind == "*" else kind for name, kind in found})
 
     def topic_type(self, topic: str) -> None:
-        """Return None: only the master knows."""
+        """Return None: only the master knows the type."""
 
     async def services(self) -> Mapping[str, str]:
-        """Return the type of every service, as its server says it; "" of one that does not answer.
+        """Return the type of every service from its server; "" if the server does not answer.
 
         The services of one process are requested one after another: rospy accepts few connections at once, and retries
         a refused one only after a second. Different processes are requested in parallel.
@@ -258,18 +258,18 @@ class RosParameters:
     """The parameters in this node's namespace (`graph.protocol.ParameterServer`). Raises `MasterGone`."""
 
     async def get(self, name: str, default: Any = None) -> Any:
-        """Return the value at `name`, a dict for a name that others begin with."""
+        """Return the value at `name` or a dict of the values below it; `default` if none exists."""
         try:
             return await in_thread(lambda: told(lambda at: at.getParam(whole(name))))
         except rosgraph.MasterError:
             return default
 
     async def set(self, name: str, value: Any) -> None:
-        """Set the value at `name`; of a dict, what is None counts as not set."""
+        """Set the value at `name`; None values in a dict are left out."""
         await in_thread(lambda: told(lambda at: at.setParam(whole(name), _sendable(value))))
 
     async def delete(self, name: str) -> None:
-        """Forget `name`; it may be forgotten already."""
+        """Delete `name`, if it exists."""
         with suppress(rosgraph.MasterError):
             await in_thread(lambda: told(lambda at: at.deleteParam(whole(name))))
 
@@ -279,7 +279,7 @@ class RosParameters:
 
 
 def _sendable(value: Any) -> Any:
-    """Return a value without what XML-RPC has no word for."""
+    """Return a value without None in dicts, which XML-RPC cannot encode."""
     if isinstance(value, Mapping):
         return {str(key): _sendable(one) for key, one in value.items() if one is not None}
     if isinstance(value, list | tuple):
@@ -353,5 +353,5 @@ class Registrar:
 def _done(work: Work) -> None:
     try:
         work()
-    except Exception as error:  # noqa: BLE001 - what fails here must not keep the rest from being registered
+    except Exception as error:  # noqa: BLE001 - an error must not block later registrations
         rospy.logerr("a registration with the ROS master failed: %r", error)

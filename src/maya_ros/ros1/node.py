@@ -1,10 +1,10 @@
-"""A node: one in a process, with rospy beside an asyncio loop; its checks at the start, its log, its end.
+"""A node: one per process, with rospy beside an asyncio loop; its checks at the start, its log, its end.
 
     def main() -> int:
         return run("hw_simulator", serve)       # async def serve(node: Node) -> None
 
-`serve` is cancelled when the node is to end, be it by a signal, by rosnode kill, or by another node of its name; what
-it holds it gives back, what moves it brings to rest. Only then the graph is left.
+`serve` is cancelled when the node must end: after a signal, rosnode kill, or the start of another node of its name.
+`serve` then releases its resources and brings motion to rest. Only then the node leaves the graph.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ from maya_un.errors import AlreadyRunning, InternalError, InvalidValue, MasterGo
 from maya_un.interpreter import prompt_loop
 
 _CALLER = "/maya"
-"""The name under which a program asks that is no node yet."""
+"""The caller name of a program that is not yet a node."""
 
 
 def require_master() -> None:
-    """Raise `MasterGone` where no master answers; rospy would wait for one for ever."""
+    """Raise `MasterGone` if no master answers; rospy would wait for one for ever."""
     try:
         master(_CALLER).getPid()
     except (*NO_ANSWER, rosgraph.MasterException):
@@ -61,9 +61,9 @@ def require_master() -> None:
 
 
 def require_sole(name: str) -> None:
-    """Raise `AlreadyRunning` where the node that this one would be lives, or hangs; `name` may be given another.
+    """Raise `AlreadyRunning` if a node of this name runs or hangs; an argument may replace `name`.
 
-    The master would end that one as soon as this one is there, be it able to do its work or not.
+    The master would end that node as soon as this one registers, whether or not this one can do its work.
     """
     own = rospy.resolve_name(rospy.names.get_mappings().get("__name", name))
     try:
@@ -78,16 +78,16 @@ def require_sole(name: str) -> None:
     except TimeoutError:
         raise AlreadyRunning(pid="?") from None
     except NO_ANSWER:
-        return  # somebody else's port by now
+        return  # the port belongs to another program now
     raise AlreadyRunning(pid=process)
 
 
 PATIENCE = 12.0
-"""A node that is told to end has ended after this time [s], be it by force: roslaunch waits for 15 s."""
+"""Time after which a node is ended by force [s]: roslaunch waits for 15 s."""
 
 
 class NodeShutdown:
-    """Is told that the node is to end, from any thread and at any time, and tells the loop once there is one."""
+    """Takes requests to end the node, from any thread at any time, and passes them to the loop once it exists."""
 
     def __init__(self) -> None:
         self.over = threading.Event()
@@ -96,12 +96,12 @@ class NodeShutdown:
         self._post: LoopCalls | None = None
 
     def listen(self) -> None:
-        """Take signals from now on; in the main thread."""
+        """Handle signals from now on; call this in the main thread."""
         for kind in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(kind, self._signalled)
 
     async def asked(self) -> None:
-        """Wait until the node is to end."""
+        """Wait until the node must end."""
         self._post = LoopCalls(asyncio.get_running_loop())
         self._asked = asyncio.Event()
         if self._wanted:
@@ -109,7 +109,7 @@ class NodeShutdown:
         await self._asked.wait()
 
     def ask(self) -> None:
-        """Ask for the end; the second time changes nothing."""
+        """Request the end; a second request changes nothing."""
         if self._wanted:
             return
         self._wanted = True
@@ -164,27 +164,27 @@ def leave() -> None:
 
 
 DONE = 0
-"""The node ended because it was told to."""
+"""Exit code of a node that ended on request."""
 
 FAILED = 1
-"""It ended because the machine did something unexpected, or by a defect."""
+"""Exit code of a node that ended because the machine did something unexpected, or by a defect."""
 
 REFUSED = 2
-"""It did not begin: a parameter, the configuration, or what it needs is wrong or missing."""
+"""Exit code of a node that did not start: a parameter, the configuration, or what it needs is wrong or missing."""
 
 SPEED = "/maya/speed"
-"""The parameter with the factor of the twin's clock; of the machine it is 1."""
+"""The parameter with the factor of the twin's clock; for the machine it is 1."""
 
 FASTEST = 1000.0
 """Largest factor of the twin's clock."""
 
 SIMULATED = "/maya/sim_mode"
-"""The parameter that tells whether the robot is the twin."""
+"""The parameter that is true if the robot is the twin."""
 
 
 @dataclass(frozen=True, slots=True)
 class RosNode:
-    """Resources of a node: its graph, and the speed of its clock (1 but for the twin)."""
+    """Resources of a node: its graph, and the speed of its clock (1 except for the twin)."""
 
     graph: RosGraph
     speed: float
@@ -199,15 +199,15 @@ class RosNode:
         self.say(sentence)
 
     def warn(self, sentence: str) -> None:
-        """Write a line about what a person should look at."""
+        """Write a warning for a person to the log."""
         rospy.logwarn("%s", sentence)
 
     def complain(self, error: MayaError) -> None:
-        """Write an error, with its code."""
+        """Write an error with its code to the log."""
         rospy.logerr("error %d: %s", error.code, error)
 
     async def parameter(self, name: str, default: Any) -> Any:
-        """Return a parameter of this node ("~NAME") where it is set, else /maya/NAME, else `default`."""
+        """Return the parameter "~NAME" of this node if it is set, else /maya/NAME, else `default`."""
         found = await self.graph.parameters.get(f"~{name}")
         return await self.graph.parameters.get(f"/maya/{name}", default) if found is None else found
 
@@ -228,10 +228,10 @@ Serve = Callable[[RosNode], Awaitable[None]]
 
 
 def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
-    """Be the node `name` (roslaunch may give another) until it is told to end; return the exit code.
+    """Run the node `name` (roslaunch may replace it) until the node must end; return the exit code.
 
-    A node that is an edge is not `scaled`: its clock is that of the wall, whatever the twin's. Asked for help it says
-    what it is, and needs no master for that.
+    A node that is an edge is not `scaled`: its clock is real time at any speed of the twin. With --help, print the
+    description of the node, which needs no master.
     """
     if not {"-h", "--help"}.isdisjoint(sys.argv[1:]):
         print((sys.modules[serve.__module__].__doc__ or name).strip())
@@ -258,14 +258,14 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
 
 
 class _Shown(logging.Handler):
-    """Shows what the graph warns of, like a refused command on a topic, where the lines of a node are shown."""
+    """Writes warnings of the graph, such as a refused command on a topic, to the node's log."""
 
     def emit(self, record: logging.LogRecord) -> None:
         rospy.logwarn("%s", record.getMessage())
 
 
 def clock_factor() -> float:
-    """Return how fast the clock runs: what `SPEED` says of the twin, 1 of the machine. Raises `InvalidValue`."""
+    """Return how fast the clock runs: `SPEED` for the twin, 1 for the machine. Raises `InvalidValue`."""
     simulated = _flag(SIMULATED, rospy.get_param(whole(SIMULATED), default=True))
     speed = rospy.get_param(whole(SPEED), 1.0) if simulated else 1.0
     if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
@@ -274,14 +274,14 @@ def clock_factor() -> float:
 
 
 def _flag(name: str, found: object) -> bool:
-    """Return a parameter that was found, where it is true or false: the text "false" would count as true."""
+    """Return a flag; raises `InvalidValue` if it is not true or false: the text "false" would count as true."""
     if not isinstance(found, bool):
         raise InvalidValue(key=name, value=repr(found), reason="it must be true or false")
     return found
 
 
 def _clocked(serve: Serve) -> tuple[float, Serve]:
-    """Return how fast the clock runs, and what to do; where no clock can run so, that is to say so and end."""
+    """Return how fast the clock runs, and `serve`; for an invalid speed, a replacement that raises the error."""
     try:
         return clock_factor(), serve
     except InvalidValue as refusal:
@@ -306,7 +306,7 @@ async def _live(serve: Serve, ending: NodeShutdown, speed: float) -> int:
     await ours.close()
     ending.over.set()
     await in_thread(lambda: rospy.signal_shutdown("ended"))
-    for _ in range(20):  # another thread may be at it
+    for _ in range(20):  # another thread may be shutting down
         if rospy.is_shutdown():
             break
         await asyncio.sleep(0.1 * speed)
@@ -314,7 +314,7 @@ async def _live(serve: Serve, ending: NodeShutdown, speed: float) -> int:
 
 
 def _code(work: asyncio.Future[None]) -> int:
-    """Return the exit code of what a node did, and say why it ended where nobody told it to."""
+    """Return the exit code of a node's work, and log the error that ended it."""
     error = None if work.cancelled() else work.exception()
     if error is None:
         return DONE
@@ -325,7 +325,7 @@ def _code(work: asyncio.Future[None]) -> int:
 
 
 def _refused(error: MayaError) -> int:
-    """Say why a node ends, and return its exit code."""
+    """Log why a node ends, and return its exit code."""
     with suppress(OSError):
         if rospy.core.is_initialized():
             rospy.logfatal("error %d: %s", error.code, error)
@@ -335,7 +335,7 @@ def _refused(error: MayaError) -> int:
 
 
 def _defect(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """Write what went wrong where nobody waits for it."""
+    """Log an error that no caller receives."""
     error = context.get("exception")
     trace = "" if error is None else "".join(traceback.format_exception(error))
     rospy.logerr("%s\n%s", context.get("message", "a defect"), trace)

@@ -1,6 +1,6 @@
 """The rights of a node: ROS 1 has no sign-in, so the node's token makes all its clients one principal.
 
-The file that $MAYA_GRAPH_TOKEN_FILE names holds the token. A ROS parameter would not do: anybody in the graph could
+The file that $MAYA_GRAPH_TOKEN_FILE names holds the token. A ROS parameter is unsuitable: every node of the graph can
 set it. Users are read from the state folder, whichever process writes them.
 """
 
@@ -125,9 +125,9 @@ class FolderTokenChecker:
 
 @asynccontextmanager
 async def looked(speed: float = 1.0) -> AsyncGenerator[FolderTokenChecker]:
-    """Yield the users of the state folder, which are read again while the block runs.
+    """Yield the users of the state folder, which are read again after each change while the block runs.
 
-    `speed` is how fast the loop's clock runs. Raises `StorageDamaged` and its kin.
+    `speed` is how fast the loop's clock runs. Raises `StorageDamaged` and related errors.
     """
     found = FolderTokenChecker(speed)
     await found.open()
@@ -143,7 +143,7 @@ async def looked(speed: float = 1.0) -> AsyncGenerator[FolderTokenChecker]:
 async def graph_rights(callers: Callers) -> AsyncGenerator[GraphRights]:
     """Yield the rights of the graph, which follow each change of users and tokens while the block runs.
 
-    Raises `FileUnreadable` where the file that is named holds no token, or others can read it.
+    Raises `FileUnreadable` if the named file holds no token, or other users can read it.
     """
     rights = GraphRights(callers, token_of_graph())
     await rights.look()
@@ -167,13 +167,13 @@ async def graph_rights(callers: Callers) -> AsyncGenerator[GraphRights]:
 
 @asynccontextmanager
 async def rights_of_node(speed: float) -> AsyncGenerator[GraphRights]:
-    """Yield the rights of the graph at a node that keeps no users; raises what `looked` and `graph_rights` raise."""
+    """Yield the rights of the graph for a node that stores no users; raises as `looked` and `graph_rights` do."""
     async with looked(speed) as users, graph_rights(users.callers) as rights:
         yield rights
 
 
 def token_of_graph() -> str:
-    """Return the token of the graph, "" where none is named; raises `FileUnreadable`."""
+    """Return the token of the graph, "" if no file is named; raises `FileUnreadable`."""
     named = os.environ.get(TOKEN_FILE)
     if not named:
         return ""

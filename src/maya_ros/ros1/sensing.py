@@ -28,9 +28,9 @@ T = TypeVar("T")
 
 
 class Probe:
-    """A connection of its own to the controller at `address`, which asks for its record and sends nothing else.
+    """A separate connection to the controller at `address`, which only requests data records.
 
-    `clock` tells the time that messages are stamped with [s].
+    `clock` returns the time for message stamps [s].
     """
 
     def __init__(self, config: Config, address: str, clock: Clock) -> None:
@@ -39,7 +39,7 @@ class Probe:
         self._clock = clock
 
     async def tell(self, graph: Graph) -> None:
-        """Publish what is measured until cancelled; a lost connection is made again. Raises `ConnectFailed` and kin."""
+        """Publish measurements until cancelled; reconnect after a loss. Raises `ConnectFailed` and related errors."""
         publisher = graph.advertise(SENSORS.name, SENSORS.type, queue_size=SENSORS.queue_size)
         link = DriverLink(self._dial, self._address, self._config.controller.timeout, _nothing, _nothing_else)
         try:
@@ -61,7 +61,7 @@ class Probe:
         return await TcpTransport.connect(host, port, self._config.controller.timeout)
 
     async def _measured(self, link: DriverLink) -> Message | None:
-        """Return a record as a message, None while there is none to be had."""
+        """Return a record as a message, None if none is available."""
         try:
             return raw_message(await link.driver.record(), self._config, self._clock())
         except (NotConnected, MachineError):
@@ -77,7 +77,7 @@ async def _nothing_else(_: Driver) -> None:
 
 
 class SensedController:
-    """The state as /hardware_sensor and /maya_event tell it; published by `servers.sensors.SensorLayer`."""
+    """The state from /hardware_sensor and /maya_event, as `servers.sensors.SensorServer` publishes it."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -88,7 +88,7 @@ class SensedController:
 
     @asynccontextmanager
     async def listening(self, graph: Graph) -> AsyncGenerator[None]:
-        """Hear both topics while the block runs."""
+        """Subscribe to both topics while the block runs."""
         held = (
             graph.subscribe(EVENT.name, EVENT.type, self.hear_event, queue_size=EVENT.queue_size),
             graph.subscribe(SENSORS.name, SENSORS.type, self.hear_sensors, queue_size=SENSORS.queue_size),
@@ -105,11 +105,11 @@ class SensedController:
         return self._latest.state
 
     def watch(self) -> AsyncIterator[State]:
-        """Yield every state heard from now on; a slow reader skips to the newest."""
+        """Yield every state received from now on; a slow reader skips to the newest."""
         return self._latest.watch(self.state)
 
     def hear_event(self, message: Message) -> None:
-        """Take an event; what is none of ours says nothing."""
+        """Take an event; ignore an invalid message."""
         try:
             self._standing = read(message["data"]).standing
         except InvalidMessage:
@@ -119,7 +119,7 @@ class SensedController:
             self.workspace = replace(self.workspace, boom=a, line_b=b, line_c=c)
 
     def hear_sensors(self, message: Message) -> None:
-        """Take what is measured; before homing the counts say nothing about lengths."""
+        """Take a measurement; before homing, counts do not give lengths."""
         self._latest.show(self._seen(message))
 
     def _seen(self, message: Message) -> State:
@@ -148,7 +148,7 @@ class SensedController:
         )
 
     def _point(self, joints: Joints) -> Point | None:
-        """Return the gripper point, None where lines of such lengths cannot meet."""
+        """Return the gripper point, None if lines of these lengths cannot meet."""
         try:
             return self.workspace.mechanism.fk(joints)
         except Unreachable:

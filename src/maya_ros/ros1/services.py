@@ -1,6 +1,6 @@
-"""Services of a real graph: answered in the loop, or at once in rospy's own thread; and called without blocking.
+"""Services of a real graph: answered in the loop, or at once in a thread of rospy; and called without blocking.
 
-The address of a known service is kept, so it can be called without a master.
+The address of a known service is stored, so it can be called without a master.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ _LOOKUP = 0.3
 """Longest wait for the master's address of a known service [s]; then the former address is used."""
 
 _LOOK = 0.2
-"""A caller that hung up is noticed within this time [s]."""
+"""Longest time until a disconnected caller is noticed [s]."""
 
 _ANYHOW = frozenset({ABORT.name, PAUSE.name, STOP.name})
-"""Services that are carried out also for who has hung up: who asks for a stop may be gone before it is heard."""
+"""Services that are carried out even if the caller has disconnected: the sender of a stop may end at once."""
 
 _HUNG_UP = select.POLLRDHUP | select.POLLHUP | select.POLLERR | select.POLLNVAL
 
 
 class RosService:
-    """A service that is answered until it is closed (`graph.protocol.GraphHandle`)."""
+    """A service that is served until it is closed (`graph.protocol.GraphHandle`)."""
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class RosService:
         return self._open
 
     def close(self) -> None:
-        """Answer no more."""
+        """Stop serving."""
         if self._open:
             self._open = False
             self._registrar(self._given_back)
@@ -80,7 +80,7 @@ class RosService:
             self._held.shutdown("closed")
 
     def _handle(self, request: MessageClass) -> MessageClass:
-        """Answer a request, in the thread that rospy has for who asks."""
+        """Answer a request, in rospy's thread for the caller."""
         if not self._open:
             raise rospy.ServiceException("it is no longer served")
         plain = self._plain(request)
@@ -93,7 +93,7 @@ class RosService:
             raise rospy.ServiceException("it is no longer wanted") from None
 
     def _answered(self, request: Message) -> Message:
-        """Have the loop answer; who hangs up, be it before it was heard, no longer wants what he asked for."""
+        """Have the loop answer; raises `CancelledError` if the caller disconnects before or meanwhile."""
         if self._unwanted:
             raise CancelledError
         future = asyncio.run_coroutine_threadsafe(_awaited(self._answer, request), self._loop)
@@ -102,7 +102,7 @@ class RosService:
                 return future.result(_LOOK)
             except TimeoutError:
                 if future.done():
-                    raise  # it is the answer's own
+                    raise  # raised by the answer itself
                 if self._unwanted or self._loop.is_closed():
                     future.cancel()
 
@@ -116,13 +116,13 @@ async def _awaited(answer: Answer, request: Message) -> Message:
 
 
 class _AwaitedService(rospy.Service):
-    """A service whose handler can look whether anybody still waits for its answer."""
+    """A service whose handler can check whether the caller still waits."""
 
     _asking = threading.local()
 
     @classmethod
     def asked_by_nobody(cls) -> bool:
-        """Tell whether who asked in this thread has hung up."""
+        """Return whether the caller of this thread has disconnected."""
         return _hung_up(cls._asking.transport)
 
     def _handle_request(self, transport: Any, request: MessageClass) -> None:
@@ -131,7 +131,7 @@ class _AwaitedService(rospy.Service):
 
 
 def _hung_up(transport: Any) -> bool:
-    """Tell whether the other end of a connection of rospy's is gone."""
+    """Return whether the other end of a rospy connection is gone."""
     socket = transport.socket
     if socket is None:
         return True
@@ -141,9 +141,9 @@ def _hung_up(transport: Any) -> bool:
 
 
 class Calls:
-    """Calls services over connections that are kept for the next call.
+    """Calls services over connections that are reused.
 
-    A new connection costs ten times what a call costs. There are as many to a service as calls were under way at once.
+    A new connection costs ten times what a call costs. A service has as many connections as it had simultaneous calls.
     """
 
     def __init__(self) -> None:
@@ -153,7 +153,7 @@ class Calls:
         self._open = True
 
     def expect(self, *services: str) -> None:
-        """Find services while the master is there; where they cannot be found now, a call will look again."""
+        """Look up services while the master answers; a later call repeats a failed lookup."""
 
         def look() -> None:
             for service in map(whole, services):
@@ -165,7 +165,7 @@ class Calls:
     async def call(self, service: str, request: Request, kind: str) -> Message:
         """Return the answer of a service; raises `ServiceFailed`, `UnknownInterface`, `InvalidMessage`.
 
-        Being cancelled, it hangs up, by which the server knows.
+        A cancelled call disconnects, which the server notices.
         """
         kind = kind or await in_thread(lambda: service_type(service))
         if not kind:
@@ -185,14 +185,14 @@ class Calls:
         return converter_of(found.response).plain(answer)
 
     def close(self) -> None:
-        """Hang up everywhere."""
+        """Close all connections."""
         self._open = False
         for proxy in (*self._busy, *(one for idle in self._idle.values() for one in idle)):
             proxy.drop()
         self._idle.clear()
 
     def _taken(self, key: tuple[str, str], found: ServiceClass) -> _Proxy:
-        """Take a connection whose server is still there, or the promise of a new one."""
+        """Return an idle connection whose server still exists, or a new one, which connects at the call."""
         proxy = None
         while self._idle[key] and proxy is None:
             proxy = self._idle[key].pop()
@@ -217,9 +217,10 @@ class Calls:
 
 
 class _Proxy(rospy.ServiceProxy):
-    """A connection to a service that is kept; where no master answers, it is made to where the service was last.
+    """A persistent connection to a service; if no master answers, it uses the last known address.
 
-    rospy connects within a call. One that is dropped meanwhile is closed when it stands, before the request is sent.
+    rospy connects within a call. If the connection is dropped meanwhile, it is closed once it exists, before the
+    request is sent.
     """
 
     def __init__(self, service: str, kind: type[genpy.Service], addresses: dict[str, str]) -> None:
@@ -240,12 +241,12 @@ class _Proxy(rospy.ServiceProxy):
             link.close()
 
     def drop(self) -> None:
-        """Hang up, for good; a call that is being made fails."""
+        """Close the connection for good; a call under way fails."""
         self._dropped = True
         self.close()
 
     def _get_service_uri(self, request: MessageClass) -> str:
-        """Return where the service is; raises `rospy.ServiceException`."""
+        """Return the address of the service; raises `rospy.ServiceException`."""
         del request
         try:
             return _located(self.resolved_name, self._addresses)
@@ -258,14 +259,14 @@ class _Proxy(rospy.ServiceProxy):
 
 
 def _located(service: str, addresses: dict[str, str]) -> str:
-    """Return where the master says that a service is, and keep it in `addresses`; raises as `master.told` does."""
+    """Return the master's address of a service, and store it in `addresses`; raises as `master.told` does."""
     patience = _LOOKUP if service in addresses else REACH
     addresses[service] = told(lambda at: at.lookupService(service), patience)
     return addresses[service]
 
 
 def _reason(error: BaseException) -> str:
-    """Return why a call failed, in the server's words where it said some."""
+    """Return why a call failed, in the server's words if it gave any."""
     before, said, quoted = str(error).partition("responded with an error: ")
     if not said:
         return before

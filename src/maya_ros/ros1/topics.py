@@ -1,6 +1,6 @@
-"""Topics of a real graph: publishers that never block, and subscriptions that are heard in the loop.
+"""Topics of a real graph: publishers that never block, and subscriptions whose messages are handled in the loop.
 
-Both are created at once, and registered with the master as soon as it answers (`registering`).
+Both are created at once, and registered with the master as soon as it answers (`master.Registrar`).
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from maya_ros.ros1.convert import MessageClass, converter_of, message_class
 from maya_ros.ros1.master import LoopCalls, Registrar
 
 LINGER = 0.2
-"""The last message has gone out after this time [s, real]: rospy drops what still waits on a topic it closes."""
+"""Time to send the last message [s, real time]: rospy drops messages that still wait on a topic that it closes."""
 
 
 class RosPublisher:
-    """A topic to publish on (`graph.protocol.Publisher`).
+    """A publisher of a topic (`graph.protocol.Publisher`).
 
-    There always is a queue: without one, rospy writes to every reader itself, and one that is stopped stops us.
-    Messages from before the topic is registered wait in a queue of the same length. And nothing waits for company on
-    the wire: else the second of two messages comes up to 40 ms late, behind what another topic told later. `changed` is
-    called when somebody came or went, in a thread of rospy's.
+    There always is a queue: without one, rospy writes to every subscriber itself, and a stopped subscriber would block
+    this node. Messages from before the registration of the topic wait in a queue of the same length. TCP does not delay
+    small packets (TCP_NODELAY): otherwise the second of two messages comes up to 40 ms late, after a later message on
+    another topic. `changed` is called when a subscriber connects or disconnects, in a thread of rospy.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class RosPublisher:
         )
 
     def publish(self, message: Message) -> None:
-        """Publish a message; raises `InvalidMessage`. After the end, this does nothing.
+        """Publish a message; raises `InvalidMessage`. After `close`, this does nothing.
 
         A header without a time gets the present time, as on the bus (`graph.topics`).
         """
@@ -74,7 +74,7 @@ class RosPublisher:
 
     @property
     def readers(self) -> int:
-        """How many nodes subscribe now; one that died counts for up to half a second more."""
+        """Number of current subscribers; one that died counts for up to half a second more."""
         held = self._held
         return held.get_num_connections() if held is not None and self._open else 0
 
@@ -85,7 +85,7 @@ class RosPublisher:
         return frozenset() if impl is None else frozenset(link.endpoint_id for link in impl.connections)
 
     def close(self) -> None:
-        """Give the topic back, as soon as what was published last has gone out."""
+        """Stop publishing, once the last message has been sent."""
         if self._open:
             self._open = False
             timer = threading.Timer(LINGER, self._registrar, (self._given_back,))
@@ -102,10 +102,10 @@ class RosPublisher:
         self._look()
 
     def _look(self) -> None:
-        """Have messages go out at once to whoever came."""
+        """Set TCP_NODELAY on all connections, and call `changed`."""
         impl = self._held.impl if self._held is not None and self._open else None
         for link in () if impl is None else impl.connections:
-            with suppress(OSError, AttributeError):  # it has just gone
+            with suppress(OSError, AttributeError):  # the subscriber has just disconnected
                 link.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if self._changed is not None:
             self._changed()
@@ -116,25 +116,25 @@ class RosPublisher:
 
 
 class _Readers(rospy.SubscribeListener):
-    """Tells that somebody came or went."""
+    """Calls `changed` when a subscriber connects or disconnects."""
 
     def __init__(self, changed: Callable[[], object]) -> None:
         self._changed = changed
 
     def peer_subscribe(self, topic_name: str, topic_publish: object, peer_publish: object) -> None:
-        """Take note that somebody came."""
+        """Report that a subscriber has connected."""
         self._changed()
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """Take note that somebody went."""
+        """Report that a subscriber has disconnected."""
         self._changed()
 
 
 class RosSubscription:
-    """A topic that is listened to (`graph.protocol.Subscription`).
+    """A subscription to a topic (`graph.protocol.Subscription`).
 
-    `heard` is told every message and the name of the node that sent it, in the loop that `post` posts to; of more than
-    `queue_size` that wait for their turn the oldest are dropped, with 0 none.
+    `heard` is called with every message and the name of its publisher, in the loop that `post` posts to. If more than
+    `queue_size` messages wait, the oldest are dropped; 0 drops none.
     """
 
     def __init__(
@@ -158,13 +158,13 @@ class RosSubscription:
 
     @property
     def writers(self) -> frozenset[str]:
-        """The names of the nodes that publish on it now; one that dies is gone at once."""
+        """The names of the nodes that publish on the topic now, without nodes that died."""
         impl = None if self._held is None else self._held.impl
         links = [] if impl is None else impl.connections
         return frozenset(link.callerid_pub for link in links if _alive(link.socket, link.callerid_pub, done=link.done))
 
     def close(self) -> None:
-        """Listen no more."""
+        """Unsubscribe."""
         if self._open:
             self._open = False
             self._registrar(self._given_back)
@@ -178,7 +178,7 @@ class RosSubscription:
             self._held.unregister()
 
     def _arrived(self, message: MessageClass) -> None:
-        """Take a message, in rospy's thread."""
+        """Take a message, in a thread of rospy."""
         source = (message._connection_header or {}).get("callerid", "")
         self._waiting.append((self._plain(message), source))
         self._post(self._deliver)
@@ -189,5 +189,5 @@ class RosSubscription:
 
 
 def _alive(link: object, name: str, *, done: bool) -> bool:
-    """Tell whether a connection stands: rospy keeps those that broke, to try them again."""
+    """Return whether a connection is alive: rospy holds broken ones, to try them again."""
     return link is not None and not done and name != "unknown"

@@ -19,9 +19,9 @@ from maya_un.values import Point
 
 
 def parts_on_table(config: Config, job: str, parts: Any) -> dict[str, Point]:
-    """Return where parts stand [m]: those that the file `job` begins with ("" for none), and `parts` {NAME: [x, y, z]}.
+    """Return the positions of parts [m]: those at the start of the job file `job` ("" for none), and `parts`.
 
-    Raises `FileUnreadable`, `InvalidJob` and `InvalidValue`.
+    `parts` is {NAME: [x, y, z]}. Raises `FileUnreadable`, `InvalidJob` and `InvalidValue`.
     """
     standing: dict[str, Point] = {}
     if job:
@@ -46,7 +46,7 @@ SERVICE = "~twin"
 
 
 def serve_inspection(graph: Graph, twin: Twin) -> GraphHandle:
-    """Serve what the mechanics know: where parts are, what is carried, what fell, and the extremes of the motion.
+    """Serve the state of the mechanics: parts, the carried part, dropped parts, and the extremes of the motion.
 
     {"joints": [a, b, c], "point": [x, y, z], "parts": {name: [x, y, z]}, "carried": name or null, "closed": true,
     "drops": 0, "tension": 3.1, "slack": 0.0, "lowest": 0.4, "stalled": 0.0} in rad, m, s, tension in loads.
@@ -59,7 +59,7 @@ def serve_inspection(graph: Graph, twin: Twin) -> GraphHandle:
 
 
 def inspect_twin(twin: Twin) -> dict[str, object]:
-    """Return what the mechanics know now."""
+    """Return the present state of the mechanics."""
     record = twin.mechanics.record
     whole = record.whole
     return {

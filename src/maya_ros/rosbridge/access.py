@@ -67,7 +67,7 @@ class Guest:
         return self._caller or replace(BYSTANDER, source=self.source)
 
     def require(self, operation: Operation) -> None:
-        """Raise `NotSignedIn` or `NotAllowed` if it may not request `operation`."""
+        """Raise `NotSignedIn` or `NotAllowed` if the client may not request `operation`."""
         if self._caller is not None:
             require(self._caller, operation)
         elif not (self.local and operation in STOPPING):
@@ -95,7 +95,7 @@ class Guest:
 
 
 def _at_rights(caller: Caller) -> Caller:
-    """Return the caller of a protocol without a message for the lease.
+    """Return the caller for a protocol that has no message for the lease.
 
     While the lease is free, a role that may take it drives for each command; others need a lent lease.
     """
@@ -121,17 +121,17 @@ class RestrictedGraph:
 
     @property
     def directory(self) -> Directory:
-        """Its content."""
+        """Content of the graph."""
         self._guest.require(Operation.READ)
         return self._graph.directory
 
     @property
     def parameters(self) -> ParameterServer:
-        """Its parameters."""
+        """Parameters of the graph."""
         return self._parameters
 
     def advertise(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> Publisher:
-        """Take a topic to publish on. A client that disconnected may still cancel its goals."""
+        """Return a publisher of a topic. A client that disconnected may still cancel its goals."""
 
         def check() -> None:
             if not (self._guest.left and topic.endswith(_CANCEL)):
@@ -141,12 +141,12 @@ class RestrictedGraph:
         return _RestrictedPublisher(self._graph.advertise(topic, kind, latch=latch, queue_size=queue_size), check)
 
     def subscribe(self, topic: str, kind: str, heard: Heard, *, queue_size: int = 100) -> Subscription:
-        """Listen to a topic."""
+        """Subscribe to a topic."""
         self._guest.require(Operation.READ)
         return self._graph.subscribe(topic, kind, heard, queue_size=queue_size)
 
     def serve(self, service: str, kind: str, answer: Answer, quick: Quick | None = None) -> GraphHandle:
-        """Answer a service."""
+        """Serve a service."""
         self._guest.require(Operation.GRAPH)
         return self._graph.serve(service, kind, answer, quick)
 
@@ -156,16 +156,16 @@ class RestrictedGraph:
         return await self._graph.call(service, request, kind)
 
     def expect(self, *services: str) -> None:
-        """Find services that will be called, soon."""
+        """Look up services before they are called."""
         self._graph.expect(*services)
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:
-        """Be the server of an action."""
+        """Serve an action."""
         self._guest.require(Operation.GRAPH)
         return self._graph.act(action, kind, act)
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
-        """Have a goal carried out and return how it ended."""
+        """Send a goal to its server and return its outcome and result."""
         self._guest.require(asked_by_call(_whole(action), Kind.ACTION))
         return await self._graph.do(action, kind, goal, feedback)
 
@@ -177,16 +177,16 @@ class _RestrictedPublisher:
 
     @property
     def readers(self) -> int:
-        """How many subscribe now."""
+        """Number of current subscribers."""
         return self._publisher.readers
 
     def publish(self, message: Message) -> None:
-        """Put a message on the topic."""
+        """Publish a message."""
         self._check()
         self._publisher.publish(message)
 
     def close(self) -> None:
-        """Give it back."""
+        """Stop publishing."""
         self._publisher.close()
 
 
@@ -206,7 +206,7 @@ class _RestrictedParameters:
         await self._all.set(name, value)
 
     async def delete(self, name: str) -> None:
-        """Forget `name`."""
+        """Delete `name`."""
         self._guest.require(Operation.GRAPH)
         await self._all.delete(name)
 

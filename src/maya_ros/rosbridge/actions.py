@@ -20,7 +20,7 @@ from maya_un.errors import Cancelled, InvalidRequest, MayaError, ServiceFailed
 from maya_un.http.log import written_down
 
 UNKNOWN, SUCCEEDED, CANCELED, ABORTED = 0, 4, 5, 6
-"""How a goal ended, in the numbers of the newer protocol (action_msgs/GoalStatus)."""
+"""Outcomes of a goal, in the numbers of the newer protocol (action_msgs/GoalStatus)."""
 
 _STATUS: Mapping[GoalStatus, int] = {
     GoalStatus.SUCCEEDED: SUCCEEDED,
@@ -31,7 +31,7 @@ _STATUS: Mapping[GoalStatus, int] = {
 
 
 class _SentGoal:
-    """One goal of a client: what it said, and the last result that was heard of its action."""
+    """One goal of a client: its fields, and the last result received from its action."""
 
     def __init__(self, client: RosbridgeClient, fields: Fields) -> None:
         """Read the action and id of a message; raises `InvalidRequest`."""
@@ -56,7 +56,7 @@ class _SentGoal:
         self._fragment = fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE)
 
     async def ended(self) -> GoalResult:
-        """Have it carried out; one that is cancelled is told as it ended.
+        """Carry out the goal and return its outcome, also after a cancellation.
 
         A caller that cancels `do` learns that the goal has ended but not how, so its results are subscribed to as well.
         """
@@ -75,12 +75,12 @@ class _SentGoal:
             self._last = GoalResult(outcome, message["result"])
 
     def tell(self, feedback: Message) -> None:
-        """Tell how far it is."""
+        """Send feedback."""
         values = outgoing.as_plain(f"{self.kind}Feedback", feedback)
         self._say({"op": "action_feedback", "action": self.said, "values": values})
 
     def tell_end(self, ended: GoalResult) -> None:
-        """Tell how it ended."""
+        """Send the outcome and result."""
         status = _STATUS.get(ended.outcome)
         if status is None:
             self.tell_failure(_why(ended))
@@ -89,7 +89,7 @@ class _SentGoal:
             self._say({"op": "action_result", "action": self.said, "values": values, "status": status, "result": True})
 
     def tell_failure(self, reason: str) -> None:
-        """Tell that it was not carried out at all."""
+        """Send a failure without a result."""
         self._say({"op": "action_result", "action": self.said, "values": reason, "status": UNKNOWN, "result": False})
 
     def _say(self, message: dict[str, Any]) -> None:
@@ -139,7 +139,7 @@ class ClientGoals:
             self._tasks.pop(goal.name, None)
 
     def cancel_action_goal(self, fields: Fields) -> None:
-        """Carry out `cancel_action_goal`; that the goal has ended is told by its result."""
+        """Carry out `cancel_action_goal`; the result of the goal reports its end."""
         _, action = fields.name("action")
         found = self._tasks.get(fields.id)
         if found is None or found[0] != action:
@@ -163,7 +163,7 @@ _numbers = itertools.count(1)
 
 
 class _Given(NamedTuple):
-    """A goal that the client was given: where its feedback goes, and what waits for its result."""
+    """A goal that the client carries out: the receiver of its feedback, and the future of its result."""
 
     feedback: Feedback
     ended: asyncio.Future[Message]
@@ -181,7 +181,7 @@ class _Action:
         self.held: GraphHandle | None = None
 
     async def act(self, goal: Message, feedback: Feedback) -> Message:
-        """Have the client carry a goal out; being cancelled, it is told so and waited for."""
+        """Have the client carry out a goal; if cancelled, send the client a cancel and wait for the end."""
         if len(self._given) >= UNDER_WAY:
             raise ServiceFailed(service=self._action, reason="too many goals wait for it already")
         name = f"action_goal:{self._said}:{next(_numbers)}"
@@ -217,7 +217,7 @@ class _Action:
             ended.set_result(types.conform(f"{self._kind}Result", fields.record("values"), stamp=now))
 
     def close(self, reason: str) -> None:
-        """Carry out nothing any more; whoever waits is told why."""
+        """Stop serving; goals under way fail with `reason`."""
         if self.held is not None:
             self.held.close()
         for given in self._given.values():
@@ -239,7 +239,7 @@ class ClientActions:
         }
 
     async def advertise_action(self, fields: Fields) -> None:
-        """Carry out `advertise_action`; what others carry out cannot be taken from them."""
+        """Carry out `advertise_action`; an action that another server carries out is refused."""
         said, action = fields.name("action")
         kind = fields.kind()
         if len(self._actions) >= SERVED:
@@ -281,7 +281,7 @@ class ClientActions:
         return one
 
     def close(self) -> None:
-        """Carry out nothing any more."""
+        """Stop serving all actions."""
         for one in self._actions.values():
             one.close("whoever carried it out has gone")
         self._actions.clear()

@@ -20,14 +20,14 @@ from maya_un.errors import InvalidRequest, MayaError, StreamLagging, UnknownInte
 from maya_un.http.log import written_down
 
 Step = Callable[[], bool]
-"""Carries out one message of a client; tells whether another can be carried out now."""
+"""Carries out one message of a client; returns whether another can be carried out now."""
 
 
 class MessageScheduler:
-    """Carries out messages of all clients in line, one of each, so many in a turn of the loop.
+    """Carries out messages of all clients in turn, one of each, a limited number per turn of the loop.
 
-    The work of a message runs in the loop's turns too: with too many begun in one turn, each hop of a stop
-    that somebody else asks for would wait for all of them. `clock` tells the time [s], normally the running loop's.
+    The work of a message also runs in turns of the loop: if too many messages started in one turn, each step of another
+    client's stop would wait for all of them. `clock` returns the time [s], normally the running loop's.
     """
 
     def __init__(self, clock: Callable[[], float] | None = None) -> None:
@@ -39,7 +39,7 @@ class MessageScheduler:
         self._running = False
 
     def give(self, step: Step) -> None:
-        """Call `step` again and again until it tells that there is no more, now and in later turns."""
+        """Call `step` repeatedly until it returns false, now and in later turns."""
         self._waiting.append(step)
         if not self._running:
             self._begin()
@@ -61,7 +61,7 @@ class MessageScheduler:
                 self._left = 0
 
     def _end(self) -> None:
-        """Begin the next turn, if there is anything to do in it."""
+        """Start the next turn, if messages wait."""
         self._running = False
         if self._waiting:
             self._begin()
@@ -69,7 +69,7 @@ class MessageScheduler:
 
 
 class SenderWire(Protocol):
-    """The part of a wire that a sender needs: `full` while the other side is behind, else `on_room` is called."""
+    """The part of a wire that a sender needs: `on_room` is called when the wire is no longer `full`."""
 
     on_room: Callable[[], None] | None
 
@@ -99,7 +99,7 @@ class Backlog:
         return len(self._frames)
 
     def add(self, frames: bytes) -> int:
-        """Add a message, and return by how many bytes there is more (or less) now."""
+        """Add a message, and return the change of the total size [bytes]."""
         before = self.size
         self._frames.append(frames)
         self.size += len(frames)
@@ -108,14 +108,14 @@ class Backlog:
         return self.size - before
 
     def pop(self) -> bytes:
-        """Take the oldest."""
+        """Remove and return the oldest message."""
         frames = self._frames.popleft()
         self.size -= len(frames)
         return frames
 
 
 class Sender:
-    """The way out to one client. Nothing here waits for it."""
+    """Sends messages to one client, and never waits for it."""
 
     def __init__(self, outlet: SenderWire) -> None:
         self._outlet = outlet
@@ -127,11 +127,11 @@ class Sender:
 
     @property
     def owed(self) -> int:
-        """How much of topics waits for this client [bytes]."""
+        """Size of the topic messages that wait for this client [bytes]."""
         return self._owed
 
     def answer(self, frames: bytes) -> None:
-        """Send what the client waits for; one that takes no answers is disconnected."""
+        """Send an answer; disconnect a client that does not read answers."""
         if not self._outlet.full:
             self._outlet.write(frames)
             return
@@ -143,7 +143,7 @@ class Sender:
             self._outlet.end(StreamLagging.code, "answers are not read")
 
     def send(self, backlog: Backlog, frames: bytes) -> None:
-        """Send a message of a topic now, or keep it until the client takes it and nothing newer has displaced it."""
+        """Send a message of a topic now, or when the client can take it, unless newer messages have displaced it."""
         if not self._behind and not self._outlet.full:
             self._outlet.write(frames)
             return
@@ -153,7 +153,7 @@ class Sender:
             self._drop()
 
     def forget(self, backlog: Backlog) -> None:
-        """Send nothing any more of what waits."""
+        """Drop the waiting messages of a topic."""
         if backlog in self._behind:
             del self._behind[backlog]
             self._owed -= backlog.size
@@ -165,7 +165,7 @@ class Sender:
             del self._behind[fullest]
 
     def _go_on(self) -> None:
-        """Send what waits, answers first, then the topics in turn."""
+        """Send what waits, answers first, then one message of each topic in turn."""
         while self._answers and not self._outlet.full:
             frames = self._answers.popleft()
             self._answers_size -= len(frames)
@@ -186,7 +186,7 @@ ROWS: Mapping[str, Row] = {row.name: row for row in TABLE}
 
 
 class StatusLevel(IntEnum):
-    """Least level of status messages that a client gets."""
+    """Least severe level of the status messages that a client gets."""
 
     none = 0
     error = 1
@@ -195,7 +195,7 @@ class StatusLevel(IntEnum):
 
 
 class RosbridgeClient:
-    """One client of the endpoint, as the concerns of its session see it. `language` is that of its sentences."""
+    """One client of the endpoint, as the parts of its session use it. `language` is that of its sentences."""
 
     def __init__(self, graph: Graph, sender: Sender, press: MessageEncoder, language: str = "en") -> None:
         self.graph = graph
@@ -206,25 +206,25 @@ class RosbridgeClient:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def say(self, message: Mapping[str, Any], compression: str = "none", fragment: int = 0, name: Id = None) -> None:
-        """Send a message, as a picture and in pieces where that is wanted."""
+        """Send a message, as a picture and in fragments if requested."""
         self.sender.answer(shaped(outgoing.text_of(message), compression, fragment, name))
 
     def tell(self, level: StatusLevel, text: str, name: Id = None, **more: object) -> None:
-        """Tell a status that belongs to the message that the client calls `name`, if it wants such ones."""
+        """Send a status for the message that the client calls `name`, if the client wants this level."""
         if level <= self.level:
             named = {} if name is None else {"id": name}
             self.say({"op": "status", **named, "level": level.name, "msg": text, **more})
 
     def words(self, error: MayaError) -> str:
-        """Return what a client is told of an error: code and sentence."""
+        """Return the text of an error for the client: code and sentence."""
         return f"{error.code}: {error.text(self._language)}"
 
     def refuse(self, error: MayaError, name: Id = None) -> None:
-        """Tell that a message was refused."""
+        """Send the error of a refused message."""
         self.tell(StatusLevel.error, self.words(error), name, code=error.code)
 
     def spawn(self, work: Coroutine[Any, Any, None], name: str) -> asyncio.Task[None]:
-        """Have something done beside what else the client says; it ends with the session."""
+        """Start a task beside later messages of the client; the task ends with the session."""
         task = asyncio.get_running_loop().create_task(work, name=name)
         self._tasks.add(task)
         task.add_done_callback(self._ended)
@@ -236,14 +236,14 @@ class RosbridgeClient:
             self.refuse(defect if isinstance(defect, MayaError) else written_down(defect))
 
     async def close(self) -> None:
-        """End what is being done; returns when it has ended."""
+        """Cancel all tasks, and return when they have ended."""
         tasks = tuple(self._tasks)
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def type_of(self, topic: str) -> str:
-        """Return the type that a topic has; raises `UnknownInterface` where nobody knows."""
+        """Return the type of a topic; raises `UnknownInterface` if it is unknown."""
         found = await self._asked(topic)
         if not found:
             raise UnknownInterface(form="topic", name=topic)
@@ -274,5 +274,5 @@ def _check(topic: str, kind: str, found: str) -> None:
 
 
 def other_type(topic: str, kind: str) -> InvalidRequest:
-    """Return the error for a type that is not the topic's."""
+    """Return the error for a type other than that of the topic."""
     return InvalidRequest(key="type", reason=f"{topic} is a {kind}")

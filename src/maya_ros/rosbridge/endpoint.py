@@ -1,4 +1,4 @@
-"""The endpoint: who is let in, one session for each, and the end of all of them."""
+"""The endpoint: it admits clients, holds one session for each, and ends all sessions."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ PORT = 9090
 """The usual port of rosbridge."""
 
 NODE = "rosbridge"
-"""The name under which clients take part in the graph."""
+"""The node name of clients in the graph."""
 
 CLIENT_COUNT = "/client_count"
 """The topic with the number of clients."""
 
 Seat = Callable[[Guest], AbstractContextManager[Graph]]
-"""Gives a client its place in a graph, for as long as the client is there."""
+"""Gives a client its place in a graph, while a block runs."""
 
 
 class Everybody:
@@ -51,7 +51,7 @@ class Everybody:
         return replace(alone, lease=lease)
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return the same."""
+        """Return the callers unchanged."""
         return list(asked)
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
@@ -61,9 +61,10 @@ class Everybody:
 
 
 class Endpoint:
-    """Serves clients, each on its own seat. `now` returns the date [s since the epoch], `edge` is the origin policy.
+    """Serves clients; `seat` gives each client its place in a graph.
 
-    `admission` authenticates them. A client that loses rights is disconnected at once.
+    `now` returns the date [s since the epoch], `edge` is the origin policy, `most` is the largest number of clients.
+    `admission` authenticates clients. A client that loses rights is disconnected at once.
     """
 
     def __init__(
@@ -87,12 +88,12 @@ class Endpoint:
 
     @property
     def clients(self) -> int:
-        """How many there are."""
+        """Number of clients."""
         return len(self._sessions)
 
     @asynccontextmanager
     async def serving(self, listener: socket.socket) -> AsyncIterator[None]:
-        """Serve at `listener` while the block runs; whoever is there at its end is told that the service ends."""
+        """Serve at `listener` while the block runs; at its end, close all connections with the reason."""
         with self._seat(Guest()) as graph:
             self._count = graph.advertise(CLIENT_COUNT, "std_msgs/Int32", latch=True)
             self._tell_count()
@@ -108,14 +109,14 @@ class Endpoint:
                 self._count.close()
 
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
-        """Return why a client is not let in."""
+        """Return why a client is refused, None if it is admitted."""
         refusal = self._edge.refusal(headers, local=local)
         if refusal is None and len(self._sessions) >= self._most:
             return InvalidRequest(key="connection", reason=f"at most {self._most} clients are served at once")
         return refusal
 
     def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> RosbridgeSession:
-        """Begin the session of a client with these headers."""
+        """Start the session of a client with these headers."""
         guest = Guest(source, local=local, lease=headers.get(LEASE, ""))
         with ExitStack() as stack:
             graph = RestrictedGraph(stack.enter_context(self._seat(guest)), guest)
@@ -130,7 +131,7 @@ class Endpoint:
         return session
 
     def leave(self, wire: RosbridgeWire) -> None:
-        """End a session: what it began is ended."""
+        """End a session, and everything that it has started."""
         found = self._sessions.pop(wire, None)
         if found is not None:
             self._tell_count()

@@ -22,7 +22,7 @@ _TYPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*/([A-Za-z]+/)?[A-Za-z][A-Za-z0-9_]*")
 
 
 def resolved(name: str, key: str) -> str:
-    """Return the whole name of what a client calls `name` under `key`; raises `InvalidRequest`."""
+    """Return the full form of a name that a client gives under `key`; raises `InvalidRequest`."""
     if len(name) > LONGEST or not _GOOD.fullmatch(name):
         raise InvalidRequest(key=key, reason="it must be a name like /maya_event")
     return name if name.startswith("/") else f"/{name}"
@@ -45,7 +45,7 @@ LONGEST_ID = 1_000
 class Fields:
     """A message of a client. Every method raises `InvalidRequest` for a field that is not valid.
 
-    A field that is null counts as left out, as clients in JavaScript send what they do not set.
+    A field that is null counts as missing, because clients in JavaScript send unset fields as null.
     """
 
     def __init__(self, message: Mapping[str, Any]) -> None:
@@ -62,11 +62,11 @@ class Fields:
         raise InvalidRequest(key="id", reason=f"it must be a text of at most {LONGEST_ID} characters")
 
     def get(self, key: str) -> Any:
-        """Return whatever stands there, None where nothing does."""
+        """Return the value of a field, None if it is missing."""
         return self._message.get(key)
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return a text; without a `default` there has to be one."""
+        """Return a text; without a `default` it is required."""
         found = self._message.get(key)
         if found is None and default is not None:
             return default
@@ -82,17 +82,17 @@ class Fields:
         return found
 
     def name(self, key: str) -> tuple[str, str]:
-        """Return a name of the graph as the client writes it, and in whole."""
+        """Return a name of the graph as the client writes it, and its full form."""
         said = self.text(key)
         return said, resolved(said, key)
 
     def kind(self, key: str = "type", *, needed: bool = True) -> str:
-        """Return a type, "" where one is not `needed` and not there."""
+        """Return a type, "" if it is missing and not `needed`."""
         said = self.text(key, None if needed else "")
         return type_of(said, key) if said or needed else ""
 
     def whole(self, key: str, default: int, least: int, most: int) -> int:
-        """Return a whole number of at least `least`, and `most` for a greater one."""
+        """Return a whole number of at least `least`; a greater number than `most` is reduced to `most`."""
         found = self._message.get(key)
         if found is None:
             return default
@@ -112,7 +112,7 @@ class Fields:
         return found
 
     def record(self, key: str) -> dict[str, Any]:
-        """Return an object; what is left out, and an empty list, is an empty one."""
+        """Return an object; a missing one, and an empty list, is an empty object."""
         found = self._message.get(key)
         if found is None or found == []:
             return {}
@@ -122,10 +122,11 @@ class Fields:
 
 
 def decoded(text: str | bytes) -> dict[str, Any]:
-    """Return the object that a client sent; raises `InvalidRequest` for whatever is none.
+    """Return the object that a client sent; raises `InvalidRequest` for anything else.
 
-    Half a character is refused here: nobody behind this could send it on. So are bytes that are no text: what a client
-    says is JSON, though it may be told CBOR. NaN and Infinity, which Python and some JavaScript write, are understood.
+    A lone surrogate is refused here, because it could not be sent later. Bytes that are no text are refused, too:
+    clients send JSON, although they may receive CBOR. NaN and Infinity, which Python and some JavaScript write, are
+    accepted.
     """
     try:
         value = parsed(text)
@@ -152,7 +153,7 @@ def not_json(error: ValueError) -> InvalidRequest:
 
 
 def as_object(value: Any) -> dict[str, Any]:
-    """Return a value that is an object; raises `InvalidRequest` for another."""
+    """Return a value that is an object; raises `InvalidRequest` for other values."""
     if not isinstance(value, dict):
         raise InvalidRequest(key="message", reason="it is not a JSON object")
     return value
@@ -162,7 +163,7 @@ _MARK = re.compile(r'\\.|["{}\\]', re.DOTALL)
 
 
 class Objects:
-    """Finds objects by their braces. Skips text between objects, and keeps an incomplete object."""
+    """Finds objects by their braces. Skips text between objects, and stores an incomplete object."""
 
     def __init__(self) -> None:
         self._parts: list[str] = []
@@ -222,9 +223,9 @@ _numbers = itertools.count(1)
 
 
 def cut(text: str, size: int, name: str | float | None = None) -> list[str]:
-    """Return `text`, or where it has more than `size` characters fragments of it, as texts to send.
+    """Return `text`, or fragments of it if it is longer than `size` characters, as texts to send.
 
-    `name` is the id under which they belong together; without one they get a new one.
+    `name` is the common id of the fragments; None gives them a new one.
     """
     if len(text) <= size:
         return [text]
@@ -251,9 +252,9 @@ class FragmentCollector:
         self._open: dict[str | float, _Gathered] = {}
 
     def add(self, fields: Fields, form: str, now: float) -> str | None:
-        """Add a piece that came at `now` [s] and return the whole text where it was the last one missing.
+        """Add a fragment that came at `now` [s], and return the whole text if no fragment is missing any more.
 
-        `form` is the op of all pieces of a message. Raises `InvalidRequest`; then the whole message is forgotten.
+        `form` is the op of all fragments of a message. Raises `InvalidRequest`; then the whole message is dropped.
         """
         name = fields.id
         if name is None:

@@ -1,60 +1,60 @@
-"""How much one client may ask of the endpoint, so that it costs nobody else anything."""
+"""Limits for one client of the endpoint, so that it does not slow down the others."""
 
 from __future__ import annotations
 
 LONGEST_MESSAGE = 1_000_000
-"""Longest message of a client, put together from fragments or unpacked from a picture too [bytes]."""
+"""Longest message of a client, also after joining fragments or unpacking a picture [bytes]."""
 
 LONGEST_SPLIT = 65_536
 """Longest text that is searched for several objects, or for a part of one [characters]."""
 
 CLIENTS = 128
-"""So many are served at once."""
+"""Largest number of clients."""
 
 AT_ONCE = 10
-"""So many messages of all clients together are carried out in one turn of the loop."""
+"""Largest number of messages of all clients together that are carried out in one turn of the loop."""
 
 LONGEST_TURN = 0.005
-"""No further one is begun in a turn that has taken so long already [s]."""
+"""No further message is started in a turn that has already taken this time [s]."""
 
 READ_AT_ONCE = 16_384
-"""So much of what a client sends is read in one turn [bytes]."""
+"""Largest amount that is read from a client in one turn [bytes]."""
 
 TOPICS = 200
-"""A client may subscribe to so many topics, and publish on so many."""
+"""Largest number of topics to which a client may subscribe, and on which it may publish."""
 
 REQUESTS = 100
-"""So many subscriptions of one client may stand on one topic."""
+"""Largest number of subscriptions of one client to one topic."""
 
 SERVED = 100
-"""A client may serve so many services, and so many actions."""
+"""Largest number of services, and of actions, that a client may serve."""
 
 UNDER_WAY = 100
-"""So many calls, and so many goals, of one client may be under way."""
+"""Largest number of calls, and of goals, of one client that may be under way."""
 
 WAITING = 100
-"""So many messages of a topic wait for a client that is behind, where it asked for no queue; the newest ones."""
+"""Largest number of messages of a topic that wait for a slow client without `queue_length`; the newest ones."""
 
 LONGEST_QUEUE = 1_000
-"""A longer `queue_length` is taken as this."""
+"""Largest `queue_length`; a greater one is reduced to this."""
 
 OWED = 4_000_000
-"""A client that does not read may be owed so much of topics [bytes]; the oldest of the fullest topic goes first."""
+"""Largest size of topic messages that wait for a client [bytes]; then the oldest of the fullest topic is dropped."""
 
 ANSWERS_OWED = 2_000_000
-"""A client that does not even read answers is disconnected when it is owed so much of them [bytes]."""
+"""A client that does not read answers is disconnected when more than this waits for it [bytes]."""
 
 SMALLEST_FRAGMENT = 16
-"""Smaller fragments than this are refused [characters]."""
+"""Smallest size of fragments [characters]; smaller ones are refused."""
 
 GATHERED = 10
-"""So many messages of a client may be incomplete."""
+"""Largest number of incomplete messages of a client."""
 
 MOST_FRAGMENTS = 10_000
-"""A message may come in so many fragments."""
+"""Largest number of fragments of a message."""
 
 FRAGMENT_PATIENCE = 60.0
-"""An incomplete message is forgotten when no fragment of it came for so long [s]."""
+"""An incomplete message is dropped when none of its fragments has come for this time [s]."""
 
 NESTED = 4
-"""So often may a message be wrapped (fragments of a picture of a fragment ...)."""
+"""Largest number of times that a message may be wrapped (fragments of a picture of a fragment ...)."""

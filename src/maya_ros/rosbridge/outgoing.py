@@ -1,9 +1,9 @@
 """Messages to clients as JSON, CBOR or PNG; each form is made once for all clients.
 
 Pictures are written as rosbridge writes them: nearly square, red, green, blue, padded with line ends. Clients may send
-any of the 8 bit forms. Pillow unpacks their pixels and sees nothing else of their files (decision 47).
+any of the 8 bit forms. Pillow unpacks their pixels and reads nothing else of their files (decision 47).
 
-The needs of a type are computed once. Messages of unknown types go out as they are.
+The conversion of a type is computed once. Messages of unknown types are sent unchanged.
 """
 
 from __future__ import annotations
@@ -90,9 +90,9 @@ def _text(picture: bytes, most: int) -> str:
 
 
 def _pixels(mode: str, size: tuple[int, int], packed: bytes) -> bytes:
-    """Return the pixels of rows that each begin with how they are filtered; unpacks no more than fits in `size`.
+    """Return the pixels of rows that each begin with their filter type; unpacks no more than fits in `size`.
 
-    Pillow does not open the file: it would unpack colour profiles and comments as well, whose size nothing bounds.
+    Pillow does not open the file, because it would also unpack colour profiles and comments of unlimited size.
     """
     from PIL import Image  # noqa: PLC0415 - few clients send pictures
 
@@ -114,13 +114,13 @@ _encoder = json.JSONEncoder(ensure_ascii=False, check_circular=False, allow_nan=
 
 
 def as_json(kind: str, message: Message) -> str:
-    """Return a message of a type as JSON; what is no number in JSON (NaN, infinity) is null."""
+    """Return a message of a type as JSON; numbers that JSON lacks (NaN, infinity) become null."""
     form = _json_form(kind)
     return text_of(message if form is None else form(message))
 
 
 def text_of(value: Any) -> str:
-    """Return plain data as JSON, with null for what is no number there."""
+    """Return plain data as JSON; numbers that JSON lacks become null."""
     try:
         return _encoder.encode(value)
     except ValueError:
@@ -128,13 +128,13 @@ def text_of(value: Any) -> str:
 
 
 def as_plain(kind: str, message: Message) -> Message:
-    """Return what `as_json` writes, not yet written."""
+    """Return the plain data that `as_json` encodes."""
     form = _json_form(kind)
     return message if form is None else form(message)
 
 
 def as_cbor(kind: str, message: Message) -> Any:
-    """Return what goes into CBOR of a message."""
+    """Return the data of a message for CBOR."""
     form = _cbor_form(kind)
     return message if form is None else form(message)
 
@@ -160,7 +160,7 @@ def _cbor_form(kind: str) -> Form | None:
 
 
 def _form(kind: str, of_field: Callable[[Field], Form | None]) -> Form | None:
-    """Return what changes the fields of a message that need it, None where none does."""
+    """Return the conversion of the fields that need one, None if no field does."""
     try:
         fields = spec(kind).fields
     except UnknownInterface:
@@ -181,7 +181,7 @@ def _cbor_field(field: Field) -> Form | None:
     if field.length != SCALAR and field.type in BYTES:
         return bytes
     if field.length != SCALAR and field.type in _PACKED:
-        from cbor2 import CBORTag  # noqa: PLC0415 - few clients ask for CBOR
+        from cbor2 import CBORTag  # noqa: PLC0415 - few clients request CBOR
 
         tag, code = _PACKED[field.type]
         return lambda values: CBORTag(tag, struct.pack(f"<{len(values)}{code}", *values))
@@ -195,11 +195,11 @@ def _each(form: Form | None, field: Field) -> Form | None:
 
 
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
-"""Compressions of messages, the weakest first: the strongest that a client wants is taken."""
+"""Compressions of messages, the weakest first: the strongest that a client requests is used."""
 
 
 class MessageFormat(NamedTuple):
-    """How a client wants the messages of a topic, which it calls `name`; `fragment` is the size of pieces, 0: whole."""
+    """Format of a topic's messages for a client, which calls the topic `name`; `fragment` 0 sends whole messages."""
 
     name: str
     compression: str = "none"
@@ -207,7 +207,7 @@ class MessageFormat(NamedTuple):
 
 
 class Outgoing:
-    """One message of a type, heard at `now` [s since the epoch]."""
+    """One message of a type, received at `now` [s since the epoch]."""
 
     def __init__(self, kind: str, message: Message, now: float) -> None:
         self.message = message
@@ -217,7 +217,7 @@ class Outgoing:
         self._frames: dict[MessageFormat, bytes] = {}
 
     def frames(self, form: MessageFormat) -> bytes:
-        """Return whole websocket frames."""
+        """Return complete websocket frames."""
         made = self._frames.get(form)
         if made is None:
             made = self._frames[form] = self._made(form)
@@ -235,13 +235,13 @@ class Outgoing:
 
     @staticmethod
     def _binary(name: str, content: object) -> bytes:
-        from cbor2 import dumps  # noqa: PLC0415 - few clients ask for it
+        from cbor2 import dumps  # noqa: PLC0415 - few clients request CBOR
 
         return framed(dumps({"op": "publish", "topic": name, "msg": content}), BINARY)
 
 
 def shaped(text: str, compression: str, fragment: int, name: str | float | None = None) -> bytes:
-    """Return a message in JSON as frames, as a picture and in pieces where that is wanted."""
+    """Return a message in JSON as frames, as a picture and in fragments if requested."""
     if compression == "png":
         text = json.dumps({"op": "png", "data": encoded(text)})
     if fragment and len(text) > fragment:
@@ -250,7 +250,7 @@ def shaped(text: str, compression: str, fragment: int, name: str | float | None 
 
 
 class MessageEncoder:
-    """Makes what goes out of what is heard, the latest of every topic once for all clients that hear it."""
+    """Encodes received messages, the latest of every topic once for all clients that subscribe to it."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         self.now = now
@@ -258,18 +258,18 @@ class MessageEncoder:
         self._readers = Counter[tuple[str, str]]()
 
     def join(self, topic: str, kind: str) -> None:
-        """Have one more reader of a topic."""
+        """Add a subscriber of a topic."""
         self._readers[topic, kind] += 1
 
     def leave(self, topic: str, kind: str) -> None:
-        """Have one reader less; what nobody reads is not kept."""
+        """Remove a subscriber; without subscribers, the latest message is dropped."""
         self._readers[topic, kind] -= 1
         if not self._readers[topic, kind]:
             del self._readers[topic, kind]
             self._latest.pop((topic, kind), None)
 
     def outgoing(self, topic: str, kind: str, message: Message) -> Outgoing:
-        """Return a message that was heard on a topic, the same to everybody who hears it."""
+        """Return the outgoing form of a message from a topic, the same for all subscribers."""
         latest = self._latest.get((topic, kind))
         if latest is None or latest.message is not message:
             latest = self._latest[topic, kind] = Outgoing(kind, message, self.now())

@@ -14,10 +14,10 @@ from maya_un.errors import InvalidMessage, InvalidRequest, UnknownInterface
 
 PREFIX = "/rosapi/"
 NODE = "/rosapi"
-"""Under this name the endpoint answers these services."""
+"""The node name under which the endpoint serves these services."""
 
 HOST = "127.0.0.1"
-"""The machine that answers them: the endpoint listens on the loopback only."""
+"""The machine that serves them: the endpoint listens on the loopback only."""
 
 Question = Callable[[Request], Awaitable[Message]]
 
@@ -27,7 +27,7 @@ _ACTION = ("/goal", "/cancel", "/status", "/feedback", "/result")
 
 
 class Rosapi:
-    """Answers about a `graph`; `now` is the date [s since the epoch]."""
+    """Answers questions about a `graph`; `now` returns the date [s since the epoch]."""
 
     def __init__(self, graph: Graph, now: Callable[[], float]) -> None:
         self._graph = graph
@@ -223,7 +223,7 @@ def _details(kind: str) -> list[Message]:
 
 
 def _default(text: str) -> object:
-    """Return what a default says as JSON; a text that is no JSON is that text."""
+    """Return the JSON value of a default; a text that is not JSON is the value itself."""
     try:
         return json.loads(text) if text else None
     except (ValueError, RecursionError):

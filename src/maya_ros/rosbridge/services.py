@@ -70,7 +70,7 @@ class _Call:
     """A call of a client, and how to answer it."""
 
     def __init__(self, client: RosbridgeClient, fields: Fields) -> None:
-        """Take a message that names a service and says what it is called; raises `InvalidRequest` for another."""
+        """Read the service and id of a message; raises `InvalidRequest`."""
         self._client = client
         self._said = fields.text("service")
         self._name = fields.id
@@ -109,7 +109,7 @@ def request_of(arguments: Any) -> Request:
 
 
 def _patience(fields: Fields) -> float | None:
-    """Return how long the client wants to wait [s], None for as long as it takes."""
+    """Return the longest wait of the client [s], None without a limit."""
     found = fields.get("timeout")
     if found is None:
         return None
@@ -122,13 +122,13 @@ _numbers = itertools.count(1)
 
 
 class _ClientService:
-    """One service whose answers a client gives."""
+    """One service that a client answers."""
 
     def __init__(self, client: RosbridgeClient, said: str, service: str, kind: str) -> None:
         self._client = client
         self._said = said
         self._service = service
-        self._request = f"{kind}Request"  # of a type that only ROS knows as well; `Graph.serve` refuses unknown ones
+        self._request = f"{kind}Request"  # ROS alone may know the type; `Graph.serve` refuses unknown types
         self._asked: dict[str, asyncio.Future[Message]] = {}
         self.held: GraphHandle | None = None
 
@@ -146,14 +146,14 @@ class _ClientService:
             del self._asked[name]
 
     def answered(self, name: Any) -> asyncio.Future[Message]:
-        """Return what waits for the answer to a request; raises `InvalidRequest`."""
+        """Return the future of the answer to a request; raises `InvalidRequest`."""
         found = self._asked.get(name) if isinstance(name, str) else None
         if found is None or found.done():
             raise InvalidRequest(key="id", reason="no request of this name waits for an answer")
         return found
 
     def close(self, reason: str) -> None:
-        """Answer nothing any more; who waits is told why."""
+        """Stop serving; requests under way fail with `reason`."""
         if self.held is not None:
             self.held.close()
         for asked in self._asked.values():
@@ -174,7 +174,7 @@ class ClientServices:
         }
 
     async def advertise_service(self, fields: Fields) -> None:
-        """Carry out `advertise_service`; what others answer cannot be taken from them."""
+        """Carry out `advertise_service`; a service that another server answers is refused."""
         said, service = fields.name("service")
         kind = fields.kind()
         if len(self._services) >= SERVED:
@@ -200,7 +200,7 @@ class ClientServices:
         self._client.tell(StatusLevel.info, f"unadvertised service {said}", fields.id)
 
     def service_response(self, fields: Fields) -> None:
-        """Carry out `service_response`: hand a client's answer to whoever asked."""
+        """Carry out `service_response`: pass the client's answer to the caller."""
         said, service = fields.name("service")
         one = self._services.get(service)
         if one is None:
@@ -214,7 +214,7 @@ class ClientServices:
             asked.set_exception(ServiceFailed(service=service, reason=said_why[:500]))
 
     def close(self) -> None:
-        """Answer nothing any more."""
+        """Stop serving all services."""
         for one in self._services.values():
             one.close("whoever answered it has gone")
         self._services.clear()

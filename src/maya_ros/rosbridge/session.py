@@ -1,4 +1,4 @@
-"""One client of the endpoint: what it says is carried out in order, and whatever fails is told as a status."""
+"""One client of the endpoint: its messages are carried out in order, and every error is sent as a status."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from maya_un.errors import InvalidRequest, MayaError
 from maya_un.http.log import written_down
 
 Operation = Callable[[Fields], Awaitable[None] | None]
-"""Carries out a message at once, or returns what is to be awaited before the next one."""
+"""Carries out a message at once, or returns what must be awaited before the next message."""
 
 Entry = Callable[[str | None], Awaitable[None]]
 """Signs a client in with a token; raises the reason of a refusal."""
@@ -38,7 +38,7 @@ _LEVELS = tuple(StatusLevel.__members__)
 
 
 class RosbridgeSession:
-    """Carries out what one client says, in the `turns` of all. `on_calm` is called when it is ready to hear more.
+    """Carries out the messages of one client, in `turns` for all clients. `on_calm` is called when it can take more.
 
     `entry` is called with tokens, if clients must sign in.
 
@@ -84,7 +84,7 @@ class RosbridgeSession:
     async def _introduced(self, entry: Entry, token: str | None) -> None:
         try:
             await self._shown(entry, token)
-        except Exception as error:  # noqa: BLE001 - as for what it says
+        except Exception as error:  # noqa: BLE001 - as for a message
             if token is not None:
                 self._refuse(error, None)
 
@@ -114,11 +114,11 @@ class RosbridgeSession:
             self._client.spawn(self._stop(service), "a stop ahead")
 
     async def _stop(self, service: str) -> None:
-        with suppress(MayaError):  # in its turn it is refused as well, and that is told
+        with suppress(MayaError):  # it is refused again in its order, and that refusal is sent
             await self._client.graph.call(service, {})
 
     def _step(self) -> bool:
-        """Carry out the next of what was said; tell whether another can be carried out now."""
+        """Carry out the next message; return whether another can be carried out now."""
         step = None if self._closed else self._carry_out(self._inbox.popleft())
         if step is not None:
             self._client.spawn(self._after(step), "a message")
@@ -130,7 +130,7 @@ class RosbridgeSession:
             self._turns.give(self._step)
 
     def _goes_on(self) -> bool:
-        """Tell whether there is more to carry out; where there is none, be ready to hear more."""
+        """Return whether more messages wait; allow reading, unless the session is busy."""
         self._at_it = bool(self._inbox) and not self._closed
         self._hear_more()
         return self._at_it
@@ -140,7 +140,7 @@ class RosbridgeSession:
             self.on_calm()
 
     def _carry_out(self, text: str | bytes) -> Awaitable[None] | None:
-        """Carry out a message; return what is to be awaited for that."""
+        """Carry out a message; return what must be awaited, None if it is done."""
         name: Id = None
         try:
             whole = self._next_object(text)
@@ -174,7 +174,7 @@ class RosbridgeSession:
         return found
 
     def _next_object(self, text: str | bytes) -> dict[str, Any] | None:
-        """Return the object of a text, or the first of several; None for a part of one."""
+        """Return the object of a text, or the first of several; None for a part of an object."""
         try:
             text = text if isinstance(text, str) else text.decode()
             value = parsed(text)
@@ -230,7 +230,7 @@ class RosbridgeSession:
         self._client.tell(StatusLevel.info, "signed in", name)
 
     async def close(self) -> None:
-        """End everything that this client began; returns when it has ended."""
+        """End everything that this client started, and return when it has ended."""
         self._closed = True
         self._inbox.clear()
         self._client.level = StatusLevel.none

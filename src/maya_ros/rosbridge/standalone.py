@@ -34,7 +34,7 @@ from maya_un.steps.store import StepStore
 async def endpoint(
     stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0, now: Clock = dates.epoch
 ) -> AsyncIterator[Endpoint]:
-    """Serve rosbridge for `stack` at a place, on the graph that `graph_of` makes of it, while the block runs."""
+    """Serve rosbridge for `stack` at `place`, on the graph of `graph_of`, while the block runs."""
     async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
         serving = Endpoint(partial(_seat, bus), now, place.edge, admission=bridge)
         async with serving.serving(place.listener):
@@ -45,10 +45,10 @@ async def endpoint(
 async def graph_of(
     stack: Stack, bridge: Bridge, steps: Path, *, speed: float = 1.0, now: Clock = dates.epoch
 ) -> AsyncIterator[Bus]:
-    """Yield a graph on which all layers of `stack` are offered, which lives in the bridge's loop at `speed`.
+    """Yield a graph that offers all layers of `stack`, which runs in the bridge's loop at `speed`.
 
-    The file `steps` keeps which steps were carried out; `now` is the date [s since the epoch] that messages are stamped
-    with. At the end all motion that was begun here is at rest. Raises `StorageInUse` and its kin.
+    The file `steps` records which steps were carried out; `now` returns the date [s since the epoch] for message
+    stamps. At the end, all motion that the graph started is at rest. Raises `StorageInUse` and related errors.
     """
     bus = Bus(now)
     await _describe(bus, stack, speed)
@@ -68,7 +68,7 @@ class _LayerServer(Protocol):
 
 
 def _servers(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tuple[tuple[str, _LayerServer], ...]:
-    """Return what is offered, by the nodes that offer it in a graph of ROS."""
+    """Return the servers, by the names of their nodes in a graph of ROS."""
     layer = ControllerProxy(stack, bridge, echo)
     hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
     queue = GraphQueue(bridge.carry, lambda: echo.view, stack.controller)

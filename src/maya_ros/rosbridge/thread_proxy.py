@@ -1,7 +1,7 @@
-"""The layers of a stack that lives in another loop, as the servers of a graph need them in this one.
+"""The layers of a stack that runs in another loop, for the servers of a graph in this loop.
 
-State is read directly: states and workspaces are never changed, only replaced. Commands go through the
-bridge and its gate, with their caller (`graph.permissions`). Events and the queue come over by a tap.
+State is read directly: states and workspaces are never changed, only replaced. Commands go through the bridge and its
+gate, with their caller (`graph.permissions`). A tap transfers events and the state of the queue.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Work = Callable[[Service], Awaitable[T]]
 
 
 class StackEvents:
-    """Events of the stack, heard in this loop; and the queue as it was a moment ago (`view`)."""
+    """Events of the stack, delivered in this loop; `view` is the latest known state of the queue."""
 
     def __init__(self, view: QueueView) -> None:
         self.view = view
@@ -49,7 +49,7 @@ class StackEvents:
             self._listeners.remove(listener)
 
     def take(self, batch: Batch) -> None:
-        """Take what is new."""
+        """Take new events and a new state of the queue."""
         if batch.queue is not None:
             self.view = cast("QueueView", batch.queue)
         for event in batch.events:
@@ -59,7 +59,7 @@ class StackEvents:
 
 @asynccontextmanager
 async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
-    """Hear what happens in the stack while the block runs; `speed` is how fast its clock runs."""
+    """Yield the events of the stack while the block runs; `speed` is how fast its clock runs."""
 
     async def begun(service: Service) -> tuple[Service, int, QueueView]:
         return service, (await service.status()).last_event, service.queue.view()
@@ -103,7 +103,7 @@ class ControllerProxy:
         return self._stack.controller.workspace
 
     async def watch(self) -> AsyncIterator[State]:
-        """Yield the state now and newer ones, looked for twice as often as positions are published."""
+        """Yield the state now and newer ones, checked twice as often as positions are published."""
         shown: State | None = None
         while True:
             if self.state is shown:
@@ -113,11 +113,11 @@ class ControllerProxy:
                 yield shown
 
     def progress(self) -> Progress | None:
-        """How far the motion under way has come, None at rest."""
+        """Progress of the motion under way, None at rest."""
         return self.state.progress
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check `path` and tell what the motion would be."""
+        """Check `path` and return the preview of the motion."""
         return self._stack.controller.preview(path, speed=speed)
 
     async def home(self) -> None:
@@ -129,7 +129,7 @@ class ControllerProxy:
         await self._call(Operation.COMMAND, lambda service: service.direct.move(target), "move")
 
     async def follow(self, path: Route, *, speed: float = 1.0) -> None:
-        """Go along a path that starts where the robot is."""
+        """Follow a path that starts at the robot's position."""
         await self._call(Operation.COMMAND, lambda service: service.direct.follow(path, speed=speed), "follow")
 
     async def gripper(self, open_: bool) -> None:
@@ -153,7 +153,7 @@ class ControllerProxy:
         return await self._call(Operation.PAUSE, lambda service: service.pause())
 
     async def resume(self) -> None:
-        """Let motion go on after a pause."""
+        """Continue motion after a pause."""
         await self._call(Operation.RESUME, lambda service: service.resume())
 
     async def recover(self) -> None:
@@ -183,17 +183,17 @@ class RobotProxy:
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot can take a command: it can, and no job has its turn."""
+        """Whether the robot can take a command, and neither the queue nor a direct command uses it."""
         view = self._echo.view
         queued = view.running is not None or (bool(view.waiting) and view.mode is QueueMode.RUNNING)
         return self._stack.robot.can_teleop and not queued and not self._stack.service.direct.doing
 
     def progress(self) -> Progress | None:
-        """How far the motion under way has come, None at rest."""
+        """Progress of the motion under way, None at rest."""
         return self.state.progress
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Do a primitive; its phases are told in this loop."""
+        """Execute a primitive; its phases are reported in this loop."""
         loop = asyncio.get_running_loop()
 
         def told(phase: str) -> None:

@@ -25,7 +25,7 @@ from maya_ros.rosbridge.outgoing import COMPRESSIONS, MessageFormat, Outgoing
 from maya_un.errors import InvalidRequest, MayaError
 
 PATIENCE = 1.0
-"""So long after it was advertised a topic without anybody who listens is waited with [s]."""
+"""Time after the advertising of a topic during which messages wait for a first subscriber [s]."""
 
 _LOOK = 0.02
 _GOAL = "/goal"
@@ -33,10 +33,10 @@ _goals = itertools.count(1)
 
 
 class _Writing:
-    """One topic that a client publishes on, as often as it said so.
+    """One topic on which a client publishes, for all its `advertise` messages.
 
-    In a real graph those who listen to a new topic are connected a moment later; what is published until then would be
-    lost, so it waits for the first of them, as in rosbridge.
+    In a real graph, subscribers connect to a new topic a moment later. Messages until then would be lost, so they wait
+    for the first subscriber, as in rosbridge.
     """
 
     def __init__(self, client: RosbridgeClient, kind: str, publisher: Publisher, *, latch: bool) -> None:
@@ -52,7 +52,7 @@ class _Writing:
         self._timer: asyncio.TimerHandle | None = None
 
     def publish(self, message: Message) -> None:
-        """Publish a message, now or when somebody listens; raises `InvalidMessage`."""
+        """Publish a message, now or when a subscriber connects; raises `InvalidMessage`."""
         if not self._waiting and (self._publisher.readers or self._loop.time() >= self._until):
             self._publisher.publish(message)
             return
@@ -62,7 +62,7 @@ class _Writing:
             self._timer = self._loop.call_later(_LOOK, self._look)
 
     def close(self) -> None:
-        """Publish what waits, and no more."""
+        """Publish the waiting messages, and stop publishing."""
         if self._timer is not None:
             self._timer.cancel()
         self._let_go()
@@ -84,7 +84,7 @@ class _Writing:
 
 
 class ClientPublications:
-    """The topics that one client publishes. `hears` tells whether it subscribes to a topic."""
+    """The topics on which one client publishes. `hears` returns whether the client subscribes to a topic."""
 
     def __init__(self, client: RosbridgeClient, hears: Callable[[str], bool]) -> None:
         self._client = client
@@ -129,7 +129,7 @@ class ClientPublications:
         self._client.tell(StatusLevel.info, f"unadvertised {said}", fields.id)
 
     def publish(self, fields: Fields) -> Any:
-        """Carry out `publish`; on a topic that the client did not advertise too, where its type is known."""
+        """Carry out `publish`; a topic that the client did not advertise must have a known type."""
         _, topic = fields.name("topic")
         writing = self._writings.get(topic)
         if writing is None:
@@ -159,9 +159,9 @@ class ClientPublications:
             writing.goals.append(_id_of(message))
 
     def close(self) -> None:
-        """Publish nothing any more, and cancel goals whose ends this client would have heard of.
+        """Stop publishing, and cancel goals whose results this client would have received.
 
-        A goal whose client is gone is not to be carried on; cancelling one that has ended changes nothing.
+        A goal must not continue without its client; cancelling one that has ended changes nothing.
         """
         for topic, writing in self._writings.items():
             if writing.goals and self._hears(topic.removesuffix(_GOAL) + "/result"):
@@ -182,7 +182,7 @@ async def _after(asked: Awaitable[None], begin: Callable[[], None]) -> None:
 
 
 def _timed(message: Message) -> Message:
-    """Return a message without the time of its header where that is null or empty, which counts as left out."""
+    """Return a message without a null or empty time in its header, which counts as missing."""
     header = message.get("header")
     if not isinstance(header, dict) or header.get("stamp", 0) not in (None, {}):
         return message
@@ -190,7 +190,7 @@ def _timed(message: Message) -> Message:
 
 
 def _named(goal: Message) -> Message:
-    """Return a goal with an id, so that it can be cancelled; one that is not to be understood is left as it is."""
+    """Return a goal with an id, so that it can be cancelled; an invalid goal is returned unchanged."""
     name = goal.get("goal_id") or {}
     if not isinstance(name, dict) or name.get("id"):
         return goal
@@ -214,7 +214,7 @@ class SubscribeRequest(NamedTuple):
 
     @classmethod
     def of(cls, fields: Fields) -> SubscribeRequest:
-        """Return what is asked for; raises `InvalidRequest`."""
+        """Return the options in a message; raises `InvalidRequest`."""
         return cls(
             fields.whole("throttle_rate", 0, 0, _LONGEST_THROTTLE) / 1000.0,
             fields.whole("queue_length", 0, 0, LONGEST_QUEUE),
@@ -224,9 +224,9 @@ class SubscribeRequest(NamedTuple):
 
 
 class TopicReading:
-    """One topic that a client hears under the name that it used.
+    """One topic to which a client subscribes, under the name that the client used.
 
-    Of several requests the least throttle, queue and fragment count, and the strongest compression, as in rosbridge.
+    Of several requests, the least throttle, queue and fragment count, and the strongest compression, as in rosbridge.
     """
 
     def __init__(self, client: RosbridgeClient, said: str, topic: str, kind: str) -> None:
@@ -245,7 +245,7 @@ class TopicReading:
         self._taken: Subscription | None = None
 
     def open(self) -> None:
-        """Begin to hear; raises what the graph raises."""
+        """Subscribe; raises the errors of the graph."""
         self._client.press.join(self._topic, self.kind)
         try:
             self._taken = self._client.graph.subscribe(self._topic, self.kind, self._heard)
@@ -254,9 +254,9 @@ class TopicReading:
             raise
 
     def add(self, name: Id, request: SubscribeRequest) -> None:
-        """Add a request, or take it for an older one of the same name.
+        """Add a request, or replace an older one of the same name.
 
-        A later subscriber of a latched topic gets its latest message, as on a topic of its own.
+        A later subscriber of a latched topic gets its latest message, as with a separate subscription.
         """
         later = bool(self.requests) and name not in self.requests
         self.requests[name] = request
@@ -266,7 +266,7 @@ class TopicReading:
             self._client.sender.send(self._backlog, self._latest.frames(self._form))
 
     def remove(self, name: Id) -> None:
-        """Take a request back, all of them for None."""
+        """Remove a request, or all requests for None."""
         if name is None:
             self.requests.clear()
         else:
@@ -275,7 +275,7 @@ class TopicReading:
             self._settle()
 
     def close(self) -> None:
-        """Hear nothing any more."""
+        """Unsubscribe."""
         if self._timer is not None:
             self._timer.cancel()
         if self._taken is not None:
@@ -331,7 +331,7 @@ class ClientSubscriptions:
         self.ops = {"subscribe": self.subscribe, "unsubscribe": self.unsubscribe}
 
     def hears(self, topic: str) -> bool:
-        """Tell whether the client hears a topic."""
+        """Return whether the client subscribes to a topic."""
         return any(name in self._readings for name in (topic, topic.removeprefix("/")))
 
     def subscribe(self, fields: Fields) -> Awaitable[None] | None:
@@ -385,7 +385,7 @@ class ClientSubscriptions:
         self._client.tell(StatusLevel.info, f"unsubscribed from {said}", fields.id)
 
     def close(self) -> None:
-        """Hear nothing any more."""
+        """Unsubscribe from all topics."""
         for reading in self._readings.values():
             reading.close()
         self._readings.clear()

@@ -1,8 +1,8 @@
-"""One websocket of the endpoint: the handshake, what comes in, what goes out, and the end.
+"""One websocket of the endpoint: the handshake, received data, sent data, and the end.
 
-The protocol is the library's, without its own reading and writing: messages are carried out as they arrive, frames that
-many clients share go straight to the transport, and nobody is waited for. Compression of the transport is off: it has a
-state for each connection, and what is sent is small.
+The library `websockets` provides the protocol, but not reading and writing: messages are carried out as they arrive,
+frames that many clients share go straight to the transport, and no client is waited for. Compression of the transport
+is off: it needs a state for each connection, and messages are small.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from maya_un.http.stream.messages import (
 )
 
 HANDSHAKE = 10.0
-"""How long a client may take to ask for a websocket [s]."""
+"""Longest wait for a client's handshake [s]."""
 
 GOING = 1012
 """Closing code: the service ends (IANA's register of codes, "service restart")."""
@@ -49,11 +49,11 @@ class MessageHandler(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether it should hear no more now."""
+        """Whether it should receive no more messages now."""
         ...
 
     def take(self, *texts: str | bytes) -> None:
-        """Carry out what came together."""
+        """Carry out messages that arrived together."""
         ...
 
 
@@ -61,20 +61,20 @@ class RosbridgeHost(Protocol):
     """Admits clients."""
 
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
-        """Return why a client is not let in."""
+        """Return why a client is refused, None if it is admitted."""
         ...
 
     def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> MessageHandler:
-        """Begin a conversation."""
+        """Start the session of a client."""
         ...
 
     def leave(self, wire: RosbridgeWire) -> None:
-        """End it: the connection is over."""
+        """End the session: the connection is closed."""
         ...
 
 
 class RosbridgeWire(asyncio.BufferedProtocol):
-    """One connection; see `sending.SenderWire` for what may be done with it."""
+    """One connection; see `client.SenderWire` for its use by a sender."""
 
     def __init__(self, host: RosbridgeHost) -> None:
         self._host = host
@@ -91,7 +91,7 @@ class RosbridgeWire(asyncio.BufferedProtocol):
         self._live = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Bound what is kept for a client that is behind, and how long it may say nothing."""
+        """Limit the buffers for a slow client, and the time until the handshake."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(HIGH_WATER, LOW_WATER)
         connection = transport.get_extra_info("socket")
@@ -100,12 +100,12 @@ class RosbridgeWire(asyncio.BufferedProtocol):
         self._timer = self._loop.call_later(HANDSHAKE, self._transport.abort)
 
     def get_buffer(self, sizehint: int) -> bytearray:
-        """Return where to put what comes: no more at once than others can wait for."""
+        """Return the buffer for received data, whose size limits the work of one turn."""
         del sizehint
         return self._read
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Take what came."""
+        """Handle received data."""
         self._conn.receive_data(bytes(self._read[:nbytes]))
         texts: list[bytes] = []
         for event in self._conn.events_received():
@@ -123,13 +123,13 @@ class RosbridgeWire(asyncio.BufferedProtocol):
             self._transport.pause_reading()
 
     def eof_received(self) -> bool:
-        """Take the other side's end."""
+        """Handle the end from the other side."""
         self._conn.receive_eof()
         self._flush()
         return False
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """End the conversation."""
+        """End the session."""
         del exc
         self._live = False
         self._stop_timer()
@@ -138,22 +138,22 @@ class RosbridgeWire(asyncio.BufferedProtocol):
             self._host.leave(self)
 
     def pause_writing(self) -> None:
-        """Be full: the client is behind."""
+        """Mark the wire as full: the client is slow."""
         self.full = True
 
     def resume_writing(self) -> None:
-        """Take more again."""
+        """Mark the wire as not full, and call `on_room`."""
         self.full = False
         if self.on_room is not None:
             self.on_room()
 
     def write(self, frames: bytes) -> None:
-        """Send whole frames without waiting; nothing, where the connection is over."""
+        """Send complete frames without waiting; after the end, send nothing."""
         if self._live:
             self._transport.write(frames)
 
     def end(self, code: int, reason: str) -> None:
-        """Close with `code` and `reason`; a client that does not take it is cut."""
+        """Close with `code` and `reason`; abort the connection if the client does not respond."""
         self._live = False
         if self._conn.state is State.OPEN:
             self._conn.send_close(code, reason)
@@ -186,7 +186,7 @@ class RosbridgeWire(asyncio.BufferedProtocol):
         self._conversation.on_calm = self._resume
 
     def _is_local(self, headers: Headers) -> bool:
-        """Tell whether the client is on this machine; one that was forwarded is not."""
+        """Return whether the client is on this machine; a forwarded client is not."""
         try:
             return ip_address(self._source).is_loopback and not any(name in headers for name in _FORWARDED)
         except ValueError:
@@ -194,7 +194,7 @@ class RosbridgeWire(asyncio.BufferedProtocol):
 
     @property
     def _source(self) -> str:
-        """The address that the client has."""
+        """Address of the client."""
         peer = self._transport.get_extra_info("peername")
         return str(peer[0]) if peer else ""
 
@@ -203,7 +203,7 @@ class RosbridgeWire(asyncio.BufferedProtocol):
             self._transport.resume_reading()
 
     def _taken(self, frame: Frame) -> tuple[bytes, ...]:
-        """Return the message that a frame ends, none where it ends none."""
+        """Return the message that a frame completes, if any."""
         match frame.opcode:
             case Opcode.TEXT | Opcode.BINARY | Opcode.CONT:
                 self._parts.append(bytes(frame.data))
@@ -217,7 +217,7 @@ class RosbridgeWire(asyncio.BufferedProtocol):
         return ()
 
     def _flush(self) -> None:
-        """Send what the protocol itself has to say."""
+        """Send the protocol's pending data."""
         for data in self._conn.data_to_send():
             if self._transport.is_closing():
                 return

@@ -1,1 +1,1 @@
-"""The floor of joint space, as ROS packages see it."""
+"""The controller layer for ROS packages."""

@@ -1,11 +1,11 @@
-"""Prints the robot's description in the configuration that is in force: `describe.py MACROS`."""
+"""Prints the robot's description in the present configuration: `describe.py MACROS`."""
 
 import signal
 
-for number in (signal.SIGINT, signal.SIGPIPE):  # of a launch that is given up nobody reads any more
+for number in (signal.SIGINT, signal.SIGPIPE):  # a cancelled launch reads no output
     signal.signal(number, signal.SIG_DFL)
 
-from maya_ros.ros1.description import main  # noqa: E402 - it takes a second to be read in
+from maya_ros.ros1.description import main  # noqa: E402 - loading it takes a second
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -1,4 +1,4 @@
-"""Node joint_gui: chooses between the robot and the sliders, whose joints are drawn."""
+"""Node joint_gui: chooses whose joints are drawn, those of the robot or of the sliders."""
 
 from maya_ros.ros1.nodes.joint_gui import main
 

@@ -1,6 +1,6 @@
-"""Node joint_sliders: a window that tells on /joint_sliders where a person wants the joints drawn.
+"""Node joint_sliders: a window that publishes on /joint_sliders the joints that a person wants drawn.
 
-joint_state_publisher_gui does the same, but what Debian 12 has of it does not start with the Python that is there.
+joint_state_publisher_gui does the same, but its version in Debian 12 does not start with Debian's Python.
 """
 
 import math
@@ -24,7 +24,7 @@ ROWS = (
 
 
 class Row(QSlider):
-    """The slider of one joint between its limits, with what it says in the unit of people."""
+    """The slider of one joint between its limits, with its value in a unit for people."""
 
     def __init__(self, low: float, high: float, words: str, factor: float) -> None:
         super().__init__(Qt.Horizontal)
@@ -37,7 +37,7 @@ class Row(QSlider):
 
     @property
     def position(self) -> float:
-        """Where the joint is wanted (rad, m)."""
+        """The wanted position of the joint (rad, m)."""
         return self._low + (self._high - self._low) * self.value() / STEPS
 
     def rest(self) -> None:
@@ -50,7 +50,7 @@ class Row(QSlider):
 
 
 class Sliders(QWidget):
-    """The window; it tells all joints again and again, as whoever draws them may come later."""
+    """The window; it publishes all joints periodically, because a subscriber may come later."""
 
     def __init__(self, limits: dict[str, tuple[float, float]]) -> None:
         super().__init__()
@@ -90,7 +90,7 @@ def limits_of(description: str) -> dict[str, tuple[float, float]]:
 
 
 def main() -> int:
-    """Show the window until it is closed or the node is told to end."""
+    """Show the window until it is closed or the node must end."""
     rospy.init_node("joint_sliders", disable_signals=True)
     application = QApplication(sys.argv[:1])
     for kind in (signal.SIGINT, signal.SIGTERM):

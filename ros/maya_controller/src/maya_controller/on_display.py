@@ -1,4 +1,4 @@
-"""Runs a program that opens windows, or says in one line why it cannot: `on_display.py PROGRAM [ARGUMENT ...]`."""
+"""Runs a program that opens windows, or prints one line why it cannot: `on_display.py PROGRAM [ARGUMENT ...]`."""
 
 from maya_ros.ros1.display import main
 

@@ -1,1 +1,1 @@
-"""The floor of processes, as ROS packages see it."""
+"""The process layer for ROS packages."""

@@ -1,4 +1,4 @@
-"""Node firebase_bridge: steps that come from outside, and their results."""
+"""Node firebase_bridge: steps of remote processes, and their results."""
 
 from maya_ros.ros1.nodes.firebase_bridge import main
 

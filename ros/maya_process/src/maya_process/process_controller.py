@@ -1,4 +1,4 @@
-"""Node process_controller: the process floor and its queue."""
+"""Node process_controller: the process layer and its queue."""
 
 from maya_ros.ros1.nodes.process_controller import main
 

@@ -10,7 +10,7 @@ from maya_un.errors import MayaError
 
 
 def serve(arguments: list[str]) -> int:
-    """Serve until it is told to end; return the exit code."""
+    """Serve until the program must end; return the exit code."""
     if not {"--rosbridge", "--help", "-h"} & set(arguments):
         try:
             settle_environment()

@@ -1,4 +1,4 @@
-"""Node rosbridge: this graph for whoever speaks the rosbridge protocol."""
+"""Node rosbridge: this graph for clients of the rosbridge protocol."""
 
 from maya_ros.ros1.nodes.rosbridge import main
 

@@ -1,1 +1,1 @@
-"""The floor of primitives, as ROS packages see it."""
+"""The robot layer for ROS packages."""

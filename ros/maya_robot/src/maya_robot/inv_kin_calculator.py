@@ -1,4 +1,4 @@
-"""Joints for a place of the gripper, and the other way round, both checked against every limit and zone."""
+"""Joints for a position of the gripper, and the reverse, both checked against every limit and zone."""
 
 from maya_robot.model import model
 from maya_un.values import Joints, Point
@@ -10,5 +10,5 @@ def joints(x: float, y: float, z: float) -> Joints:
 
 
 def place(a: float, b: float, c: float) -> Point:
-    """Return where the gripper is [m] at joints a [rad], b, c [m]; raises `maya_un.errors.Unreachable`."""
+    """Return the gripper position [m] at joints a [rad], b, c [m]; raises `maya_un.errors.Unreachable`."""
     return model().fk(Joints(a, b, c))

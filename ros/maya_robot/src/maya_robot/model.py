@@ -5,7 +5,7 @@ from maya_un.kinematics.workspace import Workspace
 
 
 def model() -> Workspace:
-    """Return what the gripper can reach by the configuration, in m and rad; its lengths are those of `mechanism`.
+    """Return the workspace of the configuration, in m and rad; its lengths are those of `mechanism`.
 
     The zones are those of the configuration, the strokes those before homing.
     """

@@ -1,4 +1,4 @@
-"""Node robot_controller: the robot floor, /maya_command and /maya_move."""
+"""Node robot_controller: the robot layer, /maya_command and /maya_move."""
 
 from maya_ros.ros1.nodes.robot_controller import main
 

@@ -1,4 +1,4 @@
-"""The dashboard: one widget, in rqt, in a window of its own, or in a bare application; for Qt's thread only."""
+"""The dashboard: one widget, in rqt, in a separate window, or in another application; for Qt's thread only."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ from maya_ui.teleop_panel import TeleopPanel
 from maya_ui.words import LANGUAGES, WORDS, sentence, word
 
 NARROW = 1000
-"""Below this width [pixels] the words of the head stand below each other, so that it can become narrower still."""
+"""Below this width [pixels], the labels of the head stand below each other, so that it can become narrower still."""
 
 STOP_KEYS = ("Esc", "F12")
-"""The keys that stop, wherever the focus is."""
+"""The keys that stop the robot, wherever the focus is."""
 
 SPLIT = (3, 1)
-"""How the height is shared by what is asked for and the events."""
+"""Shares of the height for the commands and the events."""
 
 SIZE = (1240, 860)
-"""The size at which everything is seen without scrolling [pixels]."""
+"""The size at which everything is visible without scrolling [pixels]."""
 
 CALM = frozenset({"2201", "2202"})
-"""Codes of what a person ended: stopped, cancelled."""
+"""Codes of commands that a person ended: stopped, cancelled."""
 
 
 class _Ears(QObject):
-    """Carries facts from whatever thread they come in to Qt's."""
+    """Carries facts from any thread to Qt's."""
 
     heard = Signal(object)
 
 
 class Dashboard(QWidget):
-    """Shows a robot and takes commands for it. It knows nothing of how the robot moves or how it is reached."""
+    """Shows a robot and takes commands for it. It does not know how the robot moves or how it is connected."""
 
     language_chosen = Signal(str)
-    """Somebody chose another language."""
+    """A person chose another language."""
 
     def __init__(self, robot: Robot, language: str = "en", number: int = 1) -> None:
-        """Show `robot`; of several dashboards in one window the title tells the `number` from the second on."""
+        """Show `robot`; of several dashboards in one window, the title shows the `number` from the second on."""
         super().__init__()
         self._number = number
         loadUi(str(resource("MayaPlugin.ui")), self)
@@ -78,11 +78,11 @@ class Dashboard(QWidget):
 
     @property
     def spoken(self) -> str:
-        """The language it speaks."""
+        """The language of the dashboard."""
         return self._context.language
 
     def speak(self, language: str) -> None:
-        """Say everything in a language."""
+        """Show all text in a language."""
         self._context.language = language if language in LANGUAGES else "en"
         for key in WORDS:
             part: Any = getattr(self, key, None)
@@ -99,16 +99,16 @@ class Dashboard(QWidget):
         self._fold()
 
     def sizeHint(self) -> Any:  # noqa: N802 - Qt's name
-        """Return the size at which everything is seen."""
+        """Return the size at which everything is visible."""
         return QSize(*SIZE)
 
     def widen_window(self) -> None:
-        """Have the window that it is in be as large as everything needs, and as the screen allows."""
+        """Make the window large enough for everything, as far as the screen allows."""
         window, screen = self.window(), QApplication.primaryScreen().availableSize()
         window.resize(window.size().expandedTo(self.sizeHint()).boundedTo(screen))
 
     def keep_window_on_screen(self, again: int = 3) -> None:
-        """Have the window that it is in, its frame included, lie on its screen, as far as its least size allows.
+        """Move the window, including its frame, onto its screen, as far as its least size allows.
 
         Columns that fold make the window narrower still, so this is done `again` when Qt has laid it out.
         """
@@ -125,7 +125,7 @@ class Dashboard(QWidget):
             QTimer.singleShot(0, lambda: self.keep_window_on_screen(again - 1))
 
     def resizeEvent(self, event: Any) -> None:  # noqa: N802 - Qt's name
-        """Put the columns side by side where there is room, else below each other."""
+        """Put the columns side by side if they fit, else below each other."""
         super().resizeEvent(event)
         self._fold()
 
@@ -141,15 +141,15 @@ class Dashboard(QWidget):
             direction = QBoxLayout.LeftToRight if side_by_side else QBoxLayout.TopToBottom
             if layout.direction() != direction:
                 layout.setDirection(direction)
-                self.layout().activate()  # the least width is another now
+                self.layout().activate()  # the least width has changed
 
     def shut_down(self) -> None:
-        """Let go of what is held and stop listening."""
+        """Release the held direction and stop listening."""
         self._teleop.release()
         self._robot.close()
 
     def showEvent(self, event: Any) -> None:  # noqa: N802 - Qt's name
-        """Share the height, now that it is known."""
+        """Divide the height, which is known now."""
         super().showEvent(event)
         self.split.setSizes([share * self.split.height() // sum(SPLIT) for share in SPLIT])
 

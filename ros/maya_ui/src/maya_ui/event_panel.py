@@ -12,11 +12,11 @@ from maya_ui.robot import Happened
 from maya_ui.words import happened, sentence
 
 KEPT = 500
-"""So many of the newest are shown."""
+"""Largest number of events shown; the newest ones."""
 
 
 class EventPanel:
-    """A list of events; it follows the newest unless somebody has scrolled up to read."""
+    """A list of events; it follows the newest unless a person has scrolled up to read."""
 
     def __init__(self, context: PanelContext) -> None:
         self._context = context
@@ -31,7 +31,7 @@ class EventPanel:
             header.setSectionResizeMode(column, QHeaderView.ResizeToContents)
 
     def add(self, event: Happened) -> None:
-        """Show an event that has just come."""
+        """Show a new event."""
         self._events.append((QTime.currentTime().toString("HH:mm:ss"), event))
         del self._events[:-KEPT]
         shown = self._context.ui.event_list
@@ -41,7 +41,7 @@ class EventPanel:
         self._follow()
 
     def reword(self) -> None:
-        """Say all of them in the chosen language."""
+        """Show all events in the chosen language."""
         shown = self._context.ui.event_list
         shown.setHeaderLabels([self._context.word(key) for key in ("time", "event", "detail")])
         shown.clear()
@@ -49,7 +49,7 @@ class EventPanel:
         self._follow()
 
     def _scrolled(self, value: int) -> None:
-        """Follow the newest as long as the end is in view; a resize moves the end and not the reader."""
+        """Follow the newest event as long as the end is in view; a resize moves the end, not the reader."""
         self._follows = value >= self._context.ui.event_list.verticalScrollBar().maximum()
 
     def _follow(self) -> None:

@@ -1,4 +1,4 @@
-"""Clients of the layers over rospy: services that are called in threads of their own, and actions."""
+"""Clients of the layers over rospy: services that are called in separate threads, and actions."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from actionlib_msgs.msg import GoalID
 from maya_ui.robot import Command, Ended, Under
 
 CANCELLED = "2202"
-"""The code of what was cancelled."""
+"""The code of a cancelled command."""
 
 LOST = "lost"
-"""In place of a code: of a goal that nobody knows any more."""
+"""Instead of a code: the server no longer knows the goal."""
 
 MOST_UNHEARD = 10
-"""So many looks at a goal that nobody took are enough."""
+"""After this number of checks, a goal that no server has taken is cancelled."""
 
 REACH = 2.0
 """A master that does not answer within this time hangs [s]."""
 
 LOOKUP = 0.3
-"""The master has this time to say where a service is that was found before [s]; then it is called where it was."""
+"""Longest wait for the master's address of a known service [s]; then the former address is used."""
 
 NO_ANSWER = (OSError, ValueError, HTTPException, XmlRpcError, ExpatError)
 """Errors of a master that does not answer."""
@@ -40,19 +40,19 @@ _addresses: dict[str, str] = {}
 
 
 def in_thread(work: Callable[..., None], *arguments: object) -> None:
-    """Do something in a thread of its own, which ends with the program whatever it waits for."""
+    """Do `work` in a separate thread, which never keeps the program from ending."""
     threading.Thread(target=work, args=arguments, daemon=True).start()
 
 
 class _BoundedTransport(Transport):
-    """Waits for a connection and for an answer for `patience` [s] each; without it XML-RPC waits for ever."""
+    """Waits for a connection and for an answer for `patience` [s] each; without a limit, XML-RPC waits for ever."""
 
     def __init__(self, patience: float) -> None:
         super().__init__()
         self._patience = patience
 
     def make_connection(self, host: Any) -> Any:
-        """Return the connection that a request goes over."""
+        """Return the connection for a request."""
         connection = super().make_connection(host)
         connection.timeout = self._patience
         return connection
@@ -66,7 +66,7 @@ def master(caller: str, patience: float = REACH) -> Any:
 
 
 def master_answers(caller: str) -> bool:
-    """Return whether there is a ROS master now."""
+    """Return whether a ROS master answers now."""
     try:
         master(caller).getPid()
     except (*NO_ANSWER, rosgraph.MasterException):
@@ -75,7 +75,7 @@ def master_answers(caller: str) -> bool:
 
 
 def expect(*services: str) -> None:
-    """Find services while the master is there, in a thread: without it they are called where they were."""
+    """Look up services in a thread while the master is available; without it, the former addresses are used."""
 
     def look() -> None:
         for service in services:
@@ -88,10 +88,10 @@ def expect(*services: str) -> None:
 
 
 class _Service(rospy.ServiceProxy):
-    """A service that is called where it was found last, where no master answers."""
+    """A service that is called at its last known address if no master answers."""
 
     def _get_service_uri(self, request: Any) -> str:
-        """Return where the service is; raises `rospy.ServiceException`."""
+        """Return the address of the service; raises `rospy.ServiceException`."""
         return _located(self.resolved_name)
 
 
@@ -101,7 +101,7 @@ def call(service: str, kind: Any, *arguments: object) -> Any:
 
 
 def _located(service: str) -> str:
-    """Return where a service is; raises `rospy.ServiceException`."""
+    """Return the address of a service; raises `rospy.ServiceException`."""
     try:
         patience = LOOKUP if service in _addresses else REACH
         _addresses[service] = master(rospy.get_name(), patience).lookupService(service)
@@ -114,7 +114,7 @@ def _located(service: str) -> str:
 
 
 def ask(command: Command, service: str, kind: Any, tell: Tell, *arguments: object) -> None:
-    """Ask a service and tell how it ended; returns at once."""
+    """Call a service and pass its end to `tell`; returns at once."""
     in_thread(_asked, command, service, kind, tell, arguments)
 
 
@@ -126,7 +126,7 @@ def _asked(command: Command, service: str, kind: Any, tell: Tell, arguments: Any
 
 
 def answer(command: Command, reply: Any) -> Ended:
-    """Return what a reply says; one without a code (std_srvs) may have it at the start of its message."""
+    """Return the end of a command from its reply; without a field for it (std_srvs), the code may begin the message."""
     code = str(getattr(reply, "code", ""))
     message = str(reply.message)
     if not code and not reply.success:
@@ -137,9 +137,9 @@ def answer(command: Command, reply: Any) -> Ended:
 
 
 class GoalClient:
-    """An action of a layer: at most one goal of ours at a time.
+    """An action of a layer: at most one goal of this client at a time.
 
-    Nothing of actionlib is called while the lock is held, since it calls back holding locks of its own.
+    No method of actionlib is called while the lock is held, because actionlib calls back while it holds its locks.
     """
 
     def __init__(self, name: str, kind: Any, tell: Tell) -> None:
@@ -157,11 +157,11 @@ class GoalClient:
 
     @property
     def there(self) -> bool:
-        """Whether somebody serves it now, and hears and is heard on all of its topics."""
+        """Whether a server is connected to all topics of the action."""
         return all(end.get_num_connections() for end in self._ends)
 
     def begin(self, command: Command) -> bool:
-        """Reserve this client for a command; False while another goal of ours is under way."""
+        """Reserve this client for a command; return False while another goal is under way."""
         with self._lock:
             if self._command is not None:
                 return False
@@ -173,7 +173,7 @@ class GoalClient:
         return True
 
     def go(self, message: Any) -> None:
-        """Send the goal of the command that this client was reserved for, unless it was cancelled since."""
+        """Send the goal of the command that this client is reserved for, unless it was cancelled since."""
         with self._lock:
             number, cancelled = self._number, self._cancelled
         if cancelled:
@@ -188,7 +188,7 @@ class GoalClient:
             goal.cancel()
 
     def cancel(self) -> None:
-        """Give up the goal of ours; it ends when the robot is at rest."""
+        """Cancel the goal of this client; it ends when the robot is at rest."""
         with self._lock:
             self._cancelled = True
             goal = self._goal if self._command is not None else None
@@ -196,11 +196,11 @@ class GoalClient:
             goal.cancel()
 
     def cancel_all(self) -> None:
-        """Give up the goal of whoever has one here; needs no master."""
+        """Cancel the goals of all clients; needs no master."""
         self._client.pub_cancel.publish(GoalID())
 
     def end(self, *, done: bool, code: str = "", message: str = "") -> None:
-        """Tell how the goal of ours ended; what is told twice is told once."""
+        """Report the end of the goal, once."""
         with self._lock:
             command, self._command, self._goal = self._command, None, None
             self._free.set()
@@ -208,7 +208,7 @@ class GoalClient:
             self._tell(Ended(command, done, code, message))
 
     def check(self) -> None:
-        """End a goal whose server is not there any more, or never took it; called now and then."""
+        """End a goal whose server has gone or never took it; called periodically."""
         goal = self._goal
         if goal is None:
             return
@@ -221,14 +221,14 @@ class GoalClient:
                 self.end(done=False, message="no_answer")
 
     def wait(self, seconds: float) -> bool:
-        """Wait until no goal of ours is under way; False where one still is then."""
+        """Wait until no goal of this client is under way; return False if one still is."""
         with self._lock:
             if self._command is None:
                 return True
         return self._free.wait(seconds)
 
     def close(self) -> None:
-        """Leave the action, topic by topic: actionlib before 1.13 has no other way."""
+        """Close the topics of the action one by one: actionlib before 1.13 has no other way."""
         for end in self._ends:
             end.unregister()
 

@@ -1,4 +1,4 @@
-"""Lengths as people write them: millimetres where nothing is said, a comma or a point, a unit if they like."""
+"""Lengths as people write them: a comma or a point, with a unit or without one for millimetres."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from math import isfinite
 
 FARTHEST = 5.0
-"""No place of the robot is farther than this from its axis or its table [m]."""
+"""Largest distance of a position of the robot from its axis or its table [m]."""
 
 _METRES = {"": 1e-3, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
@@ -14,7 +14,7 @@ _WRITTEN = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(mm|cm|m|)", re.IGN
 
 
 class NotALength(ValueError):
-    """What was written is no length; `key` is the word that says why."""
+    """A text that is no length; `key` is the word for the reason."""
 
     def __init__(self, key: str) -> None:
         super().__init__(key)
@@ -22,7 +22,7 @@ class NotALength(ValueError):
 
 
 def parsed(text: str) -> float:
-    """Return a length [m] that was written, such as "410", "41,5 cm" or "0.41 m"; raises `NotALength`."""
+    """Return the length [m] in a text such as "410", "41,5 cm" or "0.41 m"; raises `NotALength`."""
     if not text.strip():
         raise NotALength("length_missing")
     found = _WRITTEN.fullmatch(text.strip())
@@ -35,7 +35,7 @@ def parsed(text: str) -> float:
 
 
 def millimetres(length: float) -> str:
-    """Return a length [m] in millimetres, with a tenth, and without a sign where it is nothing."""
+    """Return a length [m] in millimetres, to a tenth, without a sign if it is zero."""
     return f"{length * 1e3:.1f}".replace("-0.0", "0.0") if abs(length) < 5e-5 else f"{length * 1e3:.1f}"
 
 

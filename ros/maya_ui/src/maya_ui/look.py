@@ -1,15 +1,15 @@
-"""What a part of the dashboard may be, for its colour; `resource/dashboard.qss` says how it looks then."""
+"""Kinds of parts of the dashboard, for their colours, which `resource/dashboard.qss` defines."""
 
 from __future__ import annotations
 
 from typing import Any
 
 GOOD, BUSY, WARN, BAD, GONE = "good", "busy", "warn", "bad", "gone"
-"""As it should be, doing something, to be looked at, in trouble, not there."""
+"""In order, active, needs attention, faulty, missing."""
 
 
 def dress(widget: Any, kind: str) -> None:
-    """Have a widget look as its kind does."""
+    """Give a widget the look of a kind."""
     if widget.property("kind") != kind:
         widget.setProperty("kind", kind)
         widget.style().unpolish(widget)

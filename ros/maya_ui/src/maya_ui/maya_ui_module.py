@@ -1,4 +1,4 @@
-"""The plugin that rqt loads; `rqt_gui_py` is there when it does."""
+"""The plugin that rqt loads; rqt provides `rqt_gui_py`."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from maya_ui.ui_controller import UiController
 
 
 class MayaPlugin(Plugin):
-    """The dashboard as a dock of rqt; its language is kept with the perspective.
+    """The dashboard as a dock of rqt; its language is stored with the perspective.
 
-    rqt opens a window of 600 by 450 pixels. Where nothing of an earlier one is kept, the dashboard asks for more; one
-    that was kept on a larger screen is made to fit this one.
+    rqt opens a window of 600 by 450 pixels. Without a stored window, the dashboard makes it larger; a window that was
+    stored on a larger screen is made to fit this one.
     """
 
     def __init__(self, context: Any) -> None:
@@ -30,12 +30,12 @@ class MayaPlugin(Plugin):
         self._dashboard.shut_down()
 
     def save_settings(self, plugin_settings: Any, instance_settings: Any) -> None:
-        """Keep the language, and that the window has a size that somebody has seen."""
+        """Store the language, and that the window has a size that a person has seen."""
         instance_settings.set_value("sized", value=True)
         instance_settings.set_value("language", self._dashboard.spoken)
 
     def restore_settings(self, plugin_settings: Any, instance_settings: Any) -> None:
-        """Speak the language that was kept."""
+        """Use the stored language, and size the window."""
         sized = instance_settings.contains("sized")
         QTimer.singleShot(0, self._dashboard.keep_window_on_screen if sized else self._dashboard.widen_window)
         self._dashboard.speak(str(instance_settings.value("language", self._dashboard.spoken)))

@@ -1,4 +1,4 @@
-"""What all parts of the dashboard have in common."""
+"""Common objects of all parts of the dashboard."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from maya_ui.words import WORDS, word
 
 
 class PanelContext:
-    """What every part works with: the widgets, the robot, what is seen of it, and the language."""
+    """What every part uses: the widgets, the robot, its known state, and the language."""
 
     def __init__(self, ui: Any, robot: Robot, seen: Seen, language: str) -> None:
         self.ui = ui
@@ -26,13 +26,13 @@ class PanelContext:
         return word(key, self.language, **details)
 
     def say(self, text: str, kind: str = "") -> None:
-        """Show what has just come of something, at the foot of the window."""
+        """Show the outcome of a command, at the foot of the window."""
         self.ui.note.setText(text)
         self.ui.note.setAccessibleDescription(text)
         dress(self.ui.note, kind)
 
     def allow(self, button: Any, reason: Reason) -> None:
-        """Enable a button, or disable it and have it say why."""
+        """Enable a button, or disable it and show the reason."""
         hint = f"{button.objectName()}_hint"
         text = self.word(reason or hint) if reason or hint in WORDS else ""
         if button.isEnabled() == bool(reason) or button.toolTip() != text:
@@ -41,7 +41,7 @@ class PanelContext:
             button.setAccessibleDescription(text)
 
     def explain(self, label: Any, reason: Reason) -> None:
-        """Show a reason where people read it who have no pointer to rest on a button."""
+        """Show a reason as text, for people without a pointer to rest on a button."""
         label.setText(self.word(reason) if reason else "")
         label.setVisible(bool(reason))
 

@@ -1,4 +1,4 @@
-"""The list of tasks that is prepared here, and the queue of the process layer it is given to."""
+"""The list of tasks that is prepared here, and the queue of the process layer that receives it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_BYTES = 250_000
 
 
 class QueuePanel:
-    """Shows the list, and has it changed, kept, read and given away."""
+    """Shows the list, and lets a person change, save, load and queue it."""
 
     def __init__(self, context: PanelContext) -> None:
         self._context = context
@@ -41,7 +41,7 @@ class QueuePanel:
             self._context.say(self._context.word(bad.key, **bad.details), look.BAD)
 
     def reword(self) -> None:
-        """Say the tasks in the chosen language."""
+        """Show the tasks in the chosen language."""
         self._show(self._context.ui.task_list.currentRow())
 
     def refresh(self) -> None:
@@ -59,7 +59,7 @@ class QueuePanel:
         self._context.explain(ui.queue_why, queue or self._held() or empty)
 
     def _held(self) -> str:
-        """Return the word for a queue that takes tasks and does not begin them, "" where it goes on."""
+        """Return the word for a queue that accepts tasks but does not start them, "" for a running queue."""
         return "queue_waits" if self._context.seen.queue.mode != "running" else ""
 
     def load(self, path: str) -> None:
@@ -95,7 +95,7 @@ class QueuePanel:
         self._ask(QFileDialog.AcceptSave, QFileDialog.AnyFile, self.save)
 
     def _ask(self, mode: Any, files: Any, use: Any) -> None:
-        """Ask for a file in a window that leaves the stop button reachable."""
+        """Open a file dialog that leaves the stop button reachable."""
         dialog = QFileDialog(self._context.ui)
         dialog.setAcceptMode(mode)
         dialog.setFileMode(files)

@@ -1,4 +1,4 @@
-"""Why something cannot be asked for now, before anybody is asked; the robot itself has the last word."""
+"""Reasons why a command cannot be sent now, before it is sent; the robot makes the final decision."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from maya_ui.seen import Seen
 from maya_ui.tasks import AIMED, HOME, PICK, PLACE, Task
 
 Reason = str
-"""The word that says why not, "" where nothing is in the way."""
+"""The key of the word for the reason, "" without one."""
 
 
 def why_not(command: Command, seen: Seen) -> Reason:
-    """Return why a command cannot be made now."""
+    """Return why a command cannot be sent now."""
     return _RULES[command](seen)
 
 
@@ -33,7 +33,7 @@ def why_not_now(task: Task, seen: Seen) -> Reason:
 
 
 def link(seen: Seen) -> Reason:
-    """Return why nobody can be asked for motion at all."""
+    """Return why no command for motion can be sent at all."""
     if not seen.presence.master and not seen.presence.controller:
         return "no_master"
     if not seen.presence.controller:

@@ -1,4 +1,4 @@
-"""Where the files of this package are that are no code."""
+"""Paths of the files of this package that are not code."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def resource(name: str) -> Path:
-    """Return the path of a file in `resource`, be the package in its source or installed."""
+    """Return the path of a file in `resource`, for the package in its source or installed."""
     return _folder("resource") / name
 
 
@@ -19,6 +19,6 @@ def _folder(name: str) -> Path:
     beside = Path(__file__).resolve().parents[2] / name
     if beside.is_dir():
         return beside
-    import rospkg  # noqa: PLC0415 - only where it is installed, and then ROS is there
+    import rospkg  # noqa: PLC0415 - only needed for the installed package, which has ROS
 
     return Path(rospkg.RosPack().get_path("maya_ui")) / name

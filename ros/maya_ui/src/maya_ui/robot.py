@@ -1,4 +1,4 @@
-"""What the dashboard needs of a robot, and what it hears of it; `ui_controller` is that over a ROS graph."""
+"""The interface of a robot for the dashboard, and the facts that it reports; `ui_controller` implements it over ROS."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from maya_ui.tasks import Task
 
 
 class Command(Enum):
-    """What a person can ask for."""
+    """Commands of a person."""
 
     HOME = "home"
     TASK = "task"
@@ -30,7 +30,7 @@ class Command(Enum):
 
 @dataclass(frozen=True)
 class Standing:
-    """How everything stands, as every event on /maya_event says."""
+    """State of the controller layer, from events on /maya_event."""
 
     mode: str = "disconnected"
     homed: bool = False
@@ -54,7 +54,7 @@ class Happened:
 
 @dataclass(frozen=True)
 class Position:
-    """Where the gripper is [m]."""
+    """Position of the gripper [m]."""
 
     x: float
     y: float
@@ -83,7 +83,7 @@ class Presence:
 
 @dataclass(frozen=True)
 class Under:
-    """A command is under way: in which phase, and how much of it is done (0 to 1)."""
+    """A command is under way: its phase, and the share that is done (0 to 1)."""
 
     command: Command
     phase: str = ""
@@ -92,7 +92,7 @@ class Under:
 
 @dataclass(frozen=True)
 class Ended:
-    """A command has ended; of one that failed, the code and the sentence say why."""
+    """A command has ended; after a failure, the code and the message give the reason."""
 
     command: Command
     done: bool
@@ -102,14 +102,14 @@ class Ended:
 
 @dataclass(frozen=True)
 class Cell:
-    """What the configuration says of the cell: the height of the gripper where it grasps a standard part [m]."""
+    """The configuration of the cell: the height of the gripper where it grasps a standard part [m]."""
 
     grasp_height: float
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What can become of an interrupted job; `holding` says whether the gripper holds a part: yes, no or ""."""
+    """A choice for an interrupted job; `holding` is whether the gripper holds a part: yes, no or ""."""
 
     name: str
     holding: str = ""
@@ -117,10 +117,10 @@ class Choice:
 
 @dataclass(frozen=True)
 class Queue:
-    """How the queue of the process layer is, as /queue_status says.
+    """State of the queue of the process layer, from /queue_status.
 
-    `reason` says why it is paused. `job` and `step` name an interrupted job that waits for a person, "" without one,
-    and `choices` are those that this person has.
+    `reason` is why the queue is paused. `job` and `step` name an interrupted job that waits for a person, "" without
+    one, and `choices` are the choices for that job.
     """
 
     mode: str = "running"
@@ -133,22 +133,22 @@ class Queue:
 Fact = Union[Happened, Position, Joints, Presence, Under, Ended, Cell, Queue]
 
 Heard = Callable[[Fact], None]
-"""Told of every fact, in whatever thread."""
+"""Called with every fact, in any thread."""
 
 
 @dataclass(frozen=True)
 class Path:
-    """A straight path from where the robot is: ("x", "y", "z") in m, or ("a", "b", "c") in rad, m, m."""
+    """A straight path from the robot's position: ("x", "y", "z") in m, or ("a", "b", "c") in rad, m, m."""
 
     names: tuple[str, str, str]
     points: tuple[tuple[float, float, float], ...]
 
 
 class Robot(Protocol):
-    """A robot that is asked without waiting: every method returns at once, answers come as facts."""
+    """A robot whose methods return at once; answers come as facts."""
 
     def open(self, heard: Heard) -> None:
-        """Begin to listen."""
+        """Start listening."""
         ...
 
     def close(self) -> None:
@@ -160,7 +160,7 @@ class Robot(Protocol):
         ...
 
     def perform(self, task: Task) -> None:
-        """Do a task now; refused while anything else is under way."""
+        """Do a task now; refused while another command is under way."""
         ...
 
     def gripper(self, open_: bool) -> None:
@@ -168,7 +168,7 @@ class Robot(Protocol):
         ...
 
     def stop(self) -> None:
-        """Stop all motion on its path, past everything that waits."""
+        """Stop all motion on its path, ahead of everything that waits."""
         ...
 
     def recover(self) -> None:
@@ -180,7 +180,7 @@ class Robot(Protocol):
         ...
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Continue after a pause."""
         ...
 
     def speed(self, ratio: float) -> None:
@@ -188,7 +188,7 @@ class Robot(Protocol):
         ...
 
     def jog(self, path: Path) -> None:
-        """Go along a short path, until its end or `end_jog`."""
+        """Follow a short path, until its end or `end_jog`."""
         ...
 
     def end_jog(self) -> None:
@@ -204,11 +204,11 @@ class Robot(Protocol):
         ...
 
     def stop_queue(self) -> None:
-        """Stop all motion and cancel everything in the queue of the process layer."""
+        """Stop all motion and cancel all jobs in the queue of the process layer."""
         ...
 
     def resume_queue(self) -> None:
-        """Continue the paused queue of the process node."""
+        """Continue the paused queue of the process layer."""
         ...
 
     def recover_queue(self, choice: Choice) -> None:

@@ -1,4 +1,4 @@
-"""What is known of the robot: everything that was heard of it, put together."""
+"""The known state of the robot, composed of all received facts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Seen:
         self._joints: Joints | None = None
 
     def take(self, fact: Fact) -> None:
-        """Learn a fact."""
+        """Take a fact."""
         if isinstance(fact, Happened):
             self._standing = fact.standing or self._standing
         elif isinstance(fact, Position):
@@ -43,7 +43,7 @@ class Seen:
             self.under = None
 
     def _meet(self, presence: Presence) -> None:
-        # The last event is sent once to a new subscriber, and may come before the floor's actions are found.
+        # The last event is sent once to a new subscriber, and may come before the layer's actions are found.
         if self.presence.controller and not presence.controller:
             self._standing = self._position = self._joints = None
         if not presence.process:
@@ -52,17 +52,17 @@ class Seen:
 
     @property
     def here(self) -> bool:
-        """Whether the controller layer is there, speaks, and has said how it stands."""
+        """Whether the controller layer is present, publishes, and has reported its state."""
         return self.presence.controller and not self.presence.silent and self._standing is not None
 
     @property
     def standing(self) -> Standing:
-        """How everything stands; disconnected where nobody says."""
+        """The reported state; disconnected without a report."""
         return self._standing if self.here and self._standing is not None else Standing()
 
     @property
     def connected(self) -> bool:
-        """Whether there is a machine (or its twin) at the other end."""
+        """Whether the controller layer has a connection to the machine (or its twin)."""
         return self.standing.mode != "disconnected"
 
     @property
@@ -72,17 +72,17 @@ class Seen:
 
     @property
     def position(self) -> Position | None:
-        """Where the gripper is, None where nobody knows."""
+        """Position of the gripper, None if unknown."""
         return self._position if self.connected and self.standing.homed else None
 
     @property
     def joints(self) -> Joints | None:
-        """Where the joints are, None where nobody knows."""
+        """The joints, None if unknown."""
         return self._joints if self.connected and self.standing.homed else None
 
 
 def event(text: str) -> Happened:
-    """Return what a text on /maya_event tells; what cannot be read of it is left out."""
+    """Return the event in a text on /maya_event; unreadable parts are left out."""
     word, _, rest = text.partition(" ")
     try:
         data = json.loads(rest) if rest else None
@@ -98,7 +98,7 @@ def event(text: str) -> Happened:
 
 
 def queue(text: str) -> Queue | None:
-    """Return what a text on /queue_status tells, None where it cannot be read."""
+    """Return the queue in a text on /queue_status, None if it is unreadable."""
     try:
         data = json.loads(text)
         job = data.get("interrupted")

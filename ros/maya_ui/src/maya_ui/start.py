@@ -1,4 +1,4 @@
-"""Opens the dashboard: in rqt with its perspective where there is one, else in a window of its own."""
+"""Opens the dashboard: in rqt with its perspective if rqt is installed, else in a separate window."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NODE = "maya_dashboard"
 """The name of the node."""
 
 LOOK = 0.5
-"""Time between two looks for a master [s]."""
+"""Time between two checks for a master [s]."""
 
 NO_DISPLAY = "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."
 
@@ -27,7 +27,7 @@ Other arguments are those of rqt (rqt --help) or, in a window of its own, of Qt.
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Open the dashboard and return the exit code when it is closed; without a display one line says so."""
+    """Open the dashboard and return the exit code when it is closed; without a display, print one line."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     if {"-h", "--help"} & set(given):
         print(HELP)
@@ -42,7 +42,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def window(arguments: list[str]) -> int:
-    """Show the dashboard in a window of its own until it is closed, or ROS ends the node."""
+    """Show the dashboard in a separate window until it is closed, or ROS ends the node."""
     from python_qt_binding.QtCore import QSettings, QTimer  # noqa: PLC0415 - without a display there may be no Qt
     from python_qt_binding.QtWidgets import QApplication  # noqa: PLC0415
 
@@ -55,7 +55,7 @@ def window(arguments: list[str]) -> int:
     dashboard.language_chosen.connect(lambda language: settings.setValue("language", language))
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: app.quit())
-    awake = QTimer()  # Python looks at its signals only when it runs
+    awake = QTimer()  # Python handles its signals only when it runs
     awake.timeout.connect(lambda: None)
     awake.start(200)
     dashboard.resize(dashboard.sizeHint())
@@ -66,8 +66,8 @@ def window(arguments: list[str]) -> int:
 
 
 def join(leave: Callable[[], object]) -> None:
-    """Make this program a node as soon as there is a master; `leave` is called when ROS ends it."""
-    import rospy  # noqa: PLC0415 - it takes long to load, and the window is there before
+    """Make this program a node once a master answers; `leave` is called when ROS ends the node."""
+    import rospy  # noqa: PLC0415 - it takes long to load, and the window must open before
 
     from maya_ui.layers import master_answers  # noqa: PLC0415
 
@@ -79,7 +79,7 @@ def join(leave: Callable[[], object]) -> None:
 
 
 def preferred() -> str:
-    """Return the language of the environment, English where it is another than ours."""
+    """Return the language of the environment, English if the dashboard does not have it."""
     said = os.environ.get("LC_ALL") or os.environ.get("LC_MESSAGES") or os.environ.get("LANG") or ""
     return "es" if said.startswith("es") else "en"
 

@@ -1,4 +1,4 @@
-"""The head of the dashboard (how everything stands, pause, speed, stop), its banner, and where the gripper is."""
+"""The head of the dashboard (state, pause, speed, stop), its banner, and the position of the gripper."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _KINDS: dict[str, str] = {
 
 
 class StatePanel:
-    """Shows the state and takes what concerns all motion."""
+    """Shows the state, and takes the commands for all motion."""
 
     def __init__(self, context: PanelContext) -> None:
         self._context = context
@@ -54,7 +54,7 @@ class StatePanel:
         self._context.robot.stop()
 
     def refresh(self) -> None:
-        """Show how everything stands now."""
+        """Show the present state."""
         standing, ui = self._context.seen.standing, self._context.ui
         held = standing.mode == "idle" and self._context.seen.queue.mode != "running"
         ui.mode.setText(phrase("mode_queue_paused" if held else f"mode_{standing.mode}", self._context.language))
@@ -110,7 +110,7 @@ class StatePanel:
         return f"{said}: {self._context.word(f'holding_{choice.holding}')}" if choice.holding else said
 
     def _advice(self) -> tuple[str, str]:
-        """Return what a person should know or do first, and how urgent it is."""
+        """Return the advice for a person, and its urgency."""
         standing = self._context.seen.standing
         gone = reasons.link(self._context.seen)
         if gone:
@@ -127,7 +127,7 @@ class StatePanel:
         return (" ".join(said), look.WARN) if said else ("", "")
 
     def _queue_advice(self) -> list[str]:
-        """Return what a person should know of a queue that does not go on by itself."""
+        """Return the advice about a queue that does not continue by itself."""
         queue = self._context.seen.queue
         if queue.job:
             step = queue.step or self._context.word("between_steps")
@@ -161,7 +161,7 @@ class StatePanel:
         self._context.robot.speed(self._context.ui.speed_choice.itemData(place))
 
     def place(self) -> None:
-        """Show where the gripper is."""
+        """Show the position of the gripper."""
         here, joints = self._context.seen.position, self._context.seen.joints
         self._lengths(here)
         values = self._context.ui.joint_values

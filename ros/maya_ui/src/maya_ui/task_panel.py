@@ -1,4 +1,4 @@
-"""Tasks: home and gripper at once, and pick, place and approach at a place that is typed."""
+"""Tasks: home and gripper at once, and pick, place and approach at a typed position."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ COMMANDS: dict[str, tuple[str, bool]] = {
     "task_open": (GRIPPER, True),
     "task_close": (GRIPPER, False),
 }
-"""What can be chosen, by its word: a command, and whether it opens."""
+"""The commands by their words: a command, and whether it opens the gripper."""
 
 
 class TaskPanel:
-    """The quick buttons, the fields of a task, and what becomes of it: now, into the queue, or onto the list."""
+    """The quick buttons, the fields of a task, and its use: now, into the queue, or onto the list."""
 
     def __init__(self, context: PanelContext, add: Callable[[Task], None]) -> None:
         self._context = context
@@ -45,7 +45,7 @@ class TaskPanel:
             field.setAccessibleName(f"{axis} [mm]")
 
     def reword(self) -> None:
-        """Say the commands in the chosen language."""
+        """Show the commands in the chosen language."""
         choice = self._context.ui.command_choice
         now = max(0, choice.currentIndex())
         choice.blockSignals(True)
@@ -56,7 +56,7 @@ class TaskPanel:
         choice.blockSignals(False)
 
     def refresh(self) -> None:
-        """Show what can be asked for now, and why the rest cannot."""
+        """Show which commands can be sent now, and why the others cannot."""
         context, ui, seen = self._context, self._context.ui, self._context.seen
         quick = reasons.why_not(Command.HOME, seen)
         for button in (ui.home, ui.open_gripper, ui.close_gripper):
@@ -77,7 +77,7 @@ class TaskPanel:
         self.show_progress(seen.under)
 
     def show_progress(self, under: Under | None) -> None:
-        """Show how far what is under way has come."""
+        """Show the progress of the command under way."""
         bar = self._context.ui.progress
         bar.setEnabled(under is not None)
         bar.setValue(0 if under is None else round(1000 * min(1.0, max(0.0, under.share))))
@@ -89,7 +89,7 @@ class TaskPanel:
         bar.setFormat(self._context.word("under_way", what=what, phase=f"{phase}  %p%" if under.share else phase))
 
     def task(self) -> Task | None:
-        """Return the task of the fields, None where one of them holds no length; the fields show which."""
+        """Return the task of the fields, None if a field holds no length; the fields show which."""
         command, opens = self._command()
         if command not in AIMED:
             return Task(command, open=opens)
@@ -133,7 +133,7 @@ class TaskPanel:
         self._echo()
 
     def _echo(self) -> None:
-        """Show beside every field how it is understood, and below them what is wrong with the first that is not."""
+        """Show beside every field how it is understood, and below the fields the first error."""
         wrong = ""
         for axis, field in self._fields():
             echo, kind = "", ""

@@ -1,4 +1,4 @@
-"""Tasks of the robot, the list of them that is prepared here, and the job files it is kept in."""
+"""Tasks of the robot, the list of tasks that is prepared here, and its job files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AIMED = (PICK, PLACE, APPROACH)
 """The commands that have a target."""
 
 MOST_TASKS = 10_000
-"""The most tasks that a list holds."""
+"""Largest number of tasks in a list."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Task:
 
 
 class BadJob(ValueError):
-    """A file that no list can be made of; `key` is the word that says why, `details` what it is about."""
+    """A file of which no list can be made; `key` is the word for the reason, `details` its values."""
 
     def __init__(self, key: str, **details: object) -> None:
         super().__init__(key, details)
@@ -48,19 +48,19 @@ class TaskList:
         return len(self._tasks)
 
     def add(self, task: Task) -> int:
-        """Append a task and return where it stands; raises `BadJob` where the list is full."""
+        """Append a task and return its index; raises `BadJob` if the list is full."""
         if len(self._tasks) >= MOST_TASKS:
             raise BadJob("job_too_long", most=MOST_TASKS)
         self._tasks.append(task)
         return len(self._tasks) - 1
 
     def remove(self, place: int) -> None:
-        """Take a task away; where there is none, nothing happens."""
+        """Remove a task, if it exists."""
         if 0 <= place < len(self._tasks):
             del self._tasks[place]
 
     def move(self, place: int, by: int) -> int:
-        """Move a task up (`by` < 0) or down and return where it stands then."""
+        """Move a task up (`by` < 0) or down, and return its new index."""
         there = place + by
         if 0 <= place < len(self._tasks) and 0 <= there < len(self._tasks):
             self._tasks.insert(there, self._tasks.pop(place))
@@ -68,7 +68,7 @@ class TaskList:
         return place
 
     def replace(self, tasks: Sequence[Task]) -> None:
-        """Hold other tasks instead."""
+        """Replace all tasks."""
         self._tasks = list(tasks)
 
 

@@ -1,8 +1,8 @@
-"""Moving the robot while something is held: which short paths are asked for, and when it ends.
+"""Moving the robot while a direction is held: which short paths are requested, and when motion ends.
 
-Nothing here knows how the robot moves. A held direction asks for a straight path of the chosen reach from where the
-gripper is; at its end for the next one; let go, the path under way is ended. A path that leaves the workspace is
-refused by the robot: then half of it is tried, so that it comes close to the edge.
+Nothing here knows how the robot moves. A held direction requests a straight path of the chosen reach from the gripper's
+position, and at its end the next one. When the direction is released, the path under way is ended. The robot refuses a
+path that leaves the workspace. Then half of the path is tried, so that the robot comes close to the edge.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from maya_ui.seen import Seen
 
 
 class Reach(NamedTuple):
-    """How far one path goes at most: `length` [m], of the boom `angle` [rad]."""
+    """Longest path: `length` [m], of the boom `angle` [rad]."""
 
     length: float
     angle: float
@@ -28,7 +28,7 @@ REACHES = (
     Reach(0.050, radians(5.0)),
     Reach(0.200, radians(20.0)),
 )
-"""What can be chosen."""
+"""The reaches that can be chosen."""
 
 SHORTEST = 5e-4
 """No shorter path is tried at the edge of the workspace (m, rad)."""
@@ -37,10 +37,10 @@ OUTSIDE = frozenset({"2101", "2102"})
 """The refusals that a shorter path may not meet: unreachable, and a path that leaves the workspace."""
 
 ELSEWHERE = "2107"
-"""The refusal of a path that does not begin where the robot is: it was still coming to rest."""
+"""The refusal of a path that does not begin at the robot's position: the robot was still coming to rest."""
 
 PATIENCE = 3
-"""So often a path is begun anew from a newer position."""
+"""Largest number of new tries from a newer position."""
 
 
 class Direction(NamedTuple):
@@ -50,7 +50,7 @@ class Direction(NamedTuple):
     sign: int
 
     def path(self, reach: Reach, seen: Seen) -> Path | None:
-        """Return the straight path from where the robot is, None where nobody knows that."""
+        """Return the straight path from the robot's position, None if the position is unknown."""
         if self.axis == "a":
             return self._turn(self.sign * reach.angle, seen.joints)
         return self._line(self.sign * reach.length, seen.position)
@@ -87,12 +87,12 @@ KEYS: dict[str, Direction] = {
     "W": Direction("r", 1),
     "S": Direction("r", -1),
 }
-"""Which key moves what."""
+"""The direction of each key."""
 
 
 @dataclass
 class _Held:
-    """A direction that is held, and how the paths along it went."""
+    """A direction that is held, and the scale and tries of its paths."""
 
     direction: Direction
     scale: float = 1.0
@@ -100,9 +100,9 @@ class _Held:
 
 
 class Teleop:
-    """At most one direction is held; `jog` asks for a path, `end` ends it.
+    """Moves the robot while at most one direction is held; `jog` requests a path, `end` ends it.
 
-    A direction that was refused is not tried again before it is let go.
+    A direction that was refused is not tried again before it is released.
     """
 
     def __init__(self, seen: Seen, jog: Callable[[Path], None], end: Callable[[], None]) -> None:
@@ -121,18 +121,18 @@ class Teleop:
 
     @property
     def under_way(self) -> bool:
-        """Whether a path of ours has not ended."""
+        """Whether a path that was requested here has not ended."""
         return self._under_way is not None
 
     def press(self, direction: Direction) -> None:
-        """Hold a direction; while another is held nothing happens, and what comes to rest is waited for."""
+        """Hold a direction, unless another is held; its path begins once the path under way has ended."""
         if self._held is None:
             self._held = _Held(direction)
             if self._under_way is None:
                 self._go(self._held)
 
     def release(self) -> None:
-        """Let go of whatever is held."""
+        """Release the held direction."""
         held, self._held = self._held, None
         self._wants_position = False
         if held is not None and self._under_way is not None:
@@ -144,13 +144,13 @@ class Teleop:
             self._go(self._held)
 
     def ended(self, end: Ended) -> None:
-        """Go on, try less, or leave it: a path of ours has ended."""
+        """Handle the end of a path: continue, try a shorter path, or stop."""
         before, self._under_way = self._under_way, None
         if before is not None and self._held is not None:
             self._wants_position = self._held is not before or self._again(self._held, end)
 
     def _again(self, held: _Held, end: Ended) -> bool:
-        """Return whether another path is to follow the one that has ended."""
+        """Return whether another path must follow the one that has ended."""
         if end.done and held.scale == 1.0:
             held.tries = 0
             return True

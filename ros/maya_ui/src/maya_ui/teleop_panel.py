@@ -14,12 +14,12 @@ from maya_ui.robot import Command, Ended
 from maya_ui.teleop import KEYS, REACHES, Direction, Teleop
 
 LOOK_AGAIN = 100
-"""So often it is looked whether what is held still is [ms]."""
+"""Period of the check whether a button or key is still held [ms]."""
 
 BUTTONS = {
     f"jog_{axis}_{name}": Direction(axis, sign) for axis in "xyzra" for name, sign in (("plus", 1), ("minus", -1))
 }
-"""Which button moves what."""
+"""The direction of each button."""
 
 _LOST = (QEvent.FocusOut, QEvent.Hide, QEvent.WindowDeactivate)
 
@@ -27,7 +27,7 @@ _KEYS = {getattr(Qt, f"Key_{name}"): direction for name, direction in KEYS.items
 
 
 class TeleopPanel(QObject):
-    """The buttons, the key that is pressed, and the teleoperation behind them."""
+    """The buttons, the pressed key, and the teleoperation that they control."""
 
     def __init__(self, context: PanelContext, stop: Any) -> None:
         super().__init__(context.ui)
@@ -48,7 +48,7 @@ class TeleopPanel(QObject):
         self._timer.start(LOOK_AGAIN)
 
     def reword(self) -> None:
-        """Say the reaches as they are written where the robot is."""
+        """Show the reaches with units."""
         choice = self._context.ui.reach_choice
         now = REACHES.index(self.teleop.reach)
         choice.blockSignals(True)
@@ -58,7 +58,7 @@ class TeleopPanel(QObject):
         choice.blockSignals(False)
 
     def refresh(self) -> None:
-        """Show whether the robot can be moved by hand now, and by what."""
+        """Show whether the robot can be moved by hand now, and with what."""
         reason = self._why_not()
         for name in BUTTONS:
             self._context.allow(getattr(self._context.ui, name), reason)
@@ -67,21 +67,21 @@ class TeleopPanel(QObject):
         self._context.ui.keys_text.setText(self._context.word("keys_live" if live else "keys_off"))
 
     def _why_not(self) -> str:
-        """Return why nothing can be moved by hand; what moves by ours is no reason."""
+        """Return why the robot cannot be moved by hand; motion of this panel is no reason."""
         ours = self.teleop.held is not None or self.teleop.under_way
         return reasons.link(self._context.seen) if ours else reasons.why_not(Command.JOG, self._context.seen)
 
     def release(self) -> None:
-        """Let go of whatever is held."""
+        """Release the held direction."""
         self._key = None
         self.teleop.release()
 
     def ended(self, end: Ended) -> None:
-        """Learn how a path of ours has ended."""
+        """Handle the end of a path of this panel."""
         self.teleop.ended(end)
 
     def eventFilter(self, watched: QObject, event: Any) -> bool:  # noqa: N802 - Qt's name
-        """Take the keys where they are meant for the robot, and let go where the focus is lost."""
+        """Handle keys while they control the robot, and release the direction when the focus is lost."""
         if event.type() in _LOST:
             self._lost(watched)
             return False
@@ -121,7 +121,7 @@ class TeleopPanel(QObject):
             self.teleop.reach = REACHES[place]
 
     def _look(self) -> None:
-        """Let go where nothing is held any more, whatever became of the event that says so."""
+        """Release a direction whose button or key is no longer held, even if its release event was lost."""
         if self.teleop.held is None:
             return
         ui = self._context.ui

@@ -1,4 +1,4 @@
-"""A robot over rospy: the topics, services and actions of the graph that the dashboard speaks, and nothing else.
+"""A robot over rospy: the topics, services and actions of the graph that the dashboard uses, and nothing else.
 
 Names are relative, so the dashboard shows the Maya of its namespace; without a namespace they are the manual's.
 """
@@ -50,16 +50,16 @@ OF_THE_CONTROLLER = (
 """The services of the controller layer that are called from here."""
 
 LOOK = 0.5
-"""Time between two looks at who is there [s]."""
+"""Time between two checks for servers [s]."""
 
 SILENCE = 3.0
-"""A controller layer that publishes no joints for so long is silent [s]."""
+"""A controller layer that publishes no joints for this time is silent [s]."""
 
 LEAVE = 1.0
-"""A jog that is under way when the dashboard is closed has so long to come to rest [s]; then the layer ends it."""
+"""Longest wait for a jog to come to rest when the dashboard is closed [s]; then the layer ends it."""
 
 STOP_ANSWER = 2.0
-"""A stop that is not confirmed within this is told to be unheard [s]."""
+"""A stop that is not confirmed within this time is reported as unconfirmed [s]."""
 
 
 _AT_REST = frozenset({"idle", "not_homed", "paused", "fault"})
@@ -67,7 +67,7 @@ _AT_REST = frozenset({"idle", "not_homed", "paused", "fault"})
 
 
 class UiController:
-    """Everything the dashboard asks for goes over the graph from here; what comes back is told as facts.
+    """Sends all requests of the dashboard over the graph, and returns answers as facts.
 
     Home, tasks and the gripper go to the highest layer in the graph, because that layer decides about all motion.
     `prepare` makes this program a node, and may wait for a master; in rqt it is one already.
@@ -80,12 +80,12 @@ class UiController:
         self._ended = threading.Event()
 
     def open(self, heard: Heard) -> None:
-        """Take part in the graph, as soon as there is one. rospy waits for a master, so this is done in a thread."""
+        """Take part in the graph once a master answers. rospy waits for a master, so this is done in a thread."""
         self._heard = heard
         in_thread(self._live)
 
     def close(self) -> None:
-        """Leave the graph; a jog of ours ends."""
+        """Leave the graph; end a jog of this dashboard."""
         self.end_jog()
         self._ended.set()
         graph = self._graph
@@ -96,7 +96,7 @@ class UiController:
             gone.wait(LEAVE)
 
     def home(self) -> None:
-        """Home, by the robot layer where it is there."""
+        """Home, through the robot layer if it is present."""
         graph = self._graph
         if graph is not None and graph.presence.robot:
             self._begin(graph.task, Command.HOME, TaskGoal(_primitive(Task(HOME))))
@@ -114,7 +114,7 @@ class UiController:
             self._begin(graph.task, Command.TASK, TaskGoal(_primitive(task)))
 
     def gripper(self, open_: bool) -> None:
-        """Open or close the gripper, by the robot layer where it is there."""
+        """Open or close the gripper, through the robot layer if it is present."""
         self._heard(Under(Command.GRIPPER))
         if self._graph is not None and self._graph.presence.robot:
             task = MayaPrimitive(command=MayaPrimitive.GRIPPER, open=open_)
@@ -125,7 +125,7 @@ class UiController:
     def stop(self) -> None:
         """Stop the queue and the controller node; if the node does not answer, cancel its actions.
 
-        Nobody confirmed the stop if the node neither answers nor reports rest afterwards.
+        The stop is unconfirmed if the node neither answers nor reports rest afterwards.
         """
         if self._graph is None:
             self._heard(Ended(Command.STOP, done=False, message="stop_unheard"))
@@ -142,7 +142,7 @@ class UiController:
         ask(Command.PAUSE, "controller/pause", Trigger, self._heard)
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Continue after a pause."""
         ask(Command.RESUME, "controller/resume", Trigger, self._heard)
 
     def speed(self, ratio: float) -> None:
@@ -151,7 +151,7 @@ class UiController:
             self._graph.speed.publish(Float64(ratio))
 
     def jog(self, path: Path) -> None:
-        """Go along a path as a goal of the controller layer, which ends it if this program dies."""
+        """Send a path as a goal to the controller layer, which ends it if this program dies."""
         graph = self._graph
         if graph is None or not graph.follow.there:
             self._heard(Ended(Command.JOG, done=False, message="no_answer"))
@@ -161,7 +161,7 @@ class UiController:
             self._heard(Ended(Command.JOG, done=False, code="2104", message="busy"))
 
     def end_jog(self) -> None:
-        """Come to rest on the path of the jog; one that does not is stopped."""
+        """Cancel the jog, which comes to rest on its path; if it does not, stop the robot."""
         if self._graph is not None:
             self._graph.follow.cancel()
             in_thread(self._see_it_end, self._graph)
@@ -199,7 +199,7 @@ class UiController:
             self._heard(Ended(command, done=False, code="2104", message="busy"))
 
     def _live(self) -> None:
-        """Look again and again who is there."""
+        """Check repeatedly which servers are connected."""
         if self._prepare is not None:
             self._prepare()
         graph = self._graph = _Part(self._heard)
@@ -211,7 +211,7 @@ class UiController:
             graph.look()
 
     def _watch_master(self) -> None:
-        """Look whether the master answers; a thread of its own, since one that hangs does not."""
+        """Check whether the master answers, in a separate thread, because a call of a hanging master blocks."""
         while self._graph is not None and not self._ended.wait(LOOK):
             self._graph.master = master_answers(rospy.get_name())
 
@@ -239,7 +239,7 @@ class UiController:
 
 
 class _Part:
-    """What this program has in the graph: topics, clients, and which servers answer."""
+    """Members of this program in the graph: topics, clients, and which servers answer."""
 
     def __init__(self, heard: Heard) -> None:
         self._heard = heard
@@ -266,7 +266,7 @@ class _Part:
         ]
 
     def look(self) -> None:
-        """Tell who is there, where that has changed, and end what nobody does any more."""
+        """Report which layers are present, after a change, and end goals without a server."""
         for goal_client in (self.task, self.home, self.follow):
             goal_client.check()
         presence = self._now()
@@ -289,13 +289,13 @@ class _Part:
         self._cancel_move.publish(GoalID())
 
     def rests(self, within: float) -> bool:
-        """Tell whether the controller layer says from now on that nothing moves; wait for that so long at most [s]."""
+        """Return whether the controller layer reports rest from now on, within the time `within` [s]."""
         with self._news:
             told = self._told
             return self._news.wait_for(lambda: self._told > told and self._standing.mode in _AT_REST, within)
 
     def leave(self, gone: threading.Event) -> None:
-        """Give everything back, and say when that is done."""
+        """Close everything, and set `gone` when that is done."""
         for goal_client in (self.task, self.home, self.follow):
             goal_client.close()
         topics = (self.send_task, self.start_queue, self.stop_queue, self.speed, self._cancel_move)
@@ -328,12 +328,12 @@ class _Part:
             self._heard(found)
 
     def _tell(self, standing: Standing | None = None) -> None:
-        """Take notice that the controller layer said something, and how it stands."""
+        """Record a report of the controller layer, and its state."""
         with self._news:
             self._told += 1
             self._standing = standing or self._standing
             if not self._standing.homed:
-                self._spoken = None  # before homing nobody knows where the joints are, and no joints are published
+                self._spoken = None  # before homing the joints are unknown, and no joints are published
             self._news.notify_all()
 
     def _joints(self, message: Any) -> None:
@@ -354,7 +354,7 @@ class _Part:
 
 
 def _jog(graph: _Part, goal: Any) -> None:
-    """Ask first whether anything else has the robot: between two motions of a task it looks idle."""
+    """Send the jog, if the robot layer permits it: between two motions of a task the robot looks idle."""
     may = Ended(Command.JOG, done=True)
     if graph.presence.robot:
         asked = MayaPrimitive(command=MayaPrimitive.CAN_TELEOP)

@@ -1,6 +1,6 @@
-"""Layers on the other side of a graph, by the layers' own protocols: callers need not know which.
+"""Clients of the layers over a graph, with the same protocols as the layers themselves.
 
-watch        state and events of the controller layer, and whether it is there
+watch        state and events of the controller layer, and whether its nodes are alive
 controller   the controller layer; previews are computed here
 robot        the robot layer; plans of primitives are computed here
 """

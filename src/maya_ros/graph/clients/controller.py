@@ -1,7 +1,8 @@
-"""The controller layer on the other side of a graph, by the layer's own protocol.
+"""Client of the controller layer over a graph, with the protocol of the layer.
 
-How fast it goes may change on the way, so time alone does not tell. But it keeps to the planned way, and is never
-faster than planned: of the places that it may have come to since the last look, the nearest is where it is.
+The speed override may change during a motion, so time alone does not give the position. But the robot stays on the
+planned path and is never faster than planned. So of the positions that the robot may have reached since the last
+feedback, the nearest to the reported joints is taken.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ from maya_un.schema.robot import Jogged
 from maya_un.values import Joints, Mode, Progress, State, StopReport
 
 _PLACES = 48
-"""Places looked at between the last one and the farthest possible."""
+"""Number of positions checked between the last one and the farthest possible."""
 
 _SLACK = 0.5
-"""Longest time that a message was on its way [s]."""
+"""Longest transport time of a message [s]."""
 
 _ROUNDING = 1e-6
 
 
 class Vias:
-    """Tells `on_via` the waypoints between the ends of `plan` as they are passed, in order, each once.
+    """Calls `on_via` for each waypoint between the ends of `plan` as the robot passes it, in order, once each.
 
-    `began` is when it began [s, the loop's].
+    `began` is the start of the motion [s, loop time].
     """
 
     def __init__(self, plan: MotionPlan, units: Units, on_via: OnVia, began: float) -> None:
@@ -55,7 +56,7 @@ class Vias:
         self._passed = 0
 
     def at(self, joints: Joints, now: float) -> None:
-        """Take notice of where the robot is (rad, m, m) at loop time `now` [s]."""
+        """Take the position of the robot (rad, m, m) at loop time `now` [s]."""
         if self._move is None or self._passed >= len(self._times):
             return
         farthest = min(self._move.duration, self._gone + (now - self._looked) + _SLACK)
@@ -66,7 +67,7 @@ class Vias:
             self._tell()
 
     def finish(self) -> None:
-        """Tell the rest: the end is reached."""
+        """Report the remaining waypoints: the robot has reached the end."""
         while self._passed < len(self._times):
             self._tell()
 
@@ -88,7 +89,7 @@ HEARD = 1.0
 
 
 class StopSender:
-    """Says stops to the controller layer that `watch` watches; `speed` is how fast the loop's clock runs."""
+    """Sends stops to the controller layer that `watch` observes; `speed` is how fast the loop's clock runs."""
 
     def __init__(self, graph: Graph, watch: ControllerWatch, speed: float) -> None:
         self._graph = graph
@@ -98,10 +99,10 @@ class StopSender:
         self._saying: set[asyncio.Task[Message]] = set()
 
     async def say(self, row: Row) -> Message:
-        """Return what the service of a stop answers; it goes on being called also where nobody waits for that.
+        """Return the answer of a stop service; the call continues if the caller is cancelled.
 
-        Without an answer all goals are cancelled, which needs no master. Raises `NotConnected` where nobody
-        hears that either, and `NodeGone` where the node hangs: it stops when it goes on.
+        Without an answer, cancel all goals, which needs no master. Raises `NotConnected` if no node receives the
+        cancels either, and `NodeGone` if the node hangs: the node stops when it runs again.
         """
         saying = asyncio.create_task(call_service(self._graph, row, {}), name=row.name)
         self._saying.add(saying)
@@ -122,7 +123,7 @@ class StopSender:
         return {"message": json.dumps({"was_moving": moving, "duration": 0.0, "distance": (0.0, 0.0, 0.0)})}
 
     async def close(self) -> None:
-        """Say no more."""
+        """Cancel all calls, and close the publishers."""
         for saying in self._saying:
             saying.cancel()
         if self._saying:
@@ -137,18 +138,18 @@ class StopSender:
 
 
 AHEAD = 2.0
-"""A pause that is also for what comes next is asked for again and again for so long [s, real time]."""
+"""Longest wait of `pause` with `ahead` for a motion, and of `override` for its effect [s, real time]."""
 
 _AGAIN = 0.05
 _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
 
 class GraphController:
-    """Joint-space control of Maya by the controller layer of a graph; see `controller.protocol.Controller`.
+    """Joint-space control of Maya through the controller layer of a graph; see `controller.protocol.Controller`.
 
-    Its knowledge comes by topics (`clients.watch`). Tasks without a machine, like a preview, are computed here as
-    there. Every command goes there, and every refusal comes from there. If the node is missing or gone, it is
-    disconnected and raises `NotConnected`, or `NodeGone` in the middle of a command.
+    Topics provide its state (`clients.watch`). Computations without the machine, such as previews, run here. Commands
+    go to the layer, and refusals come from the layer. If the node is missing or gone, the controller is disconnected
+    and raises `NotConnected`, or `NodeGone` during a command.
     """
 
     def __init__(self, graph: Graph, config: Config, *, speed: float = 1.0) -> None:
@@ -168,9 +169,9 @@ class GraphController:
     @classmethod
     @asynccontextmanager
     async def on(cls, graph: Graph, config: Config, *, speed: float = 1.0) -> AsyncIterator[GraphController]:
-        """Give the controller layer of `graph` for the length of the block; `speed` is how fast the loop's clock runs.
+        """Yield the controller layer of `graph` while the block runs; `speed` is how fast the loop's clock runs.
 
-        It is disconnected until `connected` returns.
+        The controller is disconnected until `connected` returns.
         """
         controller = cls(graph, config, speed=speed)
         try:
@@ -179,17 +180,17 @@ class GraphController:
             await controller.close()
 
     async def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._ratio.close()
         await self._urgent.close()
         await self._watch.close()
 
     async def connected(self) -> None:
-        """Wait until the layer's node has told how it stands."""
+        """Wait until the layer's node has reported its state."""
         await self._watch.until(lambda: self._watch.there)
 
     async def settled(self) -> None:
-        """Wait until the state shows how something has ended that is over: at rest, and where."""
+        """Wait until the state shows the end of a finished command: the robot at rest, and its position."""
         await self._watch.settled()
 
     @property
@@ -208,17 +209,17 @@ class GraphController:
         return self._watch.workspace.zones
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
-        """Refused: no message of the graph says zones. Raises `NotOverRos`."""
+        """Raise `NotOverRos`: no message of the graph sets zones."""
         raise NotOverRos(request="zones")
 
     @property
     def events(self) -> EventLog:
-        """Facts in order, as the layer tells them."""
+        """Events of the layer, in order."""
         return self._watch.events
 
     @property
     def state(self) -> State:
-        """Latest state, as far as it is told."""
+        """Latest state, as far as topics report it."""
         return self._watch.state
 
     def watch(self) -> AsyncIterator[State]:
@@ -226,7 +227,7 @@ class GraphController:
         return self._watch.watch()
 
     def progress(self) -> Progress | None:
-        """How far the motion has come that was begun from here, None where none is under way."""
+        """Progress of the motion that this client started, None if none is under way."""
         return self._watch.progress
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
@@ -234,7 +235,7 @@ class GraphController:
         return self._planner.preview(self.workspace, path, speed)
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
-        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
+        """Return the details of the motion along `path`, None if nothing moves; raises as `preview` does."""
         return self._planner.inspect(self.workspace, path, speed, samples)
 
     async def home(self) -> None:
@@ -243,7 +244,7 @@ class GraphController:
 
         def heard(feedback: Message) -> None:
             nonlocal phase, since
-            if feedback["phase"] not in {phase, HomingBegun.word}:  # that it begins is told as an event
+            if feedback["phase"] not in {phase, HomingBegun.word}:  # an event already reports the start
                 phase, since = feedback["phase"], self._loop.time()
                 self.events.emit(PhaseBegun(phase))
             self._show(Progress(phase, self._loop.time() - since, 0.0))
@@ -260,9 +261,9 @@ class GraphController:
         await self._do(MOVE, target._asdict(), self._moving("move", duration))
 
     async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
-        """Go along `path`; raises `TrajectoryRefused` unless it starts where the robot is.
+        """Follow `path`; raises `TrajectoryRefused` unless it starts at the robot's position.
 
-        `on_via` is told every waypoint between the ends as it is passed, by its number from 0.
+        `on_via` is called with the number, from 0, of each waypoint between the ends as the robot passes it.
         """
         self._require_there()
         least = 0.0 if speed == 1.0 else self.preview(path, speed=speed).duration
@@ -276,7 +277,7 @@ class GraphController:
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
         """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
-        Tells how far it went and what ended it before. Raises `UnknownName` for another axis.
+        Returns the distance of the motion and what limited it. Raises `UnknownName` for another axis.
         """
         self._require_there()
         here, gone = self._here(), Jogged(axis, distance)
@@ -296,11 +297,11 @@ class GraphController:
         await self._call(OUTPUT, {"number": number, "on": on})
 
     async def stop(self) -> StopReport:
-        """Begin to brake at once, on the path; tell how long and how far it takes.
+        """Begin to brake at once, on the path; return how long and how far the braking takes.
 
-        It is said whatever is known of the layer; raises `NotConnected` where nobody hears it. If the service cannot
-        be found, as without a master, all goals are cancelled, which needs none. If the layer's node hangs, it raises
-        `NodeGone`, and the node stops when it goes on.
+        The stop is sent in every state of the layer; raises `NotConnected` if no node receives it. If the service
+        cannot be found, as without a master, all goals are cancelled, which needs no master. If the layer's node hangs,
+        this raises `NodeGone`, and the node stops when it runs again.
         """
         return _report(await self._urgent.say(STOP))
 
@@ -315,10 +316,10 @@ class GraphController:
             raise NodeGone(node=self._watch.node)
 
     async def pause(self, *, ahead: bool = False) -> StopReport:
-        """Brake on the path and hold all motion until `resume`; tell how long and how far it takes.
+        """Brake on the path and hold all motion until `resume`; return how long and how far the braking takes.
 
-        With `ahead` also where nothing is under way now, but begins within a moment; otherwise that raises
-        `CannotPause`, as a homing does.
+        With `ahead`, also pause a motion that begins within `AHEAD`. Raises `CannotPause` if no motion is under way,
+        and during a homing.
         """
         until = self._loop.time() + AHEAD * self._speed
         while True:
@@ -333,12 +334,12 @@ class GraphController:
                 return report
 
     async def resume(self) -> None:
-        """Let motion go on after a pause; raises `NotPaused`."""
+        """Continue motion after a pause; raises `NotPaused`."""
         await self._call(RESUME, {})
         await self._watch.until(lambda: self.state.mode is not Mode.PAUSED, SETTLES)
 
     async def abort(self) -> None:
-        """Stop without deceleration; said as a stop is."""
+        """Stop without deceleration; sent in the same way as `stop`."""
         await self._urgent.say(ABORT)
 
     async def recover(self, *, take_over: bool = False) -> None:
@@ -349,7 +350,7 @@ class GraphController:
         await self._watch.until(lambda: self.state.mode is not Mode.FAULT, SETTLES)
 
     async def _do(self, row: Row, goal: Message, feedback: Feedback) -> None:
-        """Have a motion done, and return when what is told shows its end."""
+        """Carry out a motion, and return when the topics show its end."""
         self._require_there()
         with self._shown():
             try:
@@ -358,7 +359,7 @@ class GraphController:
                 await self._watch.settled()
 
     async def _call(self, row: Row, request: Message) -> Message:
-        """Call a service; raises `NodeGone` also where the layer's node hangs meanwhile."""
+        """Call a service; raises `NodeGone` also if the layer's node hangs meanwhile."""
         self._require_there()
 
         def hangs(event: Event) -> NodeGone | None:
@@ -368,7 +369,7 @@ class GraphController:
         return await cancel_on_event(self.events, hangs, call_service(self._graph, row, request))
 
     def _hear(self, event: Event) -> None:
-        """Count stops; have the services of a node that appears found, while there is somebody who knows them."""
+        """Count stops; when a node connects, look up its services while the master is available."""
         if isinstance(event, MotionStopped):
             self.stops += 1
         if isinstance(event, Connected):
@@ -385,7 +386,7 @@ class GraphController:
         return self.state.joints
 
     def _moving(self, name: str, duration: float, vias: Vias | None = None) -> Feedback:
-        """Return who hears how far a motion has come that takes `duration` [s], 0 where nobody knows."""
+        """Return the receiver of a motion's feedback; `duration` is that of the motion [s], 0 if unknown."""
 
         def heard(feedback: Message) -> None:
             self._show(Progress(name, feedback["progress"] * duration, duration))
@@ -395,7 +396,7 @@ class GraphController:
         return heard
 
     def _vias(self, path: Route, speed: float, on_via: OnVia) -> Vias | None:
-        """Return who tells the waypoints of a path; None for one that will be refused."""
+        """Return the tracker of a path's waypoints, None for a path that will be refused."""
         try:
             begun: Path = self._planner.begun_at(path, self._here())
             plan = self._planner.plan(self.workspace, begun, speed)

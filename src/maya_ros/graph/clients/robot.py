@@ -1,4 +1,4 @@
-"""The robot layer on the other side of a graph, by the protocol of the layer itself."""
+"""Client of the robot layer over a graph, with the protocol of the layer."""
 
 from __future__ import annotations
 
@@ -19,16 +19,15 @@ from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.robot import OnPhase, PlanningRobot
 
 AGAIN = 0.2
-"""While somebody else's command is under way it is tried again so often [s, real time]."""
+"""Period of retries while another client's command is under way [s, real time]."""
 
 
 class GraphRobot(PlanningRobot):
     """Runs primitives by the robot layer of a graph; see `robot.protocol.Robot`.
 
     A preview is computed here by the planning of the layer itself, from the pose that `controller` reports. The layer
-    executes the primitive. If it is gone, `NodeGone` is raised.
-    A primitive that is refused because somebody else's is under way waits for it; `speed` is how fast the loop's clock
-    runs.
+    executes the primitive. If the layer is gone, `NodeGone` is raised. If another client's primitive is under way,
+    `run` waits for its end; `speed` is how fast the loop's clock runs.
     """
 
     def __init__(self, graph: Graph, controller: GraphController, config: Config, *, speed: float = 1.0) -> None:
@@ -39,10 +38,10 @@ class GraphRobot(PlanningRobot):
         controller.events.heard_by(self._hear)
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Have the robot layer do `primitive`; every phase is an event and told to `on_phase`.
+        """Have the robot layer execute `primitive`; every phase is an event and is passed to `on_phase`.
 
-        Raises the error that the layer reports, with its code and words. Cancelling it stops on the path; the gripper
-        stays as it is.
+        Raises the error that the layer reports, with its code and words. Cancelling this call stops on the path; the
+        gripper stays as it is.
         """
         with self._turn(primitive):
             try:
@@ -56,10 +55,10 @@ class GraphRobot(PlanningRobot):
         await self._do(primitive, "", primitive, on_phase)
 
     async def _do(self, part: Primitive, name: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
-        """Have a primitive done that is `primitive`, or the part of it that is called `name`.
+        """Have the layer execute `part`: `primitive`, or the part of it that is called `name`.
 
-        The layer does not know what a person has seen: there, a gripper that is known to be empty here may hold
-        something. So it is opened first, as the pick would.
+        The layer does not know what a person has seen: it may assume a part in a gripper that is known here to be
+        empty. So the gripper is opened first, as the pick would.
         """
         phase = ""
 
@@ -74,7 +73,7 @@ class GraphRobot(PlanningRobot):
                 await run_action(self._graph, TASK, {"task": primitive_to_message(part)}, heard)
             except Busy:
                 if phase:
-                    raise  # in the middle of it
+                    raise  # the primitive has begun
                 await asyncio.sleep(self._again)
             else:
                 return

@@ -1,8 +1,8 @@
-"""Watch a controller layer over a graph: its state, its events in order, whether it is there.
+"""Watch a controller layer over a graph: its state, its events in order, and whether its nodes are alive.
 
-The last event says how everything stands (`graph.events`), /joint_states where the axes are, /maya_position where the
-gripper is. Limit switches, motors and stop codes are not told: they count as in order while there is no fault. Events
-and joints may come from two nodes; if one of them is gone or hangs, the layer counts as disconnected.
+The last event gives the condition of the layer (`graph.events`), /joint_states the position of the axes, /maya_position
+the gripper point. No topic reports limit switches, motors and stop codes: they count as in order while there is no
+fault. Events and joints may come from two nodes; if one of them is gone or hangs, the layer counts as disconnected.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.values import AXES, Joints, Mode, Point, Progress, State
 
 LOOK = 0.1
-"""How often it is looked whether the layer's node is still there [s, real time]."""
+"""Period of the check whether the layer's nodes exist [s, real time]."""
 
 SETTLES = 0.5
 """Longest time until the topics show the end of a command [s, real time]."""
 
 SILENT = 5.0
-"""A layer's node tells every second how it is; one that has not for so long hangs [s, real time]."""
+"""A layer's node publishes its status every second; a node without one for this time hangs [s, real time]."""
 
 UNDER_WAY = frozenset({Mode.MOVING, Mode.HOMING, Mode.STOPPING})
 """Modes that end by themselves."""
 
 _AWAY = ControllerCondition(Mode.DISCONNECTED, homed=False, moving=False, gripper_closed=False)
 _FRESH = 2
-"""So many messages later where the axes are was measured after now: one may have been on its way."""
+"""After this number of messages, the joints were measured after the call: one message may have been on its way."""
 
 _BLANK = (False, False, False)
 
@@ -49,7 +49,7 @@ log = logging.getLogger("maya_ros.graph")
 class ControllerWatch:
     """Listens to a controller layer on `graph`; `speed` is how fast the loop's clock runs.
 
-    `progress` is how far the motion under way has come, as whoever began it knows.
+    `progress` is that of the motion under way; the client that started the motion sets it.
     """
 
     def __init__(self, graph: Graph, config: Config, speed: float) -> None:
@@ -88,17 +88,17 @@ class ControllerWatch:
 
     @property
     def there(self) -> bool:
-        """Whether the layer's nodes are there and alive, and have told how it stands."""
+        """Whether the layer's nodes are alive and have reported their state."""
         return self._standing is not _AWAY and self._sensing
 
     @property
     def hangs(self) -> bool:
-        """Whether the layer's node no longer tells how it is, as it did."""
+        """Whether the layer's node has stopped publishing its status."""
         return self._silence > SILENT
 
     @property
     def state(self) -> State:
-        """Latest state, as far as it is told."""
+        """Latest state, as far as topics report it."""
         return self._latest.state
 
     def watch(self) -> AsyncIterator[State]:
@@ -106,19 +106,19 @@ class ControllerWatch:
         return self._latest.watch()
 
     async def until(self, shown: Callable[[], bool], patience: float | None = None) -> bool:
-        """Wait until what is told shows something, for `patience` [s, real time] at most; tell whether it does."""
+        """Wait until `shown` is true, for `patience` [s, real time] at most; return whether it is."""
         with suppress(TimeoutError):
             async with asyncio.timeout(None if patience is None else patience * self._speed):
                 await self._latest.until(shown)
         return shown()
 
     async def settled(self) -> None:
-        """Wait until the topics show how a finished command has ended: at rest, and where."""
+        """Wait until the topics show the end of a finished command: the robot at rest, and its position."""
         fresh = self._measured + _FRESH
         await self.until(lambda: not self.there or (self._at_rest and self._known(fresh)), SETTLES)
 
     def renew(self) -> None:
-        """Put the state together again, and wake whoever watches."""
+        """Compose the state again, and wake all watchers."""
         self._latest.show(self._compose())
 
     @property
@@ -126,7 +126,7 @@ class ControllerWatch:
         return self._standing.mode not in UNDER_WAY
 
     def _known(self, fresh: int) -> bool:
-        """Whether it is known where the axes are; before homing nobody knows, and nothing is told of it."""
+        """Return whether the joints are up to date; before homing they are unknown, and no topic reports them."""
         return self._measured >= fresh or not self._standing.homed
 
     def _hear_event(self, message: Message) -> None:
@@ -148,7 +148,7 @@ class ControllerWatch:
             self.events.emit(event_of(told.word, told.detail, told.code))
 
     def _stand(self, standing: ControllerCondition) -> None:
-        """Take over how it stands; raises `InvalidConfig` for strokes with which nothing can be reached."""
+        """Apply a reported condition; raises `InvalidConfig` for strokes with which nothing can be reached."""
         if standing.strokes is not None and standing.strokes != self._strokes:
             self.workspace = Workspace.of(self._config, standing.strokes).with_zones(self.workspace.zones)
             self._strokes = standing.strokes
@@ -158,7 +158,7 @@ class ControllerWatch:
     def _hear_joints(self, message: Message) -> None:
         places = dict(zip(message["name"], message["position"], strict=False))
         if not all(isfinite(places.get(axis, inf)) for axis in AXES):
-            return  # somebody else's joints, or no place
+            return  # joints of another robot, or no position
         rates = dict(zip(message["name"], message["velocity"], strict=False))
         self._joints = Joints(*(places[axis] for axis in AXES))
         a, b, c = (rates.get(axis, 0.0) for axis in AXES)
@@ -168,7 +168,7 @@ class ControllerWatch:
 
     def _hear_point(self, message: Message) -> None:
         point = Point(message["x"], message["y"], message["z"])
-        if point != self._point and all(map(isfinite, point)):  # at rest it is told fifty times a second, unchanged
+        if point != self._point and all(map(isfinite, point)):  # at rest, it is published 50 times a second, unchanged
             self._point = point
             self.renew()
 
@@ -179,11 +179,11 @@ class ControllerWatch:
     async def _keep_looking(self) -> None:
         while True:
             await asyncio.sleep(LOOK * self._speed)
-            self._silence += LOOK  # not by the clock: where this node hangs itself, it misses nobody
+            self._silence += LOOK  # counted, not measured: while this process hangs, no node counts as silent
             self._look()
 
     def _look(self) -> None:
-        """Notice who has gone, and who is back."""
+        """Detect nodes that are gone or back."""
         sensors = self._sensed.writers
         self._sensor = next(iter(sensors), self._sensor)
         if self._standing is not _AWAY and not self._told.writers:
@@ -200,7 +200,7 @@ class ControllerWatch:
                 self.events.emit(Connected(self._sensor))
 
     def _lose(self, node: str, standing: ControllerCondition) -> None:
-        """Say that a node is gone; what it told is worth nothing any more."""
+        """Report that a node is gone, and discard what it reported."""
         gone = NodeGone(node=node)
         self._joints = self._point = None
         self._stand(standing)

@@ -1,6 +1,6 @@
 """The topics, services and actions that each layer offers to a graph.
 
-A server states by a Protocol the little that it needs of its layer, and opens itself:
+A server declares by a Protocol the part of its layer that it needs. It is opened on a node:
 
     async with ControllerServer(controller).open(bus.node("hw_simulator")):
         ...

@@ -50,11 +50,11 @@ from maya_un.motion.path import Route
 from maya_un.values import Joints, Progress, StopReport
 
 LOOK_RATE = 1.0
-"""So often it is looked whether something has changed that no event told of [Hz]."""
+"""Rate of the check for changes without an event [Hz]."""
 
 
 class ControllerLayer(ControllerView, Protocol):
-    """The part of a controller layer that this server needs; a `GalilController` has it all."""
+    """The part of a controller layer that this server needs; `GalilController` implements it."""
 
     @property
     def events(self) -> EventSource:
@@ -62,11 +62,11 @@ class ControllerLayer(ControllerView, Protocol):
         ...
 
     def progress(self) -> Progress | None:
-        """How far the motion under way has come, None at rest."""
+        """Progress of the motion under way, None at rest."""
         ...
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check `path` and tell what the motion would be; sends nothing."""
+        """Check `path` and return the preview of the motion; sends nothing."""
         ...
 
     async def home(self) -> None:
@@ -78,7 +78,7 @@ class ControllerLayer(ControllerView, Protocol):
         ...
 
     async def follow(self, path: Route, *, speed: float = 1.0) -> None:
-        """Go along a path that starts where the robot is."""
+        """Follow a path that starts at the robot's position."""
         ...
 
     async def gripper(self, open_: bool) -> None:
@@ -102,7 +102,7 @@ class ControllerLayer(ControllerView, Protocol):
         ...
 
     async def resume(self) -> None:
-        """Let motion go on after a pause."""
+        """Continue motion after a pause."""
         ...
 
     async def recover(self) -> None:
@@ -115,9 +115,9 @@ class ControllerLayer(ControllerView, Protocol):
 
 
 class ControllerServer:
-    """Offers a controller layer; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
+    """Serves a controller layer; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
 
-    `clock` tells the time that messages are stamped with [s], the loop's where there is none.
+    `clock` returns the time for message stamps [s], by default the loop's.
     """
 
     def __init__(
@@ -131,7 +131,7 @@ class ControllerServer:
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
-        """Offer it while the block runs; motion that it has begun is at rest when the block ends."""
+        """Serve the layer while the block runs; motion that the server has started is at rest when the block ends."""
         events = graph.advertise(EVENT.name, EVENT.type, latch=EVENT.latch, queue_size=EVENT.queue_size)
         teller = EventPublisher(self._layer, events)
         async with tasks() as working:
@@ -169,7 +169,7 @@ class ControllerServer:
         layer = self._layer
 
         async def stop() -> str:
-            """Stop; that is told also where nothing moved, for others may be between two motions of theirs."""
+            """Stop; publish it even if nothing moved, because another client may be between two motions."""
             report = await layer.stop()
             if not report.was_moving:
                 teller.say(MotionStopped.word)
@@ -226,7 +226,7 @@ class ControllerServer:
         following = [working.begin(follow_ratios(), SPEED.name)]
 
         def speed(ratio: Message) -> None:
-            """Set the newest ratio; those that came while another was being set are past."""
+            """Set the newest ratio; ratios that came while another was being set are dropped."""
             ratios.append((ratio["data"], copy_context()))
             if following[0].done():
                 following[0] = working.begin(follow_ratios(), SPEED.name)
@@ -255,7 +255,7 @@ class ControllerServer:
 
 
 async def _reported(work: Awaitable[StopReport]) -> str:
-    """Return what a stop answers, as the object of its message."""
+    """Return the report of a stop as JSON, for the message of a response."""
     return json.dumps(asdict(await work), separators=(",", ":"))
 
 

@@ -51,7 +51,7 @@ class ProcessLayer(Protocol):
         ...
 
     async def end_all(self) -> None:
-        """Cancel every movement, a homing and direct commands included, and all that waits."""
+        """Cancel all motion, including a homing and direct commands, and all waiting jobs."""
         ...
 
     async def resume(self) -> None:
@@ -59,20 +59,20 @@ class ProcessLayer(Protocol):
         ...
 
     async def recover(self, choice: str, holding: bool | None) -> None:
-        """Decide about an interrupted job; `holding` says whether the gripper holds a part (None: unknown)."""
+        """Decide about an interrupted job; `holding` is whether the gripper holds a part (None: unknown)."""
         ...
 
     def status(self) -> DiagnosticStatus:
-        """Return how the layer is."""
+        """Return the status of the layer."""
         ...
 
     def told(self) -> Message:
-        """Return how the queue is, as plain data that JSON can say."""
+        """Return the state of the queue, as plain data for JSON."""
         ...
 
 
 class ProcessServer:
-    """Offers a process layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
+    """Serves a process layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
     def __init__(self, layer: ProcessLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
         self._layer = layer
@@ -85,7 +85,7 @@ class ProcessServer:
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
-        """Listen while the block runs."""
+        """Serve the layer while the block runs."""
         async with tasks() as working:
             status = graph.advertise(
                 QUEUE_STATUS.name, QUEUE_STATUS.type, latch=QUEUE_STATUS.latch, queue_size=QUEUE_STATUS.queue_size
@@ -148,9 +148,9 @@ class ProcessServer:
         return tell
 
     async def _take(self) -> None:
-        """Append what comes, in order. A job that is being appended when everything ends, ends as well.
+        """Append the tasks of messages, in order. A job that is being appended during /stop_queue is cancelled as well.
 
-        Each is done in the context in which it came: it knows whose command it is.
+        Each task is appended in the context of its message, which holds the principal of the command.
         """
         loop = asyncio.get_running_loop()
         while True:
@@ -167,7 +167,7 @@ class ProcessServer:
         await self._layer.append([primitive_from_message(message) for message in messages])
 
     async def _told(self, row: Row, work: Callable[[], Awaitable[None]]) -> None:
-        """Do what a topic asks for; nobody waits for an answer, so a refusal is logged and told in /diagnostics."""
+        """Do the work of a message; log a refusal and report it in /diagnostics, because a topic has no response."""
         try:
             await work()
         except MayaError as error:
@@ -181,19 +181,19 @@ class ProcessServer:
 
 
 def _answer(word: str) -> bool | None:
-    """Return what a word says of the gripper, None where it says nothing; raises `InvalidValue`."""
+    """Return whether the gripper holds a part, by a word, None for the empty word; raises `InvalidValue`."""
     if word not in _ANSWERS:
         raise InvalidValue(key="holding", value=repr(word), reason="it is yes, no or empty")
     return _ANSWERS[word]
 
 
 class GateCall(Protocol):
-    """The way through the gate (`service.service.Gate.call`, `http.bridge.Bridge.call`)."""
+    """Calls an operation through the gate (`service.service.Gate.call`, `http.bridge.Bridge.carry`)."""
 
     async def __call__(
         self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[Any]], subject: str = "", /
     ) -> Any:
-        """Return what `work` answers; raises what it and the gate raise."""
+        """Return the result of `work`; raises what `work` and the gate raise."""
         ...
 
 
@@ -265,7 +265,7 @@ def job_of(primitives: Sequence[Primitive]) -> Job:
 
 
 def status_of(view: QueueView, controller: Controller) -> DiagnosticStatus:
-    """Return how the process layer is that shows this queue."""
+    """Return the status of the process layer with this queue."""
     there = controller.state.mode is not Mode.DISCONNECTED
     recovery = view.recovery
     if recovery is not None:
@@ -278,11 +278,11 @@ def status_of(view: QueueView, controller: Controller) -> DiagnosticStatus:
 
 
 def queue_message(view: QueueView) -> Message:
-    """Return how a queue is as plain data: numbers are those of jobs, sentences are in English.
+    """Return the state of a queue as plain data: numbers are those of jobs, sentences are in English.
 
-    {"mode": "running", "reason": "", "running": 3, "waiting": 2, "interrupted": null}. An interrupted job is
-    {"job": 3, "name": "...", "step": "pick", "phase": "lower", "choices": [...]}, each choice
-    {"name": "redo", "meaning": "...", "needs_answer": true}.
+    {"mode": "running", "reason": "", "running": 3, "waiting": 2, "interrupted": null}. An interrupted job is {"job": 3,
+    "name": "...", "step": "pick", "phase": "lower", "choices": [...]}, each choice {"name": "redo", "meaning": "...",
+    "needs_answer": true}.
     """
     recovery = view.recovery
     interrupted = None
@@ -304,7 +304,7 @@ def queue_message(view: QueueView) -> Message:
 
 
 def _step(primitive: Primitive, key: str) -> dict[str, object]:
-    """Return a primitive as people write the step of a job."""
+    """Return a primitive as a step in a job file."""
     if not primitive.in_jobs:
         raise InvalidJob(key=key, reason=f"{primitive.command} is a question; /maya_command answers it")
     return {primitive.command: primitive.argument.step(primitive.value)}

@@ -33,25 +33,25 @@ class RobotLayer(Protocol):
 
     @property
     def state(self) -> State:
-        """Latest state; read in whatever thread."""
+        """Latest state; read from any thread."""
         ...
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot can take a command; read in whatever thread."""
+        """Whether the robot can take a command; read from any thread."""
         ...
 
     def progress(self) -> Progress | None:
-        """How far the motion under way has come, None at rest."""
+        """Progress of the motion under way, None at rest."""
         ...
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Do a primitive; see `robot.protocol.Robot.run`."""
+        """Execute a primitive; see `robot.protocol.Robot.run`."""
         ...
 
 
 class RobotServer:
-    """Offers a robot layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
+    """Serves a robot layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
     def __init__(self, layer: RobotLayer, *, clock: Clock | None = None, speed: float = 1.0) -> None:
         self._layer = layer
@@ -62,13 +62,13 @@ class RobotServer:
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
-        """Offer /maya_command, /maya_move and /task while the block runs; then all is at rest."""
+        """Serve /maya_command, /maya_move and /task while the block runs; afterwards the robot is at rest."""
         async with self.commands(graph), self.task(graph):
             yield
 
     @asynccontextmanager
     async def commands(self, graph: Graph, *, tell: bool = True) -> AsyncGenerator[None]:
-        """Offer /maya_command and /maya_move; `tell` on /diagnostics as well."""
+        """Serve /maya_command and /maya_move; with `tell`, also publish /diagnostics."""
         async with tasks() as working:
 
             def requested(message: Message) -> None:
@@ -88,7 +88,7 @@ class RobotServer:
 
     @asynccontextmanager
     async def task(self, graph: Graph, name: str = TASK.name) -> AsyncGenerator[None]:
-        """Offer the action of primitives, /task or one of another name."""
+        """Serve the action of primitives under `name`."""
         served = graph.act(name, TASK.type, self._act)
         try:
             yield
@@ -109,7 +109,7 @@ class RobotServer:
         return success()
 
     async def _done(self, message: Message) -> None:
-        """Do what came on the topic, where nobody waits for an answer."""
+        """Execute a primitive from the topic, which has no response."""
         course = ActionProgress(lambda _: None, self._look, ticks=False)
         try:
             await self._slot.do("maya_move", self._work(message, course), course)

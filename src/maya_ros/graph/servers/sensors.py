@@ -19,15 +19,15 @@ from maya_un.controller import state_builder
 from maya_un.values import Point, State
 
 DRAWING_RATE = 10.0
-"""Markers are told no more often than this [Hz]."""
+"""Largest rate of publishing markers [Hz]."""
 
 
 _SPARE = 0.95
-"""A controller tells of itself after whole samples, so a little more often than it was asked to."""
+"""Factor of the period: a controller sends records after whole samples, so slightly more often than requested."""
 
 
 class SensorLayer(ControllerView, Protocol):
-    """The part of a controller layer that this server needs; a listener to its topics has it too."""
+    """The part of a controller layer that this server needs; a subscriber to the layer's topics implements it too."""
 
     def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""
@@ -35,16 +35,16 @@ class SensorLayer(ControllerView, Protocol):
 
 
 class MarkerSource(Protocol):
-    """The part of the scene that is no state of the controller."""
+    """The part of the scene that is not in the state of the controller."""
 
     @property
     def parts(self) -> Mapping[str, Point]:
-        """The places of the parts: their grasp points [m]."""
+        """The grasp points of the parts, by name [m]."""
         ...
 
     @property
     def carried(self) -> str | None:
-        """The part between the jaws."""
+        """The part between the jaws, None without one."""
         ...
 
 
@@ -53,10 +53,10 @@ Raw = Callable[[], DataRecord | None]
 
 
 class SensorServer:
-    """Publishes what `layer` measures; `raw` is where /hardware_sensor comes from, which is not offered without.
+    """Publishes what `layer` measures; `raw` provides /hardware_sensor, which is not published without it.
 
-    `scene` is what is drawn besides. `clock` stamps messages [s]; `speed` is how fast the loop's clock runs, for rates
-    are in the time of whoever listens.
+    `scene` provides the parts to draw. `clock` stamps messages [s]; `speed` is how fast the loop's clock runs, because
+    rates are in the time of the subscribers.
     """
 
     def __init__(
@@ -95,9 +95,10 @@ class SensorServer:
                 held.close()
 
     async def _follow(self, publishers: Mapping[str, Publisher]) -> None:
-        """Publish every state, or as many as the rate allows, the newest always.
+        """Publish every state, or as many as the rate allows, always the newest.
 
-        Those of a stream of that rate are not left out, though they do not come evenly: one may be half a period early.
+        No state of a stream with that rate is left out, although states do not come evenly: one may be half a period
+        early.
         """
         period = _SPARE * self._speed / POSITION.rate
         now = asyncio.get_running_loop().time
@@ -122,7 +123,7 @@ class SensorServer:
         self._draw(publishers[MARKERS.name], state)
 
     def _draw(self, markers: Publisher, state: State) -> None:
-        """Publish what has changed of the markers; everything where somebody has come."""
+        """Publish changed markers; publish all markers for a new subscriber."""
         now, readers = asyncio.get_running_loop().time(), markers.readers
         come = readers > self._readers
         self._readers = readers

@@ -1,9 +1,9 @@
 """Steps of remote processes on a graph: commands from /step_command, one result for each on /step_result.
 
-Steps run one at a time, in the order in which they were accepted. The store writes down that a step is accepted, begins
-and ends; the robot moves only after that. An id runs at most once, and the same command again gets the stored result.
-After a crash nothing runs by itself: every step without a result ends as `INTERRUPTED`. A step that does not succeed
-ends the steps behind it, because a process continues only from where its last step left the robot.
+Steps run one at a time, in the order in which they were accepted. The store records that a step is accepted, begins and
+ends; the robot moves only after that. An id runs at most once, and the same command again gets the stored result. After
+a crash nothing runs by itself: every step without a result ends as `INTERRUPTED`. A step that does not succeed ends the
+waiting steps, because a process continues only from where its last step left the robot.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ from maya_un.steps.text import (
 )
 
 MOST_WAITING = 1000
-"""Steps that may wait; further ones are refused."""
+"""Largest number of waiting steps; further ones are refused."""
 
 _LOOK = 0.5
-"""How often the bridge checks whether anybody subscribes to results [s]."""
+"""Period of the check for subscribers to results [s]."""
 
 _STOPS = frozenset({"stopped", "fault", "estop"})
-"""Events of the robot after which no step that waits may begin."""
+"""Events of the robot after which no waiting step may begin."""
 
 Do = Callable[[Message], Awaitable[GoalResult]]
 """Carries out the goal of a task; raises `NodeGone` if no node serves it."""
@@ -78,7 +78,7 @@ class Steps:
     """Carry out steps in order, each at most once.
 
     `do` carries out a task, `date` returns the date (ISO 8601, UTC). `name` is the name of this robot, which refuses
-    the steps of another one. `permit` raises where nobody may ask for a step. `report` receives every change of a
+    the steps of another one. `permit` raises if the graph may not request a step. `report` receives every change of a
     step's state. The robot checks targets itself. `quiet` is `QUIET` in the loop's time [s].
     """
 
@@ -109,7 +109,7 @@ class Steps:
         self._closed = False
 
     async def take_up(self) -> list[StepEnd]:
-        """Return the results that nobody received before the program ended; the rest ends as `INTERRUPTED`."""
+        """Return the results that no client received before the program ended; the other steps end as `INTERRUPTED`."""
         return [await self._interrupted(kept) for kept in await self._store.unfinished()]
 
     async def answer(self, text: str) -> StepEnd:
@@ -140,7 +140,7 @@ class Steps:
             raise
 
     async def told(self, result: StepEnd) -> None:
-        """Store that somebody received a result; if the store fails, the next run sends the result again."""
+        """Store that a client received a result; if the store fails, the next run sends the result again."""
         with suppress(StorageFailed):
             await self._store.told(result)
 
@@ -148,7 +148,7 @@ class Steps:
         """Cancel the step under way, and let no step begin that was sent before.
 
         Commands can still be on their way through a broker. They come without a break, so steps are refused until none
-        has come for a while.
+        has come for `quiet`.
         """
         self._halts += 1
         self._refuse_until = asyncio.get_running_loop().time() + self._quiet
@@ -163,7 +163,7 @@ class Steps:
             await asyncio.wait(self._waiting.values())
 
     async def _admitted(self, step: StepCommand, date: str) -> StepEnd | asyncio.Task[StepEnd]:
-        """Accept a step, or return what is known of it; raises the `MayaError` that refuses it."""
+        """Accept a step, or return its known result; raises the `MayaError` that refuses it."""
         async with self._admission:
             kept = await self._store.find(step.id)
             if kept is not None:
@@ -184,13 +184,13 @@ class Steps:
             return task
 
     async def _refused(self, step: StepCommand, error: MayaError, date: str) -> StepEnd:
-        """Store a refusal: it is a result, so the same command does not run later because its reason has gone."""
+        """Store a refusal as a result, so that the same command does not run later when the reason has gone."""
         result = StepEnd.refused(step.id, error, date, step.warnings)
         await self._store.refuse(step.id, step.digest, result)
         return result
 
     def _check(self, step: StepCommand) -> None:
-        """Raise the `MayaError` for which a step cannot be accepted."""
+        """Raise the `MayaError` that refuses a step, if there is a reason."""
         self._permit(Operation.COMMAND)
         if self._closed:
             raise Cancelled
@@ -209,9 +209,9 @@ class Steps:
             raise StepExpired(deadline=step.deadline)
 
     async def _carry_out(self, step: StepCommand, accepted: str, halts: int, *, begins: bool) -> StepEnd:
-        """Carry out an accepted step when its turn comes, and store how it ended; `halts` is of its acceptance.
+        """Carry out an accepted step in its turn, and store how it ended; `halts` is the count at its acceptance.
 
-        The begin of one that `begins` at once is stored already.
+        With `begins`, the store has already recorded the start of the step.
         """
         async with self._order:
             try:
@@ -225,7 +225,7 @@ class Steps:
             return result
 
     async def _ended(self, step: StepCommand, halts: int, *, begins: bool) -> Ending:
-        """Return how a step ended whose turn has come; raises the `MayaError` for which it does not begin."""
+        """Carry out a step in its turn, and return how it ended; raises the `MayaError` for which it does not begin."""
         if halts != self._halts:
             raise Cancelled if self._closed else StepNotBegun()
         self._require_in_time(step)
@@ -290,9 +290,9 @@ async def bridged(
 ) -> AsyncIterator[Steps]:
     """Carry out the steps of /step_command with /task while the block runs, as far as `permit` allows.
 
-    /step_robot says which robot and which journal these are. Results that an earlier run could not send are sent as
-    soon as anybody subscribes. After a stop or a fault of the
-    robot no step begins that waited then. The loop's clock runs at `speed`.
+    /step_robot publishes the name of the robot and its journal. Results that an earlier run could not send are sent
+    once a client subscribes. After a stop or a fault of the robot, no step begins that waited then. The loop's clock
+    runs at `speed`.
     """
     results = graph.advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=STEP_RESULT.queue_size)
     status = graph.advertise(STEP_STATUS.name, STEP_STATUS.type, queue_size=STEP_STATUS.queue_size)
@@ -341,7 +341,7 @@ async def bridged(
 
 
 async def _send(publisher: Publisher, steps: Steps, result: StepEnd) -> None:
-    """Publish a result as soon as anybody subscribes, and store that somebody received it."""
+    """Publish a result once a client subscribes, and store that it was received."""
     while not publisher.readers:  # noqa: ASYNC110 - the graph does not report when a subscriber comes
         await asyncio.sleep(_LOOK)
     publisher.publish({"data": result.text})
@@ -349,7 +349,7 @@ async def _send(publisher: Publisher, steps: Steps, result: StepEnd) -> None:
 
 
 async def _settled(tasks: set[asyncio.Task[None]]) -> None:
-    """Send what can be sent now, and end what waits for a subscriber."""
+    """Send what can be sent now, and cancel what waits for a subscriber."""
     if tasks:
         await asyncio.wait(tasks, timeout=_LOOK / 2)
     for task in tasks:
@@ -376,9 +376,9 @@ def _ending(doing: asyncio.Task[GoalResult]) -> Ending:
 
 
 class TaskServer:
-    """Has steps carried out by /task; `store` keeps which were, `date` tells the date (ISO 8601, UTC).
+    """Carries out steps with /task; `store` records them, `date` returns the date (ISO 8601, UTC).
 
-    `permit` raises where nobody may ask for a step; `name` is the robot's.
+    `permit` raises if the graph may not request a step; `name` is the robot's.
     """
 
     def __init__(
@@ -400,7 +400,7 @@ class TaskServer:
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[Steps]:
-        """Listen while the block runs; the step under way is cancelled, and its result kept, before it is left."""
+        """Serve while the block runs; at its end, the step under way is cancelled and its result is stored."""
         task = graph.subscribe(f"{TASK.name}/status", "actionlib_msgs/GoalStatusArray", lambda _: None)
 
         def statuses() -> list[diagnostics.DiagnosticStatus]:

@@ -22,17 +22,17 @@ log = logging.getLogger("maya_ros.graph")
 """Log of messages that have no other receiver."""
 
 Clock = Callable[[], float]
-"""Tells the time that messages are stamped with [s]."""
+"""Returns the time for message stamps [s]."""
 
 
 class BackgroundTasks:
-    """Tasks that are begun and not awaited; none outlives the server."""
+    """Background tasks; none outlives the server."""
 
     def __init__(self) -> None:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def begin(self, work: Coroutine[Any, Any, None], name: str) -> asyncio.Task[None]:
-        """Begin something."""
+        """Start a task."""
         task = asyncio.get_running_loop().create_task(work, name=name)
         self._tasks.add(task)
         task.add_done_callback(self._over)
@@ -44,7 +44,7 @@ class BackgroundTasks:
             cancel_once(task)
 
     async def settle(self) -> None:
-        """Cancel all and return when all have ended, however often this is cancelled meanwhile."""
+        """Cancel all tasks and return when all have ended, however often this is cancelled meanwhile."""
         self.cancel()
         await run_to_end(self._all_ended())
 
@@ -61,7 +61,7 @@ class BackgroundTasks:
 
 @asynccontextmanager
 async def tasks() -> AsyncGenerator[BackgroundTasks]:
-    """Have tasks that end with the block, which is left when they have."""
+    """Yield background tasks; all have ended when the block is left."""
     kept = BackgroundTasks()
     try:
         yield kept
@@ -70,14 +70,14 @@ async def tasks() -> AsyncGenerator[BackgroundTasks]:
 
 
 async def every(period: float, work: Callable[[], None]) -> None:
-    """Do something now and every `period` [s, loop time] until cancelled."""
+    """Call `work` now and every `period` [s, loop time] until cancelled."""
     while True:
         work()
         await asyncio.sleep(period)
 
 
 def trigger(work: Callable[[], Awaitable[str]]) -> Answer:
-    """Return the answer of a service that takes nothing (std_srvs/Trigger): what `work` says, or why it failed."""
+    """Return the handler of a service without parameters (std_srvs/Trigger): it returns the text of `work`."""
 
     async def answer(_: Message) -> Message:
         try:
@@ -91,7 +91,7 @@ def trigger(work: Callable[[], Awaitable[str]]) -> Answer:
 async def diagnosed(
     graph: Graph, statuses: Callable[[], Iterable[DiagnosticStatus]], clock: Clock, speed: float
 ) -> None:
-    """Tell on /diagnostics how a layer is, until cancelled; `speed` is how fast the loop's clock runs."""
+    """Publish the status of a layer on /diagnostics until cancelled; `speed` is how fast the loop's clock runs."""
     publisher = graph.advertise(DIAGNOSTICS.name, DIAGNOSTICS.type, queue_size=DIAGNOSTICS.queue_size)
     try:
         await every(max(1.0, speed) / DIAGNOSTICS.rate, lambda: publisher.publish(array(statuses(), clock())))
@@ -100,23 +100,23 @@ async def diagnosed(
 
 
 def with_values(status: DiagnosticStatus, values: Mapping[str, object]) -> DiagnosticStatus:
-    """Return a status that says something more."""
+    """Return a status with further values."""
     return replace(status, values={**status.values, **values})
 
 
 def clock_or_loop(clock: Clock | None) -> Clock:
-    """Return a clock, that of the running loop where there is none."""
+    """Return `clock`, or the clock of the running loop for None."""
     return asyncio.get_running_loop().time if clock is None else clock
 
 
 FEEDBACK_RATE = 10.0
-"""So often a motion says how far it has come [Hz]; phases are told as they begin."""
+"""Rate of the feedback of a motion [Hz]; phases are reported as they begin."""
 
 
 class ActionProgress:
-    """How a command goes on: by events and, while something moves, ten times a second.
+    """Feedback of a command: at events and, with `ticks`, also periodically during a phase.
 
-    `look` returns the feedback now, in a phase of that name. `speed` is how fast the loop's clock runs.
+    `look` returns the present feedback for the name of a phase. `speed` is how fast the loop's clock runs.
     """
 
     def __init__(self, feedback: Feedback, look: Callable[[str], Message], *, ticks: bool, speed: float = 1.0) -> None:
@@ -129,7 +129,7 @@ class ActionProgress:
         self._timer: asyncio.TimerHandle | None = None
 
     def hear(self, event: Event) -> None:
-        """Take an event of the layer that the command is at."""
+        """Take an event of the layer that carries out the command."""
         match event:
             case PhaseBegun(name):
                 self.enter(name)
@@ -139,7 +139,7 @@ class ActionProgress:
                 pass
 
     def enter(self, phase: str) -> None:
-        """Tell that a phase begins; what comes from another loop may come late."""
+        """Report the start of a phase; ignored after `close`, because calls from another loop may come late."""
         if self._closed:
             return
         self._phase = phase
@@ -148,7 +148,7 @@ class ActionProgress:
         self._tell()
 
     def close(self) -> None:
-        """Tell no more."""
+        """Stop reporting."""
         self._closed = True
         if self._timer is not None:
             self._timer.cancel()
@@ -162,7 +162,7 @@ class ActionProgress:
 
 
 class ActionSlot:
-    """Lets one command be carried out at a time, which hears of the `events` of its layer where there are any."""
+    """Carries out one command at a time; `events` of its layer, if any, give the feedback."""
 
     def __init__(self, events: EventSource | None = None) -> None:
         self._events = events
@@ -190,7 +190,7 @@ class ActionSlot:
             self._free.set()
 
     async def act(self, name: str, work: Callable[[], Awaitable[None]], course: ActionProgress) -> Message:
-        """Carry out a command as the goal of an action; an error before anything began is a refusal."""
+        """Carry out a command as the goal of an action; an error before the start is a refusal."""
         try:
             await self.do(name, work, course)
         except RequestError as error:
@@ -200,5 +200,5 @@ class ActionSlot:
         return success()
 
     async def free(self) -> None:
-        """Return when nothing is under way, however often this is cancelled meanwhile."""
+        """Return when no command is under way, however often this is cancelled meanwhile."""
         await run_to_end(self._free.wait())

@@ -1,4 +1,4 @@
-"""The nodes: each module is one, and its `main` is what the scripts of the catkin packages call."""
+"""The nodes: each module is one, and the scripts of the catkin packages call its `main`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def _end(_number: int, _frame: FrameType | None) -> None:
     os._exit(0)
 
 
-# The imports of a node take a second; until then an end leaves nothing behind.
+# The imports of a node take a second. Until then, the program can end at once: there is nothing to release.
 if (
     threading.current_thread() is threading.main_thread()
     and signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,7 +1,7 @@
-"""Node firebase_bridge: steps of a process that comes from elsewhere, from /step_command to /step_result.
+"""Node firebase_bridge: carries out steps of remote processes, from /step_command to /step_result.
 
-It is a client of /task and needs no other node of the process layer. Finished steps are kept in the state folder.
-If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+It is a client of /task and needs no other node of the process layer. Finished steps are stored in the state folder. If
+users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from maya_un.steps.store import NAME, StepStore
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("firebase_bridge", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Carry out steps until cancelled; raises `StorageInUse`, `StorageDamaged`, `FileUnwritable` and their kin."""
+    """Carry out steps until cancelled; raises `StorageInUse`, `StorageDamaged`, `FileUnwritable` and related errors."""
     store = await StepStore.open(state_folder() / NAME)
     try:
         async with (

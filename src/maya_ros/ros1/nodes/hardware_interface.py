@@ -16,12 +16,12 @@ from maya_un.errors import InvalidValue
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("hardware_interface", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Offer the machine until cancelled; raises what `assembly.controller_floor` raises."""
+    """Serve the controller layer of the machine until cancelled; raises as `assembly.controller_floor` does."""
     address = checked(await node.parameter("address", REAL))
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")

@@ -1,10 +1,10 @@
-"""Node hw_simulator: the controller layer on the virtual twin, and what its sensors show.
+"""Node hw_simulator: the controller layer on the virtual twin, and its sensor values.
 
-Parameters, private or under /maya: speed (the clock's factor), skip_home, address (sim, or HOST:PORT of a twin that is
-served elsewhere), take_over (take that one, at rest, from another program that owns it), seed (where the twin powers
-up), table (a job file whose parts stand on its table) and parts (others by name and place). Its service ~twin tells
-what the twin's mechanics know.
-If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+Parameters, private or under /maya: speed (the clock's factor), skip_home, address (sim, or HOST:PORT of a twin in
+another process), take_over (take that twin, at rest, from another program that owns it), seed (where the twin powers
+up), table (a job file whose parts stand on its table) and parts (others by name and place). Its service ~twin returns
+the state of the twin's mechanics. If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE
+names.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from maya_un.errors import SpeedOnRealMachine
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("hw_simulator", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Offer the twin until cancelled; raises what `assembly.controller_floor` raises."""
+    """Serve the controller layer of the twin until cancelled; raises as `assembly.controller_floor` does."""
     address = checked(await node.parameter("address", SIM))
     if address != SIM and node.speed != 1.0:
         raise SpeedOnRealMachine(address=address)

@@ -1,4 +1,4 @@
-"""Node joint_gui: draws the joints that the sliders set while the robot is silent (`graph.sliders`)."""
+"""Node joint_gui: draws the joints that the sliders set while the robot is silent (`graph.urdf.Sliders`)."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from maya_un.kinematics.mechanism import Mechanism
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("joint_gui", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Choose what is drawn until cancelled. How long the robot is silent is measured in the watcher's time."""
+    """Choose what is drawn until cancelled. The silence of the robot is measured in real time."""
     loop = asyncio.get_running_loop()
     relay = Relay(node.graph, Sliders(Mechanism.of(load()), lambda: loop.time() / node.speed))
     try:

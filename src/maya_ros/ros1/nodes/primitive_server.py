@@ -1,4 +1,4 @@
-"""Node primitive_server: serves /task, and has the robot layer carry it out.
+"""Node primitive_server: serves /task, and forwards its goals to the robot layer.
 
 If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
@@ -14,12 +14,12 @@ from maya_ros.ros1.rights import rights_of_node
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("primitive_server", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Hand tasks on until cancelled."""
+    """Forward tasks until cancelled."""
     async with rights_of_node(node.speed) as rights, tasks_handed_on(PermittedGraph(node.graph, rights.permit)):
         await node.say_ready("Primitives are done by /task.")
         await asyncio.Event().wait()

@@ -1,8 +1,8 @@
 """Node process_controller: the durable queue, for /send_task, /start_queue and /stop_queue, and for the HTTP server.
 
-It is found as `maya up` is, by its runtime file: `maya status`, `maya queue`, `maya stop` and the others ask it.
-Parameters, private or under /maya: http_port (the usual one, or any free one where that is taken).
-If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+Its runtime file is that of `maya up`, so `maya status`, `maya queue`, `maya stop` and the others call this node.
+Parameters, private or under /maya: http_port (the usual one, or any free one if that is taken). If users exist, the
+graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from maya_un.process.journal.file import FILE_NAME
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("process_controller", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Work the queue until cancelled; raises `AlreadyRunning`, `AddressInUse`, `StorageInUse` and their kin."""
+    """Work the queue until cancelled; raises `AlreadyRunning`, `AddressInUse`, `StorageInUse` and related errors."""
     waiting = "Waiting for the controller layer (hw_simulator or hardware_interface)."
     with (
         runtime.claimed(),
@@ -74,7 +74,7 @@ async def serve(node: RosNode) -> None:
 
 
 async def _server(node: RosNode) -> socket.socket:
-    """Return where HTTP is served: the port that was named, else the usual one, else any."""
+    """Return the socket for HTTP: at the named port, else at the usual one, else at any free one."""
     if await node.parameter("http_port", None) is not None:
         return bound_socket(await node.number("http_port", PORT))
     with suppress(AddressInUse):
@@ -87,7 +87,7 @@ async def _server(node: RosNode) -> socket.socket:
 async def _layer(
     node: RosNode, config: Config, metrics: Metrics
 ) -> AsyncIterator[tuple[ProcessAssembly, GraphController]]:
-    """Wire the process layer on the layers of the graph, and what it keeps."""
+    """Yield the process layer on the layers of the graph, with its storage."""
     simulated = await node.flag("sim_mode", default=True)
     address = SIM if simulated else meant(str(await node.parameter("address", REAL)), config.controller.address)
     async with (
@@ -133,7 +133,7 @@ def _bridge(layer: ProcessAssembly, missing: Callable[[], Sequence[MayaError]]) 
 
 @asynccontextmanager
 async def _timed(metrics: Metrics, speed: float) -> AsyncGenerator[None]:
-    """Watch how late the loop is while the block runs."""
+    """Measure the delay of the loop while the block runs."""
     watching = asyncio.create_task(metrics.watch_loop(speed))
     try:
         yield

@@ -1,7 +1,7 @@
 """Node robot_controller: the robot layer, on the controller layer of the graph.
 
-It serves /maya_command, hears /maya_move, and carries out what primitive_server hands on.
-If users exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
+It serves /maya_command, subscribes to /maya_move, and carries out the goals that primitive_server forwards. If users
+exist, the graph acts with the token in the file that $MAYA_GRAPH_TOKEN_FILE names.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from maya_un.assembly import staffed
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("robot_controller", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Offer the robot layer until cancelled."""
+    """Serve the robot layer until cancelled."""
     waiting = "Waiting for the controller layer (hw_simulator or hardware_interface)."
     config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
     with staffed(config) as staff:

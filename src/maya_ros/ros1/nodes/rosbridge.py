@@ -31,7 +31,7 @@ URL = "/rosbridge/url"
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("rosbridge", serve, scaled=False)
 
 

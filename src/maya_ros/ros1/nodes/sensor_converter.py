@@ -1,7 +1,7 @@
-"""Node sensor_converter: what the machine's sensors show, by a connection of its own to the controller.
+"""Node sensor_converter: the machine's sensor values, over a separate connection to the controller.
 
-It tells /hardware_sensor, hears it, and tells what that means: position, joints and what rviz draws. Parameters,
-private or under /maya: address (real for the configured one, or HOST:PORT).
+It publishes /hardware_sensor, subscribes to it, and publishes the converted values: position, joints and what rviz
+draws. Parameters, private or under /maya: address (real for the configured one, or HOST:PORT).
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from maya_un.errors import InvalidValue
 
 
 def main() -> int:
-    """Be the node; return the exit code."""
+    """Run the node; return the exit code."""
     return run("sensor_converter", serve)
 
 
 async def serve(node: RosNode) -> None:
-    """Tell what is measured until cancelled; raises what connecting raises."""
+    """Publish measurements until cancelled; raises the errors of connecting."""
     address = checked(await node.parameter("address", REAL))
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")

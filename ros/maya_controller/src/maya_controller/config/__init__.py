@@ -1,1 +1,1 @@
-"""What the whole stack goes by: constants of the machine, words of its events."""
+"""Common values of all layers: constants of the machine, words of its events."""

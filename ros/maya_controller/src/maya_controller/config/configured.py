@@ -1,7 +1,7 @@
 """The constants of the configuration that this machine has, for programs under any Python.
 
-Where there is no Maya beside these packages (a computer that has the messages alone), they are those of a machine that
-nobody has configured otherwise, and a warning says so.
+If Maya is not installed with these packages (a computer that has the messages alone), the constants are the defaults,
+and a warning is given.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ _MODULE = "maya_ros.ros1.constants"
 
 
 def constants() -> dict[str, Any]:
-    """Return the constants by the manual's names, as the configuration has them now.
+    """Return the constants by the manual's names, from the present configuration.
 
-    maya_un may need a newer Python than the caller's, or one with other packages; so its own is asked. Raises
-    ImportError where the configuration is no good.
+    maya_un may need a newer Python than the caller's, or other packages, so its Python prints the constants. Raises
+    ImportError if the configuration is invalid.
     """
     try:
         from maya_controller import nodes_python  # noqa: PLC0415 - only a built workspace has it
@@ -36,7 +36,7 @@ def constants() -> dict[str, Any]:
 
 
 def _unconfigured(reason: str) -> dict[str, Any]:
-    """Return the constants of a machine that nobody configured, and warn of it."""
+    """Return the default constants, and warn of it."""
     warnings.warn(
         f"Maya is not installed here ({reason}). The constants are defaults, not those of the robot's configuration",
         stacklevel=4,

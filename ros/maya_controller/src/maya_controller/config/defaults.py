@@ -1,4 +1,4 @@
-"""The constants of a machine that nobody has configured otherwise; a test keeps them as maya_un has them."""
+"""The constants of the default configuration; a test compares them with those of maya_un."""
 
 VALUES = {
     "MAYA_ADDRESS": "192.168.1.156",

@@ -1,4 +1,4 @@
-"""Node hardware_interface: the controller floor on the machine."""
+"""Node hardware_interface: the controller layer on the machine."""
 
 from maya_ros.ros1.nodes.hardware_interface import main
 

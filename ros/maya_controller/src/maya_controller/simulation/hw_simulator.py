@@ -1,4 +1,4 @@
-"""Node hw_simulator: the controller floor on the virtual twin."""
+"""Node hw_simulator: the controller layer on the virtual twin."""
 
 from maya_ros.ros1.nodes.hw_simulator import main
 
