@@ -258,7 +258,7 @@ class HomingRun:
         return self._config.homing.slow_speed
 
     def _stopping(self, axis: int, speed: float) -> float:
-        """Return the way from a switch to rest [counts] when it ends a move at `speed`: v²/2a, a as the plane brakes."""
+        """Return the way from a switch to rest [counts] when it ends a move at `speed`: v²/2a, a of the plane."""
         v = int(speed * self._units.per_unit[axis]) // 2 * 2
         return v * v / (2.0 * (self._config.axes[axis].limit_deceleration_counts // 1024 * 1024))
 

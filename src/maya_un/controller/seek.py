@@ -270,8 +270,7 @@ class Seeker:
         return length / slew + slew / brake
 
     async def _examine(self, before: AxesReading, look: AxesReading, counts: Mapping[int, int]) -> None:
-        """Raise `WiringContradictsCn` for a switch that contradicts the motion, `Stall` for an axis that does not
-        follow.
+        """Raise `WiringContradictsCn` if a switch contradicts the motion, `Stall` if an axis does not follow.
 
         SH sets the reference of a stalled axis to its position, so that it can be moved away.
         """
