@@ -20,7 +20,7 @@ from maya_un.kinematics.calibration.parameters import FittedConstants
 from maya_un.kinematics.mechanism import Floats
 
 _FLATTEST = 1e-6
-"""Lines count as hanging at least √this [m] deep, so that a fit on its way through impossible lengths goes on."""
+"""Lines count as hanging at least √this [m] deep, so that a fit continues through impossible lengths."""
 
 
 class _Posture(NamedTuple):

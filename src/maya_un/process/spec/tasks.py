@@ -9,8 +9,8 @@ be picked by name wherever the job itself put it.
 
 The journal stores jobs and commands as written, with the taught places that they name.
 
-A taught place that a job names is stored with the job, as it was on submission. Whatever is taught later, and after any
-restart, the job stays as it was checked on acceptance.
+A taught place that a job names is stored with the job, as it was on submission. Later teaching and restarts do not
+change the job that was checked on acceptance.
 
     {"name": …, "steps": […]}                       a job that names no taught place
     {"wish": {"command": …}}                        one primitive
