@@ -472,8 +472,9 @@ class MayaMechanics:
         )
 
     def _instants(self, t0: float, t1: float) -> Floats:
-        """Return the times at which to evaluate free motion in [t0, t1]: every 50 ms while it lasts and where its law
-        changes.
+        """Return the times at which to evaluate free motion in [t0, t1].
+
+        They come every 50 ms while it lasts, and where its law changes.
         """
         moving = min(t1, max(t0, *(drive.rest() for drive in self._drives)))
         count = ceil((moving - t0) / SAMPLE)

@@ -255,7 +255,7 @@ def segments(
 
 
 def _shares(chords: Chords) -> Floats:
-    """Return the allowed change of the axes' speeds from piece to piece on every chord (3, n), as shares of slew speed."""
+    """Return the allowed change of speed from piece to piece on every chord (3, n), as shares of the slew speeds."""
     corners = np.concatenate(([True], chords.sharp, [True]))
     return np.where(corners[1:] & corners[:-1], STEP, JUMPS)
 

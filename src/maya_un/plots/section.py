@@ -46,7 +46,7 @@ def outline(workspace: Workspace) -> tuple[Floats, Floats]:
 
 
 def _worth_drawing(d: Floats, z: Floats) -> NDArray[np.intp]:
-    """Return the indices of the points of an outline to keep: one per `_BEND` of turning and one per `_STRIDE` of way."""
+    """Return the indices of outline points to keep: one per `_BEND` of turning and one per `_STRIDE` of way."""
     along = np.append(0.0, np.cumsum(np.hypot(np.diff(d), np.diff(z))))
     turns = np.abs(np.diff(np.unwrap(np.arctan2(np.diff(z), np.diff(d)))))
     turned = np.concatenate(([0.0], np.cumsum(turns), [0.0]))

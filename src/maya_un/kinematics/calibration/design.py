@@ -59,7 +59,7 @@ def grid(config: Config) -> Floats:
 
 
 def apart(poses: Floats, others: Floats) -> Floats:
-    """Return those poses, shape (n, 3), that are none of the `others`, shape (m, 3), apart from the rounding to counts."""
+    """Return the poses, shape (n, 3), that are none of the `others`, shape (m, 3), apart from rounding to counts."""
     nearest = np.abs(poses[:, None, :] - others[None, :, :]).max(axis=2).min(axis=1, initial=np.inf)
     return poses[nearest > SAME]
 
