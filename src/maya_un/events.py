@@ -298,7 +298,7 @@ class QueueChanged(Event, word="queue", en="queue {state}"):
 
 @dataclass(frozen=True)
 class LeaseChanged(Event, word="lease", en="lease {change}"):
-    """The control lease changed: `change` names how (taken, released, lost …).
+    """The control lease changed: `change` names how (taken, released, expired …).
 
     `holder` has it now, "" without a holder. `source` is the origin of the holder's requests. `implicit`: a command
     took the lease without a request for it. `before` held it until now. For an offer or a request, `by` made it; `to`

@@ -40,7 +40,7 @@ MOVING_RATE, REST_RATE = 20.0, 4.0
 """Reads per second, at most: of the first group in motion, and of all groups in turn."""
 
 _NAMED = (AbortInput, AmplifierFault, CommandRejected, PositionChanged, RegisterChanged, ForeignMotion, UnexpectedReply)
-"""Errors that name their cause; `CommandRejected` is here because a refused command explains a different register."""
+"""Errors that name their cause; a refused command of this program explains a register that differs."""
 
 
 class FaultMonitor:

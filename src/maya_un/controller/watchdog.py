@@ -27,7 +27,7 @@ BEATS = 20
 """Beats in the guard's time: a late or lost beat does not stop the axes."""
 
 USUAL = 0.5
-"""Period that `BEATS` divides for the beat of an owner without a guard [s]."""
+"""Time from which the period of the beat follows (divided by `BEATS`) without a guard [s]."""
 
 _PROGRAM_RUNS = 17
 

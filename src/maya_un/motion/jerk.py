@@ -450,7 +450,7 @@ class _Search:
     def learn(self, looks: list[ChordLimits], unsafe: Floats) -> bool:
         """Store results that are better than the best, choose the next attempt; return whether none is needed.
 
-        `unsafe` (n,) is the factor by which the speed exceeds that of the other limits.
+        `unsafe` (n,) are the ratios of the speeds to the safe ones.
         """
         good = True
         for number, (stretch, look) in enumerate(zip(self._stretches, looks, strict=True)):

@@ -3,7 +3,7 @@
 The plan of a primitive is computed and checked as a whole before anything moves: actions are added one after the other,
 and each path is checked at once.
 
-`PlanningMachine` is the machine for which it plans: a controller, or its planner (`controller.planner`).
+`PlanningMachine` is the machine for which it plans: a controller, or `controller.planner.OfflineMachine`.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class PrimitivePlan:
 
 
 class PlanningMachine(Protocol):
-    """The machine for planning: a controller, or its planner (`controller.planner`)."""
+    """The machine for planning: a controller, or `controller.planner.OfflineMachine`."""
 
     @property
     def config(self) -> Config:

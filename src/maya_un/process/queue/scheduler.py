@@ -248,7 +248,7 @@ class Scheduler:
             raise AnswerNeeded(question=question, options=", ".join(RecoveryChoice))
 
     def _next(self) -> tuple[QueueEntry, int | None] | None:
-        """Return the next job and its most steps (None: all), or None if no job may begin."""
+        """Return the next job and the limit of its steps (None: all), or None if no job may begin."""
         if self._closed or self._aside:
             return None
         direct = self._items.next_direct(self._may_begin)
