@@ -64,11 +64,10 @@ LIMITS = {
 
 
 def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]:
-    """Return the closest approaches of the chords between knots to all limits, in the order of `LIMITS`, and to all
-    zones.
+    """Return the closest approaches of chords to all limits, in the order of `LIMITS`, and to all zones.
 
-    `joints` has shape (n, 3) [rad, m, m]. Margins are exact to 1e-6, those of zones to 1e-5, but the depth inside a
-    zone only to a centimetre. Lines that cannot meet carry more than a million loads.
+    `joints` are the knots (n, 3) [rad, m, m] between which the chords run. Margins are exact to 1e-6, those of zones to
+    1e-5, but the depth inside a zone only to a centimetre. Lines that cannot meet carry more than a million loads.
     """
     joints = _two_at_least(joints)
     curved = _least(lambda places: _margins(workspace, places), joints, 4, _SMOOTH)

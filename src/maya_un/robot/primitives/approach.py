@@ -1,4 +1,4 @@
-"""Approach: move above a place and wait there."""
+"""Approach: move above a place."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Line(Primitive):
-    """Move to `target` [m] in a straight line from the gripper's place; the path may pass below the parts."""
+    """Move to `target` [m] in a straight line from the gripper's place; the path may come lower than the parts."""
 
     command = "line"
     summary = "Go in a straight line to {argument}. Caution: it may hit parts on its way."

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class MoveJoints(Primitive):
-    """Move to `joints` (rad, m, m), straight in joint space: the path sags, and may pass below the parts."""
+    """Move to `joints` (rad, m, m), straight in joint space: the path sags, and may come lower than the parts."""
 
     command = "move"
     summary = "Go to {argument}, in a straight line in joint space. It may hit parts."
