@@ -1,7 +1,7 @@
 """Maya-UN: control software of the robot Maya, on a Galil DMC-41x3 or its virtual twin.
 
-`maya_un.Client` and `maya_un.AsyncClient` talk to a running Maya, `maya_un.JobBuilder` builds jobs for it. They are
-loaded when they are first asked for: whoever needs them not starts without them.
+`maya_un.Client` and `maya_un.AsyncClient` connect to a running Maya, `maya_un.JobBuilder` builds jobs for it. They are
+loaded at their first use, so a program without them starts faster.
 """
 
 from __future__ import annotations

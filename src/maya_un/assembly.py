@@ -41,14 +41,14 @@ from maya_un.values import Point
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
 
 OWN_BOUNDS = ComputeLimits(seconds=60.0, most=256, each=128)
-"""Bounds of the work that the robot waits for: those of a job; it is requested in pieces."""
+"""Bounds of the work for which the robot waits: those of a job, which is requested in pieces."""
 
 PEOPLE_BOUNDS = ComputeLimits(seconds=30.0, most=256, each=4, nicer=5)
 
 
 @dataclass(frozen=True, slots=True)
 class Twin:
-    """The virtual machine of a stack: its controller, and the mechanics that keep their own record."""
+    """The virtual machine of a stack: its controller, and the mechanics with their own record."""
 
     controller: VirtualController
     mechanics: MayaMechanics
@@ -60,7 +60,7 @@ class Twin:
 
     @property
     def carried(self) -> str | None:
-        """The part between the jaws."""
+        """The part between the jaws, or None."""
         return self.mechanics.record.carried
 
 
@@ -78,7 +78,7 @@ class ControllerAssembly:
 class ProcessAssembly:
     """The process layer on some robot.
 
-    Edges that somebody else may use call `service` through the `gate` and ask `entrance` who asks.
+    Interfaces for other users call `service` through the `gate`, and identify their callers by `entrance`.
     """
 
     process: Process
@@ -90,7 +90,7 @@ class ProcessAssembly:
 
 
 class StackStorage(NamedTuple):
-    """Data that outlives a program: the queue's journal, and the users; None for what is not kept."""
+    """Data that outlives a program: the queue's journal, and the users; None if it is not stored."""
 
     journal: Journal | None
     users: Store | None
@@ -117,8 +117,8 @@ def make_twin(
 ) -> Twin:
     """Return a virtual DMC-4133 with Maya's mechanics, powered up at a place that `seed` draws.
 
-    `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m), `memory` is what
-    is burned, `firmware` the line it answers to ^R^V.
+    `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m), `memory` is its
+    burned memory, `firmware` the line that it returns to ^R^V.
     """
     real = truth if truth is not None else TrueConstants()
     start = legal_start(random.Random(seed), real)
@@ -148,14 +148,13 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
 ) -> AsyncIterator[Stack]:
     """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
-    `speed` is how fast the loop's clock runs, for whoever asks the service; it changes nothing here. Taught places are
-    kept in the file at `places`, without one for as long as the stack lives. So are the queue and its history, the
-    events and the audit log in `journal`, which whoever opened it closes; what it knows was not finished waits for a
-    person. `calendar` tells dates, `users` keeps who may sign in. If there are `recordings` to add to, a live stack is
-    recorded. With a `staff` nothing is planned in the running loop. A controller that belongs to another program is
-    refused, and with `take_over` taken from it at rest. Raises what connecting raises (`ConnectFailed`, `LinkTimeout`,
-    `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`), and `MarkerMissing` where `skip_home`
-    finds no mark.
+    `speed` is the speed of the loop's clock, which the service reports; it changes nothing here. The file at `places`
+    stores taught places; without one they last as long as the stack. `journal` stores the queue and its history, the
+    events and the audit log; its opener closes it. Its unfinished jobs wait for a user. `calendar` returns dates,
+    `users` stores who may sign in. If `recordings` is given, a live stack is recorded. With a `staff` no motion is
+    planned in the running loop. A controller that another program owns is refused; with `take_over` it is claimed at
+    rest. Raises the errors of connecting (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ControllerOwned`,
+    `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`), and `MarkerMissing` if `skip_home` finds no mark.
     """
     async with controller_floor(
         config,
@@ -220,7 +219,7 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller laye
 ) -> AsyncIterator[ControllerAssembly]:
     """Open the controller layer alone at `address` for the length of the block; options and errors are as in `stack`.
 
-    `heard` is given the events before the first of them. Motions are planned in `workers`, where there are any.
+    `heard` is called with the event log before the first event. `workers` plan the motions, if given.
     """
     address = meant(address, config.controller.address)
     twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
@@ -259,7 +258,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process layer is a
     """Connect the process layer and its service to any robot and controller for the length of the block.
 
     They may run in this process or at the other end of a graph. The other parameters are as in `stack`. Raises
-    `StorageFailed` where what the journal knows cannot be taken up.
+    `StorageFailed` if the journal's unfinished jobs cannot be restored.
     """
     book = PoseStore(controller.mechanism, places)
     lease = ControlLease(controller.events, speed)
@@ -302,7 +301,7 @@ async def process_floor(  # noqa: PLR0913 - every option of a process layer is a
 
 @contextmanager
 def staffed(config: Config) -> Iterator[WorkerSet]:
-    """Keep worker processes for a machine, begun when they are needed, while the block runs."""
+    """Provide worker processes for a machine while the block runs; they start when they are needed."""
     own = Workers("motion", OWN_BOUNDS, previews.prepare, config)
     people = Workers("previews", PEOPLE_BOUNDS, previews.prepare, config)
     try:
@@ -314,9 +313,9 @@ def staffed(config: Config) -> Iterator[WorkerSet]:
 
 @asynccontextmanager
 async def storage(path: Path | None, keep: StorageConfig) -> AsyncIterator[StackStorage]:
-    """Open what outlives this program, and close it last; without a `path` nothing does.
+    """Open the data that outlives this program, and close it last; without a `path` there is none.
 
-    Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`.
+    Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`, `StorageUnavailable`.
     """
     if path is None:
         yield StackStorage(None, None)
@@ -329,7 +328,7 @@ async def storage(path: Path | None, keep: StorageConfig) -> AsyncIterator[Stack
 
 
 def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -> None:
-    """Have a journal keep every event, under the number of this run."""
+    """Store every event in a journal, under the number of this run."""
     events.run = journal.run
 
     def keep(event: Event) -> None:
@@ -341,7 +340,7 @@ def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -
 
 
 def _patient(config: Config, speed: float) -> Config:
-    """Return the configuration for a twin whose clock is scaled: a reply, or a busy host, takes as long as ever."""
+    """Return the configuration for a twin with a scaled clock: a reply, or a busy host, takes the same real time."""
     factor = max(1.0, speed)
     controller = config.controller.model_copy(update={"timeout": config.controller.timeout * factor})
     safety = config.safety.model_copy(update={"guard_time": config.safety.guard_time * factor})
@@ -351,7 +350,7 @@ def _patient(config: Config, speed: float) -> Config:
 def _recorder(
     config: Config, address: str, speed: float, twin: Twin | None, seed: int, recordings: RecordingStore | None
 ) -> Recorder | None:
-    """Return a flight recorder for the robot, None where nothing is to be recorded."""
+    """Return a flight recorder for the robot, None if nothing is to be recorded."""
     if recordings is None or not config.recorder.enabled:
         return None
     source = None

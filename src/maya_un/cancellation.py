@@ -22,7 +22,7 @@ async def run_to_rest(work: Awaitable[T], cancel: Callable[[], object] | None = 
     task = asyncio.ensure_future(work)
     if await wait_for_end(task, cancel or task.cancel):
         if not task.cancelled():
-            task.exception()  # the caller is told of the cancel; the loop need not report the error
+            task.exception()  # the caller gets the cancellation; the loop need not report the error
         raise asyncio.CancelledError
     return task.result()
 

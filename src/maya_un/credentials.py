@@ -1,8 +1,8 @@
 """Credentials of a client on this machine: the token of its user, and the control lease taken in the shell.
 
-The token is $MAYA_TOKEN, else the line in the file at `token_file`; the lease stands in a runtime file. A file that is
-somebody else's, or that others can read, is not used. Imports nothing heavy, because `maya stop` needs it, and raises
-nothing: whoever shows nothing is told so by the service.
+The token is $MAYA_TOKEN, else the line in the file at `token_file`; the lease is in a runtime file. A file that belongs
+to another user, or that others can read, is not used. This module imports nothing heavy, because `maya stop` needs it.
+It raises nothing: the service refuses a request without credentials.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import NamedTuple
 from maya_un import runtime
 
 TOKEN = "MAYA_TOKEN"
-"""The variable that holds a token."""
+"""The environment variable that holds a token."""
 
 LEASE_FILE = "lease.json"
 """The runtime file of the lease that was taken in the shell."""
@@ -32,7 +32,7 @@ class StoredLease(NamedTuple):
 
 
 def token_file() -> Path:
-    """Return where the user's token is kept: $MAYA_TOKEN_FILE, else `maya/token` where configurations are kept."""
+    """Return the file of the user's token: $MAYA_TOKEN_FILE, else `maya/token` in the folder of configurations."""
     named = os.environ.get("MAYA_TOKEN_FILE")
     if named:
         return Path(named)
@@ -41,18 +41,18 @@ def token_file() -> Path:
 
 
 def token() -> str:
-    """Return the token to show, "" where there is none."""
+    """Return the token to send, "" without one."""
     named = os.environ.get(TOKEN)
     if named is not None:
         return _plain(named)
     try:
         return kept_in(token_file())
-    except RuntimeError:  # there is no home
+    except RuntimeError:  # no home folder exists
         return ""
 
 
 def kept_in(place: Path) -> str:
-    """Return the token in a file of this user's own, "" where it is not that, or others can read it."""
+    """Return the token in a file, "" unless the file belongs to this user and only this user can read it."""
     try:
         found = place.stat()
         ours = found.st_uid == os.getuid() and stat.S_ISREG(found.st_mode) and not found.st_mode & 0o077
@@ -62,14 +62,14 @@ def kept_in(place: Path) -> str:
 
 
 def origin() -> str:
-    """Return the variable or file of the token, for people; "" without a token."""
+    """Return the variable or file of the token, for display; "" without a token."""
     if not token():
         return ""
     return f"${TOKEN}" if TOKEN in os.environ else str(token_file())
 
 
 def held() -> StoredLease | None:
-    """Return the lease that was taken in the shell, None where there is none."""
+    """Return the lease that was taken in the shell, None without one."""
     found = runtime.read(runtime.folder() / LEASE_FILE)
     try:
         return StoredLease(_plain(str(found["id"])), str(found["url"]))
@@ -78,7 +78,7 @@ def held() -> StoredLease | None:
 
 
 def forget(lease: str) -> None:
-    """Forget a lease that was taken in the shell and has ended; another one that was taken since is kept."""
+    """Forget an ended lease that was taken in the shell; another one that was taken since stays."""
     kept = held()
     if kept is not None and kept.id == lease:
         with suppress(OSError):
@@ -86,7 +86,7 @@ def forget(lease: str) -> None:
 
 
 def headers(url: str) -> dict[str, str]:
-    """Return what every request to the service at `url` carries: who asks, and the lease that he holds there."""
+    """Return the headers of every request to the service at `url`: the token, and the lease held there."""
     shown, lease = token(), held()
     carried = {"Authorization": f"Bearer {shown}"} if shown else {}
     if lease is not None and lease.url == url and lease.id:
@@ -95,6 +95,6 @@ def headers(url: str) -> dict[str, str]:
 
 
 def _plain(text: str) -> str:
-    """Return what can stand in a header, "" for anything else."""
+    """Return text that is valid in a header, "" for anything else."""
     line = text.strip()
     return line if line.isascii() and line.isprintable() else ""

@@ -31,7 +31,7 @@ class Edge(Protocol):
     def endpoint(
         self, stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0
     ) -> AbstractAsyncContextManager[object]:
-        """Serve `stack` at a place while the block runs; `speed` is how fast the stack's clock runs."""
+        """Serve `stack` at `place` while the block runs; `speed` is the speed of the stack's clock."""
         ...
 
     def configured(self, config: Config, speed: float) -> Config:

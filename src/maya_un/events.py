@@ -1,8 +1,7 @@
 """Events: facts in order, numbered from 1, never dropped and never merged.
 
-State is something else (`values.State`, the latest value). A reader that comes late asks for what it missed by
-number. Memory keeps the newest; a reader that is so slow that his next was forgotten is told, and slows nobody. Older
-ones are what a journal kept of them.
+State is different (`values.State`, the latest value). A late reader requests missed events by number. Memory holds the
+newest events. A reader that is too slow gets an error, and delays no other. A journal may hold older ones.
 
 An event is declared once, as a class below, and emitted as an instance: `events.emit(SpeedChanged(0.5))`. Its word in
 JSON and on /maya_event, its sentence, its level in the log and the generated files follow from the declaration.
@@ -23,7 +22,7 @@ from dmc41x3.i18n import translate
 from maya_un.errors import EventsForgotten, translated
 
 KEPT = 20_000
-"""So many of the newest events are kept, and up to an eighth more."""
+"""Number of the newest events in memory; up to an eighth more may be present."""
 
 DECLARED: dict[str, type[Event]] = {}
 """Every declared event by its word, in the order of the declarations."""
@@ -35,7 +34,7 @@ class Event:
 
     A subclass with a `word` declares an event; one with fields is a frozen dataclass. The fields are the details of the
     event. Details that are None are left out of JSON. `en` is a sentence over the fields. A field `message` is the
-    sentence of an error. `more` holds details of another program's that are not declared here.
+    sentence of an error. `more` holds undeclared details that another program sent.
     """
 
     word: ClassVar[str] = ""
@@ -63,7 +62,7 @@ class Event:
 
     @property
     def detail(self) -> Mapping[str, object]:
-        """The details, as JSON has them."""
+        """The details in the form of JSON."""
         own = {name: value for name, value in vars(self).items() if name not in _ENVELOPE and value is not None}
         return MappingProxyType({**own, **self.more})
 
@@ -82,14 +81,14 @@ class Event:
             return str(self)
 
     def narration(self, language: str = "en") -> str | None:
-        """Return the line of the command line: sentence, code, message; None for what is not narrated."""
+        """Return the line for the command line: sentence, code, message; None for an event that is not narrated."""
         if not self.narrated:
             return None
         text = f"{self.sentence(language)} ({self.code})" if self.code else self.sentence(language)
         return f"{text} {self._message(language)}".rstrip()
 
     def report(self, language: str = "en") -> str:
-        """Return all of it but the code: the sentence, the details that it leaves out, the message."""
+        """Return the event without its code: the sentence, the details that it leaves out, the message."""
         said = self.sentence(language)
         if said == str(self):
             return said
@@ -110,13 +109,13 @@ _ENVELOPE = {one.name for one in fields(Event)}
 
 @dataclass(frozen=True)
 class UnknownEvent(Event):
-    """An event that is not declared here, as of a newer program; all of its details are in `more`."""
+    """An event that is not declared here, for example of a newer program; `more` has all of its details."""
 
     name: str
 
     @property
     def kind(self) -> str:
-        """The word that it came with."""
+        """The word of the received event."""
         return self.name
 
     @property
@@ -126,7 +125,7 @@ class UnknownEvent(Event):
 
 
 def event_of(kind: str, detail: Mapping[str, object], code: int = 0, *, seq: int = 0, time: float = 0.0) -> Event:
-    """Return the event that JSON tells of; one that is not declared here, or lacks a field, is an `UnknownEvent`."""
+    """Return the event of JSON data; an undeclared one, or one without a required field, is an `UnknownEvent`."""
     declared = DECLARED.get(kind)
     if declared is not None:
         names = {one.name for one in fields(declared)} - _ENVELOPE
@@ -152,7 +151,7 @@ class Trouble(ControllerEvent):
 
 @dataclass(frozen=True)
 class Connected(ControllerEvent, word="connected", en="connected to {address}"):
-    """The controller answers at `address`. `firmware` is its version; None over a graph, which does not tell it."""
+    """The controller answers at `address`. `firmware` is its version; None over a graph, which does not transmit it."""
 
     address: str
     firmware: str | None = None
@@ -163,7 +162,7 @@ class Disconnected(Trouble, word="disconnected", en="disconnected", narrated=Tru
 
 
 class HomingNeeded(ControllerEvent, word="not_homed", en="not homed"):
-    """The position is not known: it was never measured, or it was lost."""
+    """The position is unknown: it was never measured, or it was lost."""
 
 
 class HomingBegun(ControllerEvent, word="homing", en="homing"):
@@ -171,7 +170,7 @@ class HomingBegun(ControllerEvent, word="homing", en="homing"):
 
 
 class HomingDone(ControllerEvent, word="homed", en="homed", narrated=True):
-    """The position is known: a homing has ended, or an earlier one was taken over."""
+    """The position is known: a homing has ended, or an earlier one was adopted."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +186,7 @@ class MotionEnded(ControllerEvent, word="idle", en="at rest", level=logging.DEBU
 
 @dataclass(frozen=True)
 class MotionStopped(ControllerEvent, word="stopped", en="stopped", narrated=True):
-    """The robot was stopped. `message` says why if nobody asked for it here."""
+    """The robot was stopped. `message` is the reason if the stop was not requested here."""
 
     message: str | None = None
 
@@ -209,7 +208,7 @@ class SpeedChanged(ControllerEvent, word="speed", en="speed {ratio:.0%}", narrat
 
 @dataclass(frozen=True)
 class ZonesChanged(ControllerEvent, word="zones", en="zones: {names}"):
-    """The zones that the robot keeps out of were changed. `names` has all of them, separated by commas."""
+    """The zones that the robot avoids were changed. `names` has all of them, separated by commas."""
 
     names: str
 
@@ -237,19 +236,19 @@ class OutputCleared(ControllerEvent, word="output_off", en="output {number} off"
 
 
 class LimitHit(Trouble, word="limit", en="limit switch hit", narrated=True, level=logging.WARNING):
-    """An axis met a limit switch. A person recovers."""
+    """An axis met a limit switch. A user must recover."""
 
 
 class FaultEntered(Trouble, word="fault", en="fault", narrated=True, level=logging.ERROR):
-    """Motion ended with another fault. A person recovers."""
+    """Motion ended with another fault. A user must recover."""
 
 
 class EmergencyStopped(Trouble, word="estop", en="emergency stop", narrated=True, level=logging.ERROR):
-    """The abort input stopped the robot, as the emergency stop does. A person recovers."""
+    """The abort input stopped the robot, as the emergency stop does. A user must recover."""
 
 
 class FaultCleared(ControllerEvent, word="recovered", en="recovered", narrated=True):
-    """A person has cleared the fault."""
+    """A user has cleared the fault."""
 
 
 @dataclass(frozen=True)
@@ -262,7 +261,7 @@ class PhaseBegun(Event, word="phase", en="{name}", narrated=True, level=logging.
 
 @dataclass(frozen=True)
 class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}"):
-    """A job enters a state. `job` is its number, `name` its name, `owner` the user that it belongs to."""
+    """A job enters a state. `job` is its number, `name` its name, `owner` the user who owns it."""
 
     job: int
     name: str
@@ -272,9 +271,9 @@ class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}"):
 
 @dataclass(frozen=True)
 class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", narrated=True):
-    """A step of job number `job` enters a state. `index` counts from 1; `step` is what it does, as `pick cube`.
+    """A step of job number `job` enters a state. `index` counts from 1; `step` is its label, such as `pick cube`.
 
-    `attempt` is the number of the attempt that follows one that failed, from 2; None for the first.
+    `attempt` is the number of the attempt that follows a failed one, from 2; None for the first.
     """
 
     job: int
@@ -290,7 +289,7 @@ class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", narrated
 
 @dataclass(frozen=True)
 class QueueChanged(Event, word="queue", en="queue {state}"):
-    """The queue begins jobs again (`state` running) or begins none (paused), for `reason`, by the user `by`."""
+    """The queue starts jobs again (`state` running) or starts none (paused), for `reason`, by the user `by`."""
 
     state: str
     reason: str
@@ -299,10 +298,11 @@ class QueueChanged(Event, word="queue", en="queue {state}"):
 
 @dataclass(frozen=True)
 class LeaseChanged(Event, word="lease", en="lease {change}"):
-    """The control lease was taken, given back or lost: `change` says which. `holder` has it now, "" for nobody.
+    """The control lease changed: `change` names how (taken, released, expired …).
 
-    `source` is where the holder works from. `implicit`: it was taken by a command and not asked for. `before` had it
-    until now. If it is offered or asked for, `by` did that; `to` is who gets the offer.
+    `holder` has it now, "" without a holder. `source` is the origin of the holder's requests. `implicit`: a command
+    took the lease without a request for it. `before` held it until now. For an offer or a request, `by` made it; `to`
+    gets the offer.
     """
 
     change: str
@@ -324,7 +324,10 @@ class StorageChanged(Event, word="storage", en="storage of the queue: {state}", 
 
 @dataclass(frozen=True)
 class RecordingSaved(Event, word="recording", en="recording ({reason})"):
-    """A recording was saved because of `reason`: its `name` and size (`bytes`). Or `message` says why it was not."""
+    """A recording was saved because of `reason`: its `name` and size (`bytes`).
+
+    If it failed, `message` is the reason.
+    """
 
     reason: str
     message: str | None = None
@@ -333,16 +336,16 @@ class RecordingSaved(Event, word="recording", en="recording ({reason})"):
 
 
 Listener = Callable[[Event], None]
-"""Told of every event, before anybody else goes on."""
+"""Called with every event, before any other task continues."""
 
 E = TypeVar("E", bound=Event)
 
 
 class EventLog:
-    """Numbers events, keeps the newest `kept` in order, hands every one of them to every reader.
+    """Numbers events, stores the newest `kept` in order, passes every one of them to every reader.
 
-    `clock` gives the time of an event [s], normally the event loop's `time`. `run` is the number of this start of the
-    program, for whoever tells its events from those of another.
+    `clock` returns the time of an event [s], normally the event loop's `time`. `run` is the number of this start of the
+    program, which distinguishes its events from those of another run.
     """
 
     def __init__(self, clock: Callable[[], float], kept: int = KEPT) -> None:
@@ -364,11 +367,11 @@ class EventLog:
 
     @property
     def oldest(self) -> int:
-        """Number of the oldest event that is kept; before the first, the number that it will have."""
+        """Number of the oldest event in memory; before the first event, the number that it will have."""
         return self._forgotten + 1
 
     def emit(self, event: E) -> E:
-        """Add a fact and hand it to every listener and reader; returns it with its number and time."""
+        """Add a fact and pass it to every listener and reader; returns it with its number and time."""
         event = replace(event, seq=len(self) + 1, time=self._clock())
         self._events.append(event)
         if len(self._events) > self._kept + self._kept // 8:
@@ -381,18 +384,18 @@ class EventLog:
         return event
 
     def since(self, seq: int) -> list[Event]:
-        """Return all events numbered above `seq`; raises `EventsForgotten` where the first of them is not kept."""
+        """Return all events numbered above `seq`; raises `EventsForgotten` if the first of them was dropped."""
         if max(0, seq) < self._forgotten:
             raise EventsForgotten(since=seq, oldest=self.oldest)
         return self._events[max(0, seq) - self._forgotten :]
 
     def heard_by(self, listener: Listener) -> None:
-        """Call `listener` with every event from now on, before anybody else goes on."""
+        """Call `listener` with every event from now on, before any other task continues."""
         self._listeners.append(listener)
 
     @contextmanager
     def listening(self, listener: Listener) -> Iterator[None]:
-        """Call `listener` with every event while the block runs, before anybody else goes on."""
+        """Call `listener` with every event while the block runs, before any other task continues."""
         self._listeners.append(listener)
         try:
             yield
@@ -400,9 +403,9 @@ class EventLog:
             self._listeners.remove(listener)
 
     async def follow(self, seq: int = 0) -> AsyncGenerator[Event]:
-        """Yield every event numbered above `seq`, those past first, then as they come.
+        """Yield every event numbered above `seq`, stored ones first, then new ones as they come.
 
-        Raises `EventsForgotten` for a reader that is too late, or falls too far behind.
+        Raises `EventsForgotten` for a reader that is too late or too slow.
         """
         while True:
             news = self.since(seq)
@@ -421,7 +424,7 @@ class EventLog:
             self._waiting.discard(waiting)
 
     def _forget(self) -> None:
-        """Drop the oldest, many at a time, so that an event costs the same however many there were."""
+        """Drop the oldest, many at a time, so that the cost of an event is independent of their number."""
         dropped = len(self._events) - self._kept
         del self._events[:dropped]
         self._forgotten += dropped

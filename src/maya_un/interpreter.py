@@ -10,14 +10,14 @@ TURN = 0.001
 
 
 def quiet_collector() -> None:
-    """Keep garbage collection from holding the event loop.
+    """Reduce the garbage collection that blocks the event loop.
 
-    A full collection walks every object there is: 50 to 100 ms in a service, in which a stop would wait.
+    A full collection walks all objects: 50 to 100 ms in a service, in which a stop would wait.
     """
     gc.set_threshold(5_000, 4, 20_000)
 
 
 def prompt_loop() -> None:
-    """Let neither garbage collection nor another thread hold the loop of this process for long."""
+    """Prevent garbage collection and other threads from blocking the loop of this process for long."""
     quiet_collector()
     sys.setswitchinterval(TURN)

@@ -1,6 +1,6 @@
 """The lengths and strokes of the manual's machine, and the place of the file that may change them.
 
-Imports nothing heavy: `maya fk` and `maya ik` need no more where there is no such file.
+It imports nothing heavy: without such a file, `maya fk` and `maya ik` need nothing more.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The ROS namespace of this Maya: it keeps several Mayas on one computer and one ROS master apart.
+"""The ROS namespace of this Maya, which separates several Mayas on one computer and one ROS master.
 
-In a namespace (`roslaunch … ns:=maya2`, or $ROS_NAMESPACE) every name of the graph begins with it, and a Maya has its
-own files and its own robot's name. Without a namespace, all names are the manual's.
+In a namespace (`roslaunch … ns:=maya2`, or $ROS_NAMESPACE) every name of the graph begins with it, and a Maya has
+separate files and a separate robot's name. Without a namespace, all names are the manual's.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 
 VARIABLE = "ROS_NAMESPACE"
-"""The environment variable in which roslaunch gives a program its namespace."""
+"""The environment variable by which roslaunch passes the namespace to a program."""
 
 _LONGEST_NAME = 64
 
@@ -23,7 +23,7 @@ def namespace() -> str:
 
 
 def own(folder: Path) -> Path:
-    """Return `folder`; in a namespace, the subfolder for the Maya in that namespace."""
+    """Return `folder`; in a namespace, the subfolder of that namespace."""
     inner = namespace()
     return folder / f"ns-{inner.replace('/', '-')}" if inner else folder
 
@@ -31,8 +31,9 @@ def own(folder: Path) -> Path:
 def robot_name() -> str:
     """Return the default name of the robot: MAYA; in the namespace maya2, MAYA2. Two namespaces have two names.
 
-    Small letters become capitals and capitals small letters, / becomes -, another sign its number between two pairs of
-    hyphens. The namespace maya is MAYA-. A long name is cut, and ends in a digest of its namespace.
+    Small letters become capitals and capitals small letters, / becomes -, another sign becomes its hexadecimal code
+    between two pairs of hyphens. The namespace maya gives MAYA-. A long name is cut, and ends in a digest of its
+    namespace.
     """
     inner = re.sub("/+", "/", namespace())
     if not inner:

@@ -1,6 +1,6 @@
-"""The runtime file: how commands and clients find the `maya up` that runs, and the controller it drives.
+"""The runtime file: how commands and clients find the running `maya up`, and the controller it drives.
 
-Imports nothing heavy, because `maya stop` needs it.
+It imports nothing heavy, because `maya stop` needs it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from maya_un.errors import AlreadyRunning, FileUnwritable
 from maya_un.namespace import own
 
 _MOST_BYTES = 4096
-"""Size of the largest runtime file that can be ours."""
+"""Size of the largest runtime file that is accepted."""
 
 
 class Running(NamedTuple):
@@ -33,7 +33,7 @@ class Running(NamedTuple):
 def folder() -> Path:
     """Return the folder of runtime files: $MAYA_RUNTIME_DIR, else $XDG_RUNTIME_DIR/maya, else /tmp/maya-<uid>.
 
-    In a ROS namespace it is the subfolder for the Maya in that namespace.
+    In a ROS namespace it is the subfolder of that namespace.
     """
     named = os.environ.get("MAYA_RUNTIME_DIR")
     if named:
@@ -43,15 +43,15 @@ def folder() -> Path:
 
 
 def find() -> Running | None:
-    """Return what the runtime file says, None where there is none that can be read or that we may trust."""
+    """Return the content of the runtime file, None if it is missing, unreadable or not trusted."""
     try:
         return _parse(read(folder() / "service.json"))
     except (ValueError, KeyError, TypeError):
-        return None  # a half-written or foreign file is no service
+        return None  # a half-written or foreign file is ignored
 
 
 def read(place: Path) -> Any:
-    """Return what a runtime file holds, None where there is none that can be read or that we may trust."""
+    """Return the content of a file of the folder, None if it is missing, unreadable or not trusted."""
     try:
         found = place.lstat()
         if found.st_uid != os.getuid() or not stat.S_ISREG(found.st_mode) or found.st_size > _MOST_BYTES:
@@ -69,10 +69,10 @@ def _parse(found: dict[str, Any]) -> Running:
 
 @contextmanager
 def claimed() -> Iterator[None]:
-    """Be the only `maya up` of this user while the block runs; removes the runtime file at its end.
+    """Be the only `maya up` of this user while the block runs; remove the runtime file at its end.
 
-    Raises `AlreadyRunning` and `FileUnwritable`. The claim is a lock that the system gives up with the process,
-    so one that was killed leaves nothing in the way.
+    Raises `AlreadyRunning` and `FileUnwritable`. The claim is a lock that the kernel releases with the process, so a
+    killed process blocks no later one.
     """
     place = _own_folder()
     lock = _own_file(place / "service.lock", os.O_RDWR)
@@ -90,7 +90,7 @@ def claimed() -> Iterator[None]:
 
 
 def claimant() -> int | None:
-    """Return the number of the process that is the `maya up` of this user now, None where there is none."""
+    """Return the process id of this user's running `maya up`, None without one."""
     try:
         lock = os.open(folder() / "service.lock", os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
     except OSError:
@@ -134,7 +134,7 @@ def write(name: str, value: object) -> None:
 
 
 def _own_file(path: Path, flags: int) -> int:
-    """Open a file of ours, made where it is not there; raises `FileUnwritable` for a link or what is no file."""
+    """Open a file of this user, created if missing; raises `FileUnwritable` for a link or anything but a file."""
     return open_own(path, flags | os.O_CREAT)
 
 

@@ -67,9 +67,9 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far the motion under way has come: `elapsed` of `duration` [s], in `phase`.
+    """Progress of the motion under way: `elapsed` of `duration` [s], in `phase`.
 
-    Both are by the speed wanted now; the time it stands in a pause does not count.
+    Both hold for the present speed; time at rest in a pause does not count.
     """
 
     phase: str
@@ -111,9 +111,9 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class StopReport:
-    """Answer to a stop: the motion that was under way ends within `duration` [s] and `distance`.
+    """Report of a stop: the motion that was under way ends within `duration` [s] and `distance`.
 
-    `distance` holds the way each axis still goes (rad, m, m); all zero where nothing moved.
+    `distance` holds the remaining way of each axis (rad, m, m); all zero if nothing moved.
     """
 
     was_moving: bool

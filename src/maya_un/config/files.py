@@ -21,11 +21,11 @@ from maya_un.manual import default_path
 
 
 def load(path: Path | None = None) -> Config:
-    """Return the configuration of `path`, laid over the manual's defaults.
+    """Return the configuration of `path`, merged over the manual's defaults.
 
-    Without `path` the default place is read, and the defaults alone serve where no file is there; a file that is
-    named, by `path` or by $MAYA_CONFIG, must be there. Raises `FileUnreadable` (also for broken TOML) and
-    `InvalidConfig` with key, value and reason.
+    Without `path` the default file is read, and a missing one means the defaults. A file named by `path` or by
+    $MAYA_CONFIG must exist. Raises `FileUnreadable` (also for broken TOML) and `InvalidConfig` with key, value and
+    reason.
     """
     named = path is not None or bool(os.environ.get("MAYA_CONFIG"))
     return parse(_read(default_path() if path is None else path, missing_is_empty=not named))
@@ -43,7 +43,7 @@ def _read(place: Path, *, missing_is_empty: bool) -> dict[str, Any]:
 
 
 def parse(keys: dict[str, Any]) -> Config:
-    """Return the configuration for nested keys laid over the defaults; raises `InvalidConfig`."""
+    """Return the configuration for nested keys merged over the defaults; raises `InvalidConfig`."""
     merged = _overlay(Config().model_dump(exclude_none=True), keys)
     try:
         return Config.model_validate(merged)
@@ -65,9 +65,9 @@ def _refusal(error: ValidationError) -> InvalidConfig:
 
 
 def to_toml(config: Config, *, commented: bool = False) -> str:
-    """Return the configuration as TOML, every key with its meaning and unit behind it.
+    """Return the configuration as TOML, every key followed by its meaning and unit.
 
-    With `commented`, the keys themselves are commented out, which makes a file to start from.
+    With `commented`, the keys themselves are commented out, as a template.
     """
     lines: list[str] = []
     prefix = "# " if commented else ""
@@ -120,7 +120,7 @@ def _shown(value: object) -> str:
 
 
 def text_of(path: Path) -> str:
-    """Return a configuration file's text, "" where there is none; raises `FileUnreadable`."""
+    """Return a configuration file's text, "" if it does not exist; raises `FileUnreadable`."""
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -132,12 +132,12 @@ def text_of(path: Path) -> str:
 
 
 def edited(text: str, values: Mapping[str, float | None]) -> str:
-    """Return TOML with dotted keys set to `values`, or taken out where the value is None.
+    """Return TOML with dotted keys set to `values`, or removed if the value is None.
 
-    Comments, order and spacing stay. Tables that are missing are added. Raises `ValueError` for text that is not TOML
-    and where a table is needed but something else stands.
+    Comments, order and spacing stay. Missing tables are added. Raises `ValueError` for text that is not TOML and for a
+    value in the place of a needed table.
     """
-    import tomlkit  # noqa: PLC0415 - only who changes a file needs it
+    import tomlkit  # noqa: PLC0415 - only programs that change a file need it
 
     document = tomlkit.parse(text)
     for key, value in values.items():
@@ -160,8 +160,8 @@ def edited(text: str, values: Mapping[str, float | None]) -> str:
 
 
 def written(path: Path) -> Mapping[str, Any]:
-    """Return what a configuration file itself says, nested; nothing where there is none. Raises `FileUnreadable`."""
-    import tomllib  # noqa: PLC0415 - only who changes a file needs it
+    """Return the content of a configuration file, nested; empty if it does not exist. Raises `FileUnreadable`."""
+    import tomllib  # noqa: PLC0415 - only programs that change a file need it
 
     try:
         return tomllib.loads(text_of(path))
@@ -171,9 +171,9 @@ def written(path: Path) -> Mapping[str, Any]:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Keep other processes that ask by this from changing files beside `path` while the block reads and writes them.
+    """Lock the files beside `path` against other processes that use this function, while the block runs.
 
-    Nobody waits: raises `FileUnwritable` where somebody else is at it.
+    It does not wait: raises `FileUnwritable` if another process holds the lock.
     """
     folder = path.resolve().parent
     try:
@@ -191,15 +191,15 @@ def alone(path: Path) -> Iterator[None]:
 
 
 def replace(path: Path, text: str) -> None:
-    """Write a file whole or not at all, and have it on the disk when this returns; raises `FileUnwritable`.
+    """Write a file whole or not at all, so that it is on the disk when this returns; raises `FileUnwritable`.
 
-    A file that stands there keeps its permissions; a link is followed within its folder.
+    An existing file keeps its permissions; a link is followed within its folder.
     """
     place = writable_place(path)
     draft = place.with_name(f".{place.name}.new")
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        draft.unlink(missing_ok=True)  # of somebody who was killed
+        draft.unlink(missing_ok=True)  # left by a killed process
         try:
             with draft.open("x", encoding="utf-8") as file:
                 file.write(text)

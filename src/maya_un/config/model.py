@@ -18,7 +18,7 @@ Metres = Annotated[float, Field(gt=0.0, le=10.0)]
 
 
 class Contradiction(ValueError):
-    """A value that another one rules out: the `key` within its section, its `value`, and why."""
+    """A value that contradicts another one: the `key` within its section, its `value`, and the reason."""
 
     def __init__(self, key: str, value: object, reason: str) -> None:
         super().__init__(reason)
@@ -33,7 +33,7 @@ class ConfigSection(BaseModel):
 
 
 class Flaw(NamedTuple):
-    """Errors of keys: the dotted `key`, its `value`, and why."""
+    """The first error of a validation: the dotted `key`, its `value`, and the reason."""
 
     key: str
     value: Any
@@ -41,7 +41,7 @@ class Flaw(NamedTuple):
 
 
 def flaw(error: ValidationError, tags: tuple[str, ...] = ()) -> Flaw:
-    """Return the first flaw that a validation found; `tags`, which name kinds of a section, are no keys."""
+    """Return the first flaw of a validation; `tags`, which name kinds of a section, are not part of the key."""
     first = error.errors(include_url=False)[0]
     place, value, reason = [part for part in first["loc"] if part not in tags], first["input"], first["msg"]
     cause = first.get("ctx", {}).get("error")
@@ -93,7 +93,7 @@ class BoxConfig(ConfigSection):
 
 
 class CylinderConfig(ConfigSection):
-    """A cylinder that stands upright."""
+    """An upright cylinder."""
 
     name: Name
     kind: Annotated[Literal["cylinder"], Field(description="box, cylinder or half_space")]
@@ -130,10 +130,10 @@ class HalfSpaceConfig(ConfigSection):
 
 
 AnyZone = BoxConfig | CylinderConfig | HalfSpaceConfig
-"""A zone as it is written."""
+"""The configuration of a zone."""
 
 ZoneConfig = Annotated[AnyZone, Field(discriminator="kind")]
-"""The same for a model: `kind` says which of the three it is."""
+"""The same for a model: `kind` selects one of the three."""
 
 KINDS: dict[str, type[AnyZone]] = {"box": BoxConfig, "cylinder": CylinderConfig, "half_space": HalfSpaceConfig}
 """All kinds of zones by name."""
@@ -142,7 +142,7 @@ _ADAPTER: TypeAdapter[AnyZone] = TypeAdapter(ZoneConfig)
 
 
 def parse_zone(keys: Mapping[str, object]) -> AnyZone:
-    """Return the zone that somebody hands in; raises `InvalidRequest` with the key and why."""
+    """Return the zone of plain data; raises `InvalidRequest` with the key and the reason."""
     try:
         return _ADAPTER.validate_python(dict(keys))
     except ValidationError as error:
@@ -340,7 +340,7 @@ class WiringConfig(ConfigSection):
 
 
 class SafetyConfig(ConfigSection):
-    """Limits that the manual lacks and physics has (errata 1, 5, 6)."""
+    """Limits that the manual lacks, but physics requires (errata 1, 5, 6)."""
 
     tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = (
         manual.TENSION_LIMIT
@@ -356,7 +356,7 @@ class SafetyConfig(ConfigSection):
 
     @property
     def oe(self) -> int:
-        """Register OE: 1 switches a motor off on error, which only a self-locking drum survives."""
+        """Register OE: 1 switches a motor off on error, after which only a self-locking drum holds the load."""
         return int(self.self_locking) if self.off_on_error is None else self.off_on_error
 
     @model_validator(mode="after")
@@ -369,7 +369,7 @@ class SafetyConfig(ConfigSection):
 
 
 class HomingConfig(ConfigSection):
-    """How homing goes about it (errata, "Homing, in numbers")."""
+    """Speeds and limits of homing (errata, "Homing, in numbers")."""
 
     speed: Annotated[float, Field(gt=0.0, le=0.2, description="travel of the lines [m/s]")] = 0.03
     slow_speed: Annotated[float, Field(gt=0.0, le=0.02, description="probing and final approach [m/s]")] = 0.002

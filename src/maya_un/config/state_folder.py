@@ -14,7 +14,7 @@ from maya_un.namespace import own
 def state_folder() -> Path:
     """Return the folder of state: $MAYA_STATE_DIR, else $XDG_STATE_HOME/maya, else ~/.local/state/maya.
 
-    In a ROS namespace it is the subfolder for the Maya in that namespace.
+    In a ROS namespace it is the subfolder of that namespace.
     """
     named = os.environ.get("MAYA_STATE_DIR")
     if named:
@@ -24,10 +24,10 @@ def state_folder() -> Path:
 
 
 def own_state_folder() -> Path:
-    """Return the folder of state, made for its owner alone where it is not there.
+    """Return the folder of state, created with access for its owner alone if it is missing.
 
-    One of ours that others may look into is closed to them. Raises `FileUnwritable` for one that everybody may write
-    to.
+    Removes other users' access from an existing folder of this user. Raises `FileUnwritable` for a folder that
+    everybody may write to.
     """
     place = state_folder()
     try:

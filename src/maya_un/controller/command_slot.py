@@ -1,4 +1,4 @@
-"""One command at a time: it holds the slot, and learns from it that it has to stop."""
+"""One command at a time: it holds the slot, and the slot interrupts it when it must stop."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RunningCommand:
             self.interrupted.set_result(error)
 
     def check(self) -> None:
-        """Raise the error that ends the command, if there is one."""
+        """Raise the error that ends the command, if any."""
         if self.interrupted.done():
             raise self.interrupted.result()
 

@@ -61,10 +61,10 @@ _Way = Callable[[RunningCommand, Joints], Awaitable[Route]]
 class GalilController:
     """Joint-space control of Maya through one handle of its motion controller; see `protocol.Controller`.
 
-    `dial` opens the transport, `address` names it in messages. A `live` one reads the data record at
-    the configured rate for its readers, and a guard in the controller stops the axes if this program falls
-    silent. The other kind (dry runs) renews its state at every command only. Motions are planned in `workers`, or here
-    if there are none.
+    `dial` opens the transport; messages name the controller by `address`. A `live` controller reads the data record at
+    the configured rate and runs a guard in the motion controller, which stops the axes if this program falls silent.
+    Without `live` (dry runs) the state is renewed at every command only. `workers` plan the motions; without workers
+    this process plans them.
     """
 
     def __init__(
@@ -109,9 +109,9 @@ class GalilController:
         return self._monitor.workspace.zones
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
-        """Keep out of these zones from now on, through homings too; raises `Busy` while something moves.
+        """Set the zones that all motion avoids from now on, homings included; raises `Busy` while something moves.
 
-        One that the robot stands in is taken as any: no motion passes the check then, before it is taken away.
+        A zone that contains the robot is accepted. No motion then passes the check until that zone is removed.
         """
         monitor = self._monitor
         with monitor.slot.take("zones"):
@@ -144,14 +144,17 @@ class GalilController:
         return self._monitor.progress()
 
     def tap(self, listener: Callable[[str, bytes], None]) -> None:
-        """Hand every byte on the wire to `listener` ("tx" or "rx"), from now on; there is one listener."""
+        """Pass every byte on the wire to `listener` ("tx" or "rx") from now on.
+
+        A new listener replaces the earlier one.
+        """
         self._monitor.link.tap(listener)
 
     async def open(self, *, take_over: bool = False) -> None:
         """Connect, claim the controller, and write the configured registers; sends no motion.
 
-        A controller of a living owner is taken only with `take_over`, and at rest. Raises `ConnectFailed`,
-        `LinkTimeout`, `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`.
+        With `take_over`, claims also a controller at rest whose owner is alive. Raises `ConnectFailed`, `LinkTimeout`,
+        `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`.
         """
         driver = await self._monitor.open()
         try:
@@ -166,7 +169,7 @@ class GalilController:
         self._lookout.begin()
 
     async def close(self) -> None:
-        """Brake if something moves, give the handle back."""
+        """Brake if something moves, and release the handle."""
         if self._monitor.slot.current is not None and self._monitor.link.up:
             await self.stop()
             await self._monitor.slot.free()
@@ -177,9 +180,10 @@ class GalilController:
         await self._monitor.close()
 
     async def skip_home(self) -> None:
-        """Take over the homing whose mark stands in the controller.
+        """Adopt the homing whose mark is stored in the controller.
 
-        Raises `MarkerMissing` where there is none since the last reset, `Busy`, `NotConnected`, `Faulted`.
+        Raises `MarkerMissing` if the controller has no valid mark, `PositionNotKept` if an axis has moved since,
+        `Busy`, `NotConnected`, `Faulted`, and ownership and configuration errors.
         """
         monitor = self._monitor
         with monitor.slot.take("skip home"):
@@ -201,7 +205,8 @@ class GalilController:
     async def home(self) -> None:
         """Find the switches, define the counts, measure the strokes (`controller.homing`).
 
-        Raises as all motion does, and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`.
+        Raises the errors of every motion, and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`,
+        `StrokeDiffers`.
         """
         monitor = self._monitor
         async with self._motion("home", homed=False) as (command, driver):
@@ -231,7 +236,7 @@ class GalilController:
         monitor.publish()
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
-        """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
+        """Move to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
 
         async def way(_command: RunningCommand, here: Joints) -> Route:
             return [here, target]
@@ -239,9 +244,9 @@ class GalilController:
         await self._travel("move", way, speed)
 
     async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
-        """Go along `path`; raises `TrajectoryRefused` unless it starts where the robot is.
+        """Move along `path`; raises `TrajectoryRefused` unless it starts at the robot's position.
 
-        `on_via` is told every waypoint between the ends as it is passed, by its number from 0.
+        Calls `on_via` with the number of every waypoint between the ends, from 0, as the robot passes it.
         """
 
         async def way(_command: RunningCommand, here: Joints) -> Route:
@@ -252,7 +257,7 @@ class GalilController:
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
         """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
-        Tells how far it went and what ended it before. Raises `UnknownName` for another axis.
+        Returns the distance and the limit that shortened it. Raises `UnknownName` for another axis.
         """
         gone = Jogged(axis, distance)
 
@@ -288,7 +293,7 @@ class GalilController:
             command.check()
 
     async def stop(self) -> StopReport:
-        """Begin to brake at once, on the path, past every queue; tell how long and how far it takes.
+        """Begin to brake at once, on the path, past every queue; return the duration and distance of braking.
 
         A paused motion ends too. Raises `NotConnected`; never `Busy`.
         """
@@ -303,20 +308,23 @@ class GalilController:
         await self._pacing.override(ratio)
 
     async def pause(self, *, ahead: bool = False) -> StopReport:
-        """Brake on the path and hold all motion until `resume`; tell how long and how far it still goes.
+        """Brake on the path and hold all motion until `resume`; return the duration and distance of braking.
 
-        A motion that is asked for meanwhile waits. Stop, a fault and `recover` end a pause, time does not. With
-        `ahead` the next motion is held even if nothing is under way now. Raises `CannotPause` for a homing and
-        where there is nothing to hold; `Faulted`, `NotConnected`.
+        A motion that is requested meanwhile waits. A stop, a fault or `recover` ends a pause; a pause has no time
+        limit. With `ahead`, the next motion is held even if nothing is under way now. Raises `CannotPause` for a homing
+        and if nothing is under way; `Faulted`, `NotConnected`.
         """
         return await self._pacing.pause(ahead=ahead)
 
     async def resume(self) -> None:
-        """Let motion go on after a pause; raises `NotPaused`, `NotConnected`."""
+        """Continue motion after a pause; raises `NotPaused`, `NotConnected`."""
         await self._pacing.resume()
 
     async def abort(self) -> None:
-        """Stop without deceleration (Galil AB 1). Motors that OE guards go off, which is a fault to recover from."""
+        """Stop without deceleration (Galil AB 1).
+
+        Motors with OE set switch off, which is a fault that needs `recover`.
+        """
         self.stops += 1
         monitor = self._monitor
         driver = monitor.link.driver
@@ -332,9 +340,9 @@ class GalilController:
             monitor.fail(off, driver)
 
     async def recover(self, *, take_over: bool = False) -> None:
-        """Clear a fault once its cause is gone; moves nothing, switches motors on where they are.
+        """Clear a fault whose cause is gone; moves nothing, switches motors on at their positions.
 
-        A controller that another program took over is taken back if that program ended, or with `take_over`. Raises
+        Claims a controller back from another program if that program ended, or with `take_over`. Raises
         `NothingToRecover`; `NotConnected`, `AbortInput`, `AmplifierFault` while the cause lasts; `Busy` while the axes
         still finish earlier commands; `ControllerOwned`.
         """
@@ -373,11 +381,11 @@ class GalilController:
             monitor.publish()
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check and time `path` as a motion would; raises what the motion would raise, sends nothing."""
+        """Check and time `path` as a motion would; raises the errors of that motion, sends nothing."""
         return self._planner.preview(self.workspace, path, speed)
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
-        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
+        """Return the details of the motion along `path`, None if the path has no length; raises as `preview` does."""
         return self._planner.inspect(self.workspace, path, speed, samples)
 
     async def _travel(self, name: str, way: _Way, speed: float, on_via: OnVia | None = None) -> None:
@@ -396,10 +404,10 @@ class GalilController:
             self.events.emit(MotionEnded())
 
     async def _planned(self, command: RunningCommand, way: _Way, speed: float) -> MotionPlan:
-        """Return the plan from where the reference is by the newest record; raises what motion raises."""
+        """Return the plan from the reference position of the newest record; raises the errors of motion."""
         monitor = self._monitor
         known = monitor.here()
-        plan = await self._plan(command, way, known, speed)  # a refusal sends nothing
+        plan = await self._plan(command, way, known, speed)  # an error here leaves the controller untouched
         await monitor.look()
         if monitor.displaced is not None:
             raise monitor.displaced
@@ -419,14 +427,14 @@ class GalilController:
             driver = monitor.ready(homed=homed)
             try:
                 yield command, driver
-                command.check()  # said during the last look at what has ended: what comes next must not begin
+                command.check()  # a stop may have arrived during the last read: no further motion may start
             except asyncio.CancelledError:
                 await self._stopping.rest(driver, self._tell_stopped)
                 raise
             except Stopped:
                 await self._stopping.rest(driver, self._release_stopped)
                 raise
-            except OwnershipLost as error:  # a motion may be another program's now: the guard stops ours
+            except OwnershipLost as error:  # the motion may be the new owner's: the guard stops ours
                 monitor.fail(error, driver)
                 raise
             except MachineError as error:
@@ -461,7 +469,7 @@ class GalilController:
         return True
 
     async def _require_kept(self, driver: Driver) -> None:
-        """Raise `PositionNotKept` if the references differ from the end of our last motion."""
+        """Raise `PositionNotKept` if the references differ from the end of this program's last motion."""
         monitor = self._monitor
         left = await noted(driver)
         if left is None:

@@ -1,12 +1,12 @@
 """Execute one plan while its speed changes, is paused and resumed, and confirm its end.
 
-Speed override, pause and resume: one register of the controller (VR), written past the queue, on the path.
+Speed override, pause and resume write one register of the controller (VR), past the queue; the axes stay on the path.
 
-The prediction assumes that the controller does not scale its end speeds by VR. One that does arrives later, so
-the wait for a motion's end checks the record before it trusts the prediction. Homing keeps its own speeds and is not
+The prediction assumes that the controller does not scale its end speeds by VR. A controller that does arrives later, so
+the wait for a motion's end checks the record before it trusts the prediction. Homing has fixed speeds and cannot be
 paused.
 
-Carrying out one plan: send it, begin it, wait for its end as its speed is changed, make sure of it.
+To execute a plan: send it, begin it, wait for its end while its speed may change, and confirm that the axes arrived.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
 
 class Pacing:
-    """Changes how fast the controller that `monitor` keeps goes along its path."""
+    """Changes the speed of the controller that `monitor` reads, on its path."""
 
     def __init__(self, monitor: Monitor) -> None:
         self._monitor = monitor
@@ -64,9 +64,10 @@ class Pacing:
         await self._tell()
 
     async def pause(self, *, ahead: bool) -> StopReport:
-        """Brake on the path and hold all motion; tell how long and how far it still goes.
+        """Brake on the path and hold all motion; return the duration and distance of braking.
 
-        Nothing under way is refused unless something is `ahead`. Raises `CannotPause`, `Faulted`, `NotConnected`.
+        Without a command under way, raises `CannotPause` unless `ahead`. Raises `CannotPause`, `Faulted`,
+        `NotConnected`.
         """
         monitor = self._monitor
         self._require_pausable(ahead=ahead)
@@ -79,7 +80,7 @@ class Pacing:
         return report
 
     async def resume(self) -> None:
-        """Go on; raises `NotPaused`, `NotConnected`."""
+        """Continue; raises `NotPaused`, `NotConnected`."""
         monitor = self._monitor
         if not monitor.pace.paused:
             raise NotPaused
@@ -118,7 +119,10 @@ class Pacing:
         await self._accepted(sent, driver)
 
     async def _accepted(self, sent: asyncio.Future[str], driver: Driver) -> None:
-        """See the new ratio accepted; a run whose speed is not what was said ends."""
+        """Wait until the controller accepts the new ratio.
+
+        If it refuses, end the command with that error and raise it.
+        """
         try:
             await sent
         except CommandRejected as refusal:
@@ -132,14 +136,14 @@ LATE = 1.0
 """A motion may end this much later than predicted [s], and a twentieth of its duration, before that is an error."""
 
 HELD_LOOK = 0.25
-"""In a pause the record is read this often [s]: what is paused at its very end may be there."""
+"""In a pause the record is read this often [s]: a motion paused at its very end may already have arrived."""
 
 _ROUNDING = 1e-6
 """Times that differ by less [s] are the same."""
 
 
 class Execution:
-    """Carries out plans, one at a time, on the controller that `monitor` keeps."""
+    """Executes plans, one at a time, on the controller that `monitor` reads."""
 
     def __init__(self, monitor: Monitor, lookout: FaultMonitor) -> None:
         self._monitor = monitor
@@ -147,17 +151,17 @@ class Execution:
         self._loop = asyncio.get_running_loop()
 
     async def allowed(self, command: RunningCommand) -> None:
-        """Wait until nobody holds all motion."""
+        """Wait until all motion is no longer on hold."""
         while self._monitor.pace.paused:
             await command.wait(inf, self._monitor.pace.news)
 
     async def carry_out(
         self, command: RunningCommand, driver: Driver, plan: MotionPlan, on_via: OnVia | None = None
     ) -> bool:
-        """Do the move of a plan and return True; if the speed changed meanwhile, move nothing and return False."""
+        """Execute the move of a plan and return True; if the speed changed meanwhile, move nothing and return False."""
         monitor, move = self._monitor, plan.move
         assert move is not None
-        if move.start != monitor.standing():  # segments are relative: from elsewhere none of what was proved is true
+        if move.start != monitor.standing():  # segments are relative: the proof holds only for this start
             raise TrajectoryRefused(reason=f"it starts at counts {move.start}, the axes are at {monitor.standing()}")
         ratio = monitor.pace.ratio
         await self._lookout.wake_guard(driver)
@@ -214,13 +218,13 @@ class Execution:
         try:
             self._arrived(record, run)
         except Stopped:
-            await self._lookout.load(driver, [])  # the guard did it, if this program slept until now
+            await self._lookout.load(driver, [])  # raises if the guard stopped it, while this program slept
             command.check()
             raise
         run.tell_vias(inf)
 
     async def _ended(self, command: RunningCommand, run: MotionRun) -> DataRecord:
-        """Wait for the predicted end, however it changes, and look until the axes are at rest."""
+        """Wait for the predicted end, which may change, and read the record until the axes are at rest; return it."""
         pace = self._monitor.pace
         while True:
             await command.wait(self._due(run), pace.news)
@@ -235,7 +239,7 @@ class Execution:
                 raise EndNotReached(axis="a, b or c", distance="an unknown way, still moving,")
 
     def _due(self, run: MotionRun) -> float:
-        """Return when to act next: at a via, at the end, in a pause and behind the end again and again."""
+        """Return the loop time of the next action [s]: a via, the end, or the next poll in a pause or after the end."""
         now = self._loop.time()
         if self._monitor.pace.paused:
             return min(run.next_via(), max(run.rest + SETTLE, now + HELD_LOOK))

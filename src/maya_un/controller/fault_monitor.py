@@ -1,6 +1,6 @@
 """Detect changes that Maya did not command, and report them to the motion under way, or enter the fault state.
 
-Such changes show in the data record, in the guard's answer to every beat, and in the controller's own reports.
+Such changes show in the data record, in the guard's answer to every beat, and in the controller's own messages.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ MOVING_RATE, REST_RATE = 20.0, 4.0
 """Reads per second, at most: of the first group in motion, and of all groups in turn."""
 
 _NAMED = (AbortInput, AmplifierFault, CommandRejected, PositionChanged, RegisterChanged, ForeignMotion, UnexpectedReply)
-"""Errors that name their cause; a refused command of ours explains a different register."""
+"""Errors that name their cause; a refused command of this program explains a register that differs."""
 
 
 class FaultMonitor:
-    """Watches the controller of `monitor`, and keeps the guard in it running. Never sends motion.
+    """Watches the controller of `monitor`, and keeps its guard running. Never sends motion.
 
-    One that is not `live`, as in a dry run, has no guard and reads only on request.
+    Without `live`, as in a dry run, it has no guard and reads on request only.
     """
 
     def __init__(self, monitor: Monitor, *, live: bool) -> None:
@@ -63,7 +63,7 @@ class FaultMonitor:
         monitor.on_returned = self._on_returned
 
     def begin(self) -> None:
-        """Read the record at the configured rate from now on, also after a defect ended the reading."""
+        """Read the record at the configured rate from now on; restarts the reading if a defect ended it."""
         if self._live and (self._looking is None or self._looking.done()):
             self._looking = self._loop.create_task(self._keep_looking(), name="state stream")
 
@@ -91,24 +91,27 @@ class FaultMonitor:
                 await driver.batch(monitor.registers.torque(monitor.torque.most))
 
     async def claim(self, driver: Driver, *, take_over: bool = False) -> None:
-        """Make the controller ours (a dry run's twin always is); raises `ControllerOwned`, `ControllerMoves`."""
+        """Claim the controller for this program (a dry run needs no claim).
+
+        Raises `ControllerOwned`, `ControllerMoves`.
+        """
         if self._guard is not None:
             await self._guard.claim(driver, self._monitor.link.address, self._moving, take_over=take_over)
 
     async def require_owned(self, driver: Driver) -> None:
-        """Make sure that the controller is ours and the guard watches; raises `OwnershipLost` and as `load`."""
+        """Raise `OwnershipLost`, or as `load`, unless this program owns the controller and the guard watches."""
         await self.wake_guard(driver)
         await self.load(driver, [])
 
     async def output(self, driver: Driver, bit: int, *, high: bool) -> None:
-        """Set or clear an output, if the controller is ours; raises `OwnershipLost`, `GuardNotRunning`."""
+        """Set or clear an output if this program owns the controller; raises `OwnershipLost`, `GuardNotRunning`."""
         if self._guard is None:
             await driver.send(f"{'SB' if high else 'CB'} {bit}")
         else:
             await self._guard.output(driver, bit, high=high)
 
     async def install_guard(self, driver: Driver) -> None:
-        """Have the guard in the controller watch from now on; raises `GuardBlocked`, `GuardNotRunning`."""
+        """Install and start the guard in the controller; raises `GuardBlocked`, `GuardNotRunning`."""
         if self._guard is not None:
             driver.on_message = self._on_message
             await self._guard.install(driver)
@@ -116,7 +119,7 @@ class FaultMonitor:
     async def load(self, driver: Driver, commands: Sequence[str]) -> None:
         """Send the preparation of a motion; with a guard, only if it runs (`GuardNotRunning`, `HostSilent`).
 
-        With `live`, also read every register that safety depends on; raises `RegisterChanged`.
+        A `live` monitor also reads every register that safety depends on; raises `RegisterChanged`.
         """
         registers = self._monitor.registers
         asked = registers.ask(driver) if self._live and commands and registers.known else None
@@ -129,7 +132,7 @@ class FaultMonitor:
             await registers.require(driver, asked)
 
     async def name(self, driver: Driver, error: MachineError) -> MachineError:
-        """Return the cause of a motion's `error`: a changed register if there is one, else `error`."""
+        """Return the cause of a motion's `error`: a changed register if one is found, else `error`."""
         registers = self._monitor.registers
         if not self._live or not registers.known or driver.lost.done() or isinstance(error, _NAMED):
             return error
@@ -158,7 +161,7 @@ class FaultMonitor:
         return self._monitor.moving()
 
     def _on_returned(self, driver: Driver) -> None:
-        """Beat again on a new connection once nothing moves: the guard must stop a motion under way."""
+        """Resume the beat on a new connection once nothing moves: until then the guard must stop a motion under way."""
         if self._guard is not None:
             self._begin(self._resume(driver, self._guard))
 
@@ -188,7 +191,7 @@ class FaultMonitor:
                 if asked is not None:
                     await self._judge_registers(driver, asked)
             except (NotConnected, MachineError):
-                continue  # the link's keeper announces the loss and dials again
+                continue  # the link's keeper reports the loss and dials again
             except Exception as defect:
                 monitor.enter_fault(InternalError(reason=repr(defect)))
                 raise
@@ -225,7 +228,10 @@ class FaultMonitor:
             self._monitor.displace(changed)
 
     async def _tell(self, driver: Driver, error: MachineError) -> None:
-        """End the motion under way with an error, or enter the fault state; after a reset, report the reset."""
+        """End the motion under way with an error, or enter the fault state.
+
+        After a reset, use the error of the reset.
+        """
         monitor = self._monitor
         if not await remembered(driver):
             monitor.homed, error = False, ControllerReset()
@@ -284,7 +290,7 @@ class FaultMonitor:
         return strange
 
     def _on_watch(self, watch: WatchdogStatus, driver: Driver) -> None:
-        """Evaluate the guard's answer, many times a second, unless there is a fault already."""
+        """Evaluate the guard's answer, which comes many times a second, unless a fault is present."""
         monitor = self._monitor
         if monitor.fault is not None or driver.lost.done():
             return
@@ -294,7 +300,7 @@ class FaultMonitor:
             self._begin(self._find_out(watch.garbled or GuardNotRunning()))
         elif watch.expired and (monitor.run is not None or monitor.phase is not None):
             monitor.end(HostSilent())
-        elif watch.expired and self._guard is not None:  # at rest there was nothing to stop
+        elif watch.expired and self._guard is not None:  # at rest the guard had nothing to stop
             self._begin(self._guard.arm(driver))
 
     async def _find_owner(self, driver: Driver, guard: Watchdog) -> None:
@@ -302,7 +308,7 @@ class FaultMonitor:
         try:
             error = await guard.lost(driver)
         except (NotConnected, MachineError):
-            return  # the link's keeper announces the loss
+            return  # the link's keeper reports the loss
         if not isinstance(error, OwnershipLost):
             await self._find_out(error)  # no owner: a reset
         elif self._monitor.fault is None and not self._ending():
@@ -313,31 +319,31 @@ class FaultMonitor:
         return command is not None and command.interrupted.done()
 
     def _on_message(self, text: str) -> None:
-        """Read at once after a report of the controller: a limit or a following error."""
+        """Read the record at once after a message of the guard about a limit or a following error."""
         if text.startswith(REPORT):
             self._unheard = True
             if self._hearing is None or self._hearing.done():
                 self._hearing = self._begin(self._hear())
 
     async def _hear(self) -> None:
-        """Read once for all reports that came meanwhile, so many reports do not cause many reads."""
+        """Read once for all messages that arrived meanwhile, so many messages do not cause many reads."""
         while self._unheard:
             self._unheard = False
             await self._find_out(None)
 
     async def _find_out(self, otherwise: MachineError | None) -> None:
-        """Find what happened to the axes, and end the motion under way with that error, or with `otherwise`."""
+        """Find the error of the axes, and end the motion under way with it, or with `otherwise`."""
         monitor = self._monitor
         run = monitor.run
         try:
             record = await monitor.look()
         except (NotConnected, MachineError):
-            return  # the link's keeper announces the loss
+            return  # the link's keeper reports the loss
         if run is monitor.run:
             await self._judge(record)
         if otherwise is not None and monitor.fault is None and not self._ending():
             found = state_builder.grave(record, monitor.order, (0, 1, 2) if run is None else run.members)
-            # Outside of a run, a limit or a following error may be one that was met long ago.
+            # Outside of a run, a limit or a following error may be an old one.
             if found is None or (run is None and not isinstance(found, (AbortInput, AmplifierFault))):
                 found = otherwise
             monitor.end(found)

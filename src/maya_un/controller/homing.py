@@ -1,17 +1,18 @@
 """Homing from any start: a sequence that can neither tear the machine nor touch the table.
 
-Known facts: lengthening a line never breaks b + c >= W; shortening a line always raises the gripper; moving
-both lines by equal and opposite amounts keeps the gripper on an ellipse about the two anchors, along which the
-tension is largest in the middle, at most 1.11 times what it is where a short switch ends the ellipse.
-Unknown are lengths, friction, following, the long ends. So the sequence rests on switches, following
-error and motor torque (docs/explanation/homing.md derives every bound):
+Known facts: lengthening a line never breaks b + c >= W; shortening a line always raises the gripper; moving both lines
+by equal and opposite amounts keeps the gripper on an ellipse about the two anchors, along which the tension is largest
+in the middle, at most 1.11 times the tension where a short switch ends the ellipse. Unknown are lengths, friction,
+following, the long ends. So the sequence relies on switches, following error and motor torque
+(docs/explanation/homing.md derives every bound):
 
-1. raise: shorten both lines in steps, each a fraction of what the torque says is left before the lines are straight;
+1. raise: shorten both lines in steps, each a fraction of the length that, by the torque, remains before the lines are
+   straight;
 2. datum of a, with the gripper high;
 3. along the ellipse until c is at its short end: datum of c;
-4. along the ellipse back, c to a length that suits, then b alone to its short end: datum of b;
-5. measure the long ends of c and b, the other line at a length that keeps both taut;
-6. go to the homed pose and leave the mark.
+4. along the ellipse back, c to a suitable length, then b alone to its short end: datum of b;
+5. measure the long ends of c and b, with the other line at a length that keeps both taut;
+6. go to the homed pose and write the mark.
 """
 
 from __future__ import annotations
@@ -29,28 +30,28 @@ from maya_un.values import AXES, Joints
 A, B, C = 0, 1, 2
 
 ENOUGH = 2.0
-"""Raised enough: a line carries this many loads. Low down no line carries more than 1.2, friction included 1.7."""
+"""Load on a line at which the raise ends [loads]. Low down no line carries more than 1.2, with friction 1.7."""
 
 LEAST = 0.35
-"""The tighter of two lines that hold the gripper carries half a load at least; less is a wrong torque constant."""
+"""Least load [loads]: the tighter of two lines carries at least 0.5; less means a wrong torque constant."""
 
 PROBE = 0.0004
-"""First step of the raise [m]: from the tightest legal start (5 loads) two lines shortened by it reach 5.3."""
+"""First step of the raise [m]: it takes two lines from the tightest legal start (5 loads) to 5.3."""
 
 PROBE_SPEED = 0.0005
-"""Speed of the first step [m/s]: it lasts long enough for its torque to be read at any latency."""
+"""Speed of the first step [m/s]: it lasts long enough to read its torque at any latency."""
 
 RELAX = 0.015
-"""After the raise both lines give way by this [m], so that the ellipse starts well below the limit."""
+"""After the raise both lines lengthen by this [m], so that the ellipse starts well below the limit."""
 
 BACK = (0.07, 0.025, 0.025)
-"""Way off a long end's switch, and half of the way in which a datum must be met again (rad, m, m)."""
+"""Way off a long end's switch, and half of the way in which a datum must trip again (rad, m, m)."""
 
 CLEAR = (0.01, 0.002, 0.002)
-"""Way on from there before the slow approach (rad, m, m): long enough for its speed to be steady at the switch."""
+"""Further way before the slow approach (rad, m, m): long enough for a steady speed at the switch."""
 
 MARGIN_COUNTS = (2, 5, 5)
-"""The datum errs by this much to the safe side, so that the end of the stroke lies short of the switch."""
+"""Offset of the datum to the safe side [counts], so that the end of the stroke lies short of the switch."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +63,13 @@ class HomingResult:
 
 
 def homed_pose(config: Config) -> Joints:
-    """Return where homing leaves the robot (rad, m, m): off every switch, high, well inside the workspace."""
+    """Return the pose after homing (rad, m, m): off every switch, high, well inside the workspace."""
     width = config.geometry.width
     return Joints(config.axes.a.minimum + 0.035, 0.75 * width, 0.65 * width)
 
 
 class HomingRun:
-    """One run of the sequence; `phase` is told the name of each step as it begins."""
+    """One run of the sequence; calls `phase` with the name of each step as it begins."""
 
     def __init__(
         self, seeker: Seeker, driver: Driver, config: Config, units: Units, phase: Callable[[str], None]
@@ -84,7 +85,8 @@ class HomingRun:
     async def run(self) -> HomingResult:
         """Run the whole sequence.
 
-        Raises `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, and what ends a motion.
+        Raises `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, and the errors that end a
+        motion.
         """
         look = await self._seek.survey()
         if look.reverse[B] and look.reverse[C]:
@@ -96,7 +98,10 @@ class HomingRun:
             raise await self._explain(stall) from stall
 
     async def _liar(self) -> int:
-        """Return which line is not at its short end, where both read so: the switch under c lets go, or it lies."""
+        """Return the line whose short-end switch reads falsely, when both read active.
+
+        Lengthens c: if its switch releases, b's is wrong. If it stays active or c stalls, c's is wrong.
+        """
         try:
             look = await self._seek.go(
                 {C: RELEASE_WITHIN[C]}, 4.0 * self._approach(C), poll=0.1, until=lambda look: not look.reverse[C]
@@ -137,7 +142,7 @@ class HomingRun:
         return (ends.maximum - ends.minimum) * (1.0 + self._config.homing.stroke_tolerance) + 0.1
 
     async def _raise(self) -> None:
-        """Shorten both lines until the torque says that they are nearly straight, or one is at its short end."""
+        """Shorten both lines until the torque shows that they are nearly straight, or a line is at its short end."""
         load, look = await self._probe()
         if 0.0 < load < LEAST and not (look.reverse[B] or look.reverse[C]):
             reason = "the torque read is too small for a hanging load, see homing.torque_per_load"
@@ -155,7 +160,10 @@ class HomingRun:
         await self._seek.go({B: RELAX, C: RELAX}, self._speed)
 
     async def _probe(self) -> tuple[float, AxesReading]:
-        """Return the load on the tighter line after a first tiny step; steps back where none could be read."""
+        """Return the load on the tighter line [loads] and the reading after a tiny step.
+
+        If no load was read, step back and retry.
+        """
         look = await self._seek.look()
         for attempt in range(6):
             load, look = await self._shorten(PROBE, PROBE_SPEED / 2**attempt, poll=0.02)
@@ -166,7 +174,7 @@ class HomingRun:
         raise HomingStalled(axis=AXES[B], reason="its torque could not be read on the way: the link is too slow")
 
     async def _shorten(self, step: float, speed: float, poll: float) -> tuple[float, AxesReading]:
-        """Shorten the lines that are not at their short ends; return the largest load seen and the last look."""
+        """Shorten the lines that are not at their short ends; return the largest load [loads] and the last reading."""
         before = await self._seek.look()
         deltas = {axis: -step for axis in (B, C) if not before.reverse[axis]}
         seen = 0.0
@@ -182,13 +190,13 @@ class HomingRun:
         return seen, look
 
     async def _to_short_c(self) -> None:
-        """Along the ellipse until c is at its short end; where b meets its long end first, c goes on alone."""
+        """Move along the ellipse until c is at its short end; if b meets its long end first, c continues alone."""
         look = await self._seek.look()
         if look.reverse[C]:
             return
         if not look.forward[B]:
             stroke = self._stroke(C)
-            if look.reverse[B]:  # b's length is known then; met at both ends at once, b would be slack by 0.26 m
+            if look.reverse[B]:  # b's length is known then; at both ends at once, b would be slack by 0.26 m
                 stroke = min(stroke, self._config.axes.b.maximum - self._config.axes.b.minimum - 0.1)
             look = await self._seek.go({C: -stroke, B: stroke}, self._speed)
         if not look.met(C, REVERSE):
@@ -196,7 +204,7 @@ class HomingRun:
             await self._reach(C, REVERSE, -self._stroke(C))
 
     async def _to_short_b(self) -> None:
-        """Back along the ellipse to a length of c that keeps b taut to its short end, then b alone."""
+        """Move back along the ellipse to a length of c that keeps b taut to its short end, then move b alone."""
         look = await self._seek.look()
         away = 0.95 * self._width - self._length(C, look)
         if not look.reverse[B]:
@@ -205,7 +213,7 @@ class HomingRun:
             await self._reach(B, REVERSE, -self._stroke(B))
 
     async def _reach(self, axis: int, side: str, distance: float) -> AxesReading:
-        """Go at most `distance` to a switch; raises `SwitchNotFound` where there is none."""
+        """Move at most `distance` (rad or m) to a switch, and return the reading there; raises `SwitchNotFound`."""
         look = await self._seek.look()
         if not look.at(axis, side):
             speed = self._speed if axis != A else self._config.axes.a.speed_counts / self._units.per_unit[A]
@@ -215,9 +223,9 @@ class HomingRun:
         return look
 
     async def _datum(self, axis: int, distance: float) -> None:
-        """Define the counts of `axis` at its reverse switch: back off, come again slowly, say where it is.
+        """Define the counts of `axis` at its reverse switch: back off, approach slowly, define the position.
 
-        The axis rests past the switch by what it took to stop, v²/2a, and by its following error while moving.
+        The axis rests past the switch by its stopping distance, v²/2a, and by its following error while moving.
         """
         await self._reach(axis, REVERSE, -distance)
         speed = self._approach(axis)
@@ -244,13 +252,13 @@ class HomingRun:
         await self._seek.define(axis, counts)
 
     def _approach(self, axis: int) -> float:
-        """Slow speed: as configured for the lines (m/s), a twentieth of its slew for the boom (rad/s)."""
+        """Return the slow speed: as configured for the lines (m/s), a twentieth of its slew for the boom (rad/s)."""
         if axis == A:
             return self._config.axes.a.speed_counts / 20 / self._units.per_unit[A]
         return self._config.homing.slow_speed
 
     def _stopping(self, axis: int, speed: float) -> float:
-        """Counts from the switch to rest when a limit ends a move at `speed`: v²/2a, a as the plane brakes."""
+        """Return the way from a switch to rest [counts] when it ends a move at `speed`: v²/2a, a of the plane."""
         v = int(speed * self._units.per_unit[axis]) // 2 * 2
         return v * v / (2.0 * (self._config.axes[axis].limit_deceleration_counts // 1024 * 1024))
 
@@ -258,7 +266,10 @@ class HomingRun:
         return look.counts[axis] / self._units.per_unit[axis]
 
     async def _long_end(self, axis: int, other: int, other_length: float) -> float:
-        """Measure where the long switch of a line trips [m], the other line held at `other_length`."""
+        """Return where the long switch of a line trips [m], with the other line at `other_length` [m].
+
+        Raises `StrokeDiffers` if this is not the configured stroke.
+        """
         look = await self._seek.look()
         await self._seek.go({other: other_length - self._length(other, look)}, self._speed)
         look = await self._reach(axis, FORWARD, self._stroke(axis))
@@ -277,7 +288,7 @@ class HomingRun:
         await self._seek.go({A: pose.a - self._length(A, look)}, slew)
 
     async def _explain(self, stall: Stall) -> MayaError:
-        """Return what a stall means; where no switch claims to be active, back off and see whether one should have.
+        """Return the error of a stall; if no active switch explains it, back off both ways to test the switches.
 
         A switch that turns active while its axis leaves it raises `WiringContradictsCn` on the way.
         """
@@ -296,11 +307,11 @@ class HomingRun:
 
 
 def _safe_step(load: float) -> float:
-    """Return how far both lines may be shortened [m] when the tighter one carries `load` (in loads).
+    """Return how far both lines may be shortened [m] when the tighter line carries `load` (in loads).
 
-    In the middle of the ellipse T = A / (2 sqrt(A² - 1)) with A = (b + c) / W, so the load tells what is left of
-    b + c - W; an eighth of it for each line leaves three quarters. Friction only makes the load look larger, hence
-    the step smaller. W cancels to first order; 2 m is the manual's.
+    In the middle of the ellipse T = A / (2 sqrt(A² - 1)) with A = (b + c) / W, so the load gives the remaining b + c -
+    W; an eighth of it for each line leaves three quarters. Friction only makes the load look larger, hence the step
+    smaller. W cancels to first order; 2 m is the manual's value.
     """
     if load < 0.55:
         return 0.2

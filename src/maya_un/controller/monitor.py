@@ -1,18 +1,16 @@
-"""The known state of the machine: latest record, expected positions, homing mark, events, and a latched fault.
+"""The known state of the machine: link, latest record, expected positions, homing mark, events, and a latched fault.
 
-The mark that a homing leaves in the controller, and that a reset loses.
+A homing leaves a mark in the controller, and a reset erases it. A variable alone would come back by a burned BV, so the
+mark is a pair: the variable `mayahome` and the axis user variable ZA (part of the data record, zero after a reset) must
+hold the same number, and the lines' counts must lie within their strokes. After a reset the counts start at zero,
+outside the strokes.
 
-A variable alone would come back by a burned BV, so the mark is a pair: the variable `mayahome` and the
-axis user variables ZA (kept in the data record, zero after a reset) must hold the same number, and the lines'
-counts must lie within their strokes, where a reset controller, which counts from zero, never is.
-
-Counts mean what the configuration of their homing called the switches (`axes.*.minimum`), so that is noted too, as
-`mayamina`, `mayaminb`, `mayaminc` [counts]. If a calibration has moved them since, the mark is no longer valid.
+Counts depend on where the configuration of their homing placed the switches (`axes.*.minimum`), so the controller
+stores that too, as `mayamina`, `mayaminb`, `mayaminc` [counts]. If a calibration has changed them since, the mark is no
+longer valid.
 
 Every motion writes its rest position into `mayaata`, `mayaatb`, `mayaatc` [counts], valid while `mayamove` is 0. A
 program that adopts the mark later compares it with the positions, and so detects foreign changes.
-
-The known state of the machine: link, latest record, expected positions, events, and a latched fault.
 
 The reference of an axis (Galil DMC-41x3, command RP) changes by motion, by DP, and by SH, which sets it to the position
 of the axis. So at rest it does not change, and in motion it stays on the path.
@@ -56,7 +54,7 @@ _SLACK = 0.035
 
 
 def plausible(config: Config, here: Joints) -> bool:
-    """Tell whether the lines' counts can be those of a homed controller; one that was reset counts from zero."""
+    """Return whether the lines' counts are possible for a homed controller; after a reset the counts start at zero."""
     return all(
         axis.minimum - _SLACK <= length <= axis.maximum * (1 + _SLACK) + _SLACK
         for axis, length in ((config.axes.b, here.b), (config.axes.c, here.c))
@@ -64,7 +62,7 @@ def plausible(config: Config, here: Joints) -> bool:
 
 
 def datum(config: Config, units: Units, axis: int) -> str:
-    """Return the command that notes at which counts the datum of an axis (0, 1, 2) was defined."""
+    """Return the command that stores the counts at which the datum of an axis (0, 1, 2) was defined."""
     return f"{_noted(axis)}={_datum_counts(config, units, axis)}"
 
 
@@ -77,7 +75,10 @@ def _datum_counts(config: Config, units: Units, axis: int) -> int:
 
 
 async def _datum_holds(driver: Driver, config: Config, units: Units, axis: int) -> bool:
-    """Tell whether the counts of an axis were defined as `config` does; nothing noted means the manual's machine."""
+    """Return whether the counts of an axis were defined as in `config`.
+
+    Without a stored value, the manual's machine counts.
+    """
     try:
         noted = await driver.value(_noted(axis))
     except CommandRejected:
@@ -101,7 +102,7 @@ async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None
 
 
 async def erase(driver: Driver) -> None:
-    """Take the mark away: until a homing has ended, there is none."""
+    """Erase the mark: it is absent until a homing ends."""
     await driver.batch(["mayahome=0", "ZAA=0"])
 
 
@@ -136,7 +137,7 @@ async def noted(driver: Driver) -> tuple[float, float, float] | None:
 
 
 async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tuple[float, float] | None:
-    """Return the measured long ends of b and c [m] where a valid mark stands, None otherwise."""
+    """Return the measured long ends of b and c [m] of a valid mark, None without one."""
     try:
         number = await driver.value("mayahome")
         ends = (await driver.value("mayaendb"), await driver.value("mayaendc"))
@@ -152,14 +153,14 @@ async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tu
 
 
 class StateBroadcaster:
-    """Holds the newest `state` and hands it to whoever watches; nobody waits for a slow watcher."""
+    """Holds the newest `state` and passes it to all watchers; a slow watcher delays no other."""
 
     def __init__(self, state: State) -> None:
         self.state = state
         self._newer = asyncio.Event()
 
     def show(self, state: State) -> None:
-        """Put a newer state in the place of the last, and wake whoever watches."""
+        """Replace the state by a newer one, and wake all watchers."""
         self.state = state
         self._newer.set()
         self._newer.clear()
@@ -177,7 +178,7 @@ class StateBroadcaster:
                 await self._newer.wait()
 
     async def until(self, holds: Callable[[], bool]) -> None:
-        """Return when something holds; it is looked at now and whenever a newer state is shown."""
+        """Return when `holds` returns True; it is called now and after every newer state."""
         while not holds():
             await self._newer.wait()
 
@@ -204,7 +205,7 @@ class PositionReckoner:
         self._last: DataRecord | None = None
 
     def forget(self) -> None:
-        """Forget the positions, as during a motion of ours."""
+        """Forget the positions, as during a motion of this program."""
         self._last = None
 
     def compare(self, record: DataRecord) -> MachineError | None:
@@ -244,7 +245,7 @@ class PositionReckoner:
         return None
 
     def changed(self, axis: int, counts: float) -> PositionChanged:
-        """Return the error for an axis (0 to 2) that is `counts` away from where it should be."""
+        """Return the error for an axis (0 to 2) that is `counts` away from its expected position."""
         return PositionChanged(axis=AXES[axis], distance=self.shown(axis, counts))
 
     def shown(self, axis: int, counts: float) -> str:
@@ -262,7 +263,7 @@ class PositionReckoner:
 
 
 def _off(places: Floats, here: Floats) -> Floats:
-    """Return how far `here` lies from the nearest point of the chords through `places`, by axis."""
+    """Return the distance of `here` from the nearest point of the chords through `places`, by axis [counts]."""
     starts, ways = places[:-1], np.diff(places, axis=0)
     lengths = np.einsum("ij,ij->i", ways, ways)
     shares = np.einsum("ij,ij->i", here - starts, ways) / np.where(lengths > 0.0, lengths, 1.0)
@@ -276,7 +277,7 @@ OFF_SWITCH = (0.002, 0.001, 0.001)
 
 
 class Monitor:
-    """Keeps the link, reads the record on request, publishes states and events. Never sends motion.
+    """Maintains the link, reads the record on request, publishes states and events. Never sends motion.
 
     `on_returned` is called when the controller answers again after a loss and the state has been published.
     """
@@ -316,14 +317,14 @@ class Monitor:
         return self._latest.state
 
     async def open(self) -> Driver:
-        """Connect and look; raises `ConnectFailed`, `LinkTimeout`, `WrongController`."""
+        """Connect and read the record; raises `ConnectFailed`, `LinkTimeout`, `WrongController`."""
         driver = await self.link.open()
         self._down = False
         await self.look()
         return driver
 
     def announce(self) -> None:
-        """Tell that the controller is connected and not homed."""
+        """Emit the events that the controller is connected and not homed."""
         self.events.emit(Connected(self.link.address, self.link.firmware))
         self.events.emit(HomingNeeded())
         self.publish()
@@ -337,7 +338,7 @@ class Monitor:
         return self._latest.watch()
 
     def progress(self) -> Progress | None:
-        """How far the motion under way has come, None at rest; the phases of a homing have no known duration."""
+        """Progress of the motion under way, None at rest; the phases of a homing have no known duration."""
         now = self._loop.time()
         if self.run is not None:
             name = self.slot.current.name if self.slot.current else "move"
@@ -356,14 +357,14 @@ class Monitor:
         return driver
 
     async def look(self) -> DataRecord:
-        """Read the record and renew the state."""
+        """Read the record, renew the state, and return the record."""
         self.record = await self.link.driver.record()
         self._reckon(self.record)
         self.publish()
         return self.record
 
     def _reckon(self, record: DataRecord) -> None:
-        """Detect a position that changes, or an axis that moves, without a motion of ours."""
+        """Detect a position that changes, or an axis that moves, without a motion of this program."""
         if self.under_way or isinstance(self.fault, OwnershipLost):  # the motion is ours, or the new owner's
             self.reckoning.forget()
             return
@@ -373,7 +374,7 @@ class Monitor:
 
     @property
     def under_way(self) -> bool:
-        """Whether a motion of ours is under way."""
+        """Whether a motion of this program is under way."""
         return self.run is not None or self.phase is not None or self.seeking
 
     def displace(self, error: MachineError) -> None:
@@ -398,21 +399,21 @@ class Monitor:
             self.fail(error, driver)
 
     def standing(self) -> tuple[int, int, int]:
-        """Return where the reference is [counts]."""
+        """Return the reference position of a, b, c [counts]."""
         assert self.record is not None
         a, b, c = (self.record.axes[place].reference for place in self.order)
         return a, b, c
 
     def here(self) -> Joints:
-        """Return where the reference is (rad, m, m): what the next motion starts from."""
+        """Return the reference position (rad, m, m), from which the next motion starts."""
         return self.units.to_joints(self.standing())
 
     def moving(self) -> bool:
-        """Whether one of Maya's axes moved at the latest look."""
+        """Whether one of Maya's axes moved in the latest record."""
         return self.record is not None and any(self.record.axes[place].moving for place in self.order)
 
     def motor_off(self) -> MayaError | None:
-        """Return the error for a motor that is off though it was switched on, None where all are on."""
+        """Return the error for a motor that is off though it was switched on, None if all are on."""
         if self.record is None or not self.powered:
             return None
         off = [i for i, place in enumerate(self.order) if self.record.axes[place].motor_off]
@@ -421,7 +422,7 @@ class Monitor:
         return state_builder.grave(self.record, self.order, off) or MotorOff(axis=AXES[off[0]])
 
     def places(self) -> Iterator[tuple[AxisConfig, int]]:
-        """Yield every axis with its place in the record."""
+        """Yield every axis with its index in the record."""
         for i, place in enumerate(self.order):
             yield self.config.axes[i], place
 
@@ -436,7 +437,10 @@ class Monitor:
         await self.look()
 
     async def adopt(self, driver: Driver) -> bool:
-        """Take over a standing mark of homing; the robot must also be inside its workspace, zones aside."""
+        """Adopt a valid homing mark.
+
+        Return whether the robot is then homed, that is, inside its workspace without zones.
+        """
         ends = await read(driver, self.config, self.units, self.here())
         if ends is None:
             return False
@@ -457,42 +461,42 @@ class Monitor:
         self.publish()
 
     def release(self) -> None:
-        """End a pause: what it held is over."""
+        """End a pause."""
         if self.pace.paused:
             self.pace.change(paused=False)
 
     def fail(self, error: MachineError, driver: Driver) -> None:
-        """Enter the fault state; the first cause stays until `recover`. A lost link is announced as that."""
+        """Enter the fault state; the first cause stays until `recover`. A lost link is reported as lost."""
         if driver.lost.done():
             self._on_lost(driver.lost.result())
         elif self.fault is None:
             self.enter_fault(error)
 
     def end(self, error: MayaError) -> None:
-        """End the running command with an error, or enter the fault state at once if there is none."""
+        """End the running command with an error, or enter the fault state at once if no command runs."""
         if self.slot.current is None:
             self.enter_fault(error)
         else:
             self.slot.current.interrupt(error)
 
     def enter_fault(self, error: MayaError) -> None:
-        """Enter the fault state with an error, whatever is under way."""
+        """Enter the fault state with an error, even during a motion."""
         self.fault = error
         self.release()
         self.events.emit(state_builder.kind(error)(str(error), code=error.code))
         self.publish()
 
     def publish(self) -> None:
-        """Renew the state and wake whoever watches."""
+        """Renew the state and wake all watchers."""
         self._latest.show(self._compose())
 
     def _on_lost(self, reason: MachineError) -> None:
-        """Announce a lost link once: the waiting command or the supervisor of the link may notice it first."""
+        """Report a lost link once: the waiting command or the supervisor of the link may notice it first."""
         if self._down:
             return
         self._down = True
         if self.under_way:
-            self.reckoning.forget()  # the guard stops the axes, nobody knows where
+            self.reckoning.forget()  # the guard stops the axes at unknown positions
         self.registers.forget()
         self.fault = reason
         self.release()
@@ -502,7 +506,7 @@ class Monitor:
         self.publish()
 
     async def _on_back(self, driver: Driver) -> None:
-        """The controller answers again: look, tell, move nothing."""
+        """Read the record when the controller answers again, and report; move nothing."""
         homed = self.homed
         try:
             await self.look()
@@ -510,7 +514,7 @@ class Monitor:
         except (NotConnected, MachineError) as error:
             if not isinstance(error, MachineError) or driver.lost.done():
                 return  # lost again: the link's keeper dials again
-            self.fault, lost = error, False  # it answers, but makes no sense
+            self.fault, lost = error, False  # it answers, but its answer is invalid
         self._down = False
         self.events.emit(Connected(self.link.address, self.link.firmware))
         if lost:
@@ -543,7 +547,7 @@ class Monitor:
 
 
 def _within(config: Config, ends: tuple[float, float]) -> tuple[Stroke, Stroke, Stroke]:
-    """Return the strokes that keep off every switch: as configured, and short of the measured long ends."""
+    """Return the strokes that stay off every switch: as configured, and short of the measured long ends."""
     a, b, c = config.axes.a, config.axes.b, config.axes.c
     return (
         (a.minimum, a.maximum - OFF_SWITCH[0]),

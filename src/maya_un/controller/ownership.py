@@ -1,16 +1,16 @@
 """One owner of a controller at a time: a token in the controller identifies the owner.
 
 The token is the axis user variable ZAB. It always exists, no burn restores it, and a reset makes it 0, which means no
-owner (Galil DMC-41x3, command ZA). An owner is alive while it beats, that is, writes TIME into `mayabeat` again and
-again. The controller executes one command at a time. So every write here is one command that takes effect only while
-the token has the value that its writer expects:
+owner (Galil DMC-41x3, command ZA). A living owner beats: it writes TIME into `mayabeat` periodically. The controller
+executes one command at a time. So every write here is one command that takes effect only while the token has the value
+that its writer expects:
 
-- a claim swaps the token only if token and last beat are still those that were read before;
+- a claim swaps the token only if token and last beat are unchanged since they were read;
 - a beat, or a command that arms the guard, changes nothing if the token belongs to another program;
 - one command compares the token and changes the output.
 
-BG cannot carry a condition. So the new owner closes the connection of the old one (IH). Commands that the old one sent
-too late never arrive, even if its host was suspended between its check and its BG.
+BG cannot carry a condition. So the new owner closes the connection of the old owner (IH). Commands that the old owner
+sent too late never arrive, even if its host was suspended between its check and its BG.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from maya_un.controller.watchdog_program import BEAT, OUT, SAMPLES
 from maya_un.errors import CommandRejected, ControllerMoves, ControllerOwned, UnexpectedReply
 
 Moving = Callable[[], Awaitable[bool]]
-"""Read the axes, and return whether one of them moves."""
+"""Reads the axes, and returns whether one of them moves."""
 
 LOOK = 0.05
 """Time between two reads of a beat or of the axes [s]."""
 
 SILENT = 1.0
-"""An owner counts as dead after this time without a beat [s], and not before twice the guard's time."""
+"""An owner counts as dead after this time without a beat [s], or after twice the guard's time if that is longer."""
 
 REST_WITHIN = 15.0
-"""Longest wait for the axes of a dead owner to rest [s]: the longest guard time, and a stop."""
+"""Longest wait for the axes of a dead owner to rest [s]: the longest guard time, and the time of a stop."""
 
 TELL = 0.1
 """A living owner has this time to notice its loss [s] before its connection ends."""
@@ -86,18 +86,22 @@ class Ownership:
 
     @property
     def first_arm(self) -> tuple[str, ...]:
-        """The same after a reset removed the variables; without our token they do not restart the time."""
+        """The same after a reset removed the variables; without this program's token they do not restart the time."""
         return f"{BEAT}={self.ours}*TIME", f"{OUT}={self.theirs}"
 
     def output(self, bit: int, *, high: bool) -> str:
-        """Return the command that sets or clears an output; it changes nothing if the token is not ours."""
+        """Return the command that sets or clears an output.
+
+        It has no effect unless this program owns the controller.
+        """
         return f"OB {bit},{self.ours}|@OUT[{bit}]" if high else f"OB {bit},{self.theirs}&@OUT[{bit}]"
 
     async def claim(self, driver: Driver, address: str, moving: Moving, *, take_over: bool = False) -> None:
-        """Own the controller if it has no owner, is ours already, or its owner is silent and its axes rest.
+        """Claim the controller if it has no owner, is already this program's, or its owner is silent and its axes rest.
 
-        `take_over` takes it from a living owner too. Raises `ControllerOwned` for a living owner otherwise, or if
-        another program took it over meanwhile, `ControllerMoves` if the axes do not come to rest, and as the driver.
+        `take_over` claims it from a living owner too. Otherwise raises `ControllerOwned` for a living owner. Also
+        raises `ControllerOwned` if another program took it over meanwhile, `ControllerMoves` if the axes do not come to
+        rest, and the errors of the driver.
         """
         loop = asyncio.get_running_loop()
         latest = loop.time() + REST_WITHIN
@@ -132,17 +136,17 @@ class Ownership:
         return OwnershipReading(token, time, beat)
 
     async def did(self, driver: Driver, *commands: str) -> bool:
-        """Send commands that take effect only if the controller is ours; return whether it was."""
+        """Send commands that take effect only if this program owns the controller; return whether it does."""
         question = f"MG{self.ours}"
         answers = await driver.batch([*commands, question])
         return _number(answers[-1], question) == 1.0
 
     async def holds(self, driver: Driver) -> bool:
-        """Return whether the controller is ours now."""
+        """Return whether this program owns the controller now."""
         return await self.did(driver)
 
     async def holder(self, driver: Driver) -> str:
-        """Return the name of the owner for people, "" without an owner."""
+        """Return the owner's name for display, "" without an owner."""
         if (await self.look(driver)).token == 0:
             return ""
         try:
@@ -153,17 +157,18 @@ class Ownership:
         return f"{''.join(names).strip()} (process {process})"
 
     async def successor(self, driver: Driver) -> str:
-        """Return the name of the program that took the controller over, "" if nobody owns it.
+        """Return the name of the program that took the controller over, "" without an owner.
 
-        A new owner signs only after it has closed our connection. Until then, the name in the controller is ours.
+        A new owner signs only after it has closed this program's connection. Until then the controller stores this
+        program's name, and the result is "not yet named".
         """
         holder = await self.holder(driver)
         return "not yet named" if holder == f"{_written(_own_name())} (process {os.getpid()})" else holder
 
     async def sign(self, driver: Driver) -> bool:
-        """Write our name and connection into the controller if it is ours; return whether it was.
+        """Write this program's name and connection into the controller if it is the owner; return whether it is.
 
-        After that, the next owner can close our connection, so that commands that we send too late never arrive.
+        After that, the next owner can close this connection, so that commands sent too late never arrive.
         """
         (handle,) = await _numbers(driver, "_IA3")
         letter = LETTERS[handle]
@@ -180,11 +185,11 @@ class Ownership:
             return await self.did(driver, *(f"{name}={self.ours}*{value}" for name, value in mine.items()))
 
     async def release(self, driver: Driver) -> None:
-        """Give the controller up, if it is ours."""
+        """Release the controller, if this program owns it."""
         await driver.send(f"ZAB={self.theirs}*_ZAB")
 
     def _kept(self, variable: str, value: str) -> str:
-        """Return the command that sets a variable if the token is ours, and else keeps its value."""
+        """Return the command that sets a variable if this program owns the controller, and else does not change it."""
         return f"{variable}={self.ours}*{value}+({self.theirs}*{variable})"
 
     async def silent(self, driver: Driver, held: OwnershipReading, address: str) -> OwnershipReading | None:
@@ -203,13 +208,19 @@ class Ownership:
         return held
 
     async def _wait_for_rest(self, driver: Driver, *, now: bool, latest: float) -> None:
-        """Wait before the next read of moving axes; raise `ControllerMoves` if `now` or after the latest time."""
+        """Wait before the next read of moving axes.
+
+        Raise `ControllerMoves` if `now` or after loop time `latest` [s].
+        """
         if now or asyncio.get_running_loop().time() >= latest:
             raise ControllerMoves(address=driver.address, holder=await self.holder(driver) or "another program")
         await asyncio.sleep(LOOK)
 
     async def _swapped(self, driver: Driver, held: OwnershipReading, *, alive: bool) -> bool:
-        """Swap the token for ours if it is unchanged, and send the first beat with it."""
+        """Replace the token by this program's if it is unchanged, and send the first beat.
+
+        Return whether it succeeded.
+        """
         same = f"(_ZAB={held.token})"
         if held.beat is not None and held.token and not alive:
             same += f"&({BEAT}={held.beat})"
@@ -239,12 +250,12 @@ async def living_owner(driver: Driver) -> str:
     except ControllerOwned as owned:
         return str(owned.details["holder"])
     except (CommandRejected, UnexpectedReply):
-        pass  # it does not know these variables
+        pass  # the device does not have these variables
     return ""
 
 
 async def _numbers(driver: Driver, *operands: str) -> list[int]:
-    """Return whole numbers, printed in our own format, because VF could truncate them."""
+    """Return whole numbers, printed in an explicit format, because VF could truncate them."""
     command = f"MG {','.join(f'{operand}{{F10.0}}' for operand in operands)}"
     reply = await driver.send(command)
     words = reply.split()
@@ -269,7 +280,7 @@ def _own_name() -> str:
 
 
 def _written(name: str) -> str:
-    """Return a name as the controller can hold it."""
+    """Return a name in the characters and length that the controller can store."""
     return "".join(character if " " < character <= "~" else "-" for character in name)[: _CHARACTERS * len(_NAMES)]
 
 

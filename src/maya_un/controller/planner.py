@@ -1,16 +1,15 @@
 """Check every motion, jogs included, and plan it, with a controller or without one.
 
-The check of all motion, jogs included, and the plan that is sent.
+The distance of a jog is found in two steps. Places along the line show where it leaves the workspace. Then the way
+there is proved like every path (`maya_un.motion.proof`). Only the proof detects a zone thinner than the distance
+between places. Then bisection on the proof itself finds the end: if the way to a place is proved, so is the way to
+every nearer place.
 
-How far a jog may go is found in two steps. Places along the line show where it leaves the workspace; then the way
-there is proved as every path is (`maya_un.motion.proof`). Only the proof sees a zone thinner than the distance between
-places. Bisection on the proof itself finds it: the way to a place is good as far as the way to any place behind it is.
+Without a controller, the preview equals the real motion.
 
-The planning of the controller layer without a controller: the preview equals the real motion.
+In a worker (`maya_un.workers`) `prepare` creates one planner, which the functions of this module use.
 
-In a worker (`maya_un.workers`) there is one, made by `prepare`; the functions of this module work on it there.
-
-Plan motions of the controller layer in this process, or in a worker, so that planning never blocks the loop.
+Motions of the controller layer are planned in this process, or in a worker, so that planning never blocks the loop.
 """
 
 from __future__ import annotations
@@ -46,20 +45,21 @@ from maya_un.values import AXES, FARTHEST, JOG_AXES, WITHIN, Joints, Point
 from maya_un.workers import Workers, WorkResult
 
 MOST_SEGMENTS = 511
-"""Places in the controller's buffer of coordinated segments (Galil LM); a motion is sent whole before it begins."""
+"""Capacity of the controller's buffer of coordinated segments (Galil LM); a motion is sent whole before it begins."""
 
 REMEMBERED = 1024
-"""Previews kept: a job's legs are checked before it starts and again as it comes to them."""
+"""Number of cached previews: a job's legs are checked before it starts and again before each leg."""
 
 AT_HAND = 512
-"""Plans kept: what a job has previewed it need not plan again, and where homing has measured the strokes it need only
-be proved again. They are arrays, some 30 kB each."""
+"""Number of cached plans: a job need not plan again what it has previewed. After homing has measured the strokes, a
+cached plan need only be proved again. Plans are arrays, some 30 kB each.
+"""
 
 LEAST_SPEED = 0.001
-"""Least share of the full speed that a motion is asked at: without a bound it might never end."""
+"""Least share of the full speed for a motion: without a bound it might never end."""
 
 START_TOLERANCE = (1e-3, 1e-4, 1e-4)
-"""A path starts where the robot is, to this much (rad, m, m)."""
+"""Greatest distance of a path's start from the robot's position (rad, m, m)."""
 
 SHORT = 20_000.0
 """Longest chord where the speed is reduced [counts]: 20 mm of a line."""
@@ -72,7 +72,7 @@ _ENDLESS = (-inf, inf)
 class MotionPlan:
     """The knots of a path in whole counts, as joints of shape (n, 3) [rad, m, m], and the move through them.
 
-    The move is None where it goes nowhere.
+    `move` is None if the path has no length.
     """
 
     knots: Floats
@@ -86,14 +86,14 @@ class MotionPlan:
 
 
 class _Timed(NamedTuple):
-    """A plan that is not proved yet, and the knots to prove besides its own, where its chords had to be divided."""
+    """A plan that is not proved yet, and further knots to prove if its chords had to be divided, else None."""
 
     plan: MotionPlan
     between: Floats | None
 
 
 class Planner:
-    """Checks paths against a workspace and times them. Equal questions get the remembered answer."""
+    """Checks paths against a workspace and times them. Results are cached."""
 
     def __init__(self, config: Config, mechanism: Mechanism) -> None:
         self._limits = Limits.of(config)
@@ -111,13 +111,13 @@ class Planner:
     def plan(self, workspace: Workspace, route: Route, speed: float) -> MotionPlan:
         """Return the plan of a route at `speed` (above 0 up to 1, of the limits).
 
-        Raises `InvalidValue`, `Unreachable`, `PathRefused`, and `TrajectoryRefused` for more than the controller
-        can hold.
+        Raises `InvalidValue`, `Unreachable`, `PathRefused`, and `TrajectoryRefused` for more segments than the
+        controller can hold.
         """
         return self._planned(workspace, self._path(route), self._speed(speed))
 
     def preview(self, workspace: Workspace, route: Route, speed: float) -> Preview:
-        """Return what the motion along a route will be; raises as `plan` does."""
+        """Return the preview of the motion along a route; raises as `plan` does."""
         return self._previewed(workspace, self._path(route), self._speed(speed))
 
     def prove(self, workspace: Workspace, route: Route) -> None:
@@ -125,14 +125,14 @@ class Planner:
         self._prove(workspace, self._path(route), 1.0)
 
     def inspect(self, workspace: Workspace, route: Route, speed: float, samples: int) -> Inspection | None:
-        """Return the details of the motion along a route, None where it goes nowhere; raises as `plan` does."""
+        """Return the details of the motion along a route, None if it has no length; raises as `plan` does."""
         planned = self.plan(workspace, route, speed)
         if planned.move is None:
             return None
         return inspect(workspace, planned.knots, planned.move, samples)
 
     def begun_at(self, route: Route, here: Joints) -> Path:
-        """Return the route from exactly `here` on; raises `TrajectoryRefused` where it starts somewhere else."""
+        """Return the route starting exactly at `here`; raises `TrajectoryRefused` if it starts somewhere else."""
         path = self._path(route)
         for axis, start, place, tolerance in zip(AXES, path.start(self._mechanism), here, START_TOLERANCE, strict=True):
             if not abs(start - place) <= tolerance:
@@ -175,7 +175,7 @@ class Planner:
     def _time(self, zones: tuple[Zone, ...], path: Path, speed: float, coarseness: float) -> _Timed:
         """Return the move along a path, nowhere so fast that a fault could do harm beside it.
 
-        The strokes of the axes do not matter here: to keep them is the proof's affair.
+        The strokes of the axes do not matter here, because the proof checks them.
         """
         knots, joints = self._laid(path, coarseness)
         wide = Workspace(self._mechanism, _ENDLESS, _ENDLESS, _ENDLESS, inf, self._grain, zones)
@@ -188,7 +188,7 @@ class Planner:
             return found
 
         move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
-        if slowed:  # only where it is dangerous: shorter chords
+        if slowed:  # only where a fault could do harm: shorter chords
             knots = divided(knots, SHORT)
             here = self._joints(knots)
             move = plan(knots, self._limits, self._units, speed, safely=safely, coarseness=coarseness)
@@ -230,20 +230,20 @@ def _too_long(what: str) -> TrajectoryRefused:
 
 
 MARGIN = 5e-4
-"""A jog that a limit ends comes to rest this far before it (rad or m)."""
+"""Distance before a limit at which a jog that the limit ends comes to rest (rad or m)."""
 
 TOLERANCE = 1e-4
-"""How exactly the limit is found (rad or m)."""
+"""Accuracy of the search for the limit (rad or m)."""
 
 LONGEST = 10.0
-"""No way in any workspace is longer (rad or m)."""
+"""Upper bound of the ways in any workspace (rad or m)."""
 
 _PLACES = 512
 
 
 @dataclass(frozen=True, slots=True)
 class JogLine:
-    """The line that a jog follows from where the robot is: places on it by the way along it (rad or m)."""
+    """The line of a jog from the robot's position: places on it by the way along it (rad or m)."""
 
     here: Joints
     start: tuple[float, float, float]
@@ -273,7 +273,7 @@ class JogLine:
         return Point(one, two, three) if self.in_space else Joints(one, two, three)
 
     def path(self, way: float, mechanism: Mechanism) -> Path:
-        """Return the path to there."""
+        """Return the path to the place `way` along the line."""
         there = self.at(way)
         if isinstance(there, Joints):
             return Path.joints(self.here, there)
@@ -286,20 +286,20 @@ class JogLine:
 
 
 class Jogging:
-    """Works out how far a jog goes, by the check that all motion has."""
+    """Computes the distance of a jog, by the check of all motion."""
 
     def __init__(self, planner: Planner, mechanism: Mechanism) -> None:
         self._planner = planner
         self._mechanism = mechanism
 
     def path(self, axis: str, here: Joints, way: float) -> Path:
-        """Return the path of a jog; raises `UnknownName`, and `InvalidValue` for a way that is none."""
+        """Return the path of a jog; raises `UnknownName`, and `InvalidValue` for an invalid way."""
         return JogLine.along(axis, here, self._mechanism).path(_sensible(way), self._mechanism)
 
     def within(self, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
-        """Return how far of `way` (rad or m) the workspace allows, and what ends it there.
+        """Return how far of `way` (rad or m) the workspace allows, and the limit that ends it.
 
-        Raises `UnknownName`, `InvalidValue`, and `Unreachable` where the robot stands outside the workspace.
+        Raises `UnknownName`, `InvalidValue`, and `Unreachable` if the robot is outside the workspace.
         """
         line = JogLine.along(axis, here, self._mechanism)
         wanted = max(-LONGEST, min(LONGEST, _sensible(way)))
@@ -315,7 +315,7 @@ class Jogging:
         return Jogged(axis, kept if wanted > 0.0 else 0.0 - kept, limit, str(reason))
 
     def _edge(self, workspace: Workspace, line: JogLine, wanted: float) -> tuple[float, float]:
-        """Return the last way along the line that ends in the workspace before it is left, and one behind."""
+        """Return the last way along the line before it leaves the workspace, and one beyond it."""
         ways = np.linspace(0.0, wanted, _PLACES + 1)[1:]
         outside = np.flatnonzero(~line.reached(workspace, ways))
         if not len(outside):
@@ -333,7 +333,7 @@ class Jogging:
 
 
 def _halved(good_at: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
-    """Return two ways closer than `TOLERANCE`, the nearer good, the farther not."""
+    """Return two ways closer than `TOLERANCE`: the first passes `good_at`, the second does not."""
     while abs(bad - good) > TOLERANCE:
         middle = 0.5 * (good + bad)
         if good_at(middle):
@@ -368,11 +368,11 @@ class OfflineMachine:
         return self.workspace.mechanism
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check and time `path` as a motion would; raises what the motion would raise."""
+        """Check and time `path` as a motion would; raises the errors of that motion."""
         return self._planner.preview(self.workspace, path, speed)
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
-        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
+        """Return the details of the motion along `path`, None if it has no length; raises as `preview` does."""
         return self._planner.inspect(self.workspace, path, speed, samples)
 
 
@@ -428,7 +428,7 @@ OWN = "motion"
 
 
 class Planning:
-    """Plans by `planner` and `jogging`, in `workers` if there are any."""
+    """Plans by `planner` and `jogging`, in `workers` if they are not None."""
 
     def __init__(self, planner: Planner, jogging: Jogging, workers: Workers | None) -> None:
         self._planner = planner
@@ -436,7 +436,10 @@ class Planning:
         self._workers = workers
 
     async def plan(self, command: RunningCommand, workspace: Workspace, route: Route, speed: float) -> MotionPlan:
-        """Return the plan of a route for `command`; raises as `Planner.plan`, what ends the command, `WorkerFailed`."""
+        """Return the plan of a route for `command`.
+
+        Raises as `Planner.plan`, the error that ends the command, and `WorkerFailed`.
+        """
         if self._workers is None:
             return self._planner.plan(workspace, route, speed)
         return await _unless_ended(command, self._workers.run(plan_offline, workspace, route, speed, whose=OWN))
@@ -444,7 +447,10 @@ class Planning:
     async def jogged(
         self, command: RunningCommand, workspace: Workspace, axis: str, here: Joints, way: float
     ) -> Jogged:
-        """Return how far a jog goes; raises as `Jogging.within`, what ends the command, `WorkerFailed`."""
+        """Return how far a jog goes.
+
+        Raises as `Jogging.within`, the error that ends the command, and `WorkerFailed`.
+        """
         if self._workers is None:
             return self._jogging.within(workspace, axis, here, way)
         return await _unless_ended(command, self._workers.run(jogged, workspace, axis, here, way, whose=OWN))

@@ -1,10 +1,10 @@
 """The interface of the controller layer, the inspection of a motion, and a motion under way.
 
-All that can be known of a motion before it starts: where it is when, how near it comes to what, how it stops.
+Inspection: what is known of a motion before it starts: its positions over time, its closest approaches, its stops.
 
-A coordinated motion under way, and how fast it is wanted: its prediction follows every change of speed.
+A coordinated motion under way, and its commanded speed: its prediction follows every change of speed.
 
-The interface for the layers above: in one process the controller itself, across a ROS graph a client.
+The interface serves the layers above: in one process the controller implements it, across a ROS graph a client does.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Inspection:
 
 
 def inspect(workspace: Workspace, knots: Floats, move: CoordinatedMove, samples: int) -> Inspection:
-    """Return the details of a move through `knots` (n, 3) [rad, m, m], with so many samples."""
+    """Return the details of a move through `knots` (n, 3) [rad, m, m], with `samples` samples of its trajectory."""
     return Inspection(
         sample(move, samples),
         tuple(_timed(approach, knots, move) for approach in closest(workspace, knots)),
@@ -73,7 +73,7 @@ def _timed(approach: ClosestApproach, knots: Floats, move: CoordinatedMove) -> C
 
 
 OnVia = Callable[[int], None]
-"""Told the number of every via as it is passed, from 0."""
+"""Called with the number of every via as the robot passes it, from 0."""
 
 PLACES = 4
 """Decimal places of a speed ratio (Galil DMC-41x3, command VR)."""
@@ -83,10 +83,10 @@ _ROUNDING = 1e-6
 
 
 class MotionPace:
-    """How fast motion is wanted: the speed override (above 0 up to 1), and whether a person holds all motion.
+    """The commanded speed: the speed override (above 0 up to 1), and whether all motion is on hold.
 
-    The override has the four decimal places that the controller prints; it keeps them as whole 1/65536. `news`
-    completes at the next change.
+    The override has the four decimal places that the controller prints; the controller stores it in steps of 1/65536.
+    `news` completes at the next change.
     """
 
     def __init__(self) -> None:
@@ -96,16 +96,16 @@ class MotionPace:
 
     @property
     def factor(self) -> float:
-        """The override as the controller keeps it."""
+        """The override as the controller stores it."""
         return fixed(self.override) / SCALE
 
     @property
     def ratio(self) -> float:
-        """The wanted speed ratio of the controller (VR): 0 in a pause, else the factor."""
+        """The commanded speed ratio of the controller (VR): 0 in a pause, else the factor."""
         return 0.0 if self.paused else self.factor
 
     def change(self, *, override: float | None = None, paused: bool | None = None) -> None:
-        """Take over what is wanted from now on and wake whoever waits for it."""
+        """Set the commanded speed and wake all waiting tasks."""
         self.override = self.override if override is None else round(override, PLACES)
         self.paused = self.paused if paused is None else paused
         self.news.set_result(None)
@@ -113,11 +113,11 @@ class MotionPace:
 
 
 class MotionRun:
-    """A motion that began at loop time `began` [s], by `move`, whose profile is the prediction as it is now.
+    """A motion that began at loop time `began` [s] and follows `move`, whose profile is the current prediction.
 
-    `members` are the axes in it (0 to 2), `factor` the override it begins with. `vias` are ways along its path
-    [counts], in order: `on_via` is told each as it is passed. Times are the loop's; a change of speed counts from when
-    it was sent, which is early by as long as it takes to the controller.
+    `members` are its axes (0 to 2), `factor` the override at its beginning. `vias` are ways along its path [counts], in
+    order; `on_via` is called with the number of each as it is passed. Times are loop times. A change of speed counts
+    from when it was sent, which is early by the latency of the link.
     """
 
     def __init__(
@@ -133,7 +133,7 @@ class MotionRun:
         self.move = move
         self.began = began
         self.acknowledged = began
-        """When the controller's answer to `BGS` came: it began before that, however slow the link was."""
+        """When the controller's answer to `BGS` came: the motion began before that, however slow the link was."""
         self.members = members
         self._factor = factor
         self._paused = False
@@ -147,21 +147,21 @@ class MotionRun:
 
     @cached_property
     def places(self) -> Floats:
-        """The path: where the axes are at its start and at the end of every segment, of shape (n, 3) [counts]."""
+        """The path: positions of the axes at its start and at the end of every segment, of shape (n, 3) [counts]."""
         return np.array(self.move.places, dtype=np.float64)
 
     @property
     def end(self) -> float:
-        """When the axes will be at rest at their end; infinite in a pause."""
+        """Loop time at which the axes will rest at their end [s]; infinite in a pause."""
         return self.began + self.move.duration
 
     @property
     def rest(self) -> float:
-        """When the axes come to rest: in a pause where that holds them, else at the end."""
+        """Loop time at which the axes come to rest [s]: in a pause if that holds them, else at the end."""
         return min(self.end, self.began + self._rests_at)
 
     def follow(self, pace: MotionPace, now: float) -> None:
-        """Predict again from `now` on, for the wanted ratio."""
+        """Update the prediction from loop time `now` [s] on, for the commanded ratio."""
         t = now - self.began
         if self._paused and not pace.paused:
             self._stood += max(0.0, t - self._rests_at)
@@ -175,7 +175,7 @@ class MotionRun:
         self._paused, self._factor = pace.paused, pace.factor
 
     def times(self, now: float) -> tuple[float, float]:
-        """Return how long it has moved and how long it will have in all [s]; standing in a pause does not count."""
+        """Return the elapsed and the whole time of motion [s]; time at rest in a pause does not count."""
         moved = min(now - self.began, self._rests_at)
         whole = self.move.duration
         if whole == inf:
@@ -183,20 +183,20 @@ class MotionRun:
         return moved - self._stood, whole - self._stood
 
     def stop_report(self, now: float) -> StopReport:
-        """Return what a stop said now makes of it."""
+        """Return the report of a stop at loop time `now` [s]."""
         elapsed = now - self.began
         duration, end = self.move.stop_at(elapsed)
         here = self.move.position_at(elapsed)
         return StopReport(duration > 0.0, duration, _minus(end, here))
 
     def next_via(self) -> float:
-        """Return when the next via is passed; infinite where none is left or a pause keeps it away."""
+        """Return the loop time at which the next via is passed [s]; infinite if none is left or a pause prevents it."""
         if self._passed >= len(self._vias):
             return inf
         return self.began + self.move.profile.when(self._vias[self._passed])
 
     def tell_vias(self, now: float) -> None:
-        """Tell the vias that are passed by `now`, in order, each once."""
+        """Call `on_via` for the vias that are passed by loop time `now` [s], in order, each once."""
         while self._on_via is not None and self._passed < len(self._vias) and self.next_via() <= now + _ROUNDING:
             self._passed += 1
             self._on_via(self._passed - 1)
@@ -225,11 +225,11 @@ class Preview:
 
 
 class Controller(Protocol):
-    """Joint-space control of Maya: one command at a time, every path checked whole, stop always possible.
+    """Joint-space control of Maya: one command at a time, every path checked as a whole, stop always possible.
 
-    Motion raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, `Unreachable` or `PathRefused` before anything
-    is sent; `Stopped` when somebody stopped it; a `MachineError` when the machine did something unexpected.
-    Cancelling the awaiting task stops on the path and ends when the axes are at rest.
+    Motion raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, `Unreachable` or `PathRefused` before anything is sent;
+    `Stopped` after a stop; a `MachineError` if the machine behaves unexpectedly. Cancelling the awaiting task stops on
+    the path and ends when the axes are at rest.
     """
 
     @property
@@ -249,11 +249,11 @@ class Controller(Protocol):
 
     @property
     def zones(self) -> tuple[Zone, ...]:
-        """The zones that it keeps out of: those of the configuration, until `set_zones` names others."""
+        """The zones that the robot avoids: those of the configuration, until `set_zones` replaces them."""
         ...
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
-        """Keep out of these zones instead, for as long as this program runs; raises `Busy` while something moves."""
+        """Replace the zones that the robot avoids, while this program runs; raises `Busy` while something moves."""
         ...
 
     @property
@@ -280,11 +280,11 @@ class Controller(Protocol):
         ...
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check `path` (joints in rad, m, m) as a motion would and tell what it would be; sends nothing."""
+        """Check `path` (joints in rad, m, m) as a motion would and return its preview; sends nothing."""
         ...
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
-        """Return the details of the motion along `path`, None where it goes nowhere; raises as `preview` does."""
+        """Return the details of the motion along `path`, None if the path has no length; raises as `preview` does."""
         ...
 
     async def home(self) -> None:
@@ -296,18 +296,18 @@ class Controller(Protocol):
         ...
 
     async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
-        """Go along `path`, whose first point is where the robot is; raises `TrajectoryRefused` otherwise.
+        """Move along `path`; raises `TrajectoryRefused` unless it starts at the robot's position.
 
-        `on_via` is told the number of every waypoint between the ends, from 0, as it is passed; in order, each once,
+        Calls `on_via` with the number of every waypoint between the ends, from 0, as it is passed; in order, each once,
         before this returns, and none after a stop.
         """
         ...
 
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
-        """Move along one axis by `distance` (rad or m) and tell how far it went; the gripper's axes go straight.
+        """Move along one axis by `distance` (rad or m) and return the distance moved; the gripper's axes go straight.
 
-        Axes are a, b, c, and x, y, z and r of the gripper, r outward along the boom. With `clip` it goes as far as
-        the workspace allows and comes to rest before what ends it; without, more than that is refused.
+        Axes are a, b, c, and x, y, z and r of the gripper, r outward along the boom. With `clip` the robot goes as far
+        as the workspace allows and comes to rest before the limit; without, a longer distance raises an error.
         """
         ...
 
@@ -320,7 +320,7 @@ class Controller(Protocol):
         ...
 
     async def stop(self) -> StopReport:
-        """Begin to brake at once, on the path, past every queue; answer how long and how far it takes."""
+        """Begin to brake at once, on the path, past every queue; return the duration and distance of braking."""
         ...
 
     async def override(self, ratio: float) -> None:
@@ -328,14 +328,14 @@ class Controller(Protocol):
         ...
 
     async def pause(self, *, ahead: bool = False) -> StopReport:
-        """Brake on the path and hold all motion until `resume`; answer how long and how far it takes.
+        """Brake on the path and hold all motion until `resume`; return the duration and distance of braking.
 
-        With `ahead` also where nothing is under way now; otherwise that raises `CannotPause`, as a homing does.
+        Raises `CannotPause` for a homing, and if nothing is under way, unless `ahead`.
         """
         ...
 
     async def resume(self) -> None:
-        """Let motion go on after a pause; raises `NotPaused`."""
+        """Continue motion after a pause; raises `NotPaused`."""
         ...
 
     async def abort(self) -> None:
@@ -343,9 +343,9 @@ class Controller(Protocol):
         ...
 
     async def recover(self, *, take_over: bool = False) -> None:
-        """Clear a fault, once its cause is gone; moves nothing.
+        """Clear a fault whose cause is gone; moves nothing.
 
-        With `take_over` the controller is taken from another program that owns it, at rest.
+        With `take_over`, claims the controller from another program that owns it, at rest.
         """
         ...
 

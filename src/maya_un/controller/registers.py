@@ -1,20 +1,20 @@
 """The link to the controller, and the registers that safety depends on, torque limits included.
 
-Torque limits of the line motors: almost no torque at rest; in motion what the path needs, and a reserve.
+Torque limits of the line motors: almost no torque at rest; in motion the torque of the path, and a reserve.
 
-A self-locking drum holds its load without its motor. So a line outside our motions gets too little torque to lift any
-load: if another program begins a motion of it, the line stays. The bound is kept
-by the controller (Galil DMC-41x3, command TL), so it holds also while this program is late or dead.
+A self-locking drum holds its load without its motor. So a line outside this program's motions gets too little torque to
+lift any load: if another program begins to move it, the line stays. The controller enforces the bound (Galil DMC-41x3,
+command TL), so it holds also while this program is late or dead.
 
 To shorten a line that carries T loads, a motor needs `homing.torque_per_load` times T, and friction.
 
-The registers that safety depends on: declared once, written at connect, and read again and again.
+The registers that safety depends on are declared once, written at connect, and read periodically.
 
 The configuration gives the value of some. Others, such as gains and types of motors and encoders, belong to the
 machine: they must keep the value that they had when this program connected. The last motion sets those of the
-coordinate system. All are read before every motion, a few with every record in motion, and all in turn at rest.
+coordinate system. All are read before every motion, a few periodically in motion, and all in turn at rest.
 
-The link to the controller: opened, watched, opened again after a loss, and never used to send motion by itself.
+The link to the controller is opened, watched, and opened again after a loss. By itself it never sends motion.
 """
 
 from __future__ import annotations
@@ -220,11 +220,11 @@ class RegisterRead(NamedTuple):
 
     @property
     def command(self) -> str:
-        """The command that reads."""
+        """The command of this read."""
         return f"MG{self.number},{','.join(self.operands)}"
 
     def read(self, answer: str) -> dict[str, float]:
-        """Return the values of an answer; raises `UnexpectedReply` for the answer to another command."""
+        """Return the values of an answer by operand; raises `UnexpectedReply` for the answer to another command."""
         try:
             number, *values = (parse_number(word) for word in answer.split())
         except ValueError as error:
@@ -246,16 +246,16 @@ class Registers:
 
     @property
     def known(self) -> bool:
-        """Whether they have been written and read since this program connected."""
+        """Whether the registers have been written and read since this program connected."""
         return bool(self._expected)
 
     @property
     def written(self) -> bool:
-        """Whether they have ever been written, also before a link was lost."""
+        """Whether the registers have ever been written, also before a link was lost."""
         return bool(self._kept)
 
     def sent(self, commands: Iterable[str]) -> None:
-        """Note the values that our commands set, of the coordinate system and TL, when they are written."""
+        """Store the values that sent commands give to the coordinate system and TL, as expected values."""
         if not self._expected:
             return
         for command in commands:
@@ -277,10 +277,10 @@ class Registers:
     async def configure(self, driver: Driver) -> None:
         """Write every register of the configuration, read all, and accept those of the machine.
 
-        If those of the machine were noted before, they are written back. Raises `ParameterMismatch` if the controller
-        has another value.
+        Machine registers that were stored before are written back. Raises `ParameterMismatch` if the controller has
+        another value.
 
-        DC holds the stop's deceleration: an axis-wise move is never used for travel, only an axis-wise stop is.
+        DC holds the stop's deceleration, because axis-wise motion is used only to stop.
         """
         self._expected = {}
         written = self._wanted | self._kept
@@ -297,18 +297,18 @@ class Registers:
         self._expected = found | self._wanted
 
     def forget(self) -> None:
-        """Expect no values until they are configured again."""
+        """Expect no values until the registers are configured again."""
         self._expected = {}
 
     def ask(self, driver: Driver, numbers: Iterable[int] | None = None) -> PendingRead:
-        """Send the read of groups of registers (by their places in `GROUPS`; None: all), before returning."""
+        """Send the read of groups of registers (by their indices in `GROUPS`; None: all), before returning."""
         return self._ask(driver, self._lines if numbers is None else [self._lines[number] for number in numbers])
 
     async def require(self, driver: Driver, asked: PendingRead) -> None:
         """Raise `RegisterChanged` if a register differs; raises as `Driver.batch`, and `UnexpectedReply`.
 
-        A senseless answer proves nothing, and neither does one after another program changed the print format (VF).
-        Then all are read again.
+        An unreadable answer proves nothing, nor does an answer after another program changed the print format (VF). The
+        registers of `asked` are then read again.
         """
         try:
             changed = await _difference(asked)
@@ -322,7 +322,10 @@ class Registers:
             raise await self._cause(driver, changed)
 
     async def _cause(self, driver: Driver, changed: RegisterChanged) -> RegisterChanged:
-        """Return the change of TM, where TM changed: the speeds and accelerations that are read scale with it."""
+        """Return the change of TM if TM changed, else `changed`.
+
+        The speeds and accelerations that are read scale with TM.
+        """
         expected, found = self._expected.get("_TM"), await driver.value("_TM")
         if expected is None or abs(found - expected) <= _SAME:
             return changed
@@ -333,7 +336,7 @@ class Registers:
         return PendingRead(driver.begin_batch([line.command for line in lines]), lines, expected)
 
     async def _read(self, driver: Driver) -> dict[str, float]:
-        """Return the values of all registers; registers that this controller lacks are dropped from their line."""
+        """Return the values of all registers; drops registers that this controller lacks from their line."""
         found: dict[str, float] = {}
         lines: list[RegisterRead] = []
         for line in self._lines:
@@ -386,9 +389,9 @@ RETRY = (0.5, 1.0, 2.0, 5.0)
 
 
 class DriverLink:
-    """One driver at a time; `firmware` is what the device last said it is.
+    """One driver at a time; `firmware` is the firmware line that the device last returned.
 
-    `on_lost` is told the reason of a loss once, `on_back` when the controller answers again.
+    Calls `on_lost` once with the reason of a loss, and `on_back` when the controller answers again.
     """
 
     def __init__(
@@ -410,25 +413,25 @@ class DriverLink:
         self._tap: Callable[[str, bytes], None] | None = None
 
     def tap(self, listener: Callable[[str, bytes], None]) -> None:
-        """Hand every byte on the wire to `listener` ("tx" or "rx"), of this connection and of later ones."""
+        """Pass every byte on the wire to `listener` ("tx" or "rx"), of this connection and of later ones."""
         self._tap = listener
         if self._driver is not None:
             self._driver.tap = listener
 
     @property
     def up(self) -> bool:
-        """Whether there is a driver whose link has not been lost."""
+        """Whether a driver exists whose link has not been lost."""
         return self._driver is not None and not self._driver.lost.done()
 
     @property
     def driver(self) -> Driver:
-        """The driver; raises `NotConnected` while there is none."""
+        """The driver; raises `NotConnected` without one."""
         if self._driver is None or self._driver.lost.done():
             raise NotConnected
         return self._driver
 
     async def open(self) -> Driver:
-        """Connect, make sure it is a DMC-41x3, and keep the link from now on.
+        """Connect, check that the device is a DMC-41x3, keep the link from now on, and return the driver.
 
         Raises `ConnectFailed`, `LinkTimeout`, `WrongController`.
         """
@@ -437,7 +440,7 @@ class DriverLink:
         return self._driver
 
     async def close(self) -> None:
-        """End the link and give the handle back."""
+        """Close the link and release the handle."""
         if self._keeper is not None:
             self._keeper.cancel()
             await asyncio.gather(self._keeper, return_exceptions=True)

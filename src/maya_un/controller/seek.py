@@ -1,7 +1,7 @@
-"""Bounded moves of homing: go a distance at most, look while going, end at a switch, a torque, or a stall.
+"""Bounded moves of homing: each travels a distance at most, or ends early at a switch, a torque, or a stall.
 
-Counts mean nothing yet, so nothing here knows a position; what is known is how far each axis went since it was
-powered. Every move is sent whole and bounded: a lost host leaves no axis running.
+Counts have no meaning yet, so no position is known here, only how far each axis went since it was powered. Every move
+is sent whole and bounded: a lost host leaves no axis running.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaEr
 from maya_un.values import AXES
 
 Pause = Callable[[float], Awaitable[None]]
-"""Waits until a loop time [s]; raises at once when the link is lost or somebody says stop."""
+"""Waits until a loop time [s]; raises at once when the link is lost or a user stops the robot."""
 
 Load = Callable[[Driver, Sequence[str]], Awaitable[None]]
 """Sends the commands that prepare a motion; raises where motion is not allowed."""
@@ -34,11 +34,11 @@ SETTLE = 0.06
 """Wait after the end of a profile [s] until the encoders are where the reference is."""
 
 RELEASE_WITHIN = (0.09, 0.045, 0.045)
-"""A switch that read active must let go within this way (rad, m, m): its zone ends at the hard stop."""
+"""An active switch must release within this way (rad, m, m): its zone ends at the hard stop."""
 
 
 async def brake(driver: Driver) -> None:
-    """Stop a sequence along its path, at once and past every queue; where none runs, nothing happens."""
+    """Stop a sequence along its path, at once and past every queue; has no effect if no sequence runs."""
     with suppress(CommandRejected):  # a refused ST S means that there is no sequence
         await driver.urgent("ST S")
 
@@ -50,7 +50,7 @@ def strays(record: DataRecord, config: Config, order: state_builder.Order) -> st
 
 
 class Stall(Exception):
-    """An axis pushes and does not follow; the caller knows what that means."""
+    """An axis pushes and does not follow; the caller interprets the cause."""
 
     def __init__(self, axis: int) -> None:
         self.axis = axis
@@ -73,11 +73,14 @@ class AxesReading:
     record: DataRecord
 
     def at(self, axis: int, side: str) -> bool:
-        """Tell whether the switch at `side` of `axis` reads active."""
+        """Return whether the switch at `side` of `axis` reads active."""
         return (self.forward if side == FORWARD else self.reverse)[axis]
 
     def met(self, axis: int, side: str) -> bool:
-        """Tell whether a move that has just ended met the switch at `side`; at rest on its edge it may read either."""
+        """Return whether a move that has just ended met the switch at `side`.
+
+        At rest on its edge it may read either.
+        """
         return self.at(axis, side) or self.stop_code[axis] == (2 if side == FORWARD else 3)
 
 
@@ -101,7 +104,7 @@ def look_at(record: DataRecord, order: tuple[int, int, int]) -> AxesReading:
 class Seeker:
     """Makes bounded coordinated moves and watches switches, torque and following error on the way.
 
-    `load` sends what prepares a motion, where motion is allowed.
+    `load` sends the commands that prepare a motion, if motion is allowed.
     """
 
     def __init__(
@@ -120,13 +123,13 @@ class Seeker:
         self._known: tuple[int, int, int] | None = None
 
     async def look(self) -> AxesReading:
-        """Read the record."""
+        """Read the record, and return its part about Maya's axes."""
         return look_at(await self._driver.record(), self._order)
 
     async def survey(self) -> AxesReading:
-        """Look at the switches before anything moves and remember which claim to be active.
+        """Read the switches before anything moves, store which read active, and return the reading.
 
-        Raises `WiringContradictsCn` where a reading is impossible: both ends of an axis at once.
+        Raises `WiringContradictsCn` for an impossible reading: both ends of an axis at once.
         """
         look = await self.look()
         for axis in range(3):
@@ -149,12 +152,12 @@ class Seeker:
         poll: float = 0.25,
         until: Callable[[AxesReading], bool] | None = None,
     ) -> AxesReading:
-        """Move axes by `deltas` (rad or m) together, the fastest at `speed` (rad/s or m/s), and return the last look.
+        """Move axes by `deltas` (rad or m) together, the fastest at `speed` (rad/s or m/s); return the last reading.
 
-        Ends early at a limit switch (the controller stops all together) or when `until` says so. Raises `Stall` when
-        an axis does not follow, and `WiringContradictsCn` for a switch that is active where its axis has way ahead of
-        it (no step of homing goes towards a switch it stands on), that turns active while its axis leaves it, or
-        that does not let go.
+        Ends early at a limit switch (the controller stops all axes together) or when `until` returns True. Raises
+        `Stall` when an axis does not follow. Raises `WiringContradictsCn` for a switch that is active at the end
+        towards which its axis is to move (no step of homing moves towards an active switch), that turns active while
+        its axis leaves it, or that does not release. Raises `ForeignMotion` or `PositionChanged` for a foreign change.
         """
         counts = {axis: round(delta * self._units.per_unit[axis]) for axis, delta in deltas.items()}
         counts = {axis: count for axis, count in counts.items() if count}
@@ -187,7 +190,7 @@ class Seeker:
                 await brake(self._driver)
 
     async def settle(self) -> AxesReading:
-        """Brake on the path and return when the axes are at rest."""
+        """Brake on the path, wait until the axes are at rest, and return the reading."""
         await brake(self._driver)
         look = await self.look()
         while look.moving:
@@ -199,7 +202,7 @@ class Seeker:
         return look
 
     async def define(self, axis: int, counts: int) -> None:
-        """Define the position of an axis at rest as `counts` (DP), and note it in the controller."""
+        """Define the position of an axis at rest as `counts` (DP), and store its datum in the controller."""
         command = f"DP{self._config.axes[axis].letter}={counts}"
         await self._driver.batch([command, monitor.datum(self._config, self._units, axis)])
         if self._known is not None:
@@ -234,7 +237,7 @@ class Seeker:
             raise astray
 
     async def _begin(self, counts: Mapping[int, int], speed: float) -> float:
-        """Send the move and begin it; return how long it takes at most [s]."""
+        """Send the move and begin it; return its longest duration [s]."""
         axes = self._config.axes
         letters = {axes[axis].letter: count for axis, count in counts.items()}
         length = hypot(*counts.values())
@@ -267,9 +270,9 @@ class Seeker:
         return length / slew + slew / brake
 
     async def _examine(self, before: AxesReading, look: AxesReading, counts: Mapping[int, int]) -> None:
-        """Raise for switches that contradict the motion, and for axes that do not follow it.
+        """Raise `WiringContradictsCn` if a switch contradicts the motion, `Stall` if an axis does not follow.
 
-        SH takes the reference of a stalled axis back to where the axis is, so that it can be moved away.
+        SH sets the reference of a stalled axis to its position, so that it can be moved away.
         """
         for axis, count in counts.items():
             leaving = REVERSE if count > 0 else FORWARD
@@ -292,7 +295,7 @@ class Seeker:
                 raise Stall(axis)
 
     async def _ended(self, look: AxesReading, counts: Mapping[int, int], *, halted: bool) -> None:
-        """Raise what ended the motion unless it was its end, a limit switch or our own stop.
+        """Raise the error that ended the motion, unless it reached its end, a limit switch or our own stop.
 
         A motion that the guard or another program stopped does not continue.
         """
@@ -300,11 +303,11 @@ class Seeker:
         if error is None or _limit(error) or (halted and isinstance(error, Stopped)):
             return
         if isinstance(error, Stopped):
-            await self._load(self._driver, [])  # raises where it was the guard
+            await self._load(self._driver, [])  # raises if the guard stopped it
         raise error
 
     def stalled(self, stall: Stall, reason: str) -> MayaError:
-        """Return the error that names a stalled axis: its wiring where a claimed switch never let go."""
+        """Return the error for a stalled axis: its wiring if a switch that read active never released."""
         for axis, side in self._claimed:
             if axis == stall.axis:
                 return self.contradiction(axis, side, "it reads active, yet the axis stands against its other end")

@@ -1,4 +1,4 @@
-"""From a data record to the state that readers see, or to the error that names a fault."""
+"""Conversion of a data record to the state for readers, or to the error that names a fault."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def indices(config: Config) -> Order:
 
 
 def grave(record: DataRecord, order: Order, members: Sequence[int] = (0, 1, 2)) -> MayaError | None:
-    """Return the gravest thing that befell one of `members` (0 to 2 for a to c), None where nothing did.
+    """Return the gravest error of one of `members` (0 to 2 for a to c), None without one.
 
-    Abort input before amplifier before following error before limit: the later ones follow from the earlier.
+    Abort input comes before amplifier, following error and limit, because the later ones follow from the earlier.
     """
     by_code = {record.axes[order[i]].stop_code: AXES[i] for i in members}
     if _ABORT_INPUT in by_code:
@@ -60,7 +60,7 @@ def grave(record: DataRecord, order: Order, members: Sequence[int] = (0, 1, 2)) 
 
 
 def foreign(record: DataRecord, order: Order) -> ForeignMotion | None:
-    """Return the error for an independent motion of an axis: our motions are sequences of coordinated axes."""
+    """Return the error for an independent motion of an axis: this program's motions are coordinated sequences."""
     for i, place in enumerate(order):
         axis = record.axes[place]
         if axis.moving and not axis.coordinated and axis.stop_code == _RUNS:
@@ -69,7 +69,7 @@ def foreign(record: DataRecord, order: Order) -> ForeignMotion | None:
 
 
 def cause(record: DataRecord, order: Order, members: Sequence[int]) -> MayaError | None:
-    """Return why `members` are not where their motion should have brought them, None where all is well."""
+    """Return why `members` are not at the end of their motion, None if they are."""
     found = grave(record, order, members)
     if found is not None:
         return found
@@ -81,7 +81,7 @@ def cause(record: DataRecord, order: Order, members: Sequence[int]) -> MayaError
     for name, axis in axes:
         if axis.motor_off:
             return MotorOff(axis=name)
-    # Last: partners of an axis that something befell were stopped too.
+    # Last: the controller also stops the partners of an axis with an error.
     return Stopped() if any(axis.stop_code == _ST for _, axis in axes) else None
 
 
@@ -103,7 +103,7 @@ _BLANK = (False, False, False)
 
 @dataclass(frozen=True, slots=True)
 class ControllerStatus:
-    """Knowledge of the controller layer beside the record: mode, whether homed, progress, fault, speed override."""
+    """State of the controller layer beside the record: mode, whether homed, progress, fault, speed override."""
 
     time: float
     mode: Mode
@@ -123,7 +123,7 @@ class StateBuilder:
         self._order = order
 
     def state(self, record: DataRecord | None, standing: ControllerStatus) -> State:
-        """Return the state for the latest record, or for none yet."""
+        """Return the state for the latest record, or for no record yet."""
         error = standing.fault
         fault = None if error is None else Notice(error.code, str(error))
         if record is None:
@@ -152,14 +152,14 @@ class StateBuilder:
         )
 
     def _place(self, joints: Joints) -> Point | None:
-        """Return the gripper point, None where lines of such lengths cannot meet: the counts are wrong then."""
+        """Return the gripper point, None if lines of such lengths cannot meet: the counts are wrong then."""
         try:
             return self._mechanism.fk(joints)
         except Unreachable:
             return None
 
     def gripper_closed(self, record: DataRecord) -> bool:
-        """Tell from the output bit whether the gripper is closed."""
+        """Return whether the gripper is closed, from the output bit."""
         high = bool(record.outputs[0] >> (self._grip.output - 1) & 1)
         return high is (self._grip.closed_by == "set")
 

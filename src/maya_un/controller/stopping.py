@@ -1,4 +1,4 @@
-"""Stopping: past every queue, on the path, with an answer of what it comes to; and the wait until nothing moves."""
+"""Stopping: past every queue, on the path, with a report of the braking; and the wait until nothing moves."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ PATIENCE = 30.0
 
 
 class MotionStopper:
-    """Ends what moves on the controller that `monitor` keeps."""
+    """Stops the motion of the controller that `monitor` reads."""
 
     def __init__(self, monitor: Monitor) -> None:
         self._monitor = monitor
         self._loop = asyncio.get_running_loop()
 
     async def stop(self) -> StopReport:
-        """Begin to brake at once, tell how long and how far it takes; raises `NotConnected`."""
+        """Begin to brake at once; return the duration and distance of braking; raises `NotConnected`."""
         monitor = self._monitor
         driver = monitor.link.driver
         sent = driver.urgent("ST S")
@@ -40,10 +40,10 @@ class MotionStopper:
         if command is not None or monitor.pace.paused:
             monitor.release()
             monitor.publish()
-        with suppress(CommandRejected):  # a refused ST S means that there is no sequence
+        with suppress(CommandRejected):  # a refused ST S means that no sequence runs
             await sent
         record = await self._stop_strays(driver)
-        if command is None:  # at rest as well: a process between two steps must not go on
+        if command is None:  # at rest as well: a process between two steps must not continue
             monitor.events.emit(MotionStopped())
         return report or self._braking(record)
 
@@ -53,15 +53,15 @@ class MotionStopper:
         then: Callable[[], object] | None = None,
         rested: Callable[[], Awaitable[object]] | None = None,
     ) -> None:
-        """Brake on the path, wait until nothing moves, await `rested`, and call `then`, to tell of it.
+        """Brake on the path, wait until nothing moves, await `rested`, and call `then`, which may report the stop.
 
-        A cancel that comes meanwhile takes effect afterwards.
+        A cancellation that comes meanwhile takes effect afterwards.
         """
         resting = self._loop.create_task(self._come_to_rest(driver, rested))
         cancelled = await wait_for_end(resting)
         resting.result()
         if then is not None:
-            then()  # in this task: nobody else has a turn before the caller publishes the state
+            then()  # in this task: no other task runs before the caller publishes the state
         if cancelled:
             raise asyncio.CancelledError
 
@@ -75,14 +75,17 @@ class MotionStopper:
             monitor.displace(astray)
 
     async def _come_to_rest(self, driver: Driver, rested: Callable[[], Awaitable[object]] | None) -> None:
-        """Brake, look until nothing moves, and once more when all has settled; a lost link cannot be waited for."""
+        """Brake, poll until nothing moves, and once more after the axes have settled.
+
+        Returns early if the link is lost.
+        """
         if driver.lost.done():
             return
         try:
             await brake(driver)
             latest = self._loop.time() + PATIENCE
             await self._until_rest(driver, latest)
-            await asyncio.sleep(SETTLE)  # the encoders follow a little later: whoever plans next begins where they are
+            await asyncio.sleep(SETTLE)  # the encoders follow a little later: the next plan starts at their positions
             self._require_on_path(await self._until_rest(driver, latest))
             self._monitor.hold(driver)
             if rested is not None:
@@ -125,9 +128,9 @@ class MotionStopper:
         return record
 
     def _braking(self, record: DataRecord) -> StopReport:
-        """Return what a stop makes of a motion known by its speeds only: v / a and v t / 2 of every axis.
+        """Return the braking of a motion known by its speeds only: v / a and v t / 2 of every axis.
 
-        Axes of a sequence come to rest together, with the one that takes longest.
+        Axes of a sequence come to rest together, with the slowest to stop.
         """
         axes = [(record.axes[place], axis.stop_deceleration_counts) for axis, place in self._monitor.places()]
         alone = [abs(axis.velocity) / rate if axis.moving else 0.0 for axis, rate in axes]

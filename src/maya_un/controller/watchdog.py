@@ -1,4 +1,4 @@
-"""Keep the guard in the controller running and the owner's beat going, and detect when it stops."""
+"""Keep the guard in the controller running and the owner's beat going, and detect when the guard stops."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from maya_un.errors import (
 )
 
 BEATS = 20
-"""Beats in the guard's time: one that comes late, or is lost, is no reason to stop."""
+"""Beats in the guard's time: a late or lost beat does not stop the axes."""
 
 USUAL = 0.5
-"""Period of an owner's beat without a guard [s]."""
+"""Time from which the period of the beat follows (divided by `BEATS`) without a guard [s]."""
 
 _PROGRAM_RUNS = 17
 
 
 @dataclass(frozen=True, slots=True)
 class WatchdogStatus:
-    """The parsed answer to the guard's question; a senseless answer is `garbled` and proves nothing.
+    """The parsed answer to the guard's query; an unreadable answer is `garbled` and proves nothing.
 
-    `ours` tells whether the controller still belongs to this program.
+    `ours` is whether the controller still belongs to this program.
     """
 
     running: bool
@@ -53,10 +53,10 @@ class WatchdogStatus:
 
 
 class Watchdog:
-    """The guard of one controller, and the beat that restarts its time and keeps this program's ownership.
+    """The guard of one controller, and the beat that restarts its time and proves this program's ownership.
 
-    `seconds` is how long the host may be silent (0: no guard, the beat alone), `letters` are the axes it stops.
-    `on_watch` is told what every beat's answer says from `install` on. A link that is lost ends the beat.
+    `seconds` is how long the host may be silent (0: no guard, beat only), `letters` are the axes that the guard stops.
+    After `install`, `on_watch` receives the status in every beat's answer. The beat ends when the link is lost.
     """
 
     def __init__(self, seconds: float, letters: str, on_watch: Callable[[WatchdogStatus, Driver], None]) -> None:
@@ -77,12 +77,12 @@ class Watchdog:
         async with self._changing:
             await self._stop_beating()
             await self.owner.claim(driver, address, moving, take_over=take_over)
-            await self.arm(driver)  # somebody may have deleted the variables that the question names
+            await self.arm(driver)  # the variables that the query names may have been deleted
             self._begin_beating(driver)
 
     async def resume(self, driver: Driver, moving: Moving) -> None:
-        """Beat again on a new connection to a controller that is still ours, once nothing moves."""
-        async with self._changing:  # a person may recover meanwhile: there is one beat
+        """Beat again once nothing moves, on a new connection to a controller that this program still owns."""
+        async with self._changing:  # a user may recover meanwhile: only one beat may run
             await self._stop_beating()
             while True:
                 if not await moving():
@@ -92,9 +92,10 @@ class Watchdog:
             self._begin_beating(driver)
 
     async def install(self, driver: Driver) -> None:
-        """Put the guard into the controller unless it is there, start it unless it runs; `claim` comes before.
+        """Install the guard in the controller unless it is present, and start it unless it runs.
 
-        A user's program stays as it is, the guard goes behind it. Raises `GuardBlocked` where that cannot be.
+        Requires `claim` before. A user's program stays unchanged; the guard follows after its lines. Raises
+        `GuardBlocked` if that is impossible.
         """
         if self._seconds > 0.0:
             await self._provide(driver)
@@ -114,32 +115,39 @@ class Watchdog:
             await driver.batch(self.owner.first_arm)
 
     async def load(self, driver: Driver, commands: Sequence[str]) -> None:
-        """Send commands that prepare a motion, and check in the same batch that we own it and the guard runs.
+        """Send commands that prepare a motion, and check ownership and the guard in the same batch.
 
-        Raises `OwnershipLost`, `GuardNotRunning`, `HostSilent`, and as the driver.
+        Raises `OwnershipLost`, `OwnerErased`, `GuardNotRunning`, `HostSilent`, and the errors of the driver.
         """
         if self._beat is None or self._beat.done():
             raise GuardNotRunning
         await self._prove(driver, commands)
 
     async def output(self, driver: Driver, bit: int, *, high: bool) -> None:
-        """Set or clear an output if the controller is ours; raises `OwnershipLost`, `GuardNotRunning`."""
+        """Set or clear an output if this program owns the controller.
+
+        Raises `OwnershipLost`, `OwnerErased`, `GuardNotRunning`.
+        """
         command = self.owner.output(bit, high=high)
         if not await self.owner.did(driver, command):
             raise await self.lost(driver)
 
     async def lost(self, driver: Driver) -> OwnershipLost | OwnerErased | GuardNotRunning:
-        """Return the error for lost ownership; without an owner and a guard, the controller was reset."""
+        """Return the error for lost ownership.
+
+        Without an owner it is `OwnerErased` if the guard runs, else `GuardNotRunning`.
+        """
         holder = await self.owner.successor(driver)
         if holder:
             return OwnershipLost(holder=holder)
         return OwnerErased() if (await self._look(driver)).running else GuardNotRunning()
 
     async def close(self, driver: Driver | None) -> None:
-        """End the beat; with a driver of a controller of ours, end the guard too and give the controller up.
+        """End the beat.
 
-        If the guard could not be installed, thread 7 belongs to another program and is left alone. So is everything
-        that another program owns.
+        With a driver of a controller that this program owns, also end the guard and release the controller. Thread 7 is
+        left alone if it runs another program, as when the guard could not be installed. Everything that another program
+        owns is left alone too.
         """
         await self._stop_beating()
         self._installed = False
@@ -222,7 +230,7 @@ class Watchdog:
         except UnexpectedReply as error:
             watch = WatchdogStatus(running=False, expired=False, garbled=error)
         except MachineError:
-            return  # a lost link is announced by those who keep it
+            return  # the link's keeper reports a lost link
         if self._installed:
             self._on_watch(watch, driver)
 

@@ -1,9 +1,9 @@
-"""The program in the controller that stops the axes when the host falls silent, and how it lives beside a user's.
+"""The program in the controller that stops the axes when the host falls silent, merged with a user's program.
 
-It runs on thread 7. The host writes TIME into `mayabeat` again and again; the guard sleeps until that is too old,
-then stops the sequence on its path and the axes, keeps motors and outputs as they are, sets `mayaout`, and does
-nothing more until the host takes that back. The automatic subroutines for limits and following errors report to the
-host, so that a wait for a motion hears of them at once.
+It runs on thread 7. The host writes TIME into `mayabeat` periodically. The guard sleeps until that is too old. Then it
+stops the sequence on its path and the axes, leaves motors and outputs unchanged, sets `mayaout`, and does nothing more
+until the host clears `mayaout`. The automatic subroutines for limits and following errors send a message to the host,
+so that a wait for a motion reacts at once.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import re
 from maya_un.errors import GuardBlocked
 
 THREAD = 7
-"""The thread of the guard; a user's program has the others."""
+"""The thread of the guard; a user's program may use the others."""
 
 START = "MAYAGRD"
 """Label where the guard begins."""
@@ -37,14 +37,14 @@ _THREAD_TAKEN = re.compile(r"XQ\s*#?\w+\s*,\s*7\b")
 def text(seconds: float, letters: str = "ABC", *, reports: frozenset[str] = frozenset(_CALLS)) -> list[str]:
     """Return the guard's lines: it acts when the beat is `seconds` old and stops the axes `letters`.
 
-    `reports` names the automatic subroutines it brings; a user's program that has one of them calls ours.
+    `reports` names the automatic subroutines that it includes; a user's program that has one of them calls the guard's.
     """
     samples = round(seconds * SAMPLES)
     lines = [
         f"{_HEAD} {samples} samples: stops {letters} when the host is silent for so long",
         f"#{START}",
         f"mayaleft={BEAT}-TIME+{samples}",
-        # A beat from the future (TIME has wrapped, or somebody wrote nonsense) is no beat.
+        # A beat in the future (TIME has wrapped, or another program wrote it) does not count as a beat.
         f"JP#MAYAOUT,(mayaleft<2)|(mayaleft>{samples})",
         "WTmayaleft,1",
         f"JP#{START}",
@@ -67,15 +67,15 @@ def text(seconds: float, letters: str = "ABC", *, reports: frozenset[str] = froz
         "EN",
     ]
     for label in sorted(reports):
-        # RE 1 lets a wait that the subroutine interrupted go on, also that of a user's program.
+        # RE 1 continues a wait that the subroutine interrupted, also a wait of a user's program.
         lines += [f"#{label}", _CALLS[label], "RE1"]
     return lines
 
 
 def without(program: str) -> str:
-    """Return a program without the guard in it, if there is one; a user's lines behind it stay.
+    """Return a program without its guard, if it has one; a user's lines after the guard stay.
 
-    Raises `GuardBlocked` for a guard that is not as we write it: where it ends, only its author knows.
+    Raises `GuardBlocked` for a guard that differs from the one written here: its end is unknown.
     """
     lines = program.splitlines()
     guard = _place(lines)
@@ -83,10 +83,10 @@ def without(program: str) -> str:
 
 
 def merged(program: str, seconds: float, letters: str = "ABC") -> str:
-    """Return a user's program with the guard behind it, lines ended by CR LF; an older guard is replaced.
+    """Return a user's program followed by the guard, lines ended by CR LF; replaces an older guard.
 
-    Raises `GuardBlocked` where the program has an automatic subroutine of its own that does not call ours, a label
-    of ours, or a start of thread 7.
+    Raises `GuardBlocked` if the program has an automatic subroutine that does not call the guard's, a label of the
+    guard, or a start of thread 7.
     """
     users = without(program)
     lines = users.splitlines()
@@ -104,7 +104,7 @@ def merged(program: str, seconds: float, letters: str = "ABC") -> str:
 
 
 def span(program: str) -> range | None:
-    """Return the lines of a program that are the guard's (from its label on), None where it has none.
+    """Return the line numbers of the guard in a program (from its label on), None without a guard.
 
     Raises `GuardBlocked` as `without`.
     """
@@ -113,7 +113,7 @@ def span(program: str) -> range | None:
 
 
 def _place(lines: list[str]) -> range | None:
-    """Return where the guard stands, whole or cut off by a download that broke."""
+    """Return the lines of the guard, whole or cut off by an interrupted download; None without a guard."""
     first = next((index for index, line in enumerate(lines) if line.startswith(_HEAD)), None)
     if first is None:
         return None
@@ -136,7 +136,7 @@ def _forms(seconds: float, letters: str) -> list[list[str]]:
 
 
 def _calls(lines: list[str], label: str) -> bool:
-    """Tell whether a subroutine calls ours before the next label."""
+    """Return whether a subroutine calls the guard's before the next label."""
     inside = False
     for line in lines:
         if (found := _LABEL.match(line)) is not None:

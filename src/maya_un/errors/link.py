@@ -11,7 +11,7 @@ class ParameterMismatch(
     en="Maya set {register} to {wanted}, but the controller still has {found}. Correct the value in the "
     "configuration, or end the program that changes it. Then run `maya recover`.",
 ):
-    """The controller did not keep a parameter as configured."""
+    """The controller did not accept the configured value of a parameter."""
 
     register: str
     found: str
@@ -24,7 +24,7 @@ class NodeGone(
     en="{node} has ended. The controller stopped its motion along the path. Start {node} again, then check "
     "the position of the robot before you continue.",
 ):
-    """The node that did this ended by itself, or is not there; where only its action is known, that is named."""
+    """The node that executed the request has ended or does not exist; if only its action is known, that is named."""
 
     node: str
 
@@ -54,7 +54,7 @@ class TwinNotFound(
     en="Maya cannot tell which virtual controller to use: {reason}. Start `maya dmc serve`, or select a running "
     "one with `--twin` (now: {running}).",
 ):
-    """No running `maya dmc serve` is meant, or more than one."""
+    """The options select no running `maya dmc serve`, or more than one matches."""
 
     reason: str
     running: str
@@ -78,7 +78,7 @@ class OwnershipLost(
     en="Another program, {holder}, took the controller over. This program moves nothing any more and keeps its "
     "waiting jobs. Use the other program. When it has ended, run `maya recover` here, then `maya queue resume`.",
 ):
-    """Another program took the controller over; this one no longer moves anything and keeps its waiting jobs."""
+    """Another program took the controller over; this one no longer moves anything, and its waiting jobs stay."""
 
     holder: str
 
@@ -136,7 +136,7 @@ class BrokerRefused(
     en="The broker {where} refuses the command: {reason}. Ask the administrator of the broker for access to "
     "this robot (ACL).",
 ):
-    """A broker does not carry a supervisor's command, by its rules."""
+    """A broker refuses a supervisor's command by its rules."""
 
     where: str
     reason: str
@@ -162,7 +162,7 @@ class WrongRobot(
     "it sends no commands. Start it with --rosbridge and the address of the rosbridge of {name}, or give "
     "the robot the name {name} (coms.name in the configuration, or $NAME).",
 ):
-    """The rosbridge belongs to another robot than the one whose commands the link carries."""
+    """The rosbridge belongs to another robot than the one of this link."""
 
     url: str
     found: str

@@ -29,7 +29,7 @@ class PathRefused(
     code=2102,
     en="The path to {target} leaves the workspace: {reason}. Move to a point in between first.",
 ):
-    """Both ends are reachable but the way between leaves the workspace."""
+    """Both ends are reachable but the way between them leaves the workspace."""
 
     target: str
     reason: str
@@ -42,7 +42,7 @@ class NotHomed(
     code=2103,
     en="The robot is not homed, so its position is not known. Run `maya home` first.",
 ):
-    """Motion was asked for before homing."""
+    """Motion was requested before homing."""
 
 
 class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until it is done, or run `maya stop`."):
@@ -56,7 +56,7 @@ class Faulted(
     code=2105,
     en="The robot cannot move because of a fault: {fault} `maya status` shows the fault.",
 ):
-    """Motion was asked for while a fault waits for `recover`."""
+    """Motion was requested while a fault requires `recover`."""
 
     fault: str
 
@@ -67,19 +67,19 @@ class MarkerMissing(
     en="Maya cannot skip the homing, because the controller has stored no homing since its last reset. Run "
     "`maya home`.",
 ):
-    """`skip_home` was asked for, but the controller holds no homing marker."""
+    """`skip_home` was requested, but the controller stores no homing mark."""
 
 
 class TrajectoryRefused(
     RequestError, code=2107, en="The trajectory is not valid: {reason}. Correct it and send it again."
 ):
-    """A trajectory is empty, too long, or does not start where the robot is."""
+    """A trajectory is empty, too long, or does not start at the robot's position."""
 
     reason: str
 
 
 class NothingToRecover(RequestError, code=2108, en="There is no fault to recover from."):
-    """`recover` was asked for, but there is no fault."""
+    """`recover` was requested, but no fault is present."""
 
 
 class GuardBlocked(
@@ -88,7 +88,7 @@ class GuardBlocked(
     en="Maya cannot add its watchdog program (the guard) to the program in the controller: {reason}. "
     "Shorten or remove that program, then try again.",
 ):
-    """The guard cannot be put beside the program that the controller holds."""
+    """The guard cannot be added to the program in the controller."""
 
     reason: str
 
@@ -98,13 +98,13 @@ class CannotPause(
     code=2111,
     en="Maya cannot pause now: {reason}. To stop the robot, run `maya stop`.",
 ):
-    """A pause was asked for where there is no motion on a path that could be held."""
+    """A pause was requested, but no motion on a path can be held."""
 
     reason: str
 
 
 class NotPaused(RequestError, code=2112, en="Nothing is paused. A stopped motion cannot be resumed: start it again."):
-    """Going on was asked for, but nothing is paused."""
+    """A resume was requested, but nothing is paused."""
 
 
 class Stopped(
@@ -165,7 +165,7 @@ class UnexpectedStop(
     en="Axis {axis} stopped, but no command stopped it (stop code {stop_code}: {reason}). Look for an "
     "obstacle, and check the motor, its cable and the power supply. Then run `maya recover`.",
 ):
-    """The motion ended with a stop code nobody asked for."""
+    """The motion ended with a stop code that no command caused."""
 
     axis: str
     stop_code: int
@@ -178,7 +178,7 @@ class MotorOff(
     en="The motor of axis {axis} is off, but Maya did not switch it off. Look for an obstacle, and check "
     "the motor, its cable and the power supply. Then run `maya recover`.",
 ):
-    """A motor is off though nobody switched it off."""
+    """A motor is off though Maya did not switch it off."""
 
     axis: str
 
@@ -188,7 +188,7 @@ class ControllerReset(
     code=2307,
     en="The controller was reset, so the position is lost. Run `maya recover`, then `maya home`.",
 ):
-    """The controller was reset; its counts mean nothing until it is homed."""
+    """The controller was reset; its counts have no meaning until it is homed."""
 
 
 class EndNotReached(
@@ -197,7 +197,7 @@ class EndNotReached(
     en="Axis {axis} stopped {distance} away from its target. Look for an obstacle, and check the motor, its "
     "cable and the power supply. Then run `maya recover`.",
 ):
-    """The motion ended somewhere else than commanded."""
+    """The motion ended at another position than commanded."""
 
     axis: str
     distance: str
@@ -209,7 +209,7 @@ class GuardNotRunning(
     en="Maya's watchdog program in the controller (the guard) no longer runs, so Maya does not move the "
     "robot. Another program sent HX, ST or AB, or the controller was reset. Run `maya recover`.",
 ):
-    """The guard in the controller does not run; without it nothing moves."""
+    """The guard in the controller does not run; without it no axis moves."""
 
 
 class HostSilent(
@@ -219,7 +219,7 @@ class HostSilent(
     "from this program for too long. Check the load of this computer and the network, then run `maya "
     "recover`.",
 ):
-    """The guard stopped the axes because this program had not been heard for too long."""
+    """The guard stopped the axes because this program was silent for too long."""
 
 
 class PositionChanged(
@@ -256,7 +256,7 @@ class ForeignMotion(
     "valid. Close every other program that commands the controller, and let go of the axis. Then run "
     "`maya recover` and `maya home`.",
 ):
-    """An axis carries out a motion that Maya did not start; the homing is no longer valid."""
+    """An axis executes a motion that Maya did not start; the homing is no longer valid."""
 
     axis: str
 
@@ -267,7 +267,7 @@ class PositionNotKept(
     en="The stored homing is no longer valid: axis {axis} is {distance} away from where Maya left it. "
     "Another program moved it or changed its position, or somebody pushed it. Run `maya home`.",
 ):
-    """The controller holds the mark of a homing, but the axes are not where Maya left them."""
+    """The controller stores the mark of a homing, but the axes are not where Maya left them."""
 
     axis: str
     distance: str
@@ -292,7 +292,7 @@ class WiringContradictsCn(
     "{reason}. Correct the wiring, or `limit_active_level` in the configuration. Then run `maya recover` "
     "and `maya home`.",
 ):
-    """A limit switch reads the opposite of what register CN says it should."""
+    """A limit switch has the opposite level of the one that register CN configures."""
 
     side: str | Side
     axis: str
@@ -318,7 +318,7 @@ class SwitchNotFound(
     en="Axis {axis} moved {distance} and met no {side} limit switch. Check the switch and its cable. Then "
     "run `maya recover` and `maya home`.",
 ):
-    """Homing went the whole stroke and met no limit switch."""
+    """Homing moved the whole stroke and met no limit switch."""
 
     axis: str
     distance: str
@@ -343,8 +343,8 @@ class GripperNotEmpty(
     code=3001,
     en="The gripper is closed, so it cannot pick. Place the part, or open the gripper first.",
 ):
-    """A pick was asked for with the gripper closed."""
+    """A pick was requested with the gripper closed."""
 
 
 class GripperEmpty(RequestError, code=3002, en="The gripper is open, so there is nothing to place. Pick a part first."):
-    """A place was asked for with the gripper open."""
+    """A place was requested with the gripper open."""

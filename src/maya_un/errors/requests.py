@@ -1,4 +1,4 @@
-"""4xxx: requests, their names and values, and who may make them."""
+"""4xxx: requests, their names and values, and the rights of their callers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class SpeedOnRealMachine(
     code=4006,
     en="`--speed` scales the twin's time, but {address} is a real machine. Omit `--speed`.",
 ):
-    """`--speed` scales the twin's time; a real machine has no such thing."""
+    """`--speed` scales the twin's time; a real machine has no scaled time."""
 
     address: str
 
@@ -45,7 +45,7 @@ class NotIdentifiable(
     code=4009,
     en="The fit cannot determine {what} from these points: {reason}. Remedy: {remedy}.",
 ):
-    """Measured points cannot tell constants of the machine apart; names them and what to measure next."""
+    """Measured points do not determine some constants separately; names them and what to measure next."""
 
     what: str
     reason: str
@@ -57,7 +57,7 @@ class NotTaught(
     code=4010,
     en="There is no {what} with the name {name!r}. Known: {known}. Store one with `maya teach` or `maya teach-pallet`.",
 ):
-    """No pose or pallet has been taught under this name; lists those that have."""
+    """No pose or pallet with this name has been taught; lists those that have."""
 
     what: str | Literal["pose", "pallet", "pose or pallet"]
     name: str
@@ -69,7 +69,7 @@ class NameTaken(
     code=4011,
     en="The name {name!r} exists already. Choose another name, or replace the pose with `--replace`.",
 ):
-    """Something is taught under this name already."""
+    """A pose or pallet with this name exists already."""
 
     name: str
 
@@ -79,7 +79,7 @@ class KeyReused(
     code=4012,
     en="The idempotency key {key!r} was used before for another request. Use a new key for a new request.",
 ):
-    """An idempotency key came again with another request."""
+    """An idempotency key was reused with another request."""
 
     key: str
 
@@ -90,14 +90,14 @@ class EventsForgotten(
     en="Events after {since} were requested, but the oldest stored event is {oldest}. Read the state again, and "
     "continue from there.",
 ):
-    """Events were asked for that are not kept any more; names the oldest that is."""
+    """The requested events were dropped; names the oldest event that is available."""
 
     since: int
     oldest: int
 
 
 class WrongState(RequestError, code=4014, en="Job {number} is {state}. A job in this state cannot be {action}."):
-    """A job cannot be changed like that in the state it is in."""
+    """A job in this state does not allow this change."""
 
     number: int
     state: JobStateWord
@@ -109,7 +109,7 @@ class AnswerNeeded(
     code=4015,
     en="A person must answer first: {question} Answer with `maya queue recover CHOICE` ({options}).",
 ):
-    """A person has to say something first that nobody else can know."""
+    """A user must first answer a question that no program can answer."""
 
     question: str
     options: str
@@ -121,7 +121,7 @@ class StreamLagging(
     en="This client is {behind} events behind, so Maya closed the stream. Connect again, continue from "
     "event {since}, and read faster.",
 ):
-    """A reader of the stream does not keep up with the events."""
+    """A client of the stream reads more slowly than events come."""
 
     behind: int
     since: int
@@ -133,7 +133,7 @@ class DependencyFailed(
     en="This job depends on job {number}, which is {state}, so Maya holds it. Release this job to run it "
     "anyway, or cancel it.",
 ):
-    """A job that another depends on ended otherwise than done, so the other is held."""
+    """A job ended otherwise than done, so a job that depends on it is held."""
 
     number: int
     state: JobStateWord
@@ -149,7 +149,7 @@ class InvalidMessage(
 
 
 class UnknownInterface(RequestError, code=4019, en="There is no {form} {name} in the ROS graph."):
-    """No topic, service, action or type of this name."""
+    """No topic, service, action or type has this name."""
 
     form: str
     name: str
@@ -176,7 +176,7 @@ class JobChanged(
     code=4022,
     en="Job {number} has changed since you last read it. Read it again: `maya job show {number}`.",
 ):
-    """A job is another than the one that was looked at."""
+    """A job has changed since the client read it."""
 
     number: int
 
@@ -303,7 +303,7 @@ class DecisionNeeded(
     en="Step {step} of {robot} failed ({error_code}): {error} Check the robot and the part, then run the "
     "process again with --retry {step}, --skip {step} or --abort.",
 ):
-    """A step of a process failed, and a person decides what becomes of it."""
+    """A step of a process failed, and a user must decide how to continue."""
 
     step: str
     robot: str
@@ -317,7 +317,7 @@ class ProcessAborted(
     en="This process was ended with --abort after {done} of {steps} steps. To run it again from the "
     "beginning, use --again.",
 ):
-    """A person ended a process before all its steps were done."""
+    """A user ended a process before all its steps were done."""
 
     done: int
     steps: int
@@ -330,7 +330,7 @@ class StepTakenElsewhere(
     "stored data. Nobody knows whether it was carried out, so this robot refuses it. Check the robots "
     "and the part. If you still need the step, send it again (with a new id).",
 ):
-    """Another robot with the same name took a step, or this one did and lost its journal."""
+    """Another robot with the same name accepted a step, or this one did and lost its journal."""
 
     name: str
 
@@ -341,7 +341,7 @@ class NotSignedIn(
     en="Maya did not accept the request: {reason}. Ask an administrator of the robot for a token (`maya "
     "user token`), and put it into $MAYA_TOKEN.",
 ):
-    """A request came without a token, or with one that is not valid."""
+    """A request came without a token, or with an invalid one."""
 
     reason: str
 
@@ -352,7 +352,7 @@ class NotAllowed(
     en="{operation} needs the role {needed}, but {who} has the role {role}. Ask a person with the role "
     "{needed} to do it.",
 ):
-    """The role of whoever asks does not include this."""
+    """The caller's role does not include this operation."""
 
     who: str
     role: str
@@ -366,14 +366,14 @@ class LeaseHeld(
     en="{holder} has been driving the robot for {since}. Ask for the lease with `maya lease ask`, or wait. "
     "`maya stop` works for everybody.",
 ):
-    """Somebody else drives the robot."""
+    """Another user drives the robot."""
 
     holder: str
     since: str
 
 
 class LeaseNeeded(RequestError, code=4104, en="This command needs the control lease. Take it with `maya lease take`."):
-    """Only who holds the control lease may do this, and nobody does."""
+    """Only the holder of the control lease may do this, and the lease has no holder."""
 
 
 class LeaseLost(
@@ -381,7 +381,7 @@ class LeaseLost(
     code=4105,
     en="Your control lease has ended ({reason}). Take it again with `maya lease take`.",
 ):
-    """The control lease that was shown has ended."""
+    """The presented control lease has ended."""
 
     reason: str
 
@@ -391,7 +391,7 @@ class TooManyRequests(
     code=4106,
     en="Too many requests ({limit} in {seconds} s are allowed). Wait {wait} s.",
 ):
-    """A client asks more often than it may."""
+    """A client sends more requests than allowed."""
 
     limit: object
     seconds: float | str
@@ -405,7 +405,7 @@ class CertificateRefused(
     "In Python, pass the certificate file of the service as the argument `ca`. `maya doctor` checks the "
     "name and dates of the certificate.",
 ):
-    """The service's certificate is not trusted, or the service speaks no TLS: nothing was sent to it."""
+    """The service's certificate is not trusted, or the service does not use TLS; nothing was sent to it."""
 
     reason: str
 
@@ -415,6 +415,6 @@ class EdgeNotInstalled(
     code=4051,
     en="No installed package provides the interface {edge}. Install maya_un again with ./run, then try again.",
 ):
-    """`maya up` is asked for an edge whose entry point is missing, as in an installation of an older version."""
+    """`maya up` should start an edge whose entry point is missing, as in an installation of an older version."""
 
     edge: str

@@ -28,7 +28,7 @@ class AlreadyRunning(
 
 
 class NothingToRevert(RequestError, code=5006, en="No calibration can be reverted in {path}: {reason}."):
-    """There is no calibration to take back, or its values were changed since."""
+    """No calibration can be reverted, or its values were changed since."""
 
     path: object
     reason: str
@@ -40,7 +40,7 @@ class StorageFailed(
     en="Maya could not write the request to the disk ({reason}), so it did not accept it. Free space on the "
     "disk or correct its permissions, then try again.",
 ):
-    """A running service cannot write a change to the disk, and keeps nothing of it. At a start this is 5014."""
+    """A running service cannot write a change to the disk, and stores nothing of it. At a start this is 5014."""
 
     reason: str
 
@@ -51,7 +51,7 @@ class StorageDamaged(
     en="{path} is damaged ({reason}) and was not changed. Restore a backup (`maya queue restore`), or move the "
     "file away to begin with an empty one.",
 ):
-    """The file of the queue and its history is damaged; it is left as it is."""
+    """The file of the queue and its history is damaged; it stays unchanged."""
 
     path: object
     reason: str
@@ -75,7 +75,7 @@ class StorageInUse(
     code=5010,
     en="{path} is in use by process {pid}. End that process first, or use another file.",
 ):
-    """Another program keeps its queue in this file."""
+    """Another program uses this file for its queue."""
 
     path: object
     pid: object

@@ -1,7 +1,7 @@
-"""Maya's mechanism as mathematics: where the gripper is, what the lines carry, what can be reached.
+"""Maya's mechanism as mathematics: the gripper's position, the tensions of the lines, the reachable space.
 
-Everything here is pure: no time, no wire, no state. Lengths are in metres, angles in radians, line tensions in
-multiples of the load. Names are imported when they are used: `closed` and `ranges` alone need no arrays.
+Everything here is pure: no time, no input or output, no state. Lengths are in metres, angles in radians, line tensions
+in multiples of the load. Names are imported when they are used: `closed` and `ranges` alone need no arrays.
 """
 
 from importlib import import_module
@@ -41,7 +41,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Return what a module of this package defines."""
+    """Return a name that a module of this package defines."""
     for home, names in _HOMES.items():
         if name in names:
             return getattr(import_module(f"{__name__}.{home}"), name)

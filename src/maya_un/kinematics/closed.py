@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
-    """The lengths of one Maya [m], and the maths that needs nothing else.
+    """The lengths of one Maya [m], and the mathematics that needs only them.
 
-    `height` is H, `length` D, `delta` Δ, `drop` Φ, `width` W = D − Δ. `turn_start` [rad] is where the
-    boom's angle is counted from: `ik` gives angles in [turn_start, turn_start + 2π).
+    `height` is H, `length` D, `delta` Δ, `drop` Φ, `width` W = D − Δ. `turn_start` [rad] is the least angle of the
+    boom: `ik` returns angles in [turn_start, turn_start + 2π).
     """
 
     height: float
@@ -46,7 +46,7 @@ class ClosedForm:
 
     @classmethod
     def measured(cls, lengths: tuple[float, float, float, float], boom: tuple[float, float]) -> Self:
-        """Return the mechanism with these lengths H, D, Δ, Φ [m], whose axis a turns in this range [rad]."""
+        """Return the mechanism with these lengths H, D, Δ, Φ [m], and this range of axis a [rad]."""
         height, length, delta, drop = lengths
         return cls(height, length, delta, drop, width=length - delta, turn_start=0.5 * (boom[0] + boom[1]) - pi)
 
@@ -56,7 +56,7 @@ class ClosedForm:
         return self.height - self.drop
 
     def section(self, joints: Joints) -> tuple[float, float]:
-        """Return (u, h²) of the meeting point [m, m²]; h² is negative where the lines cannot meet."""
+        """Return (u, h²) of the meeting point [m, m²]; h² is negative if the lines cannot meet."""
         _, b, c = joints
         W = self.width
         u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
@@ -65,7 +65,7 @@ class ClosedForm:
     def fk(self, joints: Joints) -> Point:
         """Return the gripper point of joints whose lines are taut.
 
-        Raises `Unreachable` where b, c and W form no triangle.
+        Raises `Unreachable` if b, c and W form no triangle.
         """
         a, b, c = joints
         W = self.width
@@ -79,8 +79,8 @@ class ClosedForm:
     def ik(self, point: Point) -> Joints:
         """Return the joints that hold the gripper at `point`.
 
-        Raises `Unreachable` where the lines would have to meet above their anchors, and for numbers that are
-        not finite. Strokes and tension are the workspace's affair.
+        Raises `Unreachable` if the lines would have to meet above their anchors, and for numbers that are not finite.
+        The workspace checks strokes and tension.
         """
         x, y, z = point
         h = self.height - self.drop - z
@@ -96,7 +96,7 @@ class ClosedForm:
 
 
 def no_triangle(joints: Joints) -> Unreachable:
-    """Return the refusal of lines that cannot meet."""
+    """Return the error for lines that cannot meet."""
     a, b, c = joints
     return Unreachable(
         target=f"a = {a:.4f} rad, b = {b:.4f} m, c = {c:.4f} m",
@@ -106,7 +106,7 @@ def no_triangle(joints: Joints) -> Unreachable:
 
 
 def no_lines(point: Point, h: float) -> Unreachable:
-    """Return the refusal of a place that no lines can hold, `h` [m] below the anchors."""
+    """Return the error for a place that no lines can hold, `h` [m] below the anchors."""
     finite = isfinite(h) and isfinite(point.x) and isfinite(point.y)
     return Unreachable(
         target=f"({point.x:.4f}, {point.y:.4f}, {point.z:.4f}) m",

@@ -1,4 +1,4 @@
-"""The limits of the workspace by name, the distances to them, and what is said where one is broken."""
+"""The limits of the workspace by name, the distances to them, and the texts for broken ones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Stroke = tuple[float, float]
 
 
 class Limit(StrEnum):
-    """The limits of the workspace, in the order in which a refusal names them."""
+    """The limits of the workspace, in the order in which errors name them."""
 
     NUMBER = "number"
     COUPLING = "coupling"
@@ -49,12 +49,12 @@ class Margins(NamedTuple):
 
     @property
     def limits(self) -> dict[Limit, float]:
-        """The distances to all limits but the zones, in their order."""
+        """The distances to all limits except zones, in their order."""
         return {limit: getattr(self, limit) for limit in MEASURED}
 
 
 MEASURED: tuple[Limit, ...] = tuple(Limit(name) for name in Margins._fields if name != "zones")
-"""The limits that `Margins` has a distance to, zones aside."""
+"""The limits to which `Margins` has a distance, without zones."""
 
 
 def unit(limit: Limit) -> str:
@@ -70,7 +70,7 @@ def unit(limit: Limit) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why something is not reachable: which limit, by how much (`unit`: "m", "rad" or "load"), in words.
+    """Why a place is not reachable: which limit, by how much (`unit`: "m", "rad" or "load"), in words.
 
     For a zone, `zone` is its name, and `excess` the missing part of its margin, or the depth inside.
     """
@@ -87,7 +87,7 @@ class Reason:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The answer about one set of joints: the distance to every limit, and the reason where one is broken."""
+    """The result for one set of joints: the distance to every limit, and the reason if one is broken."""
 
     margins: Margins
     reason: Reason | None
@@ -131,12 +131,12 @@ class ReasonBounds:
 
 
 def no_number() -> Reason:
-    """Return the reason for coordinates that are not finite, or beyond all bounds."""
+    """Return the reason for coordinates that are not finite, or out of range."""
     return Reason(Limit.NUMBER, 0.0, "m", f"it is not a place: for every coordinate, {WITHIN}")
 
 
 def above_anchors(height: float) -> Reason:
-    """Return the reason for a place whose lines would have to meet so far [m] above the anchors."""
+    """Return the reason for a place whose lines would have to meet `height` [m] above the anchors."""
     return Reason(Limit.ANCHORS, height, "m", _WORDS[Limit.ANCHORS].format(_mm(height)))
 
 

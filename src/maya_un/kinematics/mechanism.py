@@ -1,12 +1,10 @@
 """The kinematics of Maya in arrays, their derivatives, and the tensions of the two lines.
 
-Tensions of the two lines, in the vertical section through the boom.
+The kinematics use the formulas of `closed`. Tensions are computed in the vertical section through the boom.
 
-The section's coordinates: `u` is the radial distance of the meeting point from anchor b, `h` its depth below
-the anchors, `W` the distance between the anchors, all [m]. Anchor b is at (0, 0), anchor c at (W, 0). The load
-hangs from the meeting point; its weight is the unit of every tension.
-
-The kinematics of Maya in arrays, and its derivatives; the formulas are those of `closed`.
+The section's coordinates: `u` is the radial distance of the meeting point from anchor b, `h` its depth below the
+anchors, `W` the distance between the anchors, all [m]. Anchor b is at (0, 0), anchor c at (W, 0). The load hangs from
+the meeting point; its weight is the unit of every tension.
 """
 
 from __future__ import annotations
@@ -50,10 +48,10 @@ def shallowest_many(u: NDArray[np.float64], W: float, tension_limit: float) -> N
 
 
 def hanging(b: float, c: float, W: float) -> tuple[float, float]:
-    """Return where (u, h) the meeting point really hangs [m] for free line lengths b and c [m].
+    """Return the true place (u, h) of the meeting point [m] for free line lengths b and c [m].
 
-    If a line is slack, the load hangs straight below the other anchor: at (0, b) or at (W, c). Lines too
-    short to meet (b + c < W) are drawn straight: h is 0.
+    If a line is slack, the load hangs straight below the other anchor: at (0, b) or at (W, c). Lines too short to meet
+    (b + c < W) are assumed straight: h is 0.
     """
     u = 0.5 * W + (b - c) * (b + c) / (2.0 * W)
     if u < 0.0:
@@ -64,26 +62,26 @@ def hanging(b: float, c: float, W: float) -> tuple[float, float]:
 
 
 def slack(b: float, c: float, W: float) -> tuple[float, float]:
-    """Return how much of each line (b, c) hangs loose [m]; both are 0 where the lines are taut."""
+    """Return the loose length of each line (b, c) [m]; both are 0 if the lines are taut."""
     return max(0.0, b - hypot(W, c)), max(0.0, c - hypot(W, b))
 
 
 Floats = NDArray[np.float64]
-"""An array of double precision numbers; the shape stands where it is used."""
+"""An array of double precision numbers; each use documents its shape."""
 
 _BLOCK = 4096
-"""Rows worked on at a time, so that all columns of a block stay in the processor's cache."""
+"""Rows per block, so that all columns of a block stay in the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mechanism(ClosedForm):
-    """The lengths of one Maya [m], and the maths that needs nothing else; see `ClosedForm`."""
+    """The lengths of one Maya [m], and the mathematics that needs only them; see `ClosedForm`."""
 
     def jacobian(self, joints: Joints) -> Floats:
         """Return ∂(x, y, z)/∂(a, b, c), shape (3, 3), in m/rad and m/m.
 
-        The last row is (0, −T_b, −T_c): by virtual work the load sinks by the tension of a line times the
-        length paid out. Raises `Unreachable` where the lines are straight or cannot meet.
+        The last row is (0, −T_b, −T_c): by virtual work the load sinks by the tension of a line times the length paid
+        out. Raises `Unreachable` if the lines are straight or cannot meet.
         """
         a, b, c = joints
         W = self.width

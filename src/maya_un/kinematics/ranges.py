@@ -1,4 +1,4 @@
-"""Every limit of the workspace but its zones, for single joints; it needs no arrays, so that it is quick to import."""
+"""All limits of the workspace except zones, for single joints; it needs no arrays, so it is quick to import."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Ranges:
 
     @classmethod
     def configured(cls, config: Config) -> Ranges:
-        """Return the ranges of a configuration, whose zones do not count."""
+        """Return the ranges of a configuration, without its zones."""
         a, b, c = ((axis.minimum, axis.maximum) for axis in (config.axes.a, config.axes.b, config.axes.c))
         return Ranges(ClosedForm.of(config), a, b, c, config.safety.tension_limit)
 
@@ -42,7 +42,7 @@ class Ranges:
         return Ranges(mechanism, *manual.STROKES, manual.TENSION_LIMIT)
 
     def within(self, joints: Joints) -> bool:
-        """Whether the joints keep every limit (to `TOLERANCE`); False for numbers that are not finite."""
+        """Return whether the joints keep every limit (to `TOLERANCE`); False for numbers that are not finite."""
         a, b, c = joints
         if not (
             self.boom[0] - TOLERANCE <= a <= self.boom[1] + TOLERANCE

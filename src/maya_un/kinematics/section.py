@@ -1,8 +1,8 @@
-"""The workspace's vertical section: which depths h are reachable at each radial distance u, and the nearest of them.
+"""The workspace's vertical section: the reachable depths h at each radial distance u, and the nearest place in it.
 
-For a given u every limit is an interval of h: the strokes are circles about the two anchors, the tension limit is
-a closed curve above (`statics.shallowest`), the table a line below. The section is therefore the area between
-two curves, low(u) ≤ h ≤ high(u) over 0 ≤ u ≤ W, and stays so for every configuration.
+For a given u every limit is an interval of h: the strokes are circles about the two anchors, the tension limit is a
+closed curve above (`mechanism.shallowest`), the table a line below. The section is therefore the area between two
+curves, low(u) ≤ h ≤ high(u) over 0 ≤ u ≤ W, and stays so for every configuration.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Section:
         return replace(self, inset=inset)
 
     def depths(self, u: float) -> tuple[float, float] | None:
-        """Return the interval of reachable depths (low, high) [m] at `u`, None where there is none."""
+        """Return the interval of reachable depths (low, high) [m] at `u`, None if it is empty."""
         W, inset = self.width, self.inset
         if not inset <= u <= W - inset:
             return None
@@ -59,10 +59,10 @@ class Section:
         return (low, high) if low <= high else None
 
     def spare(self, u: Floats, h: Floats) -> Floats:
-        """Return how far places (u, h) are inside the section [m], at most, each (n,); negative outside.
+        """Return at most the distance of places (u, h) inside the section [m], each (n,); negative outside.
 
-        It changes by no more than the place does: each stroke is a distance to an anchor, and what is deeper than the
-        tension's curve is divided by the steepest that a step can change it.
+        It changes by no more than the place does: each stroke is a distance to an anchor, and the depth below the
+        tension's curve is divided by the greatest change per step.
         """
         W = self.width
         b, c = np.hypot(u, h), np.hypot(W - u, h)
@@ -80,16 +80,15 @@ class Section:
     def moment(self, axis: float) -> float:
         """Return the section's first moment about the vertical line at u = `axis` [m³], exact to 1e-6 of it.
 
-        It is the area times the distance of its centroid: turned about this line by one radian, the section fills so
-        much space.
+        It is the area times the distance of its centroid, and the volume that the section fills when it is turned about
+        this line by one radian.
         """
         return self._integral(lambda u: u - axis)
 
     def _integral(self, weight: Callable[[Floats], Floats]) -> float:
         """Return ∫ weight(u) (high(u) − low(u)) du, by Gauss's rule between the kinks of the two curves.
 
-        With u = middle − half cos θ the slope of a circle, which is vertical where it meets the anchors' height, does
-        no harm.
+        The substitution u = middle − half cos θ removes the vertical slope of a circle at the anchors' height.
         """
         nodes, shares = np.polynomial.legendre.leggauss(_NODES)
         angle = 0.5 * pi * (nodes + 1.0)
@@ -101,7 +100,7 @@ class Section:
         return float((weight(u) * thickness * half * np.sin(angle) * (0.5 * pi * shares)).sum())
 
     def _kinks(self) -> Floats:
-        """Return all u where the two curves may have a kink, and both ends, in order."""
+        """Return all u at which the two curves may have a kink, and both ends, in order."""
         W, inset = self.width, self.inset
         ends = (inset, W - inset)
         radii = [
@@ -112,7 +111,7 @@ class Section:
         return np.unique(found)
 
     def _crossings(self) -> Floats:
-        """Return where two of the limits meet, by bisection between the columns of a grid."""
+        """Return the u at which two of the limits meet, by bisection between the columns of a grid."""
         grid = np.linspace(self.inset, self.width - self.inset, _COLUMNS)
         one, other = np.triu_indices(len(_limits(self, grid)), 1)
         apart = _limits(self, grid)[one] - _limits(self, grid)[other]
@@ -127,7 +126,7 @@ class Section:
         return left
 
     def is_empty(self) -> bool:
-        """Whether no place at all is reachable."""
+        """Return whether no place is reachable."""
         _, low, high = _curves(self)
         return not bool(np.any(low <= high))
 
@@ -182,7 +181,7 @@ def _root(square: float) -> float:
 
 
 def _limits(section: Section, u: Floats) -> Floats:
-    """Return the depths [m] of all limits at u (n,), shape (6, n): three that bound from above, three from below."""
+    """Return the depths [m] of all limits at u (n,), shape (6, n): three upper ones, then three lower ones."""
     W, inset = section.width, section.inset
     near, far = u * u, (W - u) * (W - u)
     (short_b, long_b), (short_c, long_c) = section.stroke_b, section.stroke_c
@@ -194,7 +193,7 @@ def _limits(section: Section, u: Floats) -> Floats:
 
 
 def _low_and_high(section: Section, u: Floats) -> tuple[Floats, Floats]:
-    """Return the two curves at u, each (n,); the upper is below the lower where nothing is reachable."""
+    """Return the two curves at u, each (n,); `high` is less than `low` where no depth is reachable."""
     limits = _limits(section, u)
     return limits[:3].max(axis=0), limits[3:].min(axis=0)
 

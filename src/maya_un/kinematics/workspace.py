@@ -1,19 +1,16 @@
 """The workspace: the points that Maya may reach, why others are refused, and the nearest point that it may reach.
 
-Which of many places, or of many joints, keep the limits: block by block, so that all columns stay in the cache.
-
-No angle is computed: whether the boom's range holds a direction is a matter of two cross products. Lengths and tensions
-are compared as squares. With v = u − W/2, which is counted from the middle between the anchors, and the limit k,
+`Membership` checks many places, or many joints, against the limits: block by block, so that all columns stay in the
+cache. It computes no angle: two cross products decide whether the boom's range contains a direction. Lengths and
+tensions are compared as squares. With v = u − W/2, measured from the middle between the anchors, and the limit k,
 
     b² − W²/4 = h² + v² + Wv     c² − W²/4 = h² + v² − Wv     T ≤ k  ⟺  (W²/4 − v²)² ≤ (k²W² − (W/2 + |v|)²) h²
 
-where T is the tension of the line that carries more (`statics.shallowest`, squared).
+where T is the tension of the line that carries more (`mechanism.shallowest`, squared).
 
-The workspace: what Maya may reach, why not, and the nearest place that it may.
-
-"The workspace" means everywhere the same set: strokes of the lines and range of the boom, both lines taut
-(0 ≤ u ≤ W), no line carrying more than the tension limit, lines long enough to meet (b + c > W), the gripper not
-below the table top (z ≥ 0), and clear of every zone.
+"The workspace" means everywhere the same set: strokes of the lines and range of the boom, both lines taut (0 ≤ u ≤ W),
+no line carrying more than the tension limit, lines long enough to meet (b + c > W), the gripper not below the table top
+(z ≥ 0), and clear of every zone.
 """
 
 from __future__ import annotations
@@ -46,14 +43,14 @@ from maya_un.kinematics.zones import Search, Zone, clearances, zone_of
 from maya_un.values import FARTHEST, Joints, Point
 
 Flags = NDArray[np.bool_]
-"""An array of truth values; the shape stands where it is used."""
+"""An array of booleans; each use documents its shape."""
 
 _BLOCK = 16384
 
 
 @dataclass(frozen=True, slots=True)
 class Membership:
-    """The limits of a workspace, zones aside, ready to be compared with.
+    """The limits of a workspace, without zones, prepared for comparisons.
 
     They hold to `tolerance` (m, rad, and as a share of the tension limit).
     """
@@ -162,7 +159,7 @@ def _within(column: Floats, stroke: Stroke, tolerance: float, inside: Flags, fla
 
 
 def _blockwise(judge: Callable[[Flags, Flags, Floats], None], rows: Floats, out: Flags) -> Flags:
-    """Have `judge` write to `out` about blocks of rows (n, 3), which it finds in the first three of six columns."""
+    """Call `judge` for blocks of rows (n, 3), passed in the first three of six columns; it writes to `out`."""
     columns, flags = np.empty((6, _BLOCK)), np.empty(_BLOCK, dtype=np.bool_)
     with np.errstate(invalid="ignore", over="ignore"):
         for start in range(0, len(rows), _BLOCK):
@@ -182,8 +179,8 @@ _INSETS = (1e-6, 1e-5, 1e-4)
 class Workspace(Ranges):
     """The set of reachable joints and places of one machine.
 
-    `boom`, `line_b`, `line_c` are the ranges of the axes (rad, m, m), `tension_limit` is a multiple of the
-    load, `grain` the size of one encoder count (rad, m, m), `zones` are kept out of. Made by `Workspace.of`.
+    `boom`, `line_b`, `line_c` are the ranges of the axes (rad, m, m), `tension_limit` is a multiple of the load,
+    `grain` the size of one encoder count (rad, m, m), `zones` are the avoided zones. Made by `Workspace.of`.
     """
 
     mechanism: Mechanism
@@ -194,8 +191,8 @@ class Workspace(Ranges):
     def of(cls, config: Config, strokes: tuple[Stroke, Stroke, Stroke] | None = None) -> Workspace:
         """Return the workspace of a configuration.
 
-        `strokes` replaces the configured ranges of a, b, c (rad, m, m) by measured ones. Raises
-        `InvalidConfig` where nothing at all is reachable, whatever the zones.
+        `strokes` replaces the configured ranges of a, b, c (rad, m, m) by measured ones. Raises `InvalidConfig` if no
+        place is reachable, even without zones.
         """
         boom, line_b, line_c = strokes or tuple(
             (axis.minimum, axis.maximum) for axis in (config.axes.a, config.axes.b, config.axes.c)
@@ -211,28 +208,29 @@ class Workspace(Ranges):
         return workspace
 
     def with_zones(self, zones: Sequence[Zone]) -> Workspace:
-        """Return the same workspace with these zones instead of its own."""
+        """Return the same workspace with other zones."""
         return replace(self, zones=tuple(zones))
 
     @property
     def zone_grain(self) -> float:
         """Bound of how far one count of every axis moves gripper, lines and anchors [m].
 
-        A place beside a zone, rounded to whole counts, may be that much nearer to it.
+        A place beside a zone, rounded to whole counts, may be nearer to the zone by this.
         """
         grain_a, grain_b, grain_c = self.grain
         return self.mechanism.length * grain_a + (1.0 + self.tension_limit) * (grain_b + grain_c)
 
     @property
     def section(self) -> Section:
-        """The reachable area of the vertical plane through the boom, zones aside."""
+        """The reachable area of the vertical plane through the boom, without zones."""
         mechanism = self.mechanism
         return Section(mechanism.width, self.line_b, self.line_c, self.tension_limit, mechanism.reach_down)
 
     def volume(self) -> float:
-        """Return how much space the gripper point can reach [m³], zones aside.
+        """Return the volume that the gripper point can reach [m³], without zones.
 
-        The section, turned through the boom's range: its area times the way of its centroid (Pappus), exact to 1e-6.
+        It is the section, turned through the boom's range: its area times the way of its centroid (Pappus), exact to
+        1e-6.
         """
         return (self.boom[1] - self.boom[0]) * self.section.moment(-self.mechanism.delta)
 
@@ -241,7 +239,7 @@ class Workspace(Ranges):
         return self.within(joints) and (not self.zones or self._is_clear(joints))
 
     def contains_many(self, joints: Floats, out: Flags | None = None) -> Flags:
-        """Return for joints of shape (n, 3) which rows `contains` accepts, shape (n,); in `out` where it is given."""
+        """Return which joints of shape (n, 3) `contains` accepts, shape (n,); in `out` if it is given."""
         inside = self._membership.of_joints(joints, np.empty(len(joints), dtype=np.bool_) if out is None else out)
         if self.zones:
             rows = np.flatnonzero(inside)
@@ -249,9 +247,9 @@ class Workspace(Ranges):
         return inside
 
     def reachable_many(self, points: Floats, out: Flags | None = None) -> Flags:
-        """Return for gripper points (n, 3) [m] which are reachable, shape (n,); in `out` where it is given.
+        """Return which gripper points (n, 3) [m] are reachable, shape (n,); in `out` if it is given.
 
-        It is the answer of `why_not`, except for points that are within `TOLERANCE` of a limit.
+        The result agrees with `why_not`, except for points that are within `TOLERANCE` of a limit.
         """
         inside = self._membership.of_points(points, np.empty(len(points), dtype=np.bool_) if out is None else out)
         if self.zones:
@@ -276,8 +274,8 @@ class Workspace(Ranges):
     def require(self, target: Point | Joints) -> Joints:
         """Return the joints of a target in the workspace.
 
-        Raises `Unreachable` otherwise: besides the words its details hold `limit`, `excess` (SI), `zone` (its name, ""
-        for another limit) and `nearest_point`, which is reachable; that is None where the zones leave nothing.
+        Raises `Unreachable` otherwise. Its details hold `limit`, `excess` (SI), `zone` (its name, "" for another limit)
+        and `nearest_point`, which is reachable, or None if the zones leave no place.
         """
         if isinstance(target, Point):
             return self.ik(target)
@@ -306,28 +304,31 @@ class Workspace(Ranges):
         )
 
     def check(self, joints: Joints) -> Verdict:
-        """Return the distance to every limit together with the reason for a refusal, if there is one."""
+        """Return the distance to every limit, and the reason if one is broken."""
         return Verdict(self.margins(joints), self.why_not(joints))
 
     def why_not(self, target: Point | Joints) -> Reason | None:
-        """Return why a target is not reachable, None where it is.
+        """Return why a target is not reachable, None if it is.
 
         If several limits are broken, the first in the order of `Limit` is named.
         """
         return next(self._reasons(target), None)
 
     def all_reasons(self, target: Point | Joints) -> tuple[Reason, ...]:
-        """Return a reason for every limit that a target breaks, in the order of `Limit`; none where it is reachable."""
+        """Return a reason for every limit that a target breaks, in the order of `Limit`.
+
+        Empty for a reachable target.
+        """
         return tuple(self._reasons(target))
 
     def nearest(self, target: Point) -> Point:
-        """Return the reachable place nearest to `target` [m], the target itself where it is reachable.
+        """Return the reachable place nearest to `target` [m], or `target` itself if it is reachable.
 
-        The boom turns to the nearest angle of its range; in that vertical plane the nearest place of the
-        section is taken, a micrometre inside its edge so that rounding cannot push it out again. If a zone is in the
-        way, the nearest place clear of all zones is searched for (`kinematics.nearest`), to within a millimetre. A
-        target that is no place at all (not a finite number, or beyond `FARTHEST`) is taken as the foot of axis a.
-        Raises `Unreachable` where the zones leave nothing.
+        The boom turns to the nearest angle of its range; in that vertical plane the nearest place of the section is
+        taken, a micrometre inside its edge so that rounding cannot move it outside. If that place is not clear of all
+        zones, the nearest clear place is searched for (`zones.Search`), to within a millimetre. A target that is no
+        place (not a finite number, or beyond `FARTHEST`) counts as the foot of axis a. Raises `Unreachable` if the
+        zones leave no place.
         """
         if self.why_not(target) is None:
             return target
@@ -342,10 +343,10 @@ class Workspace(Ranges):
         return found
 
     def holds_grain(self, joints: Joints) -> bool:
-        """Whether the joints keep every limit but for the size of an encoder count.
+        """Return whether the joints keep every limit to within an encoder count.
 
-        A place on the very edge, rounded to whole counts, may lie that much outside; so may the readings of an
-        axis that stands on its switch. Only limits that the rounding itself can break are eased.
+        A place on the edge, rounded to whole counts, may lie that much outside; so may the readings of an axis that
+        stands on its switch. Only limits that the rounding itself can break are eased.
         """
         if self.contains(joints):
             return True
@@ -444,16 +445,16 @@ class Workspace(Ranges):
     def _rounded(self, point: Point) -> Point:
         """Return a reachable place in whole tenths of a millimetre beside `point`, so that its text can be used.
 
-        In a corner too narrow for one it is `point` itself.
+        In a corner too narrow for such a place it is `point` itself.
         """
         steps = [[(floor(value * 1e4) + step) / 1e4 for step in (-1, 0, 1, 2)] for value in point]
         beside = sorted((Point(*place) for place in product(*steps)), key=lambda place: dist(place, point))
         return next((place for place in beside if self.why_not(place) is None), point)
 
     def _place(self, joints: Joints) -> Point:
-        """Return where joints point to, also outside the workspace: the lines are drawn straight if need be.
+        """Return the place of joints, also outside the workspace: the lines are assumed straight if they cannot meet.
 
-        Joints that are none at all are taken as the foot of axis a.
+        Joints that are not finite, or out of range, count as the foot of axis a.
         """
         if not _is_sensible(joints):
             return Point(0.0, 0.0, 0.0)

@@ -1,25 +1,23 @@
 """Keep-out zones: what the gripper and the lines stay clear of, and the nearest point that is clear of all zones.
 
-The least value of a convex function on a line, from below: the tangents at two places bound it between them.
+Lower bound of the least value of a convex function on a line: the tangents at two places bound it between them.
 
-Keep-out zones: what the gripper, and as a rule the lines, must stay clear of.
+These must stay clear of a zone: the vertical segment from the gripper point up to the meeting point (length Φ) and,
+unless the zone exempts them, the two lines from there to the anchors on the boom. Every zone is convex, so its signed
+distance is convex along each of these straight pieces, and its least value there is found from below (`least`).
 
-These must stay clear: the vertical segment from the gripper point up to the meeting point (length Φ) and, where a
-zone says so, the two lines from there to the anchors on the boom. Every zone is convex, so its signed distance is
-convex along each of these straight pieces, and its least value there is found from below (`kinematics.convex`).
+A signed distance changes by no more than the place does. So between two places of the robot a clearance changes by no
+more than the way of the gripper or of an anchor, whichever is longer: `travel_bound`.
 
-A signed distance changes by no more than the place does. So between two places of the robot a clearance changes by
-no more than the way of the gripper or of an anchor, whichever is longer: `travel_bound`.
+The nearest place that is clear of all zones is found by branch and bound over boxes of (α, u, h).
 
-The nearest place that is clear of all zones, by branch and bound over boxes of (α, u, h).
+A box is discarded as soon as no place in it is reachable, or none is much nearer than the best place found. The first
+follows from its middle, because the distances to the edge of the section and to the zones change by no more than the
+place does. The second is the distance of the box itself, which is exact.
 
-A box is given up as soon as nothing in it can be reached, or as nothing in it is much nearer than what has been found.
-The first follows from its middle, because the distances to the edge of the section and to the zones change by no
-more than the place does. The second is the distance of the box itself, which is exact.
-
-The nearer what has been found already, the fewer boxes are left. So all is searched to a centimetre first, from the
-place found there one slides along what is in the way, and then all is searched to a millimetre, as far as the number
-of boxes allows that may be looked at while others wait.
+The nearer the best place, the fewer boxes remain. So the first search is accurate to a centimetre. From its result the
+search slides along the obstacles. Then a second search is accurate to a millimetre, within a number of boxes that
+bounds the time for which other tasks wait.
 """
 
 from __future__ import annotations
@@ -56,17 +54,18 @@ Probe = Callable[[NDArray[np.intp], Floats], Tangents]
 def least(probe: Probe, begin: Tangents, end: Tangents, enough: Floats, accuracy: float) -> Floats:
     """Return lower bounds (m,) for the least values of m convex functions on 0 ≤ t ≤ 1.
 
-    `begin` and `end` are their tangents at 0 and 1. A bound is smaller than the least value by at most `accuracy`,
-    and equal to it where that is at an end; one above `enough` (m,) is not refined further.
+    `begin` and `end` are their tangents at 0 and 1. A bound is smaller than the least value by at most `accuracy`, and
+    equal to it if the least value is at an end; a bound above `enough` (m,) is not refined further.
 
-    Cuts alternate between where the slope would be 0 if it were linear, which is near for what is round, and where the
-    tangents cross, which is exact for what is bent; the latter keeps off the ends, so that the line always shrinks.
+    Cuts alternate between the place where the slope would be 0 if it were linear, which is near for round functions,
+    and the crossing of the tangents, which is exact for bent lines; the latter keeps off the ends, so that the interval
+    always shrinks.
     """
     found = np.minimum(begin.value, end.value)
     rows = np.flatnonzero((begin.slope < 0.0) & (end.slope > 0.0))
     if not len(rows):
         return found
-    # Of every function: place, value and slope at the left of its least value, and at the right.
+    # For every function: place, value and slope at the left of its least value, and at the right.
     zeros = np.zeros(len(rows))
     left = np.array([zeros, begin.value[rows], begin.slope[rows]])
     right = np.array([zeros + 1.0, end.value[rows], end.slope[rows]])
@@ -106,9 +105,9 @@ _FIRST, _LAST = np.array([0, 1, 1]), np.array([1, 2, 3])
 
 
 class Zone(ABC):
-    """A convex region to stay out of, known by its `name`.
+    """A convex region to stay out of, identified by its `name`.
 
-    `margin` [m] is kept clear around it. With `lines` the two lines stay out too, not only the gripper.
+    A `margin` [m] around it stays clear too. With `lines` the two lines stay out too, not only the gripper.
     """
 
     __slots__ = ()
@@ -126,9 +125,9 @@ class Zone(ABC):
         """
 
     def clearance(self, mechanism: Mechanism, joints: Joints) -> float:
-        """Return how far the robot at `joints` is from using up the margin [m]; negative where it does.
+        """Return the clearance of the robot at `joints` beyond the margin [m]; negative inside the margin.
 
-        It is exact to `ACCURACY`, and never too large. Inside the zone it tells how deep.
+        It is exact to `ACCURACY`, and never too large. Inside the zone it is the negative depth.
         """
         return float(self.clearances(mechanism, np.array([joints]))[0])
 
@@ -137,9 +136,9 @@ class Zone(ABC):
         return self.clearances_between(corners(mechanism, joints))
 
     def clearances_between(self, ends: Floats, enough: float = inf) -> Floats:
-        """Return `clearance`, shape (n,), for what hangs between the places that `corners` gives.
+        """Return `clearance`, shape (n,), for the pieces between the places that `corners` returns.
 
-        One above `enough` [m] may be smaller than `ACCURACY` says, though not below `enough`; this is faster.
+        A clearance above `enough` [m] may be less accurate, though not below `enough`; this is faster.
         """
         ends = ends if self.lines else ends[:, :2]
         pieces = len(ends[0]) - 1
@@ -222,7 +221,7 @@ class HalfSpace(Zone):
 
 
 def zone_of(config: AnyZone) -> Zone:
-    """Return the zone that is written so."""
+    """Return the zone of a configuration."""
     match config:
         case BoxConfig():
             return Box(config.name, Point(*config.low), Point(*config.high), config.margin, config.lines)
@@ -234,7 +233,7 @@ def zone_of(config: AnyZone) -> Zone:
 
 
 def written(zone: Zone) -> AnyZone:
-    """Return how a zone is written; `zone_of` undoes it."""
+    """Return the configuration of a zone; the inverse of `zone_of`."""
     match zone:
         case Box():
             kind, own = BoxConfig, {"kind": "box", "low": tuple(zone.low), "high": tuple(zone.high)}
@@ -252,8 +251,8 @@ def written(zone: Zone) -> AnyZone:
 def _joined(beyond: Floats) -> tuple[Floats, Floats]:
     """Return the distance (...) to a product of intervals, and its change with each of `beyond` (k, ...).
 
-    `beyond` is by how much a place is outside of each interval, negative inside. Outside of the product the
-    distance is the length of what is beyond, inside it is the way to the nearest face.
+    `beyond` is the distance of a place outside of each interval, negative inside. Outside of the product the distance
+    is the norm of the positive values, inside it is the way to the nearest face.
     """
     outside = np.maximum(beyond, 0.0)
     length = np.sqrt((outside * outside).sum(axis=0))
@@ -297,7 +296,7 @@ def clearances(zones: Sequence[Zone], mechanism: Mechanism, joints: Floats, enou
 
 
 def clearances_between(zones: Sequence[Zone], ends: Floats, enough: float = inf) -> Floats:
-    """Return `clearances` for what hangs between the places that `corners` gives."""
+    """Return `clearances` for the pieces between the places that `corners` returns."""
     found = np.empty((ends.shape[2], len(zones)))
     for column, zone in enumerate(zones):
         found[:, column] = zone.clearances_between(ends, enough)
@@ -305,7 +304,7 @@ def clearances_between(zones: Sequence[Zone], ends: Floats, enough: float = inf)
 
 
 def travel_bound(mechanism: Mechanism, start: Joints, end: Joints) -> float:
-    """Return a bound of the way [m] of gripper, lines and anchors along the chord between two joints.
+    """Return an upper bound of the way [m] of gripper, lines and anchors along the chord between two joints.
 
     See `travel_bounds`.
     """
@@ -313,14 +312,14 @@ def travel_bound(mechanism: Mechanism, start: Joints, end: Joints) -> float:
 
 
 def travel_bounds(mechanism: Mechanism, starts: Floats, ends: Floats) -> Floats:
-    """Return how far no place of gripper, lines or anchors travels along chords, which are straight in joints [m].
+    """Return upper bounds of the travel of gripper, lines and anchors along chords, which are straight in joints [m].
 
-    `starts` and `ends` have shape (n, 3), the answer (n,). The bound holds for the length of the way, and for any
-    share of a chord this share of it. It is infinite where the lines might be straight on the way.
+    `starts` and `ends` have shape (n, 3), the result (n,). The bound holds for the length of the way, and in proportion
+    for any share of a chord. It is infinite if the lines might be straight on the way.
 
-    With t from 0 to 1 along the chord, b² and u are quadratic and h² = b² − u² is of fourth degree. In Bernstein's
-    form the coefficients bound a polynomial, their differences its slope: u' and (h²)' from above, h from below, so
-    h' = (h²)'/2h and the speed √(u'² + h'² + (d α')²) of gripper and meeting point. The outer anchor has D α'.
+    With t from 0 to 1 along the chord, b² and u are quadratic and h² = b² − u² is of fourth degree. In Bernstein's form
+    the coefficients bound a polynomial, their differences its slope: u' and (h²)' from above, h from below, so h' =
+    (h²)'/2h and the speed √(u'² + h'² + (d α')²) of gripper and meeting point. The outer anchor has D α'.
     """
     W = mechanism.width
     (turn, b, c), (turn_end, b_end, c_end) = starts.T, ends.T
@@ -357,15 +356,15 @@ EXACTNESS = 1e-3
 _COARSE = 0.01
 
 _SLIDES = 30
-"""Most steps of sliding; each is the best of many."""
+"""Most steps of sliding; each is the best of many trials."""
 
 _LEAST_GAIN = 1e-7
-"""Sliding ends where a step brings no more than this [m]."""
+"""Sliding ends when a step gains no more than this [m]."""
 
 _AT_ONCE = 1024
 
 _MOST = 12_000
-"""Most boxes of one search: some 30 ms, in which nobody else is served."""
+"""Most boxes of one search: some 30 ms, during which no other task runs."""
 
 _SIDES = np.array(list(product((-1.0, 1.0), repeat=3)))
 
@@ -373,7 +372,8 @@ _SIDES = np.array(list(product((-1.0, 1.0), repeat=3)))
 def _moves() -> Floats:
     """Return steps in three directions, of which the third is away from the target, shape (n, 3) [m].
 
-    They go aside all around and a little towards the target, steeply or hardly at all, and straight towards it.
+    They go sideways in all directions and a little towards the target, steeply or hardly at all, and straight towards
+    it.
     """
     ring = np.linspace(0.0, tau, 12, endpoint=False)
     steep = (1.0, 0.3, 0.1, 0.03, 0.01)
@@ -427,11 +427,11 @@ class Search:
     clear: float
 
     def nearest(self, target: Point) -> Point | None:
-        """Return the place nearest to `target`, None where the zones leave none.
+        """Return the place nearest to `target`, None if the zones leave none.
 
         It is nearest to `EXACTNESS`, mostly to a tenth of that. If zones leave many places that are almost as near, the
-        search ends early. It may then overlook a place that is nearer by a few millimetres, and gaps that are narrower
-        than a centimetre.
+        search ends early. It may then miss a place that is nearer by a few millimetres, and gaps that are narrower than
+        a centimetre.
         """
         place, distance = None, inf
         for exactness in (_COARSE, EXACTNESS):
@@ -442,7 +442,7 @@ class Search:
         return place
 
     def _slid(self, place: Point, target: Point) -> Point:
-        """Return a place that is nearer, by steps aside and a little towards the target."""
+        """Return a place that is nearer, by steps sideways and a little towards the target."""
         best = np.array(place)
         for _ in range(_SLIDES):
             away = best - np.array(target)
@@ -455,7 +455,7 @@ class Search:
         return Point(*map(float, best))
 
     def _reachable(self, points: Floats) -> NDArray[np.bool_]:
-        """Return which points (n, 3) [m] are places to be searched, shape (n,)."""
+        """Return which points (n, 3) [m] belong to the searched space, shape (n,)."""
         x, y, z = points.T
         middle = 0.5 * (self.boom[0] + self.boom[1])
         a = middle + (np.arctan2(x, y) - middle + pi) % tau - pi
@@ -464,9 +464,9 @@ class Search:
         return within & (self._spare(np.stack([a, u, h], axis=1)) >= 0.0)
 
     def _search(self, best: float, exactness: float, target: Point) -> Point | None:
-        """Return a place to be searched that is nearer than `best` by more than `exactness` [m], None for none.
+        """Return a place of the searched space that is nearer than `best` by more than `exactness` [m], or None.
 
-        No other is nearer than that one by more than `exactness`.
+        No other place is nearer than the returned one by more than `exactness`.
         """
         boxes, found = self._everything(), None
         near = self._distances(boxes, target)
@@ -508,9 +508,9 @@ class Search:
         return np.sqrt(np.maximum(level, 0.0) + higher * higher)
 
     def _spare(self, places: Floats, least: Floats | float = 0.0) -> Floats:
-        """Return how far places (n, 3) are from the edge of what can be reached [m], at most; negative outside.
+        """Return at most the distance of places (n, 3) from the edge of the reachable space [m]; negative outside.
 
-        If that is below `least` for the section alone, zones are ignored.
+        If the section alone gives less than `least`, zones are ignored.
         """
         a, u, h = places.T
         spare = self.section.spare(u, h)
@@ -521,7 +521,7 @@ class Search:
         return spare
 
     def _radii(self, boxes: _SearchBoxes) -> Floats:
-        """Return how far anything moves between the middle of a box and any other place in it [m], shape (n,)."""
+        """Return the greatest way of any point from the middle of a box to another place in it [m], shape (n,)."""
         turn, outward, down = boxes.halves.T
         sideways = turn * (self.mechanism.delta + boxes.middles[:, 1] + outward)
         gripper = np.sqrt(outward * outward + down * down + sideways * sideways)

@@ -1,1 +1,1 @@
-"""Maya's mechanics on the motors of the virtual controller: what is physically true, and the record of it."""
+"""Maya's mechanics on the motors of the virtual controller: the physical truth, and the record of it."""

@@ -1,4 +1,4 @@
-"""One motor with what it turns: follows its reference late, trips switches, ends at hard stops.
+"""One motor with its load: follows its reference with a delay, trips switches, ends at hard stops.
 
 All positions are motor counts since power-up.
 """
@@ -13,18 +13,18 @@ from dmc41x3.twin.timeline import Timeline
 from maya_un.machine.truth import MOTOR_LIMIT, Floats, TrueConstants
 
 GIVE = 1.0
-"""An obstacle gives way by this much before it counts as contact: an encoder count."""
+"""An axis may be past an obstacle by this much before it counts as contact: an encoder count."""
 
 _EDGE = 0.01
-"""Half-width of a switch's hysteresis [counts], far above rounding, far below what is measured."""
+"""Half-width of a switch's hysteresis [counts], far above rounding, far below measured distances."""
 
 
 class AxisDrive:
     """Axis number `axis` of a machine that was switched on with the axis at `start` [rad or m].
 
-    `position` and `velocity` are those of the time last settled. While its motor is on, the axis is wanted where
-    its reference was `lag` ago, less the `shift` by which its encoder was wrong when it was switched on; with the
-    motor off it is wanted where it is. `limit` is the largest motor command it gets [V].
+    `position` and `velocity` hold at the last evaluated time. While its motor is on, the commanded position of the axis
+    is its reference `lag` ago, less the `shift` by which its encoder was wrong when it was switched on; with the motor
+    off it is the actual position. `limit` is the largest motor command [V].
     """
 
     __slots__ = (
@@ -82,7 +82,7 @@ class AxisDrive:
         return max(t - self._lag, self._since)
 
     def desired(self, t: float) -> tuple[float, float]:
-        """Return the wanted position [counts] and velocity [counts/s] at time `t` [s], obstacles apart."""
+        """Return the commanded position [counts] and velocity [counts/s] at time `t` [s], without obstacles."""
         if not self.powered:
             return self.position, 0.0
         source = t - self._lag
@@ -92,7 +92,7 @@ class AxisDrive:
         return position - self.shift, velocity
 
     def follow(self, t: float) -> None:
-        """Stand where it is wanted at time `t` [s]."""
+        """Move to the commanded position at time `t` [s]."""
         self.position, self.velocity = self.desired(t)
         self.wanted = self.position
 
@@ -103,7 +103,7 @@ class AxisDrive:
         return self.start + (self.timeline.sample(self._sources(ts)) - self.shift) / self.scale
 
     def motion(self, ts: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return wanted position, velocity, acceleration [counts, s] at the times `ts` [s]."""
+        """Return commanded position, velocity, acceleration [counts, s] at the times `ts` [s]."""
         if not self.powered:
             still = 0.0 * ts
             return still + self.position, still, still
@@ -119,7 +119,7 @@ class AxisDrive:
         return sources
 
     def boundaries(self, t0: float, t1: float) -> list[float]:
-        """Return the times in (t0, t1] at which the wanted motion changes its law [s]."""
+        """Return the times in (t0, t1] at which the commanded motion changes its law [s]."""
         if not self.powered:
             return []
         lag = self._lag
@@ -129,7 +129,7 @@ class AxisDrive:
         return times
 
     def changes(self, t0: float, t1: float) -> Floats:
-        """Return the `boundaries`, and the times in [t0, t1] at which the wanted motion turns within one law [s]."""
+        """Return the `boundaries`, and the times in [t0, t1] at which the commanded motion turns within one law [s]."""
         if not self.powered:
             return np.empty(0)
         since = self._since + self._lag
@@ -137,13 +137,13 @@ class AxisDrive:
         return np.append(times, since) if t0 < since <= t1 else times
 
     def rest(self) -> float:
-        """Return when the wanted motion ends [s]; never, where the axis jogs."""
+        """Return when the commanded motion ends [s]; infinite if the axis jogs."""
         if not self.powered:
             return 0.0
         return inf if self.timeline.jogs else self.timeline.end + self._lag
 
     def bounds(self, t0: float, t1: float) -> tuple[float, float]:
-        """Return bounds of the wanted position in [t0, t1] [counts]; they may be a little wide."""
+        """Return bounds of the commanded position in [t0, t1] [counts]; they may be a little wide."""
         if not self.powered:
             return self.position, self.position
         low, high = self.timeline.bounds(self.source(t0), self.source(t1))
@@ -186,7 +186,7 @@ class AxisDrive:
         return min((t for t in times if t is not None), default=None)
 
     def leaving(self, t0: float, t1: float) -> float | None:
-        """Return the first time in [t0, t1] of free motion at which it leaves where it stands [s]."""
+        """Return the first time in [t0, t1] of free motion at which the axis leaves its present position [s]."""
         low, high = self.position - GIVE, self.position + GIVE
         lowest, highest = self.bounds(t0, t1)
         if low <= lowest and highest <= high:
@@ -195,7 +195,7 @@ class AxisDrive:
         return min((t for t in times if t is not None), default=None)
 
     def held_back(self) -> float:
-        """Return how far the wanted position is beyond the actual one [counts], 0 where nothing blocks."""
+        """Return how far the commanded position is beyond the actual one [counts], 0 without an obstacle."""
         error = self.wanted - self.position
         return error if abs(error) > GIVE else 0.0
 

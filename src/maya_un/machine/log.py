@@ -1,6 +1,6 @@
 """The parts on the table, and the log of the mechanics: extremes, stalls, drops.
 
-The mechanics write it, and everybody may read it.
+The mechanics write it, and any code may read it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from maya_un.machine.truth import Floats, Triple
 Place = tuple[float, float, float]
 
 REACH = 0.015
-"""Closing jaws take a part whose grasp point is this near to the gripper point [m]."""
+"""Closing jaws take a part whose grasp point is within this distance of the gripper point [m]."""
 
 FALL = 0.005
 """A part that falls farther than this when the jaws open was dropped, not put down [m]."""
@@ -25,7 +25,7 @@ FALL = 0.005
 
 @dataclass(frozen=True, slots=True)
 class PartDrop:
-    """A part was let go at time `time` [s] and fell by `height` [m] to `place` [m]."""
+    """A part was released at time `time` [s] and fell by `height` [m] to `place` [m]."""
 
     time: float
     name: str
@@ -34,9 +34,9 @@ class PartDrop:
 
 
 class PartTable:
-    """Named parts, each known by its grasp point (x, y, z) [m]; at rest each keeps the z it was put there with.
+    """Named parts, each at its grasp point (x, y, z) [m]; on the table each part keeps the z of its first place.
 
-    `closed` says whether the jaws are closed at power-up; jaws that are closed already take nothing.
+    `closed` is whether the jaws are closed at power-up; jaws that are closed already take no part.
     """
 
     def __init__(self, parts: Mapping[str, Place], *, closed: bool) -> None:
@@ -55,11 +55,11 @@ class PartTable:
 
     @property
     def carried(self) -> str | None:
-        """The name of the part between the jaws, None where there is none."""
+        """The name of the part between the jaws, None without one."""
         return self._carried
 
     def add(self, name: str, place: Place) -> None:
-        """Stand a part on the table. Raises `ValueError` where the name is taken."""
+        """Put a part on the table. Raises `ValueError` if the name is taken."""
         if name in self._places:
             raise ValueError(f"a part called {name} is on the table already")
         x, y, z = place
@@ -67,7 +67,7 @@ class PartTable:
         self._rest[name] = z
 
     def places(self, gripper: Place) -> dict[str, Place]:
-        """Return where the parts are [m], with the gripper point at `gripper` [m]."""
+        """Return the places of the parts [m], with the gripper point at `gripper` [m]."""
         places = dict(self._places)
         if self._carried is not None:
             x, y, z = gripper
@@ -75,7 +75,7 @@ class PartTable:
         return places
 
     def close(self, gripper: Place) -> str | None:
-        """Close the jaws at `gripper` [m]; return the name of the part they take, if any.
+        """Close the jaws at `gripper` [m]; return the name of the part they take, or None.
 
         The jaws centre the part: its x and y become theirs, its height relative to them stays.
         """
@@ -93,7 +93,7 @@ class PartTable:
     def open(self, gripper: Place, time: float) -> PartDrop | None:
         """Open the jaws at `gripper` [m]; a part between them comes to rest below.
 
-        Returns the drop where it fell farther than 5 mm.
+        Returns the drop if it fell farther than 5 mm, else None.
         """
         self._closed = False
         name, self._carried = self._carried, None
@@ -109,11 +109,11 @@ class PartTable:
 class Window:
     """The extremes of a stretch of time that begins at `since` [s] with the gripper at `start_height` [m].
 
-    `tension` is the greatest line tension [multiples of the load] and `slack` the greatest surplus length of a
-    line [m]; `lowest` and `highest` bound the gripper's height [m]; `low` and `high` bound the true angle and
-    line lengths [rad, m, m]; `stalled` is how long each axis pushed against an obstacle [s]; `outside` is the
-    way that both lines travelled while one of them was slack, that is outside 0 ≤ u ≤ W [m]; `limited` is how long
-    the torque limit kept each axis from going on [s].
+    `tension` is the greatest line tension [multiples of the load] and `slack` the greatest surplus length of a line
+    [m]; `lowest` and `highest` bound the gripper's height [m]; `low` and `high` bound the true angle and line lengths
+    [rad, m, m]; `stalled` is how long each axis pushed against an obstacle [s]; `outside` is the way that both lines
+    travelled while one of them was slack, that is outside 0 ≤ u ≤ W [m]; `limited` is how long the torque limit held
+    each axis back [s].
     """
 
     since: float
@@ -131,12 +131,12 @@ class Window:
 
     @property
     def sunk(self) -> float:
-        """How far the gripper came below the height it had when the window began [m]."""
+        """Greatest descent of the gripper below its height at the start of the window [m]."""
         return self.start_height - self.lowest
 
     @property
     def stall_time(self) -> float:
-        """The longest time that an axis was stalled, all its stalls together [s]."""
+        """The greatest total time for which an axis was stalled [s]."""
         return max(self.stalled)
 
     def then(self, later: Window) -> Window:
@@ -176,10 +176,10 @@ class Trace(NamedTuple):
 
 
 class MechanicsListener(Protocol):
-    """Hears what the mechanics write, at the moment they write it."""
+    """Receives the entries of the mechanics, as they are written."""
 
     def added(self, window: Window) -> None:
-        """Take what a further stretch of time brought."""
+        """Take the window of a further stretch of time."""
         ...
 
     def held(self, axes: tuple[bool, ...]) -> None:
@@ -187,11 +187,11 @@ class MechanicsListener(Protocol):
         ...
 
     def gripped(self, name: str) -> None:
-        """Take that the jaws took a part."""
+        """Take the name of a part that the jaws took."""
         ...
 
     def released(self, name: str, place: Place, drop: PartDrop | None) -> None:
-        """Take that the jaws let a part go, and whether it fell."""
+        """Take the name and place of a part that the jaws released, and its drop, if it fell."""
         ...
 
 
@@ -206,32 +206,32 @@ class MechanicsLog:
         self.listener: MechanicsListener | None = None
 
     def add(self, window: Window) -> None:
-        """Add what a further stretch of time brought."""
+        """Add the window of a further stretch of time."""
         self._windows[-1] = self._windows[-1].then(window)
         if self.listener is not None:
             self.listener.added(window)
 
     def hold(self, axes: tuple[bool, ...]) -> None:
-        """Note which axes an obstacle holds back."""
+        """Record which axes an obstacle holds back."""
         if axes != self._held:
             self._held = axes
             if self.listener is not None:
                 self.listener.held(axes)
 
     def grip(self, name: str) -> None:
-        """Note that the jaws took a part."""
+        """Record that the jaws took a part."""
         if self.listener is not None:
             self.listener.gripped(name)
 
     def release(self, name: str, place: Place, drop: PartDrop | None) -> None:
-        """Note that the jaws let a part go, and whether it fell."""
+        """Record that the jaws released a part, and whether it fell."""
         if drop is not None:
             self._windows[-1] = replace(self._windows[-1], drops=(*self._windows[-1].drops, drop))
         if self.listener is not None:
             self.listener.released(name, place, drop)
 
     def trace(self, samples: Trace) -> None:
-        """Keep samples, where tracing is switched on."""
+        """Store samples, if tracing is switched on."""
         if self.tracing:
             self._samples.append(samples)
 
@@ -248,7 +248,7 @@ class MechanicsLog:
         return window
 
     def samples(self) -> Trace:
-        """Return all samples kept."""
+        """Return all stored samples."""
         if not self._samples:
             return Trace(*(np.empty(0) for _ in Trace._fields))
         return Trace(*(np.concatenate(column) for column in zip(*self._samples, strict=True)))
@@ -257,7 +257,7 @@ class MechanicsLog:
 class MechanicsRecord:
     """The mechanics' own record, from power-up to the present. Nothing outside the mechanics can write it.
 
-    Extremes hold for continuous time: motion is looked at where its law changes or an axis turns, and every 50 ms.
+    Extremes hold for continuous time: motion is evaluated where its law changes or an axis turns, and every 50 ms.
     """
 
     __slots__ = ("_book", "_now", "_table", "_where")
@@ -265,14 +265,14 @@ class MechanicsRecord:
     def __init__(
         self, book: MechanicsLog, table: PartTable, where: Callable[[], Place], now: Callable[[], Window]
     ) -> None:
-        """`now` brings the book up to date and returns the present state; `where` is the gripper point."""
+        """`now` updates the log and returns the present state; `where` returns the gripper point."""
         self._book = book
         self._table = table
         self._where = where
         self._now = now
 
     def mark(self) -> int:
-        """Begin a window here; `since` with the number returned tells what happened in it."""
+        """Begin a window here; `since` with the returned number returns its extremes."""
         return self._book.mark(self._now())
 
     def since(self, mark: int) -> Window:
@@ -307,12 +307,12 @@ class MechanicsRecord:
 
     @property
     def stall_time(self) -> float:
-        """The longest of the three [s]."""
+        """The longest of the three stall times [s]."""
         return self.whole.stall_time
 
     @property
     def limited(self) -> Triple:
-        """How long the torque limit kept each axis from going on [s]."""
+        """How long the torque limit held each axis back [s]."""
         return self.whole.limited
 
     @property
@@ -322,12 +322,12 @@ class MechanicsRecord:
 
     @property
     def sunk(self) -> float:
-        """How far the gripper came below its height at power-up [m]."""
+        """Greatest descent of the gripper below its height at power-up [m]."""
         return self.whole.sunk
 
     @property
     def outside(self) -> float:
-        """Way the lines travelled while one was slack [m]."""
+        """The way that the lines travelled while one was slack [m]."""
         return self.whole.outside
 
     @property
@@ -347,7 +347,7 @@ class MechanicsRecord:
 
     @property
     def carried(self) -> str | None:
-        """The part between the jaws."""
+        """The part between the jaws, None without one."""
         return self._table.carried
 
     @property

@@ -33,7 +33,7 @@ _AXES = "abc"
 class MechanicsRecordWriter:
     """Writes the record of `mechanics` by `write`, a line at a time; `epoch` is the date of the body's time 0 [s].
 
-    Events are written at once, motion at most every 50 ms of the body's time; `look` brings motion up to date.
+    Events are written at once, motion at most every 50 ms of the body's time; `look` writes the pending motion.
     """
 
     def __init__(self, mechanics: MayaMechanics, write: Callable[[str], None], epoch: float) -> None:
@@ -49,7 +49,7 @@ class MechanicsRecordWriter:
         mechanics.listen(self)
 
     def look(self) -> None:
-        """Write what happened up to the time that the mechanics were advanced to."""
+        """Write everything up to the present time of the mechanics."""
         self._mechanics.settle()
         self._flush()
 

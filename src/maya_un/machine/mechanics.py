@@ -1,9 +1,9 @@
 """Maya as a body: two lines and a boom, driven by three motors, with a gripper over a table.
 
-Motion is free or in contact. Free motion is the delayed reference in closed form; it is looked at only when
-somebody asks, however long it took. In contact (an axis is held back by a hard stop, or by the fact that two
-lines cannot be shorter together than their anchors are apart) and while an unlocked drum pays out, the state is
-stepped by at most 2 ms, until all axes are again where they are wanted. See docs/explanation/mechanics.md.
+Motion is free or in contact. Free motion is the delayed reference in closed form; it is evaluated only on request,
+however long it took. In contact (an axis is held back by a hard stop, or because two lines cannot be shorter together
+than the distance of their anchors) and while an unlocked drum pays out, the state is stepped by at most 2 ms, until all
+axes are again at their commanded positions. See docs/explanation/mechanics.md.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from maya_un.machine.log import MechanicsListener, MechanicsLog, MechanicsRecord
 from maya_un.machine.truth import Floats, LoadStatics, StartPose, Statics, Triple, TrueConstants
 
 SAMPLE = 0.05
-"""The record looks at free motion at least this often [s]."""
+"""Longest time between two samples of free motion in the record [s]."""
 
 _OLDEST = 60.0
 """Free motion is written to the record after this time at the latest [s]."""
@@ -37,14 +37,14 @@ _LIGHT = 1.1
 """A motor with less strength than this is monitored whenever it moves [loads]."""
 
 _MIDDLE = 1.05
-"""On an ellipse about the anchors, where its middle carries more than a load, no place carries so many times that."""
+"""On an ellipse about the anchors whose middle carries more than a load, no place carries more than this times that."""
 
 _SLACK = 1e-5
 """A line counts as slack from this surplus on [m]: ten encoder counts, beyond the rounding of a target."""
 
 
 class _Outlook(NamedTuple):
-    """The effects of free motion until `until` [s], as long as the plans counted by `key` hold."""
+    """The events of free motion until `until` [s], as long as the plans counted by `key` hold."""
 
     key: int
     until: float
@@ -53,9 +53,9 @@ class _Outlook(NamedTuple):
 
 
 class MayaMechanics:
-    """Maya's body, a `Plant`. `truth` is what it is made of, `start` where it stands, `parts` what is on the table.
+    """Maya's body, a `Plant`. `truth` has its constants, `start` its pose at power-up, `parts` the parts on the table.
 
-    Parts are named and stand where their grasp points (x, y, z) say [m]. With `trace` the record keeps samples.
+    Parts are named and placed by their grasp points (x, y, z) [m]. With `trace` the record stores samples.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class MayaMechanics:
         return self._timelines
 
     def add_part(self, name: str, place: Place) -> None:
-        """Stand a further part on the table. Raises `ValueError` where the name is taken."""
+        """Put another part on the table. Raises `ValueError` if the name is taken."""
         self._table.add(name, place)
 
     def listen(self, listener: MechanicsListener) -> None:
@@ -126,7 +126,7 @@ class MayaMechanics:
         self._book.listener = listener
 
     def settle(self) -> None:
-        """Write down the free motion up to the present."""
+        """Write the free motion up to the present into the record."""
         self._write()
 
     def true_joints(self) -> Triple:
@@ -135,7 +135,7 @@ class MayaMechanics:
         return a.q, b.q, c.q
 
     def gripper_point(self) -> Place:
-        """Return where the gripper point is: x, y, z [m]."""
+        """Return the gripper point: x, y, z [m]."""
         a, b, c = self.true_joints()
         hang = self._statics.hang(b, c)
         return hang.d * sin(a), hang.d * cos(a), hang.z
@@ -146,7 +146,7 @@ class MayaMechanics:
         return hang.tension_b, hang.tension_c
 
     def advance(self, t: float) -> None:
-        """Bring body and record to time `t` [s]; an earlier time than the present is the present."""
+        """Advance body and record to time `t` [s]; an earlier time has no effect."""
         while self._now < t:
             if self._stepping:
                 self._step(min(t, self._now + CONTACT_STEP))
@@ -158,9 +158,9 @@ class MayaMechanics:
                 self._stepping = True
 
     def next_event(self, until: float) -> float | None:
-        """Return the earliest time in (now, until] at which the machine must look, None where there is none.
+        """Return the earliest time in (now, until] at which the machine must be evaluated, None without one.
 
-        That is where a switch changes or contact begins; in contact every 2 ms.
+        That is a time at which a switch changes or contact begins; in contact every 2 ms.
         """
         if until <= self._now:
             return None
@@ -171,7 +171,7 @@ class MayaMechanics:
         return event if event <= until else None
 
     def position(self, axis: int) -> float:
-        """Return the motor position that the encoder tells [counts]: the actual one, unless it was made to fail."""
+        """Return the motor position of the encoder [counts]: the actual one, unless the encoder has failed."""
         return self._sensing.position(axis, self._drives[axis].position)
 
     def velocity(self, axis: int) -> float:
@@ -181,9 +181,9 @@ class MayaMechanics:
     def torque(self, axis: int) -> float:
         """Return the motor command [V], within ±9.9982, positive toward a longer line or a larger angle.
 
-        Shortening lifts the load against friction; a self-locking drum lets the motor only overcome friction
-        when lengthening, and nothing at rest; another has the load pulling at it all the time. A blocked axis
-        pushes harder by its following error, and so does one whose encoder counts no more.
+        Shortening lifts the load against friction. With a self-locking drum the motor only overcomes friction when
+        lengthening, and applies nothing at rest; with another drum the load always pulls. A blocked axis pushes harder
+        by its following error, and so does an axis whose encoder has stopped counting.
         """
         drive = self._drives[axis]
         if not drive.powered:
@@ -210,7 +210,7 @@ class MayaMechanics:
         return self._sensing.inputs(axis, (forward == forward_high, reverse == reverse_high, True))
 
     def power(self, axis: int, on: bool) -> None:
-        """Switch a motor on or off; without it a self-locking drum stays, another pays out its line."""
+        """Switch a motor on or off; without power a self-locking drum stays, another pays out its line."""
         self._write()
         drive = self._drives[axis]
         drive.shift = self.position(axis) - drive.position
@@ -242,11 +242,11 @@ class MayaMechanics:
             self._book.release(carried, self._table.places(gripper)[carried], drop)
 
     def fail_encoder(self, axis: int, on: bool) -> None:
-        """Let an encoder count no more, or count on from where it stopped; the body and its record are as they are."""
+        """Make an encoder stop counting, or continue from its last count; the body and its record are unchanged."""
         self._sensing.fail_encoder(axis, self._drives[axis].position, on)
 
     def force_inputs(self, axis: int, **levels: bool | None) -> None:
-        """Hold inputs at an electrical level wherever the axis is, or let them go (None)."""
+        """Hold inputs at an electrical level independent of the axis, or release them (None)."""
         self._sensing.force_inputs(axis, levels)
 
     def _hang(self) -> LoadStatics:
@@ -256,7 +256,7 @@ class MayaMechanics:
         return self._epoch + sum(timeline.version for timeline in self._timelines)
 
     def _look(self, until: float) -> _Outlook:
-        """Return what free motion brings at least until `until`; remembered as long as it holds."""
+        """Return the events of free motion at least until `until`; cached as long as they hold."""
         known, key = self._outlook, self._key()
         if key == known.key and until <= known.until and self._now < known.switch:
             return known
@@ -276,9 +276,9 @@ class MayaMechanics:
         return self._outlook
 
     def _coupling(self, until: float) -> float:
-        """Return when b + c is wanted shorter than W, or than the motors can pull them; inf for never.
+        """Return when b + c is commanded shorter than W, or than the motors can pull them; inf for never.
 
-        It looks at free motion from now to `until`.
+        It evaluates free motion from now to `until`.
         """
         _, b, c = self._drives
         level = max(self._shortest - GIVE, self._tightest())
@@ -286,7 +286,7 @@ class MayaMechanics:
             return inf
         times = {self._now, until, *b.boundaries(self._now, until), *c.boundaries(self._now, until)}
         ts = np.array(sorted(times))
-        half = 0.5 * np.diff(ts)  # the law is asked for between boundaries, where there is no doubt about it
+        half = 0.5 * np.diff(ts)  # the law is evaluated between boundaries, where it is unambiguous
         of_b, of_c = b.motion(ts[:-1] + half), c.motion(ts[:-1] + half)
         p, v, a = (one + other for one, other in zip(of_b, of_c, strict=True))
         first = _first_below(ts, p - v * half + 0.5 * a * half * half, v - a * half, a, level)
@@ -314,7 +314,7 @@ class MayaMechanics:
         return self._shortest + (ratio - 1.0) * self._truth.width * self._truth.counts_per_metre
 
     def _weak(self, until: float) -> float:
-        """Return when an axis whose motor is weak leaves its place, from now to `until`; inf for never."""
+        """Return when an axis with a weak motor leaves its place, from now to `until`; inf for never."""
         times = (drive.leaving(self._now, until) for drive in self._weaklings())
         return min((t for t in times if t is not None), default=inf)
 
@@ -325,13 +325,13 @@ class MayaMechanics:
         return [*weak, boom] if self._limited(0) and boom.limit <= boom.friction else weak
 
     def _doubtful(self) -> bool:
-        """Tell whether an axis moves now whose motor may be too weak to go on."""
+        """Return whether an axis moves now whose motor may be too weak to continue."""
         _, b, c = self._drives
         near = b.position + c.position <= self._tightest()
         return any(drive.rest() > self._now for drive in [*self._weaklings(), *((b, c) if near else ())])
 
     def _within_strength(self, axis: int, place: float) -> float:
-        """Return how far an axis gets towards `place` [counts] with the torque that it may have."""
+        """Return how far an axis gets towards `place` [counts] with its limited torque."""
         drive = self._drives[axis]
         if not self._limited(axis) or place == drive.position:
             return place
@@ -349,7 +349,7 @@ class MayaMechanics:
         return near
 
     def _pull(self, axis: int, place: float) -> float:
-        """Return the tension of a line with its motor at `place` [counts] and the other where it is."""
+        """Return the tension of a line with its motor at `place` [counts] and the other line unchanged [loads]."""
         drive, other = self._drives[axis], self._drives[3 - axis]
         q = drive.start + place / drive.scale
         b, c = (q, other.q) if axis == 1 else (other.q, q)
@@ -359,7 +359,7 @@ class MayaMechanics:
         return hang.tension_b if axis == 1 else hang.tension_c
 
     def _move(self, t: float) -> None:
-        """Go to time `t` in free motion."""
+        """Advance to time `t` in free motion."""
         for drive in self._drives:
             drive.follow(t)
         self._now = t
@@ -370,7 +370,7 @@ class MayaMechanics:
         return free and drive.position < drive.stops[1]
 
     def _step(self, t: float) -> None:
-        """Go to time `t` in contact: every axis toward where it is wanted, as far as it can."""
+        """Advance to time `t` in contact: every axis moves toward its commanded position, as far as it can."""
         length = t - self._now
         places: list[float] = []
         for axis, drive in enumerate(self._drives):
@@ -394,7 +394,7 @@ class MayaMechanics:
             self._epoch += 1
 
     def _toward(self, axis: int, t: float) -> float:
-        """Return where an axis is wanted at time `t`; an unlocked drum under load pays out by itself."""
+        """Return the commanded position of an axis at time `t`; an unlocked drum under load pays out by itself."""
         drive = self._drives[axis]
         if self._pays_out(axis) and self.tension()[axis - 1] > 0.0:
             way = self._truth.fall_speed * drive.scale * (t - self._now)
@@ -402,9 +402,9 @@ class MayaMechanics:
         return drive.desired(t)[0]
 
     def _coupled(self, b: float, c: float) -> tuple[float, float]:
-        """Return where lines wanted at `b` and `c` [counts] can go, since b + c ≥ W.
+        """Return where lines commanded to `b` and `c` [counts] can go, since b + c ≥ W.
 
-        A line that lengthens goes first; one that shortens gets what is left; two that shorten share it.
+        A line that lengthens goes first; a line that shortens gets the remaining length; two that shorten share it.
         """
         was_b, was_c = self._drives[1].position, self._drives[2].position
         room = was_b + was_c - self._shortest
@@ -428,7 +428,7 @@ class MayaMechanics:
         return Window(self._now, hang.z, hang.tension, hang.slack, hang.z, hang.z, q, q)
 
     def _note(self, length: float, held_back: Sequence[bool], weak: Sequence[bool]) -> None:
-        """Write a step of `length` [s] to the record, with the axes that were held back, or too weak to go on."""
+        """Write a step of `length` [s] to the record, with the axes that were held back, or too weak to continue."""
         a, b, c = (length if held and not limit else 0.0 for held, limit in zip(held_back, weak, strict=True))
         limited_a, limited_b, limited_c = (length if limit else 0.0 for limit in weak)
         now = replace(self._instant(), stalled=(a, b, c), limited=(limited_a, limited_b, limited_c))
@@ -441,7 +441,7 @@ class MayaMechanics:
             self._book.trace(Trace(*(np.array([value]) for value in values)))
 
     def _write(self) -> None:
-        """Bring the record to the present over the free motion since it was written last."""
+        """Write the free motion since the last write to the record."""
         t0, t1 = self._written, self._now
         if t1 <= t0:
             return
@@ -472,7 +472,10 @@ class MayaMechanics:
         )
 
     def _instants(self, t0: float, t1: float) -> Floats:
-        """Return when to look at free motion in [t0, t1]: every 50 ms while it lasts and where its law changes."""
+        """Return the times at which to evaluate free motion in [t0, t1].
+
+        They come every 50 ms while it lasts, and where its law changes.
+        """
         moving = min(t1, max(t0, *(drive.rest() for drive in self._drives)))
         count = ceil((moving - t0) / SAMPLE)
         grid = np.arange(count) * ((moving - t0) / max(1, count)) + t0
@@ -499,7 +502,7 @@ def _first_below(ts: Floats, p: Floats, v: Floats, a: Floats, level: float) -> f
 
 
 def _way(b: Floats, c: Floats, slack: Floats) -> float:
-    """Return how far both lines travelled while one was slack [m]."""
+    """Return the way that both lines travelled while one was slack [m]."""
     loose = slack[:-1] > _SLACK
     if not loose.any():
         return 0.0

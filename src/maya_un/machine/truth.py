@@ -1,19 +1,17 @@
 """The true constants of one machine, the statics of its load, and the pose in which it starts.
 
-Only the mechanics know them.
+Only the mechanics know them. The software above has a configuration that may differ from them. Axes are numbered 0 (a,
+the boom), 1 (b, the inner line), 2 (c, the outer line); triples are in that order and pairs are (reverse, forward),
+that is (short end, long end).
 
-The constants are the machine's own; the software above has a configuration that may be wrong about them.
-Axes are numbered 0 (a, the boom), 1 (b, the inner line), 2 (c, the outer line); triples are in that order and
-pairs are (reverse, forward), that is (short end, long end).
-
-Two anchors at the same height, W apart, carry lines of length b and c that meet where the gripper hangs. With u
-the horizontal distance of that point from anchor b and h its depth below the anchors,
+Two anchors at the same height, W apart, carry lines of length b and c that meet where the gripper hangs. With u the
+horizontal distance of that point from anchor b and h its depth below the anchors,
 
     u = (W² + b² − c²) / 2W        h = √(b² − u²)
     T_b = (W − u)/W · b/h          T_c = u/W · c/h         (in multiples of the load)
 
-which is the balance of forces at the meeting point. A line cannot push: with u < 0 the load hangs straight below
-anchor b and line c is slack by c − √(W² + b²), with u > W the other way round. Derived, with worked cases, in
+which is the balance of forces at the meeting point. A line cannot push: with u < 0 the load hangs straight below anchor
+b and line c is slack by c − √(W² + b²), with u > W the other way round. The derivation, with worked cases, is in
 docs/explanation/mechanics.md.
 """
 
@@ -51,12 +49,12 @@ class Random(Protocol):
 class TrueConstants:
     """All constants of one machine (manual, figures 7 to 9 and its table of constants; errata 2, 5, 6).
 
-    `switches` are the positions at which limit switches trip [rad, m, m], `gaps` the way from there to the hard
-    stop [rad, m, m], `friction` the motor command that overcomes it [V], `torque_per_load` the command that
-    balances a line tension of one load [V], `lag` how late an axis follows its reference [s], `stall_stiffness`
-    how the command grows with the following error of a blocked axis [V/count], `fall_speed` how fast a drum that
-    does not lock pays out under load with its motor off [m/s]. `active_high` says whether a switch's input is
-    electrically high when it is active.
+    `switches` are the positions at which limit switches trip [rad, m, m], `gaps` the way from there to the hard stop
+    [rad, m, m], `friction` the motor command that overcomes it [V], `torque_per_load` the command that balances a line
+    tension of one load [V], `lag` the delay of an axis behind its reference [s], `stall_stiffness` the increase of the
+    command with the following error of a blocked axis [V/count], `fall_speed` the speed at which a drum that does not
+    lock pays out under load with its motor off [m/s]. `active_high` is whether a switch's input is electrically high
+    when it is active.
     """
 
     height: float = 2.35
@@ -94,7 +92,7 @@ class TrueConstants:
         return (MOTOR_LIMIT - fb) / self.torque_per_load, (MOTOR_LIMIT - fc) / self.torque_per_load
 
     def with_wiring(self, active_high: bool, axis: int | None = None, switch: Switch | None = None) -> TrueConstants:
-        """Return the machine with switches wired so: all of them, those of one axis, or a single one."""
+        """Return the machine with changed switch wiring: of all switches, those of one axis, or a single one."""
 
         def wired(index: int) -> Levels:
             reverse, forward = self.active_high[index]
@@ -143,7 +141,7 @@ Floats = NDArray[np.float64]
 
 
 class LoadStatics(NamedTuple):
-    """The place of the load, and how it hangs.
+    """The place of the load, and the state of its lines.
 
     `d` is the gripper's distance from the vertical axis [m], `z` its height above the table [m], `tension_b` and
     `tension_c` the line tensions [multiples of the load], `slack_b` and `slack_c` the surplus lengths [m].
@@ -187,7 +185,7 @@ class Statics:
         return cls(truth.width, truth.delta, top, truth.strongest)
 
     def hang(self, b: float, c: float) -> LoadStatics:
-        """Return how the load hangs on lines of `b` and `c` [m], b + c ≥ W."""
+        """Return the statics of a load on lines of `b` and `c` [m], b + c ≥ W."""
         W = self.width
         u = (W * W + b * b - c * c) / (2.0 * W)
         if u < 0.0:
@@ -250,10 +248,10 @@ class StartPose(NamedTuple):
 
 
 def legal_start(rng: Random, truth: TrueConstants) -> StartPose:
-    """Return a start that homing has to cope with, drawn for this machine.
+    """Return a start that homing must handle, drawn for this machine.
 
-    Most are inside the strokes, taut and above the parts; a fifth stand on one or more switches, perhaps with a
-    slack line; an eighth are lower than the parts.
+    Most are inside the strokes, taut and above the parts; a fifth stand on one or more switches, perhaps with a slack
+    line; an eighth are lower than the parts.
     """
     kind = rng.random()
     statics = Statics.of(truth)

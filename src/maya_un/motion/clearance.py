@@ -1,8 +1,8 @@
-"""How near a path comes to every limit and zone, and how low and how high it takes the gripper.
+"""The closest approach of a path to every limit and zone, and the lowest and highest points of the gripper.
 
 Straight in joints is not straight in space: between two places of equal height the gripper dips or rises. Strokes, the
 range of the boom and b + c ≥ W are linear along a chord and least at a knot. The others are smooth on it: they are
-looked at in a few places, and where a parabola through three of them would be least, again more closely.
+sampled in a few places, and then more closely at the vertex of a parabola through three of them.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ _LOOKS = 64
 _NEWTON = 4
 _CLOSER = 4.0
 _SMOOTH, _BENT = 2, 4
-"""Rounds of parabolas: for what bends smoothly, and for a distance, which bends otherwise from edge to face."""
+"""Rounds of parabolas: for smooth values, and for a distance, which bends differently from edge to face."""
 _FLAT = 1e-7
-"""Lines are taken to be bent at least by so much [m], so that tensions stay numbers."""
+"""Least bend of the lines [m], so that tensions stay finite."""
 
 Kinds = Callable[[Floats], Floats]
-"""From joints (..., 3) to the values of some kinds there (k, ...)."""
+"""Maps joints (..., 3) to the values of some kinds there (k, ...)."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosestApproach:
-    """How near a path comes to a limit or a zone: the least `margin` [`unit`], and `place`, where that is.
+    """The closest approach of a path to a limit or a zone: the least `margin` [`unit`], and its `place`.
 
-    `name` is that of the zone, or one of `LIMITS`; a margin is negative beyond the limit, or where a zone's margin is
-    used up. The unit is "rad", "m" or "load".
+    `name` is that of the zone, or one of `LIMITS`; a margin is negative beyond the limit, or inside the margin of a
+    zone. The unit is "rad", "m" or "load".
     """
 
     name: str
@@ -64,10 +64,10 @@ LIMITS = {
 
 
 def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]:
-    """Return how near the chords between knots come to every limit, in the order of `LIMITS`, and to every zone.
+    """Return the closest approaches of chords to all limits, in the order of `LIMITS`, and to all zones.
 
-    `joints` has shape (n, 3) [rad, m, m]. Margins are exact to 1e-6, those of zones to 1e-5, but how deep a way leads
-    into a zone itself only to a centimetre. Lines that cannot meet carry more than a million loads.
+    `joints` are the knots (n, 3) [rad, m, m] between which the chords run. Margins are exact to 1e-6, those of zones to
+    1e-5, but the depth inside a zone only to a centimetre. Lines that cannot meet carry more than a million loads.
     """
     joints = _two_at_least(joints)
     curved = _least(lambda places: _margins(workspace, places), joints, 4, _SMOOTH)
@@ -82,20 +82,20 @@ def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]
 
 
 def lowest(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> Point:
-    """Return the point of the chords between knots, one or more, where the gripper is lowest; exact to 1e-7 m.
+    """Return the lowest gripper point of the chords between knots, one or more; exact to 1e-7 m.
 
-    Raises `Unreachable` where the lines cannot meet there.
+    Raises `Unreachable` if the lines cannot meet there.
     """
     return extremes(mechanism, joints)[0]
 
 
 def highest(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> Point:
-    """Return the point of the chords where the gripper is highest; raises as `lowest` does."""
+    """Return the highest gripper point of the chords; raises as `lowest` does."""
     return extremes(mechanism, joints)[1]
 
 
 def extremes(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> tuple[Point, Point]:
-    """Return both, `lowest` and `highest`, from one look."""
+    """Return both `lowest` and `highest`, from the same samples."""
     knots = _two_at_least(np.asarray(joints, dtype=np.float64))
     parts = max(4, ceil(_LOOKS / (len(knots) - 1)))
     shares = np.arange(parts + 1.0) / parts
@@ -106,7 +106,7 @@ def extremes(mechanism: Mechanism, joints: Sequence[Joints] | Floats) -> tuple[P
 
 
 def _extreme(mechanism: Mechanism, knots: Floats, sign: float, seen: Floats) -> Point:
-    """Return the point where `sign` h² is least; `seen` (n, parts + 1) is that along the chords between knots."""
+    """Return the point where `sign` h² is least; `seen` (n, parts + 1) holds samples along the chords between knots."""
     parts = seen.shape[1] - 1
     best = int(seen.argmin())
     chord, share, value = best // (parts + 1), best % (parts + 1) / parts, seen.flat[best]
@@ -122,7 +122,7 @@ def _extreme(mechanism: Mechanism, knots: Floats, sign: float, seen: Floats) -> 
 def _bottom(
     W: float, start: list[float], end: list[float], sign: float, guess: float, width: float
 ) -> tuple[float, float]:
-    """Return the least of `sign` h² on a chord within `width` of the share guessed, and the share, by Newton's rule."""
+    """Return the least `sign` h² on a chord within `width` of the share `guess`, and the share, by Newton's method."""
     (_, b, c), (_, end_b, end_c) = start, end
     db, dc = end_b - b, end_c - c
     t = guess
@@ -182,7 +182,7 @@ def _linear_margins(workspace: Workspace, joints: Floats) -> Iterator[Floats]:
 def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple[float, ChordPlace]]:
     """Return the least value of every kind on the chords between knots (n, 3), and its place.
 
-    Every chord is looked at in `looks` parts, in more where there are few chords.
+    Every chord is sampled in `looks` parts, in more if there are few chords.
     """
     parts = max(looks, ceil(_LOOKS / (len(joints) - 1)))
     shares = np.linspace(0.0, 1.0, parts + 1)
@@ -194,7 +194,7 @@ def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple
     place = shares[sample]
     guessed, inner = np.divmod(np.argmin(_guessed(found).reshape(len(found), -1), axis=1), parts - 1)
     tries = [(guessed, shares[inner + 1])]
-    if rounds == _BENT:  # a guess for a bent chord may be too good
+    if rounds == _BENT:  # a guess for a bent chord may be too low
         tries.append((chord, place))
     for near, share in tries:
         refined, at = _refined(values, joints[near], ways[near], share, 1.0 / parts, rounds)
@@ -204,7 +204,10 @@ def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple
 
 
 def _guessed(found: Floats) -> Floats:
-    """Return how small it may get between the outer ones of every three neighbouring samples (..., n): (..., n − 2)."""
+    """Return the estimated least values around every inner one of samples (..., n): (..., n − 2).
+
+    The range of each is that between its two neighbours.
+    """
     before, here, behind = found[..., :-2], found[..., 1:-1], found[..., 2:]
     slope, bend = 0.5 * (behind - before), behind - 2.0 * here + before
     dip = 0.5 * slope * slope / np.where(bend > 0.0, bend, 1.0)
@@ -214,9 +217,9 @@ def _guessed(found: Floats) -> Floats:
 def _refined(
     values: Kinds, starts: Floats, ways: Floats, at: Floats, width: float, rounds: int
 ) -> tuple[Floats, Floats]:
-    """Return the value (k,) and the share (k,) where each kind is least near share `at` (k,) of its own chord.
+    """Return the value (k,) and the share (k,) where each kind is least near share `at` (k,) of its chord.
 
-    A parabola is laid through three places, then through three closer ones about where that is least.
+    A parabola is fitted through three places, then through three closer ones about its vertex.
     """
     kinds = np.arange(len(at))
     steps = np.array((-1.0, 0.0, 1.0))

@@ -1,16 +1,18 @@
-"""How fast a path may be gone, so that no fault does harm beside it.
+"""The greatest speed along a path at which no fault does harm beside it.
 
-A stop, the guard and a limit switch of the coordinated mode brake along the path, which is proved. Beside it ends
+A stop, the guard and a limit switch of the coordinated mode brake along the path, which is proved. Two faults end
+beside it:
 
-    one axis that fails (following error, amplifier): its motor goes off and the drum holds it where it is, while the
-    others go on along the path until they have braked, at VD;
-    every axis, where a controller brakes the axes of a sequence each by itself at a limit (SD). The sources are silent
-    about this; the worse is assumed.
+    one axis fails (following error, amplifier): its motor goes off and the drum holds it in place, while the others
+    continue along the path until they have braked, at VD;
 
-In both cases the axes end somewhere in the box between where they were and where each of them would have come to rest
-by itself: q + [−e⁻, e⁺], with e = vτ + v²/2r for the deceleration r and an axis that follows late by τ, and as far as
-the path ahead takes an axis on the way of braking. All e grow with the speed along the path. The greatest speed is
-sought at which the boxes at all places of a chord keep the emergency bounds:
+    every axis stops: a controller may brake the axes of a sequence independently at a limit (SD). The sources do not
+    specify this; the worse case is assumed.
+
+In both cases the axes end somewhere in the box between their positions at the fault and those at which each of them
+would have come to rest independently: q + [−e⁻, e⁺], with e = vτ + v²/2r for the deceleration r and an axis with delay
+τ, and as far as the path ahead takes an axis on the way of braking. All e grow with the speed along the path. The
+result is the greatest speed at which the boxes at all places of a chord keep the emergency bounds:
 
     T ≤ the emergency tension     greatest at the box' corner of shortest lines, or no more than the load
     slack ≤ the emergency slack   of c greatest where c is longest and b shortest, of b the other way round
@@ -18,8 +20,8 @@ sought at which the boxes at all places of a chord keep the emergency bounds:
     no zone entered               its margin may be used up
 
 Because ∂ ln T_b/∂b = (1 − b²c²/(W (W − u) h²))/b ≤ 0, as bc ≥ Wh; and ∂ ln T_b/∂c has the sign of b² − uW, which rises
-with c: a longer line c first takes load off line b, then puts it back, until b carries all of it and c is slack. As
-q runs along a chord so do the corners, each on a chord of its own, on which the bounds are proved like all others.
+with c: a longer line c first takes load off line b, then puts it back, until b carries all of it and c is slack. As q
+runs along a chord, each corner runs along a separate chord, on which the bounds are proved like all others.
 """
 
 from __future__ import annotations
@@ -37,13 +39,13 @@ from maya_un.kinematics.zones import clearances, travel_bounds
 from maya_un.motion.proof import coefficients, dips, places
 
 SLACK = 0.05
-"""Surplus length of a line that the drum bears for once [m]."""
+"""Surplus length of a line that the drum tolerates once [m]."""
 
 CREEP = 1e-3
-"""An excess of a stop that is not worth preventing: so far [m] the end of a line or of the boom may go anywhere."""
+"""Negligible excess of a stop [m]: the end of a line or of the boom may move by this anywhere."""
 
 LATE = 0.04
-"""An axis is where its reference was up to so long ago [s]; one that fails stops there, the others go on."""
+"""Greatest delay of an axis behind its reference [s]; a failing axis stops there, the others continue."""
 
 _CORNER = 0.2
 _MOST = 128
@@ -56,8 +58,8 @@ _FAR, _NEAR = 0.05, 0.01
 class Emergency:
     """Bounds for a fault: `tension` [loads], `slack` [m]; and the motion of the axes after it.
 
-    `rates` are the decelerations of the axes each by itself (rad/s², m/s², m/s²); `late` is how late they follow
-    their references at most [s].
+    `rates` are the decelerations of the axes when they brake independently (rad/s², m/s², m/s²); `late` is their
+    greatest delay behind their references [s].
     """
 
     tension: float
@@ -76,9 +78,9 @@ class Emergency:
 
 
 class _StopBoxes(NamedTuple):
-    """Possible ends of a fault on a chord: chords from `a` to `b` (3, m), plus boxes from −`before` to `after` (3, m).
+    """Possible ends of a fault: chords from `starts` to `ends` (3, m), plus boxes from −`back` to `on` (3, m).
 
-    `clear` (m,) is how near any zone comes to the chords [m], infinite without zones.
+    `clear` (m,) is the distance of the nearest zone from the chords [m], infinite without zones.
     """
 
     starts: Floats
@@ -89,7 +91,7 @@ class _StopBoxes(NamedTuple):
 
 
 class _Growth(NamedTuple):
-    """How boxes grow with the speed v along the path: `back` and `on` (3, m) with v², `least` and `most` with v.
+    """Growth of boxes with the speed v along the path: `back` and `on` (3, m) with v², `least` and `most` with v.
 
     The others are as in `_StopBoxes`.
     """
@@ -103,11 +105,11 @@ class _Growth(NamedTuple):
     clear: Floats
 
     def of(self, chords: NDArray[np.intp]) -> _Growth:
-        """Return what belongs to some chords, which may be named more than once."""
+        """Return the rows of some chords, which may be repeated."""
         return _Growth(*(rows[..., chords] for rows in self))
 
     def at(self, squares: Floats) -> _StopBoxes:
-        """Return the boxes that belong to these squares of the speed (m,)."""
+        """Return the boxes for these squares of the speed (m,)."""
         speed = np.sqrt(squares)
         back, on = self.back * squares + self.least * speed, self.on * squares + self.most * speed
         return _StopBoxes(self.starts, self.ends, back, on, self.clear)
@@ -118,10 +120,10 @@ def emergency_speed(
 ) -> Floats:
     """Return for every chord (m,) the greatest speed along the path that keeps the emergency bounds.
 
-    `joints` (m + 1, 3) are the knots [rad, m, m] of a path that is proved, `directions` (3, m) how far the axes go per
-    unit of the way on every chord, `braking` the deceleration along the path and `fastest` (m,) the greatest requested
-    speed there, in that unit per s² and per s. A speed is infinite where `fastest` does no harm, and never so small
-    that a stop would take less than `CREEP`.
+    `joints` (m + 1, 3) are the knots [rad, m, m] of a proved path, `directions` (3, m) the ways of the axes per unit of
+    the way on every chord, `braking` the deceleration along the path and `fastest` (m,) the greatest requested speed
+    there, in that unit per s² and per s. A speed is infinite if `fastest` does no harm, and never so small that a stop
+    would take less than `CREEP`.
     """
     found = np.full(len(fastest), np.inf)
     if not len(fastest):
@@ -144,7 +146,7 @@ def emergency_speed(
 
 
 def _doubtful(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> NDArray[np.intp]:
-    """Return the numbers of the boxes that are not safe at these squares of the speed."""
+    """Return the indices of the boxes that are not safe at these squares of the speed."""
     return np.flatnonzero(~_safe(workspace, emergency, growth.at(squares)))
 
 
@@ -172,7 +174,7 @@ def _growing(
 def _ahead(workspace: Workspace, joints: Floats, directions: Floats, reach: Floats) -> tuple[Floats, Floats]:
     """Return the greatest and the least direction (3, m) on the way of braking from anywhere on a chord.
 
-    `reach` (m,) is the length of that way. It ends at corners, where the path is next to rest anyway.
+    `reach` (m,) is the length of that way. It ends at corners, because the path is next to rest there.
     """
     steps = np.diff(joints, axis=0) / workspace.grain
     units = directions.T / workspace.grain
@@ -192,9 +194,9 @@ def _ahead(workspace: Workspace, joints: Floats, directions: Floats, reach: Floa
 
 
 def _nearest_zone(workspace: Workspace, starts: Floats, ends: Floats, step: float) -> Floats:
-    """Return a lower bound (m,) of how far chords keep from any zone itself, its margin left out [m].
+    """Return a lower bound (m,) of the distance of chords from any zone itself, without its margin [m].
 
-    It is looked at wherever things have travelled `step` [m] on, and is too small by at most half of that.
+    The distance is sampled each time a point has travelled `step` [m], and is too small by at most half of that.
     """
     if not workspace.zones or not len(starts):
         return np.full(len(starts), np.inf)
@@ -212,7 +214,7 @@ def _nearest_zone(workspace: Workspace, starts: Floats, ends: Floats, step: floa
 
 
 def _greatest(workspace: Workspace, emergency: Emergency, growth: _Growth, squares: Floats) -> Floats:
-    """Return the greatest squares of the speed (m,) up to `squares` that are safe, 0 for none, by bisection."""
+    """Return the greatest safe squares of the speed (m,) up to `squares`, by bisection; 0 if none is safe."""
     low, high = np.zeros(len(squares)), squares
     tried = squares
     for _ in range(_BISECTIONS):
@@ -223,7 +225,7 @@ def _greatest(workspace: Workspace, emergency: Emergency, growth: _Growth, squar
 
 
 def _safe(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> NDArray[np.bool_]:
-    """Return for which chords (m,) all boxes are proved to keep the emergency bounds."""
+    """Return the chords (m,) on which all boxes are proved to keep the emergency bounds."""
     found = coefficients(_kept(workspace, emergency, boxes))
     safe = ~dips(found, _HALVINGS)
     if workspace.zones:
@@ -234,8 +236,8 @@ def _safe(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> NDAr
 def _kept(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> Floats:
     """Return the bounds at seven places of every chord, kept where not negative, shape (6, 7, m).
 
-    They are, in the notation of `maya_un.motion.proof` and as shares of W: slack of c and of b, z, T_b and T_c,
-    and h² at the corner of shortest lines, which T implies.
+    They are, in the notation of `maya_un.motion.proof` and as shares of W: slack of c and of b, z, T_b and T_c, and h²
+    at the corner of shortest lines, which T implies.
     """
     W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
     lines = places(boxes.starts[1:] / W, boxes.ends[1:] / W)
@@ -259,10 +261,10 @@ def _kept(workspace: Workspace, emergency: Emergency, boxes: _StopBoxes) -> Floa
 
 
 def _strayed(workspace: Workspace, boxes: _StopBoxes, depth: Floats) -> Floats:
-    """Return how far at most anything gets from the path (m,) [m]; infinite where the lines might be straight.
+    """Return the greatest distance of any point from the path (m,) [m]; infinite if the lines might be straight.
 
-    One line longer by e moves the meeting point by e/sin γ about the other's anchor, where the lines meet at the angle
-    γ and sin γ = W h/bc. `depth` are the coefficients of h² at the corner of shortest lines, as shares of W².
+    A line that is longer by e moves the meeting point by e/sin γ about the other line's anchor, where the lines meet at
+    the angle γ and sin γ = W h/bc. `depth` are the coefficients of h² at the corner of shortest lines, as shares of W².
     """
     W = workspace.mechanism.width
     most = np.maximum(boxes.back, boxes.on)

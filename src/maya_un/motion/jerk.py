@@ -2,35 +2,34 @@
 
 The span of a path between two rests, and the smoothed motion of the axes along it over time.
 
-Let V be a speed that is straight in time between its corners, A its slope and S the way. The mean over a window τ has
+Let V be a speed that is linear in time between its corners, A its slope and S the way. The mean over a window τ has
 
     the speed          v(t) = (S(t) − S(t − τ))/τ
     the acceleration   a(t) = (V(t) − V(t − τ))/τ
     the jerk           j(t) = (A(t) − A(t − τ))/τ
 
-and takes τ longer from rest to rest. Both corners of V and the same τ later are corners of a; between them the jerk is
-constant. If V rises with A to a cruise not shorter than τ, and falls likewise, and A = Jτ, this is the fastest motion
-over a distance under limits of speed, acceleration and the jerk J.
+and takes τ longer from rest to rest. The corners of a are the corners of V and the same corners τ later; between them
+the jerk is constant. If V rises with A to a cruise not shorter than τ, and falls likewise, and A = Jτ, this is the
+fastest motion over a distance under limits of speed, acceleration and the jerk J.
 
 With direction d, bend c = d' and the way s, v = s', a = v', j = a', an axis has the
 
     acceleration   d a + c v²
     jerk           d j + d' v a + 2 c v a + c' v³
 
-where d and c are taken straight between their values at the knots.
+where d and c are interpolated linearly between their values at the knots.
 
-Time-optimal speeds made gentle: no axis' acceleration changes faster than its jerk limit.
+Time-optimal speeds, smoothed: no axis' acceleration changes faster than its jerk limit.
 
-The fastest way along the path is slowed a little and replaced by its mean over a window (`maya_un.motion.jerk`),
-along the same path. Sharp corners are rests, and what lies between two rests is a stretch with a window of its own, no
-longer than its jerk asks for. The axes' speeds, accelerations and jerks are looked at along all of it
-(`maya_un.motion.jerk`). If a limit is exceeded, the window is widened or the allowed speed lowered, and the fastest
-motion is computed again, a few times. The robot drives the best of these, slowed evenly until it keeps all limits. On
-one straight line in the joints nothing is left to slow, and with accelerations as great as decelerations it is the
-fastest way there is.
+The fastest motion along the path is slowed a little and replaced by its mean over a window (`Smooth.mean`), along the
+same path. Sharp corners are rests. Each stretch between two rests has a separate window, no longer than its jerk
+requires. The axes' speeds, accelerations and jerks are checked along all of it (`ChordSpan.look`). If a limit is
+exceeded, the window is widened or the allowed speed lowered, and the fastest motion is computed again, a few times. The
+robot drives the best of these, slowed evenly until it keeps all limits. On one straight line in the joints no slowing
+remains, and with accelerations as great as decelerations it is the fastest motion possible.
 
 The controller follows by steps of speed: the limit applies to the change of the acceleration between their means. A
-step itself is a change of speed that the controller carries out at VA and VD. So is a corner too slight to be a rest.
+step itself is a change of speed that the controller executes at VA and VD. So is a corner too slight to be a rest.
 """
 
 from __future__ import annotations
@@ -50,14 +49,14 @@ from maya_un.motion.profile import Limits
 from maya_un.motion.speeds import Chords, Ramps
 
 SHORTEST = 1e-3
-"""No window is shorter [s]: the controller itself samples no finer (Galil DMC-41x3, command TM)."""
+"""Shortest window [s]: the controller itself samples no finer (Galil DMC-41x3, command TM)."""
 
 _BISECTIONS = 48
 
 
 @dataclass(frozen=True, eq=False)
 class Ramped:
-    """A speed that changes evenly between times (m,) [s]: `speeds` and `ways` at them, (m,) each, from rest to rest."""
+    """A speed that is linear between times (m,) [s]: `speeds` and `ways` at them, (m,) each, from rest to rest."""
 
     times: Floats
     speeds: Floats
@@ -65,7 +64,10 @@ class Ramped:
 
     @classmethod
     def over(cls, spans: Floats, speeds: Floats) -> Self:
-        """Return what takes `spans` (m − 1,) [s] from each of `speeds` (m,) to the next; spans of 0 are left out."""
+        """Return the speed that changes in `spans` (m − 1,) [s] from each of `speeds` (m,) to the next.
+
+        Spans of 0 are dropped.
+        """
         kept = np.concatenate(([True], spans > 0.0))
         times = np.concatenate(([0.0], np.cumsum(spans)))[kept]
         speeds = speeds[kept]
@@ -73,14 +75,17 @@ class Ramped:
         return cls(times, speeds, np.concatenate(([0.0], np.cumsum(gone))))
 
     def way(self, times: Floats) -> Floats:
-        """Return the ways at any times, those before the start and after the end included."""
+        """Return the ways at any times, also before the start and after the end."""
         within = np.clip(times, 0.0, self.times[-1])
         here = np.clip(np.searchsorted(self.times, within, side="right") - 1, 0, len(self.times) - 2)
         mean = 0.5 * (self.speeds[here] + np.interp(within, self.times, self.speeds))
         return self.ways[here] + (within - self.times[here]) * mean
 
     def level(self, window: float) -> float:
-        """Return the speed to which the highest peak must be cut to last for `window` [s]; its own if it does."""
+        """Return the speed to which the highest peak must be cut to last for `window` [s].
+
+        Its own speed if it lasts as long.
+        """
         peak = int(self.speeds.argmax())
         low, high = 0.0, float(self.speeds[peak])
         if self._lasts(peak, high) >= window:
@@ -98,7 +103,7 @@ class Ramped:
         return (ended - begun) / level
 
     def _crossing(self, piece: int, level: float) -> float:
-        """Return the way at which a piece that rises or falls through `level` is there."""
+        """Return the way at which a piece that rises or falls through `level` has this speed."""
         one, two = self.speeds[piece : piece + 2].tolist()
         share = (level - one) * (level + one) / ((two - one) * (two + one))
         return float(self.ways[piece] + share * (self.ways[piece + 1] - self.ways[piece]))
@@ -134,7 +139,7 @@ class Smooth:
         return float(self.times[-1])
 
     def slowed(self, factor: float) -> Smooth:
-        """Return the same in `factor` times the time."""
+        """Return the same motion, `factor` times as long."""
         return Smooth(
             self.times * factor,
             self.ways,
@@ -144,13 +149,13 @@ class Smooth:
         )
 
     def cruises(self) -> Floats:
-        """Return the times at which cruises begin and end that take a hundredth of all the time or more."""
+        """Return the times at which cruises begin and end that last a hundredth of the whole duration or more."""
         even = np.abs(self.accelerations) <= 1e-6 * np.abs(self.accelerations).max()
         long = even[:-1] & even[1:] & (np.diff(self.times) >= 0.01 * self.duration)
         return np.concatenate((self.times[:-1][long], self.times[1:][long]))
 
     def interval(self, times: Floats) -> NDArray[np.intp]:
-        """Return the numbers of the intervals in which times (n,) lie."""
+        """Return the indices of the intervals that contain times (n,)."""
         return np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.jerks) - 1)
 
     def at(self, times: Floats) -> tuple[Floats, Floats, Floats]:
@@ -158,7 +163,7 @@ class Smooth:
         return self.along(self.interval(times), times)
 
     def when(self, ways: Floats) -> Floats:
-        """Return the times (n,) at which ways (n,) have been gone."""
+        """Return the times (n,) at which ways (n,) are reached."""
         here = np.clip(np.searchsorted(self.ways, ways, side="right") - 1, 0, len(self.jerks) - 1)
         early, late = self.times[here], self.times[here + 1]
         for _ in range(_BISECTIONS):
@@ -183,9 +188,10 @@ _ROUNDING = 1e-9
 
 
 class ChordLimits(NamedTuple):
-    """For every chord (n,): by which factor a stretch must be slowed to keep all limits there, and its greatest speed.
+    """For every chord (n,): the factor by which a stretch must be slowed to keep all limits, and its greatest speed.
 
-    `pull` (n,) are the greatest shares of their acceleration limits that axes have, `strain` that of a jerk limit.
+    `pull` (n,) are the greatest ratios of an axis' acceleration to its limit, `strain` is the greatest ratio of jerk to
+    limit.
     """
 
     excess: Floats
@@ -196,10 +202,10 @@ class ChordLimits(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ChordSpan:
-    """Chords `first` to before `last` of a path, from rest to rest, and what their axes can do.
+    """Chords `first` to before `last` of a path, from rest to rest, and the limits of their axes.
 
     `ways` (n + 1,) are the ways to the knots [counts]. Directions and bends are those at the knots (n + 1, 3);
-    `forward` (n, 3) is which way the axes go on the chords, 1 or −1; `most` (n,) the greatest jerk along each
+    `forward` (n, 3) is the sign of each axis' motion on the chords, 1 or −1; `most` (n,) the greatest jerk along each
     [counts/s³].
     """
 
@@ -218,7 +224,7 @@ class ChordSpan:
         here = slice(first, last + 1)
         chords = Chords.of(Knots(knots.counts[here], knots.exact[here], knots.sharp[here], ()))
         bends = chords.bends.T.copy()
-        if last - first > 1:  # at rest a bend does nothing; taken for 0 it would seem to change
+        if last - first > 1:  # at rest a bend has no effect; a value of 0 would look like a change
             bends[0], bends[-1] = bends[1], bends[-2]
         half, smooth = 0.5 * chords.lengths[:, np.newaxis], chords.smooth.T
         directions = np.concatenate((smooth[:1], smooth[:-1] + bends[1:-1] * half[:-1], smooth[-1:]))
@@ -239,22 +245,24 @@ class ChordSpan:
         return np.cbrt(np.min(np.array(self.limits.jerk) / change, axis=1))
 
     def share(self, ramps: Ramps) -> float:
-        """Return which share of the accelerations serves best.
+        """Return the best share of the accelerations.
 
-        Less than all of them where the stretch is too short, or too slow, to speed up for as long as the window is:
-        with the least of the greatest jerks J, length L and speed v, accelerations above ∛(L J²/2) or √(v J) are of no
-        use.
+        It is below 1 if the stretch is too short, or too slow, to accelerate for as long as the window: with the least
+        of the greatest jerks J, length L and speed v, accelerations above ∛(L J²/2) or √(v J) are useless.
         """
         fastest, jerk = float(ramps.top[self.part].max()), float(self.most.min())
         useful = min(cbrt(0.5 * float(self.ways[-1]) * jerk * jerk), sqrt(fastest * jerk))
         return min(1.0, useful / max(_LEAST, float(self._steepest(ramps).max())))
 
     def level(self, ramps: Ramps, width: float) -> float:
-        """Return to which speed the highest peak must be cut to last as long as the window; not if that is wider."""
+        """Return the speed to which the highest peak must be cut to last as long as the window.
+
+        Infinite for a wider window.
+        """
         return inf if width > 1.0 else self._ramped(ramps).level(self._window(ramps))
 
     def mean(self, ramps: Ramps, width: float) -> Smooth:
-        """Return the mean of the fastest way over the window that its accelerations ask for, `width` times as wide."""
+        """Return the mean of the fastest motion over `width` times the window that its accelerations require."""
         return Smooth.mean(self._ramped(ramps), width * self._window(ramps))
 
     def _window(self, ramps: Ramps) -> float:
@@ -277,10 +285,11 @@ class ChordSpan:
         return Ramped.over(spans, np.concatenate((start[:1], speeds)))
 
     def look(self, smooth: Smooth, within: Floats, at: Floats) -> ChordLimits:
-        """Return by how much a way over time must be slowed on every chord, and how fast it gets there.
+        """Return by how much a motion must be slowed on every chord, and its greatest speed there.
 
         `within` (n,) and `at` (n + 1,) are the greatest speeds within the chords of the path and at its knots. An
-        acceleration may be greater than its limit by `STEP`: the fastest way keeps it in the middle of every chord.
+        acceleration may exceed its limit by the share `STEP`: the fastest motion keeps the limit in the middle of every
+        chord.
         """
         number = len(self.most)
         passed = smooth.when(self.ways[1:-1])
@@ -303,9 +312,9 @@ class ChordSpan:
     def _shares(
         self, chord: NDArray[np.intp], way: Floats, speed: Floats, rate: Floats, jerk: Floats
     ) -> tuple[Floats, Floats]:
-        """Return which shares (m,) of its limits of acceleration and of jerk an axis has in intervals at most.
+        """Return the greatest ratios (m,) of an axis' acceleration and jerk to their limits in intervals.
 
-        They are looked at in five places. To speed up is to accelerate the way that the axis goes on the chord.
+        Each interval is sampled in five places. To speed up is to accelerate in the axis' direction on the chord.
         """
         length = np.diff(self.ways)[chord][:, np.newaxis]
         share = np.clip((way - self.ways[chord][:, np.newaxis]) / length, 0.0, 1.0)
@@ -322,15 +331,15 @@ class ChordSpan:
 
 
 def _straight(values: Floats, chord: NDArray[np.intp], share: Floats, length: Floats) -> tuple[Floats, Floats]:
-    """Return what is straight between values at the knots (n + 1,), and its slope along the way."""
+    """Return the linear interpolation between values at the knots (n + 1,), and its slope along the way."""
     step = np.diff(values)[chord][:, np.newaxis]
     return values[chord][:, np.newaxis] + share * step, step / length
 
 
 def _greatest(values: Floats) -> Floats:
-    """Return the greatest of what was looked at in five places of intervals (m, 5), and of what may lie between.
+    """Return the greatest of five samples of each interval (m, 5), with a bound for the values between them.
 
-    Between them it is the parabola through three places, off by at most 0.065 of the third differences.
+    Between samples the value is the parabola through three of them, off by at most 0.065 of the third differences.
     """
     before, here, after = values[:, :-2], values[:, 1:-1], values[:, 2:]
     bend, slope = before - 2.0 * here + after, 0.5 * (after - before)
@@ -348,7 +357,7 @@ def _per_chord(chord: NDArray[np.intp], values: Floats, number: int) -> Floats:
 
 
 Fastest = Callable[[Floats, Floats, Floats], Ramps]
-"""The fastest way by the greatest speeds within chords (n,), at knots (n + 1,), and shares of accelerations (n,)."""
+"""The fastest motion by the greatest speeds within chords (n,), at knots (n + 1,), and shares of accelerations (n,)."""
 
 Allowed = Callable[[Floats], Floats]
 """From requested speeds on the chords (n,) to safe ones, infinite if the requested speed is safe."""
@@ -356,7 +365,7 @@ Allowed = Callable[[Floats], Floats]
 _ROUNDS = 12
 _GOOD = 1.002
 _WIDEST = 2.0
-"""A window so much wider than an acceleration asks for has room for one up and one down."""
+"""A window wider by this factor than an acceleration requires leaves room for a rise and a fall."""
 
 _OFF, _SLOW = 0.25, 0.02
 """The driven motion may differ from the plan by a step's share of the speed, within these shares of the greatest."""
@@ -374,10 +383,10 @@ def smoothed(
     allowed: Allowed | None = None,
     coarseness: float = 1.0,
 ) -> tuple[Chords, Ramps]:
-    """Return chords and ramps that follow the fastest way along `knots` which keeps the limits of jerk.
+    """Return chords and ramps that follow the fastest motion along `knots` within the limits of jerk.
 
     `within` (n,) and `at` (n + 1,) are the greatest speeds within the chords and at the knots [counts/s]. Chords are
-    divided straight on, in whole counts, where the acceleration changes; with a greater `coarseness` less often.
+    divided along their line, in whole counts, where the acceleration changes; less often with a greater `coarseness`.
     """
     found = gentle(knots, limits, within, at, fastest, allowed)
     return _driven(knots, [_EvenPieces.of(stretch, smooth, coarseness) for stretch, smooth in found])
@@ -386,7 +395,7 @@ def smoothed(
 def gentle(
     knots: Knots, limits: Limits, within: Floats, at: Floats, fastest: Fastest, allowed: Allowed | None = None
 ) -> list[tuple[ChordSpan, Smooth]]:
-    """Return the stretches of a path, and for each the shortest way over time that was found; as `smoothed`."""
+    """Return the stretches of a path, and for each the fastest smooth motion found; parameters as in `smoothed`."""
     rests = _rests(knots, within, at)
     stretches = [ChordSpan.of(knots, limits, first, last) for first, last in pairwise(rests)]
     at = at.copy()
@@ -409,8 +418,8 @@ def _rests(knots: Knots, within: Floats, at: Floats) -> list[int]:
 class _Search:
     """Attempts for all spans of a path, and the best result of each.
 
-    `tried` (n,) are the greatest speeds within chords that were sought with last, `share` (n,) how much of the
-    accelerations, `widths` how much wider the windows are than need be.
+    `tried` (n,) are the greatest speeds within chords of the latest attempt, `share` (n,) the shares of the
+    accelerations, `widths` the factors by which the windows are wider than necessary.
     """
 
     def __init__(self, stretches: list[ChordSpan], within: Floats, at: Floats, fastest: Fastest) -> None:
@@ -423,11 +432,11 @@ class _Search:
         self._best: list[Smooth | None] = [None] * len(stretches)
 
     def best(self) -> list[Smooth]:
-        """Return the best of every stretch."""
+        """Return the best motion of every stretch."""
         return [smooth for smooth in self._best if smooth is not None]
 
     def look(self) -> tuple[list[ChordLimits], Floats]:
-        """Return what the way over time is like that belongs to what is tried, and its speeds on the chords (n,)."""
+        """Return the limits of the motion of the latest attempt, and its speeds on the chords (n,)."""
         each = list(zip(self._stretches, self._widths, strict=True))
         self._ramps = self._sought(self._tried)
         level = self._spread([stretch.level(self._ramps, width) for stretch, width in each])
@@ -439,9 +448,9 @@ class _Search:
         return looks, np.concatenate([look.tops for look in looks])
 
     def learn(self, looks: list[ChordLimits], unsafe: Floats) -> bool:
-        """Keep what is better than the best, choose what to try next; return whether there is no need.
+        """Store results that are better than the best, choose the next attempt; return whether none is needed.
 
-        `unsafe` (n,) is how much faster than allowed it is for any other reason.
+        `unsafe` (n,) are the ratios of the speeds to the safe ones.
         """
         good = True
         for number, (stretch, look) in enumerate(zip(self._stretches, looks, strict=True)):
@@ -471,21 +480,21 @@ class _Search:
         return self._fastest(within, np.minimum(self._at, beside), self._share)
 
     def _spread(self, values: list[float]) -> Floats:
-        """Return what holds for whole stretches for each of their chords (n,)."""
+        """Return values of whole stretches, repeated for each of their chords (n,)."""
         return np.repeat(values, [stretch.last - stretch.first for stretch in self._stretches])
 
 
 def _beside(excess: Floats) -> Floats:
-    """Return by how much to hold back every chord (n,) for its own sake and that of the chords beside it, 1 or more."""
+    """Return the factor, 1 or more, by which to slow every chord (n,): the greatest of its own and its neighbours'."""
     much = np.pad(np.maximum(1.0, excess), 1, constant_values=1.0)
     return np.maximum(np.maximum(much[:-2], much[2:]), much[1:-1])
 
 
 @dataclass(frozen=True, eq=False)
 class _EvenPieces:
-    """Pieces in which the acceleration may be taken for constant, (m,) each; no knot lies within one.
+    """Pieces with approximately constant acceleration, (m,) each; no knot lies within one.
 
-    They have the chord of each, the share of it, the time [s] and the speed at its end.
+    Each has its chord, and at its end the share of the chord, the time [s] and the speed.
     """
 
     chord: NDArray[np.intp]
@@ -510,7 +519,7 @@ class _EvenPieces:
 
 
 def _cuts(grid: Floats, values: Floats, off: Floats, cuts: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return places of a grid, `cuts` among them, between which straight lines are nowhere more than `off` off."""
+    """Return places of a grid, `cuts` among them, between which a linear interpolation is off by at most `off`."""
     while True:
         excess = np.abs(values - np.interp(grid, grid[cuts], values[cuts])) / off
         worst = np.maximum.reduceat(excess, cuts[:-1])
@@ -550,7 +559,7 @@ def _last(chord: NDArray[np.intp]) -> NDArray[np.bool_]:
 
 
 def _ramps(lengths: Floats, end: Floats, spans: Floats) -> Ramps:
-    """Return ramps that rise all the way or fall all the way; from rest to rest up and down in their time."""
+    """Return ramps that only rise or only fall; from rest to rest they rise and fall in their time."""
     start = np.concatenate(([0.0], end[:-1]))
     top = np.maximum(start, end)
     hop = top <= 0.0

@@ -1,15 +1,15 @@
 """Divide a path into straight pieces in whole counts, and make the coordinated move of them.
 
-Division of a path into pieces that the controller can drive: straight ones, in whole counts.
+The controller can drive only straight pieces in whole counts.
 
-Between two knots the controller goes straight in the joints. On a curve the knots lie so close that
+Between two knots the controller moves straight in the joints. On a curve the knots lie so close that
 
     the chord stays within `TOLERANCE` of the curve, and
     no axis' speed jumps at a knot by more than its share in `JUMPS`, at the speed that the curve allows there,
 
-which both ask for a density of knots along the way: √(κ/8e) for the first, κᵢ v / jumpᵢ for the second. It is worked
-out on a fine grid, added up, and the knots are laid at equal parts of the sum; then each is moved a little, to where
-the boom is at a whole count, because a count of the boom is coarse.
+and both require a density of knots along the way: √(κ/8e) for the first, κᵢ v / jumpᵢ for the second. The density is
+computed on a fine grid and integrated, and the knots are placed at equal parts of the sum. Then each knot is moved a
+little to where the boom is at a whole count, because a count of the boom is coarse.
 
 A coordinated move as the controller gets it, and its curves over time.
 """
@@ -33,22 +33,22 @@ from maya_un.motion.profile import Limits, SpeedProfile
 from maya_un.values import Joints
 
 Whole = NDArray[np.int64]
-"""An array of whole numbers; the shape stands where it is used."""
+"""An array of whole numbers; each use documents its shape."""
 
 STEP = 0.02
-"""How much the speed changes from one segment of a slow-down to the next, as a share of the slew speed."""
+"""Change of the speed from one segment of a slow-down to the next, as a share of the slew speed."""
 
 JUMPS = np.array([[0.05], [0.02], [0.02]])
-"""How much the speeds of a, b, c may jump where two chords meet, as shares of their slew speeds; a column.
+"""Greatest jumps of the speeds of a, b, c where two chords meet, as shares of their slew speeds; a column.
 
-The boom's counts are coarse: where the lines come to rest and it goes on, it asks for most of the knots.
+The boom's counts are coarse: where the lines come to rest and the boom continues, it requires most of the knots.
 """
 
 _LOOSE = 1.5
-"""However coarse, chords leave the curve by no more than the square of this times `TOLERANCE`."""
+"""At any coarseness, chords are off the curve by at most the square of this times `TOLERANCE`."""
 
 TOLERANCE = 5e-5
-"""How far a chord may be off its curve [m]; an angle counts at 1 m."""
+"""Greatest distance of a chord from its curve [m]; an angle counts at 1 m."""
 
 _GRID = 24
 _SHARES = np.arange(_GRID)[:, np.newaxis] / _GRID
@@ -61,8 +61,8 @@ _FARTHEST = 2.0**53
 class Knots:
     """The ends of all chords of a path.
 
-    `counts` (n, 3) are where the controller goes; `exact` (n, 3) the same before rounding, in counts. `sharp` (n,)
-    tells where the path has a corner. `vias` are the ways to the path's waypoints between its ends [counts].
+    `counts` (n, 3) are the commanded positions; `exact` (n, 3) the same before rounding, in counts. `sharp` (n,) is
+    True at corners of the path. `vias` are the ways to the path's waypoints between its ends [counts].
     """
 
     counts: Whole
@@ -79,7 +79,7 @@ def straight(units: Units, waypoints: Sequence[Joints]) -> Knots:
 
 
 def lay(path: Path, mechanism: Mechanism, units: Units, limits: Limits, coarseness: float = 1.0) -> Knots:
-    """Return the knots of `path`; with a greater `coarseness` fewer of them, with as much greater steps."""
+    """Return the knots of `path`; a greater `coarseness` gives fewer knots and greater steps."""
     pieces = path.pieces
     scale = np.array(units.per_unit)
     if path.space is Space.JOINT and all(pieces.straight):
@@ -94,7 +94,10 @@ def lay(path: Path, mechanism: Mechanism, units: Units, limits: Limits, coarsene
 
 
 def divided(knots: Knots, longest: float) -> Knots:
-    """Return knots with chords longer than `longest` [counts] divided evenly: straight on, so nothing else changes."""
+    """Return knots with chords longer than `longest` [counts] divided evenly along their line.
+
+    All else is unchanged.
+    """
     steps = np.diff(knots.exact, axis=0)
     parts = np.maximum(1, np.ceil(np.sqrt(np.sum(steps * steps, axis=1)) / longest)).astype(np.intp)
     chord = np.repeat(np.arange(len(parts)), parts)
@@ -105,7 +108,7 @@ def divided(knots: Knots, longest: float) -> Knots:
 
 
 def _finite(places: Floats) -> Floats:
-    """Return places with 0 where there is none: above the anchors of the lines; none is beyond whole numbers."""
+    """Return places with undefined ones (above the anchors of the lines) as 0, and bounded to exact whole numbers."""
     return np.clip(np.where(np.isfinite(places), places, 0.0), -_FARTHEST, _FARTHEST)
 
 
@@ -118,7 +121,7 @@ def _vias(parameters: Floats, counts: Whole, pieces: BezierPieces) -> tuple[floa
 
 
 def _distinct(counts: Whole, exact: Floats, sharp: NDArray[np.bool_], vias: tuple[float, ...]) -> Knots:
-    """Leave out knots that do not differ from the one before by a count; the last one is kept."""
+    """Drop knots that do not differ from the one before by a count, and return the others."""
     moves = (counts[1:] != counts[:-1]).any(axis=1)
     if moves.all():
         return Knots(counts, exact, sharp, vias)
@@ -178,7 +181,7 @@ def _fine(pieces: BezierPieces) -> Floats:
 def _to_whole_counts(chosen: Floats, boom: Floats, path: Path, mechanism: Mechanism, per_angle: float) -> None:
     """Move the parameters between the ends of the pieces to where the boom is at whole counts, if that is near.
 
-    `boom` is where it is on the fine grid [counts].
+    `boom` is its position on the fine grid [counts].
     """
     if boom.max() - boom.min() < 1.0:
         return
@@ -192,7 +195,7 @@ def _to_whole_counts(chosen: Floats, boom: Floats, path: Path, mechanism: Mechan
 
 
 def _density(exact: Floats, scale: Floats, limits: Limits, coarseness: float) -> Floats:
-    """Return how many chords every interval of a fine grid of (n + 1, 3) counts asks for, (n,)."""
+    """Return the number of chords that every interval of a fine grid of (n + 1, 3) counts requires, (n,)."""
     ways = steps(exact)
     lengths = norms(ways) + _TINY
     directions = ways / lengths
@@ -239,7 +242,7 @@ def norm(counts: Counts) -> float:
 
 
 class Segment(NamedTuple):
-    """One LI: how far each axis goes [counts], the target speed and the speed at its end [counts/s]."""
+    """One LI: the way of each axis [counts], the target speed and the speed at its end [counts/s]."""
 
     counts: Counts
     speed: int
@@ -252,7 +255,7 @@ class Segment(NamedTuple):
 
 
 class Segments(Sequence[Segment]):
-    """Segments as arrays: whole `counts` (n, 3), `speeds` and `end_speeds` (n,); each is a `Segment` when asked for."""
+    """Segments as arrays: whole `counts` (n, 3), `speeds` and `end_speeds` (n,); indexing returns a `Segment`."""
 
     def __init__(self, counts: Whole, speeds: Whole, end_speeds: Whole) -> None:
         self.counts, self.speeds, self.end_speeds = counts, speeds, end_speeds
@@ -287,9 +290,9 @@ class Segments(Sequence[Segment]):
 class CoordinatedMove:
     """A move in linear mode, complete before it starts.
 
-    `start` is in counts, `va` and `vd` in counts/s². `columns` says which joint (0 to 2) stands in the place of the
-    controller's axes A, B, C …, None for an axis that takes no part. `profile` is the way over time, `via_ways` the way
-    along the path at every waypoint between its ends [counts].
+    `start` is in counts, `va` and `vd` in counts/s². `columns` has the joint (0 to 2) of each of the controller's axes
+    A, B, C …, None for an axis that takes no part. `profile` is the way over time, `via_ways` the way along the path at
+    every waypoint between its ends [counts].
     """
 
     start: Counts
@@ -312,7 +315,7 @@ class CoordinatedMove:
         units: Units,
         vias: tuple[float, ...] = (),
     ) -> CoordinatedMove:
-        """Return the move over `segments`, begun at `start`; `letters` are the controller's names of a, b, c.
+        """Return the move over `segments` from `start`; `letters` are the controller's names of a, b, c.
 
         `vias` are the ways at which the waypoints between the ends are passed [counts].
         """
@@ -338,7 +341,7 @@ class CoordinatedMove:
 
     @property
     def vs(self) -> int:
-        """The greatest speed along the path that is asked for [counts/s]."""
+        """The greatest requested speed along the path [counts/s]."""
         return int(self.segments.speeds.max(initial=0))
 
     @property
@@ -352,11 +355,11 @@ class CoordinatedMove:
         return self.profile.duration
 
     def via_times(self) -> tuple[float, ...]:
-        """Return when the waypoints between the ends of the path are passed [s]."""
+        """Return the times at which the waypoints between the ends of the path are passed [s]."""
         return tuple(self.profile.when(way) for way in self.via_ways)
 
     def position_at(self, t: float) -> Joints:
-        """Return where the axes are at time `t` [s] after the start (rad, m, m)."""
+        """Return the position of the axes at time `t` [s] after the start (rad, m, m)."""
         return self._joints(self.profile.at(t)[0])
 
     def speed_at(self, t: float) -> float:
@@ -376,11 +379,11 @@ class CoordinatedMove:
         return a, b, c
 
     def stop_distance(self, speed: float) -> float:
-        """Return how far along the path a stop from `speed` [counts/s] takes [counts]."""
+        """Return the distance along the path of a stop from `speed` [counts/s] [counts]."""
         return 0.5 * speed * speed / self.vd
 
     def stop_at(self, t: float) -> tuple[float, Joints]:
-        """Return how long a stop said at time `t` takes [s], and where on the path it ends (rad, m, m)."""
+        """Return the duration of a stop commanded at time `t` [s], and where on the path it ends (rad, m, m)."""
         way, speed = self.profile.at(t)
         return speed / self.vd, self._joints(min(self.profile.length, way + self.stop_distance(speed)))
 
@@ -402,8 +405,8 @@ def speed_ratio(ratio: float) -> str:
 def commands(move: CoordinatedMove, ratio: float = 1.0) -> list[str]:
     """Return the commands that load a move into the controller, in order; BGS starts it.
 
-    Plane S is chosen and its speed ratio set to `ratio`, whatever somebody else left; the sequence of an earlier stop
-    is cleared. A move without segments needs no commands.
+    They select plane S and set its speed ratio to `ratio`, whatever another program left, and clear the sequence of an
+    earlier stop. A move without segments needs no commands.
     """
     if not move.segments:
         return []
@@ -416,7 +419,7 @@ def commands(move: CoordinatedMove, ratio: float = 1.0) -> list[str]:
 
 
 def _columns(segments: Segments, letters: tuple[str, str, str]) -> tuple[int | None, ...]:
-    """Return the joint in the place of A, B, C: those that move, and b and c always together."""
+    """Return the joints in the places of A, B, C: those that move, and b and c always together."""
     moving = set(np.flatnonzero(segments.counts.any(axis=0)).tolist())
     if moving & {1, 2}:
         moving |= {1, 2}
@@ -436,7 +439,7 @@ class Trajectory:
 
 @dataclass(frozen=True, slots=True)
 class LongestStop:
-    """The longest stop on a move: how much time [s] and how much way of the gripper [m] it takes."""
+    """The longest stop on a move: its duration [s] and the gripper's way [m]."""
 
     time: float
     distance: float
@@ -450,7 +453,7 @@ def sample(move: CoordinatedMove, count: int) -> Trajectory:
 
 
 def stopping(move: CoordinatedMove, mechanism: Mechanism) -> LongestStop:
-    """Return the longest stop on a move (Galil DMC-41x3, ST S: along the path at VD), looked at where the law changes.
+    """Return the longest stop on a move (Galil DMC-41x3, ST S: along the path at VD), checked where the law changes.
 
     The way of the gripper is measured along the path.
     """

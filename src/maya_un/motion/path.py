@@ -1,14 +1,14 @@
 """Paths of the gripper as geometry: through waypoints, straight in one of three spaces, with optional cut corners.
 
-    joint          a, b, c [rad, m, m]    what the axes do best: every axis goes its own way in the same time
-    cartesian      x, y, z [m]            the gripper goes straight
+    joint          a, b, c [rad, m, m]    best for the axes: all move evenly in the same time
+    cartesian      x, y, z [m]            the gripper moves straight
     cylindrical    a, d, z [rad, m, m]    the boom swings while distance and height change evenly
 
-Between two spaces a straight line is a curve. A corner with a blend is passed without a stop: the leg before it slows
-down while the leg behind it already speeds up, each evenly, so that the corner is cut by parabolas. Every piece of a
-path, straight or not, is a quadratic Bézier curve here: three control points.
+A line that is straight in one space is a curve in another. A corner with a blend is passed without a stop: the leg
+before it slows down while the leg after it already speeds up, each evenly, so that parabolas cut the corner. Every
+piece of a path, straight or not, is a quadratic Bézier curve here: three control points.
 
-How far to cut a corner so that the leg before slows down exactly while the leg behind speeds up.
+`overlap` computes a blend such that the leg before slows down exactly while the leg after speeds up.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
 
 class Space(StrEnum):
-    """In which coordinates a path is straight between its waypoints."""
+    """The coordinates in which a path is straight between its waypoints."""
 
     JOINT = "joint"
     CARTESIAN = "cartesian"
@@ -42,11 +42,11 @@ Waypoint = tuple[float, float, float]
 
 
 class Blend(NamedTuple):
-    """How a corner is cut: it is left `before` ahead of the waypoint and over `after` behind it [m].
+    """How a corner is cut: from the distance `before` in front of the waypoint to the distance `after` past it [m].
 
-    In the time between, the leg before slows down during the last share `fall` of it, and the leg behind speeds up
-    during the first share `rise`. Both 1 is one parabola. If one leg reaches its speed quickly and the other does not,
-    a small share for the quick one makes the corner as fast as both allow.
+    During the blend, the leg before slows down in the last share `fall` of the time, and the leg after speeds up in the
+    first share `rise`. If both are 1 the blend is one parabola. If one leg reaches its speed quickly and the other does
+    not, a small share for the quick one makes the corner as fast as both allow.
     """
 
     before: float
@@ -60,7 +60,7 @@ class Blend(NamedTuple):
 
 
 _BACK = -0.99
-"""Cosine of the angle between two legs beyond which a path counts as going back."""
+"""Cosine of the angle between two legs below which a path turns back."""
 
 _LEAST = 1e-6
 """A corner that is cut by less than this [m] is sharp."""
@@ -71,11 +71,11 @@ SHARP = Blend(0.0, 0.0)
 
 @dataclass(frozen=True)
 class Path:
-    """Waypoints in the coordinates of `space`, and for each one between the ends how its corner is cut.
+    """Waypoints in the coordinates of `space`, and a blend for each one between the ends.
 
-    `blends` may be left out, which means sharp corners. Together two blends may not take more than the leg between
-    them; they are cut down evenly where they would. Raises `TrajectoryRefused` for fewer than two waypoints,
-    `InvalidValue` for numbers that are not finite or beyond `FARTHEST`, and for blends that do not fit the waypoints.
+    Without `blends` all corners are sharp. Two blends together may not be longer than the leg between them; otherwise
+    they are shortened evenly. Raises `TrajectoryRefused` for fewer than two waypoints, `InvalidValue` for numbers that
+    are not finite or beyond `FARTHEST`, and for blends that do not fit the waypoints.
     """
 
     space: Space
@@ -105,7 +105,7 @@ class Path:
 
     @classmethod
     def line(cls, *waypoints: Point, blend: float = 0.0) -> Path:
-        """Return the path of a gripper that goes straight from point to point [m], all corners cut by `blend` [m]."""
+        """Return the path of a gripper that moves straight from point to point [m], all corners cut by `blend` [m]."""
         return cls._through(Space.CARTESIAN, waypoints, blend)
 
     @classmethod
@@ -120,7 +120,7 @@ class Path:
 
     @property
     def is_joint(self) -> bool:
-        """Whether it is straight in the joints, leg by leg, without blends."""
+        """Whether the path is straight in the joints, leg by leg, without blends."""
         return self.space is Space.JOINT and not any(min(blend.before, blend.after) > _LEAST for blend in self.blends)
 
     def end(self, mechanism: Mechanism) -> Joints:
@@ -136,7 +136,7 @@ class Path:
         return [self._joints(mechanism, waypoint) for waypoint in self.waypoints]
 
     def begun_at(self, mechanism: Mechanism, joints: Joints) -> Path:
-        """Return the same path from exactly `joints` on."""
+        """Return the same path, starting exactly at `joints`."""
         first = from_joints(self.space, mechanism, joints)
         return Path(self.space, (first, *self.waypoints[1:]), self.blends)
 
@@ -152,16 +152,16 @@ class Path:
 
     @cached_property
     def pieces(self) -> BezierPieces:
-        """The path as curves one after the other."""
+        """The path as consecutive curves."""
         return _pieces(self)
 
 
 @dataclass(frozen=True)
 class BezierPieces:
-    """Quadratic Bézier curves one after the other, control points of shape (n, 3) each in the path's coordinates.
+    """Consecutive quadratic Bézier curves, control points of shape (n, 3) each in the path's coordinates.
 
-    The parameter p runs from 0 to n; piece ⌊p⌋ is at its share p − ⌊p⌋. `straight` (n,) tells which are lines, `vias`
-    is the parameter at which each waypoint between the ends is passed, `sharp` (n + 1,) which parameters are corners.
+    The parameter p runs from 0 to n; piece ⌊p⌋ is at its share p − ⌊p⌋. `straight` (n,) is True for lines, `vias` is
+    the parameter at which each waypoint between the ends is passed, `sharp` (n + 1,) is True at parameters of corners.
     """
 
     first: Floats
@@ -207,7 +207,7 @@ def _pieces(path: Path) -> BezierPieces:
 
 
 class _Found:
-    """The pieces while they are collected."""
+    """The pieces during their collection."""
 
     def __init__(self) -> None:
         self.curves: list[tuple[Floats, Floats, Floats]] = []
@@ -222,7 +222,7 @@ class _Found:
 
 
 def _round(found: _Found, one: Floats, two: Floats, three: Floats, cut: Blend) -> None:
-    """Add the curves of a corner: between the moments at which a leg begins to slow down or ends to speed up."""
+    """Add the curves of a corner, divided where a leg begins to slow down or ends to speed up."""
     moments = sorted({0.0, 1.0 - cut.fall, cut.rise, 1.0})
     spans = [(begin, end) for begin, end in pairwise(moments) if end - begin > 1e-9]
 
@@ -237,9 +237,9 @@ def _round(found: _Found, one: Floats, two: Floats, three: Floats, cut: Blend) -
 
 
 def _risen(moment: float, rise: float) -> float:
-    """Return the share of a blend that the leg behind has gone at a moment (0 to 1) of it.
+    """Return the share of a blend that the leg after it has passed at a moment (0 to 1) of it.
 
-    It speeds up evenly until `rise` and goes on evenly. The leg before does the same backwards in time.
+    It speeds up evenly until `rise`, then keeps its speed. The leg before does the same backwards in time.
     """
     gone = moment * moment / (2.0 * rise) if moment < rise else moment - 0.5 * rise
     return gone / (1.0 - 0.5 * rise)
@@ -265,7 +265,7 @@ def _cuts(path: Path) -> list[Blend]:
 
 
 def _turns_back(one: Waypoint, two: Waypoint, three: Waypoint) -> bool:
-    """Whether a path goes back the way it came: there is no corner to cut, it has to stop."""
+    """Return whether a path turns back: it has no corner to cut and must stop."""
     to = [there - here for here, there in zip(one, two, strict=True)]
     fro = [there - here for here, there in zip(two, three, strict=True)]
     along = sum(before * behind for before, behind in zip(to, fro, strict=True))
@@ -273,7 +273,7 @@ def _turns_back(one: Waypoint, two: Waypoint, three: Waypoint) -> bool:
 
 
 def _length(space: Space, one: Waypoint, two: Waypoint) -> float:
-    """Return about how far the gripper goes on a leg [m]; joints count as they are, an angle at 1 m."""
+    """Return the approximate way of the gripper on a leg [m]; joints count as they are, an angle at 1 m."""
     across, second, third = (there - here for here, there in zip(one, two, strict=True))
     if space is Space.CYLINDRICAL:
         across *= 0.5 * (one[1] + two[1])
@@ -281,7 +281,7 @@ def _length(space: Space, one: Waypoint, two: Waypoint) -> float:
 
 
 def from_joints(space: Space, mechanism: Mechanism, joints: Joints) -> Waypoint:
-    """Return joints (rad, m, m) in the coordinates of `space`; raises `Unreachable` where the lines cannot meet."""
+    """Return joints (rad, m, m) in the coordinates of `space`; raises `Unreachable` if the lines cannot meet."""
     if space is Space.JOINT:
         return joints.a, joints.b, joints.c
     x, y, z = mechanism.fk(joints)
@@ -291,7 +291,7 @@ def from_joints(space: Space, mechanism: Mechanism, joints: Joints) -> Waypoint:
 def to_joints(space: Space, mechanism: Mechanism, coordinates: Floats) -> Floats:
     """Return coordinates of `space`, shape (n, 3), as joints of shape (n, 3) [rad, m, m].
 
-    Above the anchors, where no line holds anything, b and c are nan.
+    Above the anchors, where the lines cannot hold the gripper, b and c are nan.
     """
     if space is Space.JOINT:
         return coordinates
@@ -315,7 +315,7 @@ def boom_angles(space: Space, mechanism: Mechanism, coordinates: Floats) -> Floa
 
 
 Route = Path | Sequence[Joints]
-"""A way to go: a path, or joints joined by straight lines in joint space."""
+"""A requested way: a path, or joints connected by straight lines in joint space."""
 
 
 _STEP = 1e-4
@@ -324,7 +324,7 @@ _STEP = 1e-4
 class LegLimits(NamedTuple):
     """Limits of the axes along a leg: speed [m/s] and acceleration [m/s²] of the gripper.
 
-    `lines` tells how much of their speed the lines need for it, from 0 to 1: 1 where they are what limits it.
+    `lines` is the share of their speed that the lines need for it, from 0 to 1: 1 if the lines are the limit.
     """
 
     speed: float
@@ -339,9 +339,9 @@ class LegLimits(NamedTuple):
 def pace(
     space: Space, start: Waypoint, end: Waypoint, length: float, mechanism: Mechanism, units: Units, limits: Limits
 ) -> LegLimits:
-    """Return what the axes allow about `start` on the way to `end`, which is `length` away [m].
+    """Return the limits of the axes near `start` on the way to `end`, which is `length` away [m].
 
-    It is the pace of the directions there: bends are left to the timing.
+    They follow from the direction there; the timing handles bends.
     """
     share = min(1.0, _STEP / length)
     near = [one + (two - one) * share for one, two in zip(start, end, strict=True)]
@@ -355,9 +355,9 @@ def pace(
 
 
 def overlap(before: LegLimits, speed_before: float, behind: LegLimits, room: float) -> Blend:
-    """Return the blend in which the leg before slows down from `speed_before` [m/s] while the leg behind speeds up.
+    """Return the blend in which the leg before slows down from `speed_before` [m/s] while the leg after speeds up.
 
-    `room` is the most that the blend may take of the leg behind [m].
+    `room` is the greatest length of the blend on the leg after [m].
     """
     speed = behind.speed
     slowing, rising = speed_before / before.acceleration, speed / behind.acceleration
@@ -369,12 +369,12 @@ def overlap(before: LegLimits, speed_before: float, behind: LegLimits, room: flo
 
 
 def reversed_blend(blend: Blend) -> Blend:
-    """Return the blend of the same corner gone through the other way."""
+    """Return the blend of the same corner, passed in the opposite direction."""
     return Blend(blend.after, blend.before, blend.rise, blend.fall)
 
 
 def _tight(before: LegLimits, speed_before: float, behind: LegLimits, room: float) -> Blend:
-    """Return a blend for a short leg behind: one parabola, as long as the leg's own acceleration needs."""
+    """Return a blend for a short leg after it: one parabola, as long as that leg's acceleration requires."""
     whole = sqrt(2.0 * room / behind.acceleration)
     slowing = min(whole, speed_before / before.acceleration)
     return Blend(before.acceleration * slowing * (whole - 0.5 * slowing), room, slowing / whole, 1.0)

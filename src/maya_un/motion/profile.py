@@ -1,18 +1,15 @@
 """Limits of the axes in the controller's units, and the profiles of a DMC-41x3 under them, as a closed form.
 
-Limits of the axes, in the controller's units.
+A profile is the speed of a DMC-41x3 along the segments of a coordinated sequence.
 
-How fast a DMC-41x3 goes along the segments of a coordinated sequence, as a closed form.
-
-Every segment has a length, a target speed (`<o`) and an end speed (`>p`). The controller accelerates towards the
-target speed at VA, cruises, and brakes at VD just in time to have the end speed at the segment's end, and every
-later one at its own; it enters the next segment with the speed it then has, and comes to rest at the end of the last.
-Lengths are in counts, measured as the norm over the axes of the sequence; speeds in counts/s; accelerations in
-counts/s².
+Every segment has a length, a target speed (`<o`) and an end speed (`>p`). The controller accelerates towards the target
+speed at VA, cruises, and brakes at VD just in time for the end speeds of the segment and of all later ones. It enters
+the next segment with its present speed, and comes to rest at the end of the last. Lengths are in counts, measured as
+the norm over the axes of the sequence; speeds in counts/s; accelerations in counts/s².
 
 The speed ratio (Galil DMC-41x3, command VR) acts at once, at VA and VD. It scales the target speeds. The manual does
-not say whether it scales end speeds too; taken as they are, they are never above a scaled target, and whoever
-looks before believing the predicted end is right either way. At a ratio of 0 the sequence brakes on its path and
+not specify whether it scales end speeds too. Here they are unscaled, but never above a scaled target; a caller that
+checks the position at the predicted end is right in both cases. At a ratio of 0 the sequence brakes on its path and
 stands there.
 """
 
@@ -35,7 +32,7 @@ from maya_un.kinematics import Floats
 class Limits:
     """Limits of the axes a, b, c: speeds in counts/s, accelerations in counts/s²; `letters` on the controller.
 
-    `jerk` is how fast their accelerations may change [counts/s³], infinite for as fast as they like.
+    `jerk` is the greatest change of their accelerations [counts/s³], infinite for no limit.
     """
 
     letters: tuple[str, str, str]
@@ -84,15 +81,15 @@ def _column(values: tuple[int, int, int]) -> Floats:
 
 
 _ROUNDING = 1e-6
-"""Counts: a ramp that misses its segment by less fits it; only rounding makes such a difference."""
+"""Counts: a ramp that misses its segment by less fits it, because only rounding causes such a difference."""
 
 
 Speeds = Floats | NDArray[np.int64]
-"""Speeds in counts/s, whole as the controller gets them or not."""
+"""Speeds in counts/s, in whole numbers for the controller or not."""
 
 
 class ProfilePiece(NamedTuple):
-    """A stretch of constant acceleration: begins at time `t` [s], way `s`, speed `v`; lasts until the next."""
+    """A piece of constant acceleration: begins at time `t` [s], way `s`, speed `v`; lasts until the next."""
 
     t: float
     s: float
@@ -101,7 +98,7 @@ class ProfilePiece(NamedTuple):
 
 
 class ProfileLeg(NamedTuple):
-    """A segment as it is driven: the way at its end, its target speed, and the largest speed allowed at its end."""
+    """A driven segment: the way at its end, its target speed, and the largest speed allowed at its end."""
 
     stop: float
     target: float
@@ -109,7 +106,7 @@ class ProfileLeg(NamedTuple):
 
 
 class _Legs(NamedTuple):
-    """The legs in order, (n,) each, as `ProfileLeg` has them; `lengths` are their own."""
+    """The legs in order, (n,) each, with the fields of `ProfileLeg`; `lengths` are the lengths of the legs."""
 
     lengths: Floats
     stops: Floats
@@ -118,7 +115,7 @@ class _Legs(NamedTuple):
 
     @classmethod
     def of(cls, lengths: Floats, targets: Speeds, ends: Speeds, vd: float) -> _Legs:
-        """Return the segments with the speed at every end bounded by what lets all later ones be kept."""
+        """Return the segments with the speed at every end bounded so that all later ends can be reached by braking."""
         bounds: Floats = ends.astype(np.float64)
         bounds[-1:] = 0.0
         squares = bounds * bounds
@@ -131,7 +128,7 @@ class _Legs(NamedTuple):
 class SpeedProfile:
     """Way and speed over time: `course` (m, 4) has a row like `ProfilePiece` for every piece, in order of time.
 
-    `duration` [s] is infinite where the sequence stands at a ratio of 0. `va` and `vd` are what it is made with.
+    `duration` [s] is infinite if the sequence stands at a ratio of 0. `va` and `vd` are its accelerations.
     """
 
     course: Floats
@@ -144,7 +141,7 @@ class SpeedProfile:
     def along(
         cls, segments: Iterable[tuple[float, float, float]], va: float, vd: float, ratio: float = 1.0
     ) -> SpeedProfile:
-        """Return the profile over segments (length > 0, target speed > 0, end speed), begun at rest.
+        """Return the profile over segments (length > 0, target speed > 0, end speed), from rest.
 
         `ratio` is the speed ratio from the start on, 0 or above.
         """
@@ -155,7 +152,7 @@ class SpeedProfile:
     def over(
         cls, lengths: Floats, targets: Speeds, ends: Speeds, va: float, vd: float, ratio: float = 1.0
     ) -> SpeedProfile:
-        """Return the profile over segments given as arrays (n,); as `along`."""
+        """Return the profile over segments given as arrays (n,); otherwise as `along`."""
         legs = _Legs.of(lengths, targets, ends, vd)
         even = _even(legs, va, vd, ratio)
         if even is None:
@@ -169,12 +166,12 @@ class SpeedProfile:
 
     @cached_property
     def legs(self) -> tuple[ProfileLeg, ...]:
-        """The segments it is made of."""
+        """The segments of the profile."""
         return _rows(self.driven.stops, self.driven.targets, self.driven.bounds)
 
     @cached_property
     def pieces(self) -> tuple[ProfilePiece, ...]:
-        """The stretches of constant acceleration, in order of time."""
+        """The pieces of constant acceleration, in order of time."""
         return tuple(ProfilePiece(*row) for row in self.course.tolist())
 
     def at(self, t: float) -> tuple[float, float]:
@@ -188,7 +185,7 @@ class SpeedProfile:
         return min(self.length, s + passed * (v + 0.5 * acceleration * passed)), max(0.0, v + acceleration * passed)
 
     def changed(self, t: float, ratio: float) -> SpeedProfile:
-        """Return the profile as it goes on when the speed ratio becomes `ratio` at time `t` [s]; the past stays."""
+        """Return the profile with the speed ratio `ratio` from time `t` [s] on; the part before `t` is unchanged."""
         if t >= self.duration:
             return self
         way, speed = self.at(t)
@@ -197,7 +194,7 @@ class SpeedProfile:
         return self._driven(_Run(self.va, self.vd, max(0.0, t), way, speed, past), self.driven, here, ratio)
 
     def when(self, way: float) -> float:
-        """Return the time at which the sequence has gone `way` [counts]; infinite where it stands before."""
+        """Return the time at which the sequence has gone `way` [counts]; infinite if it stands before."""
         if way <= 0.0:
             return 0.0
         if way >= self.length:
@@ -213,7 +210,7 @@ class SpeedProfile:
 
     @classmethod
     def _driven(cls, run: _Run, legs: _Legs, first: int, ratio: float) -> SpeedProfile:
-        """Return the profile as the run goes over the legs from the `first` on, one by one."""
+        """Return the profile of the run over the legs from the `first` on, one by one."""
         stands = False
         for leg in _rows(legs.stops[first:], legs.targets[first:], legs.bounds[first:]):
             stands = not run.leg(leg, ratio * leg.target)
@@ -228,7 +225,7 @@ def _rows(stops: Floats, targets: Floats, bounds: Floats) -> tuple[ProfileLeg, .
 
 
 def _bounded(lengths: Floats, ends: Speeds, vd: float) -> Floats:
-    """Return the bounds where somebody asks for end speeds that later segments cannot brake from."""
+    """Return the bounds if later segments cannot brake from the requested end speeds."""
     bounds: list[float] = []
     limit = 0.0
     for length, end in zip(reversed(lengths.tolist()), reversed(ends.tolist()), strict=True):
@@ -239,10 +236,10 @@ def _bounded(lengths: Floats, ends: Speeds, vd: float) -> Floats:
 
 
 def _even(legs: _Legs, va: float, vd: float, ratio: float) -> tuple[Floats, float] | None:
-    """Return course and duration where every segment is long enough to reach its target where it is entered faster.
+    """Return course and duration if every segment is long enough for its speed changes, else None.
 
-    All segments are then on their own: the speed goes to a peak, or to the target, and falls to what it is at the end.
-    None where that is not so. `_Run` does the same one by one.
+    The segments are then independent: the speed changes to a peak, or to the target, and falls to the end speed. `_Run`
+    computes the same one by one.
     """
     lengths, targets = legs.lengths, ratio * legs.targets
     squares = _squares(np.minimum(legs.bounds, targets), 2.0 * va * lengths)
@@ -273,9 +270,9 @@ def _even(legs: _Legs, va: float, vd: float, ratio: float) -> tuple[Floats, floa
 
 
 def _squares(ends: Floats, gains: Floats) -> Floats:
-    """Return the squares of the speeds at the start and at every segment's end, (n + 1,), for the speeds asked for.
+    """Return the squares of the speeds at the start and at every segment's end, (n + 1,), for the requested end speeds.
 
-    A segment adds at most its gain: few are too short for what is asked, and these only rise.
+    A segment adds at most its gain. Few are too short for the requested speed, and these only rise.
     """
     squares = np.zeros(len(ends) + 1)
     np.multiply(ends, ends, out=squares[1:])
@@ -300,9 +297,9 @@ class _Run:
         self.pieces = list(past)
 
     def leg(self, leg: ProfileLeg, target: float) -> bool:
-        """Lay the pieces of one segment: brake to the target speed if entered faster, then rise, cruise, fall.
+        """Add the pieces of one segment: brake to the target speed if entered faster, then rise, cruise, fall.
 
-        Returns False where it comes to stand in it, at a target of 0.
+        Returns False if the sequence stands in it, at a target of 0.
         """
         if self.v > target:
             self._ramp(target, leg.stop - self.s)
@@ -321,7 +318,7 @@ class _Run:
         return True
 
     def _rise(self, target: float, end: float, left: float) -> None:
-        """Go up to where the fall to `end` at VD begins; a segment too short to fall only rises."""
+        """Accelerate to where the fall to `end` at VD begins; a segment too short to fall only rises."""
         va, vd, square = self.va, self.vd, self.v * self.v
         meeting = (2.0 * va * vd * left + vd * square + va * end * end) / (va + vd)
         peak = min(target, sqrt(max(square, min(meeting, square + 2.0 * va * left))))
@@ -334,7 +331,7 @@ class _Run:
         self.s += way
 
     def _ramp(self, after: float, left: float) -> None:
-        """Change the speed to `after`, or as far towards it as the way `left` allows."""
+        """Change the speed to `after`, or as near to it as the way `left` allows."""
         v = self.v
         acceleration = self.va if after > v else -self.vd
         way = (after * after - v * v) / (2.0 * acceleration)

@@ -1,7 +1,7 @@
 """The proof that every point of a path is in the workspace and outside all zones.
 
-Along a chord, straight in (a, b, c), b and c are linear in t and u = (W² + b² − c²)/2W is quadratic, so every limit
-is a polynomial condition on 0 ≤ t ≤ 1:
+Along a chord, straight in (a, b, c), b and c are linear in t and u = (W² + b² − c²)/2W is quadratic, so every limit is
+a polynomial condition on 0 ≤ t ≤ 1:
 
     strokes, boom, b + c ≥ W      degree 1: kept between the ends if kept at the ends
     u ≥ 0,  W − u ≥ 0             degree 2
@@ -9,21 +9,21 @@ is a polynomial condition on 0 ≤ t ≤ 1:
     T_b ≤ k                       k²W²(b² − u²) − (W − u)²b² ≥ 0, degree 6
     T_c ≤ k                       k²W²(b² − u²) − u²c² ≥ 0, degree 6
 
-A polynomial of degree 6 is known by its values at seven places, and its Bernstein coefficients are these values
+A polynomial of degree 6 is determined by its values at seven places, and its Bernstein coefficients are these values
 times a constant matrix. On [0, 1] it lies between the least and the greatest coefficient, the first and the last are
-its values at the ends, and the coefficients of its two halves are again constant matrices away (de Casteljau).
+its values at the ends, and constant matrices give the coefficients of its two halves (de Casteljau).
 
-A clearance changes by no more than gripper, lines and anchors travel. So on a chord whose ends have the clearances
-c₀ and c₁, and on which nothing travels further than L, it is nowhere less than (c₀ + c₁ − L)/2. Chords on which this
-does not suffice are halved.
+A clearance changes by no more than gripper, lines and anchors travel. So on a chord whose ends have the clearances c₀
+and c₁, and on which nothing travels further than L, it is nowhere less than (c₀ + c₁ − L)/2. Chords on which this does
+not suffice are halved.
 
-A path is not safe because its ends are: between them the lines can become too straight, hang slack, or let the
-gripper down to the table. Between two knots the controller drives straight in (a, b, c); what holds along such a
-chord is proved, not sampled: the limits of the machine by the polynomials, zones by their clearances.
+Safe ends do not make a path safe: between them the lines can become too straight, hang slack, or let the gripper down
+to the table. Between two knots the controller drives straight in (a, b, c). Every condition along such a chord is
+proved, not sampled: the limits of the machine by the polynomials, zones by their clearances.
 
 Coordinated motion keeps the axes on this path at every speed, and a coordinated stop decelerates along it. A stop at
-any instant therefore stays on the same chords: the proof for the path holds for every stop on it. `emergency` bounds
-the effects of a fault beside the path.
+any time therefore stays on the same chords: the proof for the path holds for every stop on it. `emergency` bounds the
+effects of a fault beside the path.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from maya_un.kinematics.zones import Zone, clearances, travel_bounds
 from maya_un.values import Joints
 
 ROUNDING = 1e-11
-"""Rounding of the coefficients, relative to the size of the terms they are made of."""
+"""Rounding of the coefficients, relative to the size of their terms."""
 
 _DEGREE = 6
 _DEEPEST = 30
@@ -62,15 +62,15 @@ _SECOND_HALF = _TO_COEFFICIENTS @ _basis(0.5 + 0.5 * _SHARES)
 
 
 def values(workspace: Workspace, b: Floats, c: Floats) -> Floats:
-    """Return the five conditions that the ends of a chord do not settle, at lengths of shape s: shape (5, *s).
+    """Return the five conditions that the ends of a chord do not determine, at lengths of shape s: shape (5, *s).
 
-    They are u, W − u, z, T_b and T_c, as the module's head has them, each divided by the size of its terms: kept
-    where it is at least 0.
+    They are u, W − u, z, T_b and T_c, as in the module's docstring, each divided by the size of its terms. A condition
+    is kept where it is at least 0.
     """
     W, deepest = workspace.mechanism.width, workspace.mechanism.reach_down
-    out = np.empty((len(b), 5, *b.shape[1:])).swapaxes(0, 1)  # places first is how coefficients want it
+    out = np.empty((len(b), 5, *b.shape[1:])).swapaxes(0, 1)  # memory order with places first suits `coefficients`
     bb, cc = b * b, c * c
-    u = (bb - cc) * (0.5 / (W * W)) + 0.5  # all lengths as shares of W from here
+    u = (bb - cc) * (0.5 / (W * W)) + 0.5  # from here on all lengths are shares of W
     rest = 1.0 - u
     bb *= 1.0 / (W * W)
     cc *= 1.0 / (W * W)
@@ -96,21 +96,21 @@ def along(workspace: Workspace, joints: Floats) -> Floats:
 
 
 def places(starts: Floats, ends: Floats) -> Floats:
-    """Return the seven places at which polynomials along chords are known, for rows of (k, n): (k, 7, n)."""
+    """Return the seven places that determine polynomials along chords, for rows of (k, n): (k, 7, n)."""
     return starts[:, np.newaxis] + _SHARES[:, np.newaxis] * (ends - starts)[:, np.newaxis]
 
 
 def coefficients(sampled: Floats) -> Floats:
-    """Return the Bernstein coefficients (7, k, n) of polynomials whose values at seven places are known (k, 7, n)."""
+    """Return the Bernstein coefficients (7, k, n) of polynomials from their values at seven places (k, 7, n)."""
     known = sampled.swapaxes(0, 1)
     found = (_TO_COEFFICIENTS @ known.reshape(_DEGREE + 1, -1)).reshape(known.shape)
-    # The matrix leaves the ends as they are but for rounding, which must not matter to what is at rest at a limit.
+    # The matrix changes the ends by rounding, which must not matter for a position at rest at a limit.
     found[0], found[-1] = known[0], known[-1]
     return found
 
 
 def falling(coefficients: Floats) -> list[int]:
-    """Return the numbers of the chords on which a condition is broken further than at both ends, in order.
+    """Return the indices of the chords on which a condition is broken further than at both ends, in order.
 
     `coefficients` has shape (7, k, n). If thirty halvings prove neither, the chord counts as broken.
     """
@@ -119,7 +119,7 @@ def falling(coefficients: Floats) -> list[int]:
 
 
 def dips(coefficients: Floats, halvings: int) -> NDArray[np.bool_]:
-    """Return on which chords (n,) not all conditions (7, k, n) are proved to be at least 0 by so many halvings."""
+    """Return the chords (n,) on which `halvings` halvings do not prove all conditions (7, k, n) to be at least 0."""
     chords = coefficients.shape[-1]
     found = np.zeros(chords, dtype=np.bool_)
     columns = np.flatnonzero(coefficients.min(axis=0) < 0.0)
@@ -139,15 +139,15 @@ def dips(coefficients: Floats, halvings: int) -> NDArray[np.bool_]:
 
 
 _SMALLEST = 1e-5
-"""A piece of a chord on which nothing travels further than this [m] and that is in doubt counts as too near."""
+"""A doubtful piece of a chord on which nothing travels further than this [m] counts as too near."""
 
 _LARGEST = 0.05
 _MOST = 64
-"""Chords on which things travel further [m] are looked at in so long parts from the start, at most so many."""
+"""Chords on which a point travels further than `_LARGEST` [m] are first divided, into at most this number of parts."""
 
 
 class ChordPlace(NamedTuple):
-    """A place on a path: `share` (0 to 1) of the chord with this number."""
+    """A place on a path: `share` (0 to 1) of the chord with this index."""
 
     chord: int
     share: float
@@ -161,9 +161,10 @@ class ZoneEntry(NamedTuple):
 
 
 def first_entry(workspace: Workspace, joints: Floats) -> ZoneEntry | None:
-    """Return a place where the chords between knots (n, 3) come too near to a zone, None where that is excluded.
+    """Return a place where the chords between knots (n, 3) come too near to a zone, None if that is excluded.
 
-    It is kept to the size of an encoder count (`Workspace.zone_grain`). On the chords the lines must not be straight.
+    The tolerance is the size of an encoder count (`Workspace.zone_grain`). On the chords the lines must not be
+    straight.
     """
     travelled = travel_bounds(workspace.mechanism, joints[:-1], joints[1:])
     if travelled.max() <= _LARGEST:
@@ -209,14 +210,14 @@ class _Chords(NamedTuple):
         return self.zone.clearances(self.mechanism, self.at(chords, shares))
 
     def travelled(self, chords: NDArray[np.intp], begins: Floats, width: float) -> Floats:
-        """Return bounds (m,) of what anything travels on pieces that begin at `begins` and are `width` wide [m]."""
+        """Return bounds (m,) of the travel of any point on pieces that begin at `begins` and are `width` wide [m]."""
         return travel_bounds(self.mechanism, self.at(chords, begins), self.at(chords, begins + width))
 
 
 def _search(every: _Chords, clear: Floats, chords: NDArray[np.intp], bound: float) -> ChordPlace | None:
-    """Return a place on `chords` where the clearance is below `bound`; `clear` (n,) is that of the knots.
+    """Return a place on `chords` where the clearance is below `bound`, or None; `clear` (n,) is that of the knots.
 
-    All pieces are as wide in a round, and halved for the next one.
+    All pieces of a round have the same width, which halves for the next one.
     """
     begins, width = np.zeros(len(chords)), 1.0
     first, last = clear[chords], clear[chords + 1]
@@ -241,7 +242,7 @@ def _search(every: _Chords, clear: Floats, chords: NDArray[np.intp], bound: floa
 
 _SAMPLES = 64
 _SURE = 1e-12
-"""Conditions kept to this much need no second look: it is far below `TOLERANCE`, far above rounding."""
+"""Conditions kept by this need no second check: it is far below `TOLERANCE`, far above rounding."""
 
 
 def between(start: Joints, end: Joints, t: float) -> Joints:
@@ -253,12 +254,12 @@ def between(start: Joints, end: Joints, t: float) -> Joints:
 def prove(workspace: Workspace, joints: Floats, vias: Sequence[int] = ()) -> None:
     """Prove that every point of the chords between knots is in the workspace, or refuse the path.
 
-    `joints` are the knots, shape (n, 3) [rad, m, m]; `vias` are the numbers of those, but for the first and the
-    last, that somebody asked for. Knots may lie outside by the size of an encoder count, because places on the edge
-    are rounded to counts; between two of them no limit is broken further than at these two. Raises `Unreachable` for
-    an end or a via outside, `PathRefused` for a way between good ones that leaves the workspace, or for a start that
-    is outside already, or inside a zone. The details contain `at`, the joints at
-    the place where the path leaves the workspace, and `share`, the part of the path to `target` before it, in counts.
+    `joints` are the knots, shape (n, 3) [rad, m, m]; `vias` are the indices of the requested ones between the first and
+    the last. Knots may lie outside by the size of an encoder count, because places on the edge are rounded to counts;
+    between two of them no limit is broken further than at these two. Raises `Unreachable` for an end or a via outside,
+    `PathRefused` for a way between valid points that leaves the workspace, or for a start that is outside already, or
+    inside a zone. The details contain `at`, the joints where the path leaves the workspace, and `share`, the part of
+    the path to `target` before it, in counts.
     """
     if len(joints) == 1:
         joints = np.concatenate((joints, joints))
@@ -283,7 +284,7 @@ def _prove_limits(workspace: Workspace, joints: Floats, waypoints: list[int]) ->
 
 
 def _surely_inside(workspace: Workspace, joints: Floats, coefficients: Floats) -> bool:
-    """Whether all limits are kept beyond doubt: what most paths need is a look at the least of everything."""
+    """Return whether all limits are kept beyond doubt: for most paths a check of the least values suffices."""
     if not coefficients.min() >= -_SURE:
         return False
     least, most = joints.min(axis=0).tolist(), joints.max(axis=0).tolist()
@@ -309,18 +310,18 @@ def _prove_knots(workspace: Workspace, joints: Floats, coefficients: Floats, way
 
 
 def _outside(workspace: Workspace, joints: Floats, coefficients: Floats) -> set[int]:
-    """Return the numbers of the knots that break a limit by more than an encoder count, zones aside."""
+    """Return the indices of the knots that break a limit by more than an encoder count, zones ignored."""
     low, high = np.array((workspace.boom, workspace.line_b, workspace.line_c)).T
     sure = ((joints >= low - TOLERANCE) & (joints <= high + TOLERANCE)).all(axis=1)
     sure[:-1] &= (coefficients[0] >= -_SURE).all(axis=0)
     sure[-1] &= bool((coefficients[-1, :, -1] >= -_SURE).all())
     doubtful = np.flatnonzero(~sure).tolist()
-    bare = workspace.with_zones(())  # a path that is far outside has thousands of knots; zones are proved apart
+    bare = workspace.with_zones(())  # a path that is far outside has thousands of knots; zones are proved separately
     return {knot for knot in doubtful if not bare.holds_grain(_at(joints, knot))}
 
 
 def _kept_out(workspace: Workspace, joints: Floats, waypoints: list[int], entry: ZoneEntry) -> PathRefused:
-    """Return the refusal of a path that comes too near to a zone; raises `Unreachable` for a waypoint that does."""
+    """Return the error for a path that comes too near to a zone; raises `Unreachable` for a waypoint that does."""
     zone, place = entry
     inside = {at for at in waypoints if zone.clearance(workspace.mechanism, _at(joints, at)) < -workspace.zone_grain}
     if 0 in inside:
@@ -335,13 +336,16 @@ def _kept_out(workspace: Workspace, joints: Floats, waypoints: list[int], entry:
 
 
 def _leg(waypoints: list[int], chord: int) -> tuple[int, int]:
-    """Return the numbers of the waypoints before and behind a chord."""
+    """Return the indices of the waypoints before and after a chord."""
     behind = bisect_right(waypoints, chord)
     return waypoints[behind - 1], waypoints[behind]
 
 
 def _refusal(workspace: Workspace, knots: Floats, place: ChordPlace, otherwise: str) -> PathRefused:
-    """Return the refusal of the way along `knots`, whose ends are good; `otherwise` says why if nothing else does."""
+    """Return the error for the way along `knots`, whose ends are valid.
+
+    `otherwise` is the reason if no limit gives one.
+    """
     at = between(_at(knots, place.chord), _at(knots, place.chord + 1), place.share)
     reason = workspace.why_not(at) or otherwise
     share = _gone(workspace, knots, place)
@@ -361,7 +365,7 @@ def _deepest(workspace: Workspace, zone: Zone, knots: Floats) -> ChordPlace:
 
 
 def _worst(workspace: Workspace, knots: Floats) -> ChordPlace:
-    """Return where the chords between knots break a limit furthest beyond what it is at the first and the last."""
+    """Return where the chords between knots break a limit furthest beyond its value at the first and the last knot."""
     places = _sampled(knots)
     strokes = np.array((workspace.boom, workspace.line_b, workspace.line_c))
     inside = np.minimum(places - strokes[:, 0], strokes[:, 1] - places) / (strokes[:, 1] - strokes[:, 0])
@@ -383,7 +387,7 @@ def _place(sampled: Floats) -> ChordPlace:
 
 
 def _gone(workspace: Workspace, knots: Floats, place: ChordPlace) -> float:
-    """Return the share of the way along all chords that has been gone at a place, in counts."""
+    """Return the share of the way along all chords before a place, in counts."""
     lengths = np.sqrt((((knots[1:] - knots[:-1]) / workspace.grain) ** 2).sum(axis=1))
     return float((lengths[: place.chord].sum() + place.share * lengths[place.chord]) / lengths.sum())
 

@@ -1,22 +1,22 @@
-"""The fastest way along a path, and its division into the segments that the controller drives.
+"""The fastest motion along a path, and its division into the segments that the controller drives.
 
-The fastest way along a path: time-optimal speeds at its knots under the limits of every axis.
+The fastest motion has time-optimal speeds at the knots under the limits of every axis.
 
 With x = v² along the path, v and u = dv/dt, an axis i whose direction is dᵢ and whose bend is cᵢ = dᵢ' moves at dᵢ v
 and accelerates by dᵢ u + cᵢ x. Over a chord of length L at constant u, x changes by 2 L u. This is the problem of
-time-optimal path parametrisation (Bobrow 1985); it is solved as by reachability analysis (Pham and Pham, 2018): one
-pass backwards finds for every knot the greatest x from which the rest can be done, one pass forwards takes the greatest
-u that keeps below it. In a chord that could be faster in its middle than at both ends, it is.
+time-optimal path parametrisation (Bobrow 1985), solved by reachability analysis (Pham and Pham, 2018): one pass
+backwards finds for every knot the greatest x from which the rest can be done, one pass forwards takes the greatest u
+that keeps below it. In a chord that can be faster in its middle than at both ends, it is.
 
 Speeds are in counts/s, lengths in counts, as the norm over the axes.
 
-From the fastest way to the segments that the controller drives.
+Division of the fastest motion into the segments that the controller drives:
 
-The controller rises towards a segment's speed at VA and brakes at VD to its end speed, each within the segment; VD is
+The controller accelerates to a segment's speed at VA and brakes at VD to its end speed, each within the segment; VD is
 the deceleration of a stop and cannot be changed while a sequence runs. So a slow-down has steps: it is cut wherever the
-speed has fallen by a step, and every piece is driven at the mean of its speeds, which takes as long. The speed is then
-never a step away from the fastest way's, and the bound of the acceleration at any instant is the stop's. A rise at VA
-is one ramp, and a gentler rise has as few steps as that rule requires.
+speed has fallen by a step, and every piece is driven at the mean of its speeds, which takes as long. The speed then
+differs by less than a step from the fastest motion's, and the stop's deceleration bounds the acceleration at any time.
+A rise at VA is one ramp, and a gentler rise has as few steps as that rule requires.
 """
 
 from __future__ import annotations
@@ -34,24 +34,24 @@ from maya_un.motion.profile import Limits
 _TINY = 1e-12
 
 NOTHING = 1e-9
-"""A share of a chord below this is none [counts per count]; it stands for 0 where it divides."""
+"""A smaller share of a chord counts as zero [counts per count]; divisions use this instead of 0."""
 
 _FASTEST = 15_000_000
 """Greatest speed along a path [counts/s] (Galil DMC-41x3, commands VS, LI)."""
 
 _LEAST = 1e-6
-"""An axis that takes less than this share of a chord counts as taking it: it limits nothing but its bend."""
+"""Least share of a chord for the limits: an axis with a smaller share limits only by its bend."""
 
 MERCY = 1.5
-"""Knots are laid for the jumps that are wanted; the speed is held back where they come to so much more."""
+"""Knots are placed for the allowed jumps; the speed is reduced where a jump exceeds them by this factor."""
 
 
 class Chords(NamedTuple):
     """Straight pieces of a path: counts (3, n), lengths (n,) [counts], directions (3, n), bends at knots (3, n + 1).
 
-    `smooth` (3, n) are the directions before rounding to counts, `turns` (3, n − 1) how these change at the knots,
-    `sharp` (n − 1,) tells which of the knots are corners. `shares` (3, n) are how much an axis takes of a chord, never
-    nothing. The axes come first, as numpy is quicker so.
+    `smooth` (3, n) are the directions before rounding to counts, `turns` (3, n − 1) their changes at the knots, `sharp`
+    (n − 1,) is True at corners. `shares` (3, n) are the shares of the axes in a chord, never 0. The axes come first,
+    because numpy is faster so.
     """
 
     counts: Floats
@@ -65,7 +65,7 @@ class Chords(NamedTuple):
 
     @classmethod
     def of(cls, knots: Knots) -> Chords:
-        """Return the chords between knots; at a sharp corner there is no bend, it is passed next to rest."""
+        """Return the chords between knots; a sharp corner has no bend, because it is passed next to rest."""
         counts, smooth = steps(knots.counts), steps(knots.exact)
         lengths = norms(counts)
         directions = counts / lengths
@@ -94,7 +94,7 @@ def caps(chords: Chords, limits: Limits, scale: float) -> tuple[Floats, Floats]:
 
 
 class Budget(NamedTuple):
-    """The axes' limits for speeding up and slowing down along every chord, with the controller itself as a fourth axis.
+    """The axes' limits of acceleration and deceleration along every chord, with the controller itself as a fourth axis.
 
     In the middle of a chord, where x has become x + L u, an axis accelerates by (dᵢ + cᵢL) u + cᵢ x. `up` and `down`
     (4, n) are aᵢ/|dᵢ + cᵢL| [counts/s²] and `bend` (4, n) is cᵢ/(dᵢ + cᵢL): −(down + bend x) ≤ u ≤ up − bend x.
@@ -117,11 +117,11 @@ class Budget(NamedTuple):
         return cls(up, down, bend)
 
     def less(self, share: Floats) -> Budget:
-        """Return what is left for speeding up and slowing down of a share (n,) of it."""
+        """Return the budget with a share (n,) of its accelerations."""
         return Budget(self.up * share, self.down * share, self.bend)
 
     def most(self) -> Floats:
-        """Return the greatest x at the start of every chord, (n,): where some u is within what all axes allow."""
+        """Return the greatest x at the start of every chord, (n,), for which all axes allow a common u."""
         apart = self.bend - self.bend[:, np.newaxis]
         room = self.up + self.down[:, np.newaxis]
         most = np.where(apart > 0.0, room / np.maximum(apart, _TINY * _TINY), np.inf)
@@ -145,9 +145,9 @@ def knot_squares(chords: Chords, budget: Budget, at: Floats) -> Floats:
 
 
 def _held(squares: Floats, slopes: Floats, offsets: Floats) -> Floats:
-    """Return the squares (n,) behind the first of (n + 1,), each no more than any line (4, n) of the one before it.
+    """Return the squares (n,) after the first of (n + 1,), each no more than any line (4, n) of the one before it.
 
-    Most are not held back. From one that is, as many behind it are followed as are held back by it.
+    Most are not limited. From one that is, the following squares are recomputed as long as they are limited too.
     """
     reached = (slopes * squares[:-1] + offsets).min(axis=0)
     held = (reached < squares[1:]).nonzero()[0].tolist()
@@ -195,7 +195,7 @@ LONGEST = 8_388_607
 """Largest distance of one axis in one segment [counts]."""
 
 _STUB = 0.02
-"""A level stretch shorter than this share of its chord gets no segment: so short a piece would be all rounding."""
+"""A level stretch shorter than this share of its chord gets no segment, because it would be mostly rounding."""
 
 SLOWEST = 2.0
 """Speeds are whole and even [counts/s]."""
@@ -215,7 +215,7 @@ class Ramps(NamedTuple):
 
 
 class _ChordPieces(NamedTuple):
-    """Pieces in order: the chord of each, the share of it where each ends, target speed, and speed at its end."""
+    """Pieces in order: the chord of each, its share at the end of each, target speed, and speed at its end."""
 
     chord: NDArray[np.intp]
     share: Floats
@@ -228,7 +228,7 @@ def segments(
 ) -> Segments:
     """Return the segments along `chords`.
 
-    `slew` (3, 1) are the slew speeds of the axes [counts/s]; no axis is faster than the share `scale` of its own. From
+    `slew` (3, 1) are the slew speeds of the axes [counts/s]; no axis exceeds the share `scale` of its slew speed. From
     one piece to the next the speed of no axis changes by more than `STEP` of its slew speed, on curves by no more than
     its share in `JUMPS`, times `coarseness`.
     """
@@ -255,14 +255,14 @@ def segments(
 
 
 def _shares(chords: Chords) -> Floats:
-    """Return for every chord how much the axes' speeds may change from piece to piece (3, n), of their slew speeds."""
+    """Return the allowed change of speed from piece to piece on every chord (3, n), as shares of the slew speeds."""
     corners = np.concatenate(([True], chords.sharp, [True]))
     return np.where(corners[1:] & corners[:-1], STEP, JUMPS)
 
 
 def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _ChordPieces:
     lengths, rise, fall = chords.lengths, ramps.top - ramps.start, ramps.top - ramps.end
-    haste = np.maximum(0.0, 1.0 - ramps.up / va)  # how much faster than wanted the controller's own ramp is
+    haste = np.maximum(0.0, 1.0 - ramps.up / va)  # factor by which the controller's own ramp is too fast
     rising = np.ceil(rise * haste / own - 1e-6).astype(np.intp)
     falling = np.ceil(fall / own - 1e-6).astype(np.intp)
     start, top, end = ramps.start * ramps.start, ramps.top * ramps.top, ramps.end * ramps.end
@@ -270,7 +270,7 @@ def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _ChordPiece
     long_rise, long_fall = (top - start) / up, (top - end) / down
     even = lengths - long_fall - np.where(rising > 0, long_rise, 0.0)
     level = (even > _STUB * lengths) | (rising + falling == 0)
-    # A single stair beside a level stretch needs no segment of its own: the level one begins or ends with that step.
+    # A single step beside a level stretch needs no separate segment: the level one begins or ends with that step.
     rising[level & (rising == 1) & (2.0 * long_rise < lengths)] = 0
     blunt = level & (falling == 1)
     falling[blunt] = 0
@@ -298,10 +298,10 @@ def _pieces(chords: Chords, ramps: Ramps, va: float, own: Floats) -> _ChordPiece
 
 
 def _whole(chords: Chords, pieces: _ChordPieces) -> tuple[Floats, NDArray[np.intp]]:
-    """Return the pieces in whole counts (3, m), and which of them are left, (m,).
+    """Return the pieces in whole counts (3, m), and the indices of the remaining ones, (m,).
 
-    They end on whole counts of the axis that goes farthest, so that rounding turns the direction as little as
-    can be.
+    They end on whole counts of the axis that moves farthest, so that rounding turns the direction as little as
+    possible.
     """
     longest = np.abs(chords.counts).max(axis=0)[pieces.chord]
     share = np.rint(pieces.share * longest) / longest
@@ -320,7 +320,7 @@ def _even(speeds: Floats) -> Floats:
 
 
 def _split(segments: Segments) -> Segments:
-    """Return the segments; what is longer than the controller takes in one goes in equal parts."""
+    """Return the segments, with those too long for the controller divided into equal parts."""
     found: list[Segment] = []
     for (a, b, c), target, end in segments:
         parts = ceil(max(abs(a), abs(b), abs(c)) / LONGEST)

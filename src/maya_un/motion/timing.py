@@ -1,9 +1,9 @@
-"""From a path to a coordinated sequence: segments in counts, their speeds, and how long it will take.
+"""From a path to a coordinated sequence: segments in counts, their speeds, and the duration.
 
-In the controller's linear mode the speed is the norm over the listed axes in counts/s. It accelerates at VA and
-brakes at VD; VD is the deceleration of a stop. The fastest way along the path under the limits of every axis
-(`maya_un.motion.speeds`) is cut into segments that follow it (`maya_un.motion.speeds`). The controller drives
-them as `maya_un.motion.profile` computes, and that gives the duration.
+In the controller's linear mode the speed is the norm over the listed axes in counts/s. It accelerates at VA and brakes
+at VD; VD is the deceleration of a stop. `maya_un.motion.speeds` computes the fastest motion along the path under the
+limits of every axis, and cuts it into segments that follow it. The controller drives them as `maya_un.motion.profile`
+computes, and that gives the duration.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ _STEEPEST = 1_073_740_800
 """Greatest VA and VD [counts/s²] (Galil DMC-41x3, commands VA, VD)."""
 
 _STEEP = 0.9
-"""The planned slow-down is at most this share of VD, so that steps fit in."""
+"""The planned slow-down is at most this share of VD, so that its steps fit in."""
 
 HARDER = 5
-"""How much harder than alone an axis may stop that shares a sequence with slower ones."""
+"""Factor by which an axis in a sequence with slower ones may stop harder than alone."""
 
 _NEARLY = 0.99
-"""VA may be this much below the limit of the axes, if that saves the steps of a rise."""
+"""VA may be reduced to this share of the axes' limit, if that saves the steps of a rise."""
 
 Safely = Callable[[Floats, float, Floats], Floats]
 """Another bound on speeds: from directions (3, n) of the chords, VD, and requested speeds (n,), to speeds (n,).
 
-Infinite if the requested speed is safe.
+The result is infinite if the requested speed is safe.
 """
 
 
@@ -99,22 +99,22 @@ def _allowed(safely: Safely, chords: Chords, vd: float) -> Allowed:
 
 
 def _rise_rate(chords: Chords, limits: Limits) -> int:
-    """Return VA [counts/s²]: the next step of 1024 above what the axes allow where they allow most.
+    """Return VA [counts/s²]: the next multiple of 1024 above the greatest acceleration that any chord allows.
 
-    Steps make it gentler elsewhere.
+    On the other chords steps make it gentler.
     """
     most = float((limits.rise / chords.shares).min(axis=0).max())
     return min(_STEEPEST, max(_QUANTUM, ceil(_NEARLY * most / _QUANTUM) * _QUANTUM))
 
 
 def _stop_rate(chords: Chords, limits: Limits) -> int:
-    """Return the greatest deceleration along the path with which a stop anywhere keeps every axis below its own."""
+    """Return the greatest deceleration along the path with which a stop anywhere keeps every axis within its limit."""
     own = int((limits.stop / chords.shares).min()) // _QUANTUM * _QUANTUM
     return min(_STEEPEST, max(_QUANTUM, own))
 
 
 def _brisk(gentle: int, fastest: float, limits: Limits) -> int:
-    """Return VD [counts/s²]: `gentle`, or more where a stop from the `fastest` speed would take too long with it.
+    """Return VD [counts/s²]: `gentle`, or more if a stop from the `fastest` speed would take too long with it.
 
     The path of the lines is long in counts, that of the boom is short, and VD is one for the whole sequence. If a move
     has spans of both, a stop may take as long as that of the slowest axis alone, and no longer; in return another axis

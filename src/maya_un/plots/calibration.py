@@ -1,4 +1,4 @@
-"""How far measured points are from where the constants have them, before and after a calibration."""
+"""Residuals of measured points, before and after a calibration."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ from maya_un.plots.style import BLUE, GREY, INK, ORANGE, PAGE_WIDTH, blank, hous
 
 _HEIGHT = 5.6
 _SHARE = 0.15
-"""The longest arrow in the plan has this share of what the points span."""
+"""The longest arrow in the plan has this share of the extent of the points."""
 
 
 def residuals_figure(result: Calibration) -> Figure:
     """Return the residuals of a calibration: x, y, z by point before and after [mm], and after it in the plan.
 
-    A residual is model less measured. Outliers are crosses: by point they stand at the edge where they are farther
-    off, in the plan without their arrow where it is longer than those of all good points. Arrows are drawn larger
-    than life, a key says how much.
+    A residual is model less measured. Outliers are crosses: by point they are clipped to the edge of the axes; in the
+    plan they have no arrow if it is longer than those of all inliers. Arrows are enlarged; a key shows the scale.
     """
     with house_style():
         figure = blank(PAGE_WIDTH, _HEIGHT)

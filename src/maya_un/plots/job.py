@@ -36,7 +36,7 @@ _NARROW = 0.011
 
 
 class MotionPhase(NamedTuple):
-    """A stretch of a motion with a name, from `start` to `end` [s]; `short` stands where there is no room for it."""
+    """A named stretch of a motion, from `start` to `end` [s]; `short` is the name if space is scarce."""
 
     name: str
     start: float
@@ -55,8 +55,8 @@ def job_figure(
 ) -> Figure:
     """Return the figure of a motion given by samples.
 
-    `time` (n,) [s]; `joints` (n, 3) [rad, m, m], rows of nan where nothing is known of them; `velocity` (n, 3)
-    [rad/s, m/s, m/s]. `workspace` is the configuration's where none is named.
+    `time` (n,) [s]; `joints` (n, 3) [rad, m, m], rows of nan if unknown; `velocity` (n, 3) [rad/s, m/s, m/s]. Without
+    `workspace` it is the configuration's.
     """
     course = MotionSamples(time, joints, velocity, workspace or Workspace.of(config))
     with house_style():
@@ -83,7 +83,7 @@ def job_figure(
 
 @dataclass(frozen=True, slots=True)
 class MotionSamples:
-    """Samples of a motion, and what follows from them."""
+    """Samples of a motion, and values computed from them."""
 
     time: Floats
     joints: Floats
@@ -199,7 +199,7 @@ def _timeline(axes: Axes, course: MotionSamples, phases: Sequence[MotionPhase]) 
 
 
 def _names(axes: Axes, course: MotionSamples, phases: Sequence[MotionPhase]) -> None:
-    """Write the names of the phases that are long enough for them over the panel."""
+    """Write the names of the phases that are long enough over the panel."""
     whole = float(course.time[-1] - course.time[0])
     for phase in phases:
         share = (phase.end - phase.start) / whole if whole > 0.0 else 0.0

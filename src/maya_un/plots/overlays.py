@@ -22,13 +22,13 @@ from maya_un.values import Point
 _SIDES = 36
 
 Corners = tuple[Point, Point]
-"""Two opposite corners of what a picture in space shows [m]: the lowest and the highest values of x, y and z."""
+"""Two opposite corners of the visible space of a picture [m]: the lowest and the highest values of x, y and z."""
 
 
 def draw_zones(axes: Axes, workspace: Workspace, across: Floats, up: Floats, places: Floats) -> None:
-    """Draw the cut of every zone with a plane, and dash where the gripper point begins to be too near to it.
+    """Draw the cut of every zone with a plane, and a dashed line where the gripper point becomes too near to it.
 
-    `across` (m,) and `up` (n,) are the picture's coordinates, `places` (3, n, m) what they are in space [m].
+    `across` (m,) and `up` (n,) are the picture's coordinates, `places` (3, n, m) the same places in space [m].
     """
     _, rows, columns = places.shape
     joints = workspace.mechanism.ik_many(places.reshape(3, -1).T)
@@ -46,7 +46,7 @@ def draw_zones(axes: Axes, workspace: Workspace, across: Floats, up: Floats, pla
 
 
 def zone_key() -> tuple[list[Artist], list[str]]:
-    """Return what `draw` draws, for a legend, and what it means."""
+    """Return the marks of `draw_zones`, for a legend, and their meanings."""
     body = Patch(color=PURPLE, alpha=0.45, linewidth=0.0)
     edge = Line2D([], [], color=PURPLE, linewidth=1.0, linestyle="dashed")
     return [body, edge], ["zone", "where the gripper would be too near to it"]
@@ -57,7 +57,7 @@ def _name(axes: Axes, name: str, x: float, y: float) -> None:
 
 
 def draw_in_space(axes: Axes3D, zones: tuple[Zone, ...], shown: Corners) -> None:
-    """Draw zones as translucent bodies, of a half-space its plane as far as the picture goes."""
+    """Draw zones as translucent bodies; a half-space is drawn as its plane within the picture."""
     for zone in zones:
         faces = _faces(zone, shown)
         axes.add_collection3d(Poly3DCollection(faces, facecolor=PURPLE, edgecolor=PURPLE, alpha=0.3, linewidth=0.5))
@@ -96,7 +96,7 @@ def _cylinder(zone: Cylinder) -> list[Floats]:
 
 
 def _plane(point: Point, normal: Point, shown: Corners) -> list[Floats]:
-    """Return the polygon that a plane cuts out of what is shown, none where it passes beside it."""
+    """Return the polygon that a plane cuts out of the visible space, empty if it does not intersect it."""
     unit = np.array(normal) / hypot(*normal)
     corners = np.array(list(product(*zip(*shown, strict=True))))
     cuts = [
@@ -116,13 +116,13 @@ def _plane(point: Point, normal: Point, shown: Corners) -> list[Floats]:
 
 
 def _crossing(start: float, end: float) -> float | None:
-    """Return at which share a value passes 0 on its way from `start` to `end`, None where it does not."""
+    """Return the share at which a value passes 0 on its way from `start` to `end`, None if it does not."""
     return start / (start - end) if start * end < 0.0 or start == 0.0 != end else None
 
 
 @dataclass(frozen=True, slots=True)
 class MarkedTarget:
-    """A `target` and the reachable place nearest to it, `held`: the same where the target can be reached."""
+    """A `target` and the reachable place nearest to it, `held`: the same if the target is reachable."""
 
     target: Point
     held: Point
@@ -134,7 +134,7 @@ class MarkedTarget:
 
     @property
     def reachable(self) -> bool:
-        """Whether the target itself can be reached."""
+        """Whether the target itself is reachable."""
         return self.target == self.held
 
     def show(self, axes: Axes, target: tuple[float, ...], held: tuple[float, ...]) -> None:
@@ -146,7 +146,7 @@ class MarkedTarget:
 
 
 def make_room(axes: Axes, place: tuple[float, float]) -> None:
-    """Widen a picture in a plane so that it shows `place` too, unless that is farther off than the picture is large."""
+    """Widen a plane picture so that it shows `place` too, unless the place is farther off than the picture's size."""
     limits = (axes.get_xlim(), axes.get_ylim())
     sizes = [high - low for low, high in limits]
     if all(low - size <= at <= high + size for (low, high), size, at in zip(limits, sizes, place, strict=True)):

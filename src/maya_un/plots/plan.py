@@ -1,4 +1,4 @@
-"""The workspace from above, at one height: what the gripper point reaches, the boom, the directions."""
+"""The workspace from above, at one height: the reachable area of the gripper point, the boom, the directions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ARROW, _ARC = 0.18, 0.27
 
 
 def rings(workspace: Workspace, height: float) -> list[tuple[float, float]]:
-    """Return the ranges of the distance d from axis a [m] that are reachable at a `height` z [m], zones aside."""
+    """Return the ranges of the distance d from axis a [m] that are reachable at a `height` z [m], without zones."""
     mechanism, section = workspace.mechanism, workspace.section
     h = mechanism.reach_down - height
     found: list[tuple[float, float]] = []
@@ -44,7 +44,7 @@ def rings(workspace: Workspace, height: float) -> list[tuple[float, float]]:
 def draw_plan(
     axes: Axes, workspace: Workspace, height: float, bearing: float, marked: MarkedTarget | None = None
 ) -> None:
-    """Draw what is reachable at `height` [m], with the boom at the angle `bearing` [rad]."""
+    """Draw the reachable area at `height` [m], with the boom at the angle `bearing` [rad]."""
     _PlanDrawing(axes, workspace, height, bearing).all(marked)
 
 
@@ -56,7 +56,7 @@ def frame(axes: Axes, workspace: Workspace) -> None:
 
 
 def sectors(axes: Axes, workspace: Workspace, height: float) -> None:
-    """Fill what is reachable at `height` [m], zones aside."""
+    """Fill the reachable area at `height` [m], without zones."""
     start, end = (90.0 - degrees(angle) for angle in reversed(workspace.boom))
     for inner, outer in rings(workspace, height):
         axes.add_patch(
@@ -93,7 +93,7 @@ class _PlanDrawing:
         self.axes.set_title(f"From above, at z = {self.height:.2f} m", loc="left")
 
     def _radii(self) -> None:
-        """Write the ends of what is reachable along the start of the boom's range."""
+        """Label the ends of the reachable ranges along the start of the boom's range."""
         angle = self.workspace.boom[0]
         for ring in rings(self.workspace, self.height):
             for radius, side in zip(ring, (10, -10), strict=True):
@@ -103,7 +103,7 @@ class _PlanDrawing:
                 )
 
     def _range(self) -> None:
-        """Draw where the anchors pass, and name the ends of the boom's range."""
+        """Draw the circles of the anchors, and label the ends of the boom's range."""
         axes, mechanism = self.axes, self.workspace.mechanism
         start, end = (90.0 - degrees(angle) for angle in reversed(self.workspace.boom))
         for radius, colour in ((mechanism.delta, LINE_B), (mechanism.length, LINE_C)):
@@ -117,7 +117,7 @@ class _PlanDrawing:
             axes.text(x, y, f"α = {degrees(angle):.0f}°", color=INK, fontsize=8, ha="center", va="center")
 
     def _directions(self) -> None:
-        """Draw the directions +x and +y, and which way α grows."""
+        """Draw the directions +x and +y."""
         axes, size = self.axes, _ARROW * self.workspace.mechanism.length
         for x, y, name in ((0.0, size, "+y"), (size, 0.0, "+x")):
             axes.add_patch(FancyArrowPatch((0, 0), (x, y), arrowstyle="-|>", mutation_scale=9, color=INK, zorder=5))
@@ -135,7 +135,7 @@ class _PlanDrawing:
         self._angle()
 
     def _angle(self) -> None:
-        """Show how the boom's angle is counted: from +y, clockwise."""
+        """Show how the boom's angle is measured: from +y, clockwise."""
         if self.bearing < 0.15:
             return
         radius = _ARC * self.workspace.mechanism.length
@@ -153,7 +153,7 @@ def _at(radius: float, angle: float) -> tuple[float, float]:
 
 
 def _extent(workspace: Workspace) -> tuple[float, float, float, float]:
-    """Return left, right, low and high ends of what the boom passes over, with some room [m]."""
+    """Return left, right, low and high ends of the area that the boom passes over, with a margin [m]."""
     reach = workspace.mechanism.length
     turned = np.linspace(*workspace.boom, 181)
     counted = np.linspace(min(0.0, workspace.boom[0]), workspace.boom[1], 181)

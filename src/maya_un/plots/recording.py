@@ -1,4 +1,4 @@
-"""A recording and its replay: the axes over time, and how far the two are apart."""
+"""A recording and its replay: the axes over time, and the differences between the two."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Course = tuple[Floats, Floats]
 
 
 def replay_figure(commanded: Course, recorded: Course, replayed: Course, apart: Course, title: str = "") -> Figure:
-    """Return the figure of a replay: where the axes were told to be, where they were, and are in the replay [°, m, m].
+    """Return the figure of a replay: commanded, recorded and replayed positions of the axes [°, m, m].
 
-    `apart` is how far the replay is from the recording [°, mm, mm].
+    `apart` is the difference of the replay from the recording [°, mm, mm].
     """
     with house_style():
         figure = blank(10.0, 7.0)

@@ -1,8 +1,8 @@
 """The workspace from the side: the vertical plane through the boom, distance from axis a against height.
 
-The section's own coordinates (u, h) of `maya_un.kinematics.section` are turned into what a person sees: d = Δ + u to
-the right and z = H − Φ − h upwards, both of the gripper point. The ends of the strokes and the curves of tension
-are therefore drawn Φ below the places where the lines meet.
+The section's coordinates (u, h) of `maya_un.kinematics.section` are converted: d = Δ + u to the right and z = H − Φ − h
+upwards, both of the gripper point. The ends of the strokes and the curves of tension are therefore drawn Φ below the
+places where the lines meet.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _GRID = 0.02
 
 
 def outline(workspace: Workspace) -> tuple[Floats, Floats]:
-    """Return the edge of the reachable section, zones aside, as a closed polygon (d, z), each (n,) [m]."""
+    """Return the edge of the reachable section, without zones, as a closed polygon (d, z), each (n,) [m]."""
     section, mechanism = workspace.section, workspace.mechanism
     ends = [mechanism.section(Joints(0.0, b, c))[0] for b in workspace.line_b for c in workspace.line_c]
     inner = [u for u in ends if 0.0 < u < mechanism.width]
@@ -46,7 +46,7 @@ def outline(workspace: Workspace) -> tuple[Floats, Floats]:
 
 
 def _worth_drawing(d: Floats, z: Floats) -> NDArray[np.intp]:
-    """Return which points of an outline to keep: one every `_BEND` of its turning, one every `_STRIDE` of its way."""
+    """Return the indices of outline points to keep: one per `_BEND` of turning and one per `_STRIDE` of way."""
     along = np.append(0.0, np.cumsum(np.hypot(np.diff(d), np.diff(z))))
     turns = np.abs(np.diff(np.unwrap(np.arctan2(np.diff(z), np.diff(d)))))
     turned = np.concatenate(([0.0], np.cumsum(turns), [0.0]))
@@ -57,10 +57,10 @@ def _worth_drawing(d: Floats, z: Floats) -> NDArray[np.intp]:
 
 
 def manual_margin(workspace: Workspace, u: Floats, z: Floats) -> Floats:
-    """Return how far inside the area of the manual's listing places are [m], negative outside.
+    """Return the distance of places inside the area of the manual's listing [m], negative outside.
 
-    The listing asks for 0 ≤ z ≤ H, 0 ≤ u ≤ W and for lines within their strokes. It knows no tension, and as it
-    squares the depth it takes a place above the anchors for one below (manual, "Workspace Validations").
+    The listing requires 0 ≤ z ≤ H, 0 ≤ u ≤ W and lines within their strokes. It ignores tension. Because it squares the
+    depth, it treats a place above the anchors like one below (manual, "Workspace Validations").
     """
     mechanism = workspace.mechanism
     h = mechanism.reach_down - z
@@ -70,9 +70,9 @@ def manual_margin(workspace: Workspace, u: Floats, z: Floats) -> Floats:
 
 
 def draw_section(axes: Axes, workspace: Workspace, bearing: float, marked: MarkedTarget | None = None) -> None:
-    """Draw the reachable section with everything that bounds it, with the boom at the angle `bearing` [rad].
+    """Draw the reachable section with all its limits, with the boom at the angle `bearing` [rad].
 
-    A `marked` place is shown with the lines that hold it, or hold the nearest one that can be held.
+    A `marked` place is shown with the lines that hold it, or that hold the nearest reachable place.
     """
     _SectionDrawing(axes, workspace, bearing).all(marked)
 
@@ -105,7 +105,7 @@ class _SectionDrawing:
         self.axes.set_title(f"From the side, boom at {degrees(self.bearing):.0f}°", loc="left")
 
     def _frame(self) -> None:
-        """Draw what stands there: axis, boom, anchors, table."""
+        """Draw the fixed parts: axis, boom, anchors, table."""
         axes, mechanism = self.axes, self.workspace.mechanism
         end = mechanism.length + 0.32
         axes.add_patch(Rectangle((-1.0, -1.0), end + 2.0, 1.0, facecolor="white", edgecolor=PALE, hatch="////", lw=0))
@@ -127,7 +127,7 @@ class _SectionDrawing:
         return edge
 
     def _manual(self) -> None:
-        """Dash the area that the manual's listing accepts; what of it is not reachable stays visible."""
+        """Draw the area that the manual's listing accepts, dashed; its unreachable part stays visible."""
         axes, mechanism, limit = self.axes, self.workspace.mechanism, self.workspace.tension_limit
         u = np.arange(-2 * _GRID, mechanism.width + 2.5 * _GRID, _GRID)
         z = np.arange(-2 * _GRID, mechanism.height + 2.5 * _GRID, _GRID)
@@ -146,7 +146,7 @@ class _SectionDrawing:
         return self.workspace.mechanism.reach_down - (0.0 if depths is None else depths[0])
 
     def _edges(self) -> None:
-        """Name the upright edges, where a line begins to hang slack, and the lowest place."""
+        """Label the vertical edges, where a line begins to hang slack, and the lowest place."""
         workspace, mechanism = self.workspace, self.workspace.mechanism
         for u, name, side in ((0.0, "c", -4.0), (mechanism.width, "b", 11.0)):
             depths = workspace.section.depths(u)
@@ -176,7 +176,7 @@ class _SectionDrawing:
                 self._say(f"{name} = {radius:.3f} m", where, colour, rotation=_upright(place + 90.0), va="center")
 
     def _tensions(self, edge: Polygon) -> None:
-        """Draw where each line carries 1, 1.5, 2, 3 and 5 times the load."""
+        """Draw the curves where each line carries 1, 1.5, 2, 3 and 5 times the load."""
         mechanism = self.workspace.mechanism
         W = mechanism.width
         u = 0.5 * W * (1.0 - np.cos(np.linspace(0.01, np.pi - 0.01, 61)))

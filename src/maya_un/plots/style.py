@@ -1,4 +1,4 @@
-"""How every picture looks, and how it is written: the same bytes for the same picture."""
+"""The style of all pictures, and their output: the same picture gives the same bytes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ORANGE = "#D55E00"
 GREEN = "#009E73"
 PURPLE = "#AA4499"
 YELLOW = "#E69F00"
-"""Colours that people with any eyes tell apart (Okabe and Ito; purple darkened for thin lines)."""
+"""Colours that are distinguishable with colour blindness (Okabe and Ito; purple darkened for thin lines)."""
 
 INK = "#262626"
 GREY = "#767676"
@@ -90,7 +90,7 @@ _NO_DATES: dict[str, dict[str, None]] = {
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Have everything that is drawn inside look like Maya's pictures, whatever the user's matplotlibrc says."""
+    """Apply the style of Maya's pictures to everything drawn inside, independent of the user's matplotlibrc."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(_RULES)
@@ -103,7 +103,7 @@ def blank(width: float = PAGE_WIDTH, height: float = 4.5) -> Figure:
 
 
 def kind_of(path: Path) -> str:
-    """Return the format that a file's ending asks for; raises `InvalidValue` for one that is not in `FORMATS`."""
+    """Return the format of a file's ending; raises `InvalidValue` for an ending that is not in `FORMATS`."""
     kind = path.suffix.removeprefix(".").lower()
     if kind not in FORMATS:
         raise InvalidValue(key="--output", value=repr(str(path)), reason="it must end in .svg, .png or .pdf")
@@ -119,11 +119,11 @@ def rendered(figure: Figure, kind: str) -> bytes:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure; the ending of `path` says as what. Raises `InvalidValue` and `FileUnwritable`."""
+    """Write a figure in the format of `path`'s ending. Raises `InvalidValue` and `FileUnwritable`."""
     data = rendered(figure, kind_of(path))
     write(path, data)
 
 
 def quiet_grid(axes: Axes) -> None:
-    """Lay a pale grid under what is drawn in `axes`."""
+    """Draw a pale grid under the contents of `axes`."""
     axes.grid(visible=True)

@@ -54,7 +54,7 @@ def draw_surface(axes: Axes3D, workspace: Workspace, bearing: float, marked: Mar
 
 
 def _machine(axes: Axes3D, workspace: Workspace, bearing: float, marked: MarkedTarget | None) -> None:
-    """Draw column, boom and anchors, and the lines down to the place that is held."""
+    """Draw column, boom and anchors, and the lines down to the held place."""
     mechanism = workspace.mechanism
     s, k, high = np.sin(bearing), np.cos(bearing), mechanism.height
     axes.plot((0.0, 0.0), (0.0, 0.0), (0.0, high), color=GREY, linewidth=2.5)
@@ -84,8 +84,8 @@ def workspace_figure(
 ) -> Figure:
     """Return a figure of the workspace.
 
-    `height` [m] is where the plan is cut. A `target` [m] is marked together with the reachable place nearest to it,
-    and the boom points there; without one it points to the middle of its range.
+    `height` [m] is the height of the plan's cut. A `target` [m] is marked together with the reachable place nearest to
+    it, and the boom points there; without one it points to the middle of its range.
     """
     marked = None if target is None else MarkedTarget.of(workspace, target)
     bearing = 0.5 * sum(workspace.boom) if marked is None else workspace.mechanism.ik(marked.held).a
@@ -122,7 +122,7 @@ def _in_space(figure: Figure, place: SubplotSpec | None = None) -> Axes3D:
 
 
 def _explain(figure: Figure, workspace: Workspace, marked: MarkedTarget | None, *, cut: bool) -> None:
-    """Put what the marks mean, and where they are, under the figure, and how zones are drawn where they are `cut`."""
+    """Add a legend of the marks and their places under the figure, and of the style of zones if they are `cut`."""
     handles, words = zone_key() if workspace.zones and cut else ([], [])
     if marked is not None:
         marks, labels = figure.axes[0].get_legend_handles_labels()

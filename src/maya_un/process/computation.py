@@ -3,8 +3,8 @@
 With a worker (`maya_un.workers`), no computation blocks the loop. Without one, as in a dry run, the loop computes, and
 runs other tasks between two steps.
 
-Long lists of tasks cross to the worker in pieces, because reading a long list at once would block the caller's loop.
-`taught` is a pickle of the taught places, or of the error why they cannot be read.
+Long lists of tasks are sent to the worker in pieces, because reading a long list at once would block the caller's loop.
+`taught` is a pickle of the taught places, or of the error that prevents reading them.
 """
 
 from __future__ import annotations
@@ -58,12 +58,15 @@ class PreviewSource(Protocol):
         ...
 
     def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return the preview of `primitive` from `start`; raises what running it would."""
+        """Return the preview of `primitive` from `start`; raises the errors of running it."""
         ...
 
 
 def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
-    """Return what `tasks` will be from `start`, and where they end; yields after every step, so that others may run."""
+    """Return the preview of `tasks` from `start`, and their end.
+
+    Yields after every step, so that other tasks may run.
+    """
     units = Units.of(robot.config)
     pose = start
     steps: list[StepPreview] = []
@@ -81,7 +84,7 @@ def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> G
 
 
 def joined_outlook(courses: Sequence[JobOutlook], start: Pose) -> JobOutlook:
-    """Return courses, each from the end of the one before, as one; without any it ends at `start`."""
+    """Combine outlooks, each from the end of the one before; without any, the result ends at `start`."""
     if len(courses) == 1:
         return courses[0]
     steps = [step for course in courses for step in course.preview.steps]
@@ -116,16 +119,16 @@ class InspectionSource(PreviewSource, Protocol):
     """A source of details of primitives."""
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
-        """Return the details of every action of `primitive` from `start`, and where it ends."""
+        """Return the details of every action of `primitive` from `start`, and its end pose."""
         ...
 
 
 def inspect_tasks(
     robot: InspectionSource, tasks: Sequence[Task], start: Pose, samples: int, most: float = inf
 ) -> Generator[None, None, JobInspection]:
-    """Return the details of `tasks` from `start` up to the first that is refused; yields after every step.
+    """Return the details of `tasks` from `start` up to the first refused one; yields after every step.
 
-    Every motion has so many `samples`. Raises `TooLarge` for more than `most` in all.
+    Every motion has `samples` samples. Raises `TooLarge` for more than `most` in all.
     """
     preview = (yield from preview_tasks(robot, tasks, start)).preview
     found = _Collected()
@@ -180,7 +183,7 @@ def _of_job(near: Closest, step: int, begun: float) -> Nearest:
 
 
 def _least(found: Iterable[Nearest]) -> tuple[Nearest, ...]:
-    """Return the least of every name, limits first, in the order in which the motions name them."""
+    """Return the least margin of every name, limits first, in the order of the motions."""
     least: dict[tuple[bool, str], Nearest] = {}
     for near in found:
         known = least.get((near.zone, near.name))
@@ -278,7 +281,7 @@ def parsed(job: object) -> Job:
 
 
 def recalled(taught: bytes) -> Recall:
-    """Return who tells what is taught, or why he cannot."""
+    """Return a function that returns the taught places, or raises the error that prevents reading them."""
 
     def recall() -> TaughtPlaces:
         found = _unpickled(taught)
@@ -305,7 +308,7 @@ CHECK = "check"
 """Principal of the computation of the job that begins next."""
 
 REPORT = "report"
-"""Principal of the computation of a job that somebody reads."""
+"""Principal of the computation of a job for a report."""
 
 SUBMITTED = 128
 """Most jobs of one principal that may be parsed at once; more are refused."""
@@ -315,7 +318,7 @@ _LONG = 200
 
 
 class JobComputer:
-    """Computes jobs for a robot, with `staff` if there is any."""
+    """Computes jobs for a robot, in `staff` if it is not None."""
 
     def __init__(
         self, robot: Robot, controller: Controller, grasp_height: float, recall: Recall, staff: WorkerSet | None
@@ -328,7 +331,7 @@ class JobComputer:
         self._sealed: tuple[TaughtPlaces | None, bytes] = (None, b"")
 
     async def written(self, job: object, *, whose: str) -> StoredJob:
-        """Return a job of somebody ready to be queued, which comes as `parsed` reads it.
+        """Return the stored form of a job of user `whose`; `parsed` defines what `job` may be.
 
         Raises as `Job.parse` and `write_job` do, and as `Workers.run`.
         """
@@ -340,7 +343,10 @@ class JobComputer:
         return StoredJob(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
 
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
-        """Return what a kept job of so many `steps` comes to; raises as `written.expanded` does, and `Workers.run`."""
+        """Return the expansion of a stored job with `steps` steps.
+
+        Raises as `tasks.expanded` does, and `Workers.run`.
+        """
         if self._staff is not None and COMMAND_KEY not in body:
             worker = self._staff.people if whose == REPORT else self._staff.own
             answer = await worker.run(expand_kept, body, self._grasp_height, whose=whose, each=SUBMITTED)
@@ -348,9 +354,11 @@ class JobComputer:
         return await self._expanded_here(body, steps)
 
     async def expanded_anyway(self, body: Body) -> Expansion:
-        """Return what a kept job comes to, also where no worker can be had: what it has done must not be forgotten.
+        """Return the expansion of a stored job, in a thread if no worker can compute it.
 
-        Raises as `written.expanded` does.
+        The done steps must not be lost.
+
+        Raises as `tasks.expanded` does.
         """
         try:
             return await self.expanded(body)
@@ -363,7 +371,7 @@ class JobComputer:
         return await asyncio.get_running_loop().run_in_executor(None, expanded, body, self._grasp_height)
 
     async def walk(self, tasks: Sequence[Task], start: Pose, *, whose: str = CHECK) -> JobOutlook:
-        """Return what `tasks` will be from `start`, and where they end; sends nothing, and lets others run meanwhile.
+        """Return the outlook of `tasks` from `start`; sends nothing, and lets other tasks run meanwhile.
 
         Raises as `Workers.run` does.
         """
@@ -391,14 +399,14 @@ class JobComputer:
                 await asyncio.sleep(0)
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
-        """Return what `job` would be from `start`; raises as `written` does for what it says; sends nothing."""
+        """Return the preview of `job` from `start`; raises as `written` does for its contents; sends nothing."""
         if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
             return (await _slowly(preview_tasks(self._robot, tasks, start))).preview
         return await self._asked(preview, job, self.taught(), self._grasp_height, start, whose=CHECK)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
-        """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
+        """Return the details of `job` from `start`; raises as `preview` does; sends nothing."""
         if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
             return await _slowly(inspect_tasks(self._robot, tasks, start, samples))
@@ -406,7 +414,7 @@ class JobComputer:
         return await self._asked(inspect, *asked, whose=CHECK)
 
     def taught(self) -> bytes:
-        """Return a pickle of what is taught, or of the error why nobody can tell."""
+        """Return a pickle of the taught places, or of the error that prevents reading them."""
         try:
             taught = self._recall()
         except MayaError as error:
@@ -421,7 +429,7 @@ class JobComputer:
 
 
 async def _slowly(work: Generator[None, None, T]) -> T:
-    """Return what work comes to, done in this loop; others run at each of its steps."""
+    """Return the result of a generator that runs in this loop; other tasks run after each of its steps."""
     while True:
         try:
             next(work)

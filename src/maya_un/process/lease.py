@@ -1,9 +1,9 @@
-"""The control lease: at every instant at most one drives the robot, and everybody can see who.
+"""The control lease: at most one user drives the robot at any time, and every client can see who.
 
-The driver renews it again and again; a driver that is silent for its patience loses it, and a held motion stops. It
-passes on visibly: it is offered to somebody, who takes it. A user without a lease drives implicitly for the length of a
-command, and so does the owner of a running job. Taking the lease meanwhile also takes over the job: the new driver may
-slow it down, hold it and stop it. Stop needs no lease.
+The driver renews the lease periodically. A driver that does not renew it in time loses it, and a held motion stops. The
+driver can offer the lease to another user, who takes it. A user without a lease drives implicitly for the length of a
+command, and so does the owner of a running job. A user who takes the lease meanwhile also takes over the job: the new
+driver may slow it down, hold it and stop it. Stop needs no lease.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from maya_un.events import EventLog, LeaseChanged
 from maya_un.schema.bodies import PATIENCE
 
 OFFER = 60.0
-"""An offer stands for so long [s, real time]."""
+"""An offer, or a request for the lease, is valid for this time [s, real time]."""
 
 LINGER = 2.0
-"""An implicit driver is shown for this time [s, real time], so that several commands in a row are one drive."""
+"""An implicit driver is shown for this time [s, real time], so that several commands in a row count as one drive."""
 
 _ROUNDING = 1e-6
 _MOST_ENDED = 100
 
 OnChange = Callable[[str], None]
-"""Told why the holder changed: taken, released, expired, handed over, broken, or another word of whoever ended it."""
+"""Called with the reason of a change of holder: taken, released, expired, handed over, broken, or `why` of `drop`."""
 
 
 @dataclass(frozen=True, slots=True)
 class LeaseHolder:
     """The driver: name, source, time of the start [s, loop time], note.
 
-    `id` is the driver's secret; nobody else gets it. An `implicit` holder drives for the length of commands. `lender`
-    is the user who offered the lease, "" if the driver took it.
+    `id` is the driver's secret. An `implicit` holder drives for the length of commands. `lender` is the user who
+    offered the lease, "" if the driver took it.
     """
 
     name: str
@@ -54,7 +54,7 @@ class LeaseHolder:
 class LeaseUse:
     """A running activity: a command under the `lease` in the request, a `direct` one without a lease, or a job.
 
-    `lost` is why it was lost meanwhile, "" where it was not.
+    `lost` is the reason why its lease was lost, "" if it was not.
     """
 
     name: str
@@ -71,7 +71,7 @@ class LeaseUse:
             cancel_once(task)
 
     def lose(self, why: str) -> None:
-        """Take notice that the lease is lost."""
+        """Mark the lease as lost, and cancel the activity's task."""
         if not self.lost:
             self.lost = why
             cancel_once(self._task)
@@ -79,7 +79,7 @@ class LeaseUse:
 
 @dataclass(frozen=True, slots=True)
 class _Offer:
-    """To whom the lease is offered, by whom, until when [s, loop time]."""
+    """An offer of the lease: to which user, by which user, until when [s, loop time]."""
 
     to: str
     by: str
@@ -89,7 +89,7 @@ class _Offer:
 class ControlLease:
     """The state of the lease. `speed` is the speed of the loop's clock: patience is in the caller's time.
 
-    `on_change` callbacks are told of every change of the holder, after it, before anybody else goes on.
+    After every change of holder the `on_change` callbacks run, before any other task continues.
     """
 
     def __init__(self, events: EventLog, speed: float = 1.0) -> None:
@@ -112,29 +112,29 @@ class ControlLease:
 
     @property
     def offered_to(self) -> str | None:
-        """To whom it is offered, None where to nobody."""
+        """The user to whom the lease is offered, None without an offer."""
         return None if self._offer is None or self._now() > self._offer.until else self._offer.to
 
     @property
     def asked_by(self) -> str | None:
-        """The last user who asked for the lease within the last minute, or None."""
+        """The last user who requested the lease within the last minute, or None."""
         asked = self._asked
         return None if asked is None or self._now() > asked[1] else asked[0]
 
     @property
     def expires_in(self) -> float | None:
-        """When it ends without being renewed [s, real time], None where nobody holds it or it is implicit."""
+        """Time until the lease ends unless renewed [s, real time], None without a holder or if it is implicit."""
         if self._holder is None or self._holder.implicit:
             return None
         return max(0.0, (self._until - self._now()) / self._scale)
 
     @property
     def held_for(self) -> float:
-        """How long the holder has driven [s, real time], 0 where nobody does."""
+        """How long the holder has driven [s, real time], 0 without a holder."""
         return 0.0 if self._holder is None else (self._now() - self._holder.since) / self._scale
 
     def may_begin(self, owner: str) -> bool:
-        """Tell whether a job of `owner` may begin: nobody drives, or he does."""
+        """Return whether a job of `owner` may begin: there is no other driver."""
         holder = self._holder
         return holder is None or holder.name == owner or not self._in_force(holder)
 
@@ -165,37 +165,37 @@ class ControlLease:
         return new
 
     def renew(self, lease: str, name: str) -> LeaseHolder:
-        """Say that one is still there; raises as `require`."""
+        """Renew the lease and return its holder; raises as `require`."""
         holder = self.require(lease, name)
         self._until = self._now() + self._patience
         return holder
 
     def release(self, lease: str, name: str, *, lost: bool = False) -> None:
-        """Give it back, or with `lost` end it as one whose holder is silent; raises as `require`."""
+        """Release the lease, or with `lost` end it as expired; raises as `require`."""
         self.require(lease, name)
         self._end("expired" if lost else "released")
 
     def drop(self, name: str, why: str) -> None:
-        """End the lease that `name` holds, who may not drive any more; where he holds none, nothing happens."""
+        """End the lease and the offers of `name`, who may no longer drive; has no effect without them."""
         if self._offer is not None and name in (self._offer.to, self._offer.by):
             self._offer = None
         if self._holder is not None and self._holder.name == name and not self._holder.implicit:
             self._end(why)
 
     def offer(self, name: str, by: str) -> None:
-        """Let `name` take it within a minute, from the holder too."""
+        """Let `name` take the lease within a minute, from the holder too."""
         self._offer = _Offer(name, by, self._now() + OFFER * self._scale)
         self._tell("offered", to=name, by=by)
 
     def ask(self, name: str) -> None:
-        """Let everybody know that `name` would like to drive; who has just asked is not heard again."""
+        """Announce that `name` requests the lease; a repeated request within a minute is not announced."""
         again = self.asked_by == name
         self._asked = name, self._now() + OFFER * self._scale
         if not again:
             self._tell("asked", by=name)
 
     def require(self, lease: str, name: str) -> LeaseHolder:
-        """Return the holder if it is `name`, who shows `lease`; raises `LeaseNeeded`, `LeaseHeld`, `LeaseLost`."""
+        """Return the holder if it is `name` with `lease`; raises `LeaseNeeded`, `LeaseHeld`, `LeaseLost`."""
         holder = self._holder
         if holder is not None and not holder.implicit and self._now() > self._until + _ROUNDING:
             self._end("expired")
@@ -214,7 +214,7 @@ class ControlLease:
         """Drive for the length of the block: a job of `name`, a command under `lease`, or a `direct` one.
 
         A command ends with its lease, a direct one only by force. A job never ends: the new driver takes it over.
-        Raises as `renew`, and `LeaseHeld` where somebody else drives.
+        Raises as `renew`, and `LeaseHeld` while another user drives.
         """
         if lease:
             self.renew(lease, name)
@@ -229,26 +229,26 @@ class ControlLease:
             self._settle()
 
     def close(self) -> None:
-        """Forget the watch; the loop ends."""
+        """Cancel the timer of the lease."""
         if self._watch is not None:
             self._watch.cancel()
             self._watch = None
 
     def _given_way(self, holder: LeaseHolder, name: str, *, offered: bool) -> bool:
-        """Tell whether `holder` gives way to `name`: he offers it, or only a job of his runs."""
+        """Return whether `holder` yields to `name`: by an offer, or because only jobs of the holder run."""
         others = any(drive.direct and not drive.lost and drive.name != name for drive in self._drives)
         return (offered or holder.implicit) and not others
 
     def _in_force(self, holder: LeaseHolder) -> bool:
-        """Tell whether somebody drives: by the lease, or because something goes on."""
+        """Return whether `holder` drives: by the lease, or because an activity without a lease runs."""
         return not holder.implicit or bool(self._going())
 
     def _going(self) -> list[LeaseUse]:
-        """Return what goes on without a lease."""
+        """Return the running activities without a lease."""
         return [drive for drive in self._drives if not drive.lease and not drive.lost]
 
     def _join(self, name: str, source: str) -> None:
-        """Begin to drive without a lease, or with others of the same name."""
+        """Begin to drive without a lease, or under the lease that `name` holds; raises `LeaseHeld`."""
         holder = self._holder
         if holder is not None and not self.may_begin(name):
             raise self._held(holder)
@@ -256,7 +256,7 @@ class ControlLease:
             self._become(LeaseHolder(name, source, self._now(), implicit=True), "taken")
 
     def _settle(self) -> None:
-        """Have whoever goes on without a lease be seen as the driver; the last one is for a moment longer."""
+        """Show the owner of an activity without a lease as the driver, and for `LINGER` after the last has ended."""
         holder, going = self._holder, self._going()
         if holder is not None and (not holder.implicit or holder.name in {drive.name for drive in going}):
             return
@@ -266,7 +266,7 @@ class ControlLease:
             self._watch_until(self._now() + LINGER * self._scale)
 
     def _become(self, new: LeaseHolder, why: str) -> None:
-        """Make somebody the holder; what others drive is lost, jobs apart."""
+        """Make `new` the holder; other users' activities lose the lease, except jobs."""
         before, self._holder = self._holder, new
         self.close()
         if not new.implicit:
@@ -278,7 +278,7 @@ class ControlLease:
         self._changed(why, before)
 
     def _end(self, why: str) -> None:
-        """End the holder's lease; what goes on without one has its owner drive implicitly."""
+        """End the holder's lease; the owner of a running activity without a lease then drives implicitly."""
         before, self._holder = self._holder, None
         self.close()
         self._remember(before, why)
@@ -289,7 +289,7 @@ class ControlLease:
         self._settle()
 
     def _remember(self, holder: LeaseHolder | None, why: str) -> None:
-        """Keep why the last leases ended, so that who shows one is told."""
+        """Store why the last leases ended, for the error of requests that still present them."""
         if holder is not None and holder.id:
             self._ended[holder.id] = why
             while len(self._ended) > _MOST_ENDED:
@@ -301,7 +301,7 @@ class ControlLease:
         self._watch = asyncio.get_running_loop().call_at(due, self._look)
 
     def _look(self) -> None:
-        """End a lease that was not renewed, or look again when it is due."""
+        """End a lease that was not renewed, or schedule the next check."""
         self._watch = None
         holder = self._holder
         if holder is None or (holder.implicit and self._going()):
@@ -316,7 +316,7 @@ class ControlLease:
         for told in tuple(self.on_change):
             try:
                 told(why)
-            except Exception as defect:  # noqa: BLE001 - who takes the lease must be told so, and the others of it
+            except Exception as defect:  # noqa: BLE001 - one failing callback must not affect the others, nor the taker
                 report = {"message": "a change of the lease was not taken notice of", "exception": defect}
                 asyncio.get_running_loop().call_exception_handler(report)
 

@@ -1,14 +1,14 @@
-"""The queue of jobs: one at a time, in order, each checked whole before its first step, everything written down.
+"""The queue of jobs: one at a time, in order, each checked as a whole before its first step, every change stored.
 
-After a stop, a fault or the loss of the link the queue is paused: nothing starts by itself once somebody has said stop,
-or once a fault is cleared (docs/decisions/0026-a-stop-pauses-the-queue.md). After a restart it waits for a person
-(docs/decisions/0027-the-queue-is-durable.md). Here its parts are put together:
+A stop, a fault or the loss of the link pauses the queue: nothing starts by itself after a stop or a cleared fault
+(docs/decisions/0026-a-stop-pauses-the-queue.md). After a restart the queue waits for a user
+(docs/decisions/0027-the-queue-is-durable.md). This module combines its parts:
 
-    submitting · editing     jobs come in, and are changed while they wait (items, order, options, written)
-    turns · runner           whose turn it is, and one job from its check to its end (pausing, forecast)
-    recovering · recovery    what an earlier run left, and what a person says of it
-    ledger · changes         every change: written, made, told (journal)
-    showing                  all of it as others see it (view, report)
+    submitting · editing     jobs are submitted, and edited while they wait (items, order, options, written)
+    turns · runner           which job is next, and one job from its check to its end (pausing, forecast)
+    recovering · recovery    jobs that an earlier run interrupted, and a user's decision about them
+    ledger · changes         every change: written, applied, announced (journal)
+    showing                  the queue as others see it (view, report)
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ LOCAL = SubmitRequest(RequestOwner(), DEFAULT_OPTIONS)
 
 
 class Process:
-    """Runs jobs on a robot; see the module for what pauses the queue.
+    """Runs jobs on a robot; the module's docstring lists what pauses the queue.
 
-    `turns` takes one job after the other and can be paused, `shown` tells how everything stands, `journal` keeps it.
-    `recall` tells what has been taught, when a job names something that it does not explain itself. A journal that is
-    given keeps what was not finished for the next start; without one everything ends with this process. Only whom the
-    `lease` lets may begin. `dates` tells the date; without it dates are the loop's time. `speed` is how fast the loop's
-    clock runs. Jobs are worked out by `staff`, in the running loop where there are none.
+    `turns` runs one job after the other and can be paused, `shown` reports the state, `journal` stores it. `recall`
+    returns the taught places, when a job names a place that it does not define. A given journal stores unfinished jobs
+    for the next start; without one all jobs end with this process. Jobs begin only if the `lease` permits their owner.
+    `dates` returns dates; without it dates are the loop's time. `speed` is the speed of the loop's clock. `staff`
+    computes jobs; without it the running loop does.
     """
 
     def __init__(  # noqa: PLR0913 - every option of a process is a parameter
@@ -88,7 +88,7 @@ class Process:
         self.shown = QueueViews(shared, items, self.turns, self._recovering, speed=speed)
 
     async def open(self) -> None:
-        """Take up what the journal knows was not finished; nothing begins by itself. Raises `StorageFailed`."""
+        """Load the unfinished jobs of the journal; no job begins by itself. Raises `StorageFailed`."""
         known, waiting = await self.journal.left()
         self._submitting.next_id = known.next_id
         await self._recovering.take_up(known, waiting)
@@ -100,16 +100,16 @@ class Process:
 
     @property
     def running(self) -> int | None:
-        """Number of the job under way, None where there is none."""
+        """Number of the job under way, None without one."""
         item = self.turns.running
         return None if item is None or item.row.state.ended else item.number
 
     async def submit(self, job: Job | Mapping[str, object] | bytes, asked: SubmitRequest = LOCAL) -> int:
-        """Append a job and return its number, once it is written down; it starts when its turn comes.
+        """Append a job and return its number, once it is stored; it starts when its turn comes.
 
-        It may come as plain data or JSON. Raises `UnknownName` and `InvalidJob` for what it says, `FileUnreadable`
-        where the book of taught places is needed and broken, `KeyReused`, `InvalidValue`, `StorageFailed`;
-        `NotConnected` and `Faulted` while nothing can run, unless it is to be held.
+        The job may be plain data or JSON. Raises `UnknownName` and `InvalidJob` for its contents, `FileUnreadable` if
+        it needs the file of taught places and that is broken, `KeyReused`, `InvalidValue`, `StorageFailed`;
+        `NotConnected` and `Faulted` while no job can run, unless it is to be held.
         """
         halts = self.turns.halts
         return await self._submit(await self.foresight.written(job, whose=asked.owner.name), asked, halts=halts)
@@ -117,8 +117,8 @@ class Process:
     async def command(self, command: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:
         """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.
 
-        While the queue is paused and nothing runs, a command without options for the queue is done at once: a person
-        who sends "home" to a waiting robot means now.
+        While the queue is paused and nothing runs, a command without options for the queue runs at once: a user who
+        sends "home" to a waiting robot means now.
         """
         written = write_command(command, self._grasp_height, self._recall)
         if (
@@ -131,9 +131,9 @@ class Process:
         return await self._submit(written, asked)
 
     async def again(self, number: int, asked: SubmitRequest, from_step: int | None = None) -> int:
-        """Queue a job that has ended once more, as a new one, from a step on; return the new number.
+        """Queue an ended job once more, as a new job, from a step on; return the new number.
 
-        Without `from_step` it begins at the first step that was not done, at the first of all if all were. Raises
+        Without `from_step` it begins at the first step that was not done, or at the first step if all were done. Raises
         `NotFound`, `WrongState`, `InvalidValue` and as `submit` does.
         """
         halts = self.turns.halts
@@ -155,9 +155,9 @@ class Process:
         return await self.shown.report(number)
 
     async def cancel(self, number: int) -> JobReport:
-        """End a job early; one that runs stops on its path. Returns when it has ended.
+        """End a job early and return its report once it has ended; a running job stops on its path.
 
-        Raises `NotFound`, and `StorageFailed` where the end cannot be written: one that ran is at rest all the same.
+        Raises `NotFound`, and `StorageFailed` if the end cannot be stored; the robot is at rest even then.
         """
         item = self._items.find(number)
         if item is not None and item is not self.turns.running:
@@ -170,18 +170,18 @@ class Process:
         return await self.result(number)
 
     async def clear(self) -> None:
-        """Cancel all that wait; raises `StorageFailed`."""
+        """Cancel all waiting jobs; raises `StorageFailed`."""
         await self._whole.do(self._clear())
         await self.turns.lift()
 
     def end_running(self) -> None:
-        """Have the job under way end, braking on its path, and let none begin that waits."""
+        """End the job under way, braking on its path, and begin no waiting job."""
         self.turns.halt(Cancelled())
         if self.turns.running is not None:
             self.turns.end(self.turns.running, Cancelled())
 
     async def end_all(self) -> None:
-        """Cancel what is under way and all that wait, those that have begun too; an interrupted one still waits.
+        """Cancel the job under way and all waiting jobs, started ones included, except interrupted ones.
 
         Returns when all have ended; raises `StorageFailed`.
         """
@@ -193,21 +193,21 @@ class Process:
         await self.turns.lift()
 
     async def hold(self, number: int) -> None:
-        """Put a job aside; raises as `JobEditor.hold` does."""
+        """Hold a waiting job; raises as `JobEditor.hold` does."""
         await self._whole.do(self._editing.hold(number))
         await self.turns.lift()
 
     async def release(self, number: int, by: str, require: Callable[[JobRow], None] = lambda row: None) -> None:
-        """Let a held job wait for its turn; raises as `JobEditor.release` does."""
+        """Queue a held job; raises as `JobEditor.release` does."""
         await self._whole.do(self._editing.release(number, by, require))
         self.turns.wake()
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
-        """Put a job before or `behind` another; raises as `JobEditor.move` does."""
+        """Move a job before or `behind` another; raises as `JobEditor.move` does."""
         await self._whole.do(self._editing.move(number, beside, behind=behind))
 
     async def move_to(self, number: int, *, last: bool) -> None:
-        """Put a job first, or `last`; raises as `JobEditor.move_to` does."""
+        """Move a job to the first place, or with `last` to the last; raises as `JobEditor.move_to` does."""
         await self._whole.do(self._editing.move_to(number, last=last))
 
     async def change(self, number: int, changes: Mapping[str, object], *, approved: bool = True) -> None:
@@ -216,17 +216,17 @@ class Process:
         self.turns.wake()
 
     def owner_ended(self, owner: str) -> None:
-        """Let nothing begin of somebody who may not queue jobs any more: his job pauses after the step under way.
+        """Start nothing more for an owner who may no longer queue jobs: a running job pauses after its current step.
 
-        Waiting jobs of the owner become proposals, which a person approves or declines.
+        Waiting jobs of the owner become proposals, which a user approves or declines.
         """
         self.turns.driver_ended(owner)
         self._whole.begin(self._editing.unapprove(owner))
 
     async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
-        """Do what a person chose for the interrupted job; raises as `JobRecoverer.recover`, `NotConnected`, `Faulted`.
+        """Apply a user's choice to the interrupted job; raises as `JobRecoverer.recover`, `NotConnected`, `Faulted`.
 
-        The queue goes on after it with `resume_queue`, though never by an abort.
+        With `resume_queue` the queue resumes afterwards, except after an abort.
         """
         if choice != RecoveryChoice.ABORT:
             self._require_able()
@@ -236,7 +236,7 @@ class Process:
         self.turns.wake()
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
-        """Return what `job` would be from `start`; raises as `submit` for what it says; sends nothing."""
+        """Return the preview of `job` from `start`; raises as `submit` for its contents; sends nothing."""
         return await self.foresight.preview(job, start)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
@@ -244,10 +244,10 @@ class Process:
         return await self.foresight.inspect(job, start, samples)
 
     async def close(self, *, finish: bool = False) -> None:
-        """End what runs, and return when the robot is at rest and everything is written down.
+        """End the running job, and return when the robot is at rest and everything is stored.
 
-        With a journal that outlives this process the job under way is interrupted, after the step under way where that
-        is to `finish`, and what waits stays for the next start; otherwise all is cancelled.
+        With a durable journal the job under way is interrupted, after its current step with `finish`, and waiting jobs
+        stay for the next start; otherwise all jobs are cancelled.
         """
         self.turns.shut()
         if not self._durable:
@@ -267,7 +267,7 @@ class Process:
     async def _submit(
         self, written: StoredJob, asked: SubmitRequest, skipped: int = 0, halts: int | None = None
     ) -> int:
-        """Store a job; if `halts` has changed since its request, a stop came meanwhile, and it does not begin."""
+        """Store a job; if `halts` has changed since its request, a stop came meanwhile, and the queue pauses."""
         if not asked.options.held and not asked.proposal:
             self._require_able()
         before = self.turns.halts if halts is None else halts
@@ -281,7 +281,7 @@ class Process:
         return number
 
     async def _clear(self) -> None:
-        """Cancel all waiting jobs; their events follow afterwards, some at a time."""
+        """Cancel all waiting jobs; announce their ends in the background, some at a time."""
         cleared = await self._editing.clear(Cancelled())
         if cleared is not None:
             self._whole.begin(self._editing.tell_cleared(cleared))
@@ -299,7 +299,10 @@ class Process:
 
 
 def _first_undone(steps: tuple[StepRow, ...], count: int) -> int:
-    """Return the first step that was not done, the first of all where all were; what was left out counts as done."""
+    """Return the first step that was not done, or the first step if all were done.
+
+    Steps skipped before count as done.
+    """
     over = {step.index for step in steps if step.state is TaskState.DONE}
     skipped = {step.index for step in steps if step.state is TaskState.SKIPPED}
     begun = max(over, default=0)

@@ -1,9 +1,9 @@
-"""The order of the queue: who is next, and where a job goes that is moved. Pure; knows numbers, not jobs.
+"""The order of the queue: the next job, and the new place of a moved job. Pure; it knows numbers, not jobs.
 
-The greater priority goes first; within one priority the smaller position, then the smaller number. Only what is ready
-is ever next: what is held, or waits for another job, keeps its place and lets the others pass.
+The greater priority comes first; within one priority the smaller position, then the smaller number. Only a ready job
+can be next: a job that is held, or waits for another, keeps its place, and later jobs pass it.
 
-A job takes some 36 bytes, because very many may wait: numbers and positions stand in arrays.
+A job takes some 36 bytes, because very many may wait: numbers and positions are stored in arrays.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 MayBegin = Callable[[str], bool]
-"""Tells whether a job of this owner may begin."""
+"""Returns whether a job of this owner may begin."""
 
 
 class QueuePosition(NamedTuple):
     """The place of a job; places compare in the order of the queue."""
 
     back: int
-    """The priority with its sign turned."""
+    """The negated priority."""
     position: float
     number: int
 
@@ -33,7 +33,7 @@ class QueuePosition(NamedTuple):
 
     @property
     def priority(self) -> int:
-        """The greater goes first."""
+        """The priority; the greater comes first."""
         return -self.back
 
 
@@ -46,10 +46,10 @@ class _Kind(NamedTuple):
 
 
 class QueueOrder:
-    """Jobs in the order of the queue. Finding the next costs the same however many wait.
+    """Jobs in the order of the queue. The cost of finding the next is independent of their number.
 
     Three columns have a row for every job, in the order of the numbers: its number, its position and its kind, an index
-    into `_kinds`. The line, and that of the ready jobs of each owner, hold numbers in the queue's order.
+    into `_kinds`. The line of all jobs, and the line of each owner's ready jobs, hold numbers in the queue's order.
     """
 
     def __init__(self) -> None:
@@ -74,7 +74,7 @@ class QueueOrder:
 
     @property
     def ready_count(self) -> int:
-        """How many jobs are ready."""
+        """The number of ready jobs."""
         return sum(map(len, self._ready.values()))
 
     def first(self, count: int) -> list[int]:
@@ -82,15 +82,15 @@ class QueueOrder:
         return list(self._line[:count])
 
     def place_of(self, number: int) -> int | None:
-        """Return the place of a job, from 1, None where it does not wait."""
+        """Return the place of a job, from 1, None if it does not wait."""
         return self._spot(self._line, self._place(number)) + 1 if number in self else None
 
     def end(self, number: int) -> float:
-        """Return the position of a new job `number`, behind all that there ever were."""
+        """Return the position of a new job `number`, after all earlier positions."""
         return max(float(number), self._last + 1.0)
 
     def put(self, place: QueuePosition, owner: str, *, ready: bool) -> None:
-        """Put a job of `owner` at its place, or at another one, or make it ready or not."""
+        """Put a job of `owner` at its place, or update its place and whether it is ready."""
         self.drop(place.number)
         lines = [self._line, self._ready.setdefault(owner, array("q"))] if ready else [self._line]
         for line in lines:
@@ -115,7 +115,7 @@ class QueueOrder:
             self._keep(sorted(range(len(self)), key=self._line.__getitem__))
 
     def is_ready(self, number: int) -> bool:
-        """Tell whether a job may be next."""
+        """Return whether a job may be next."""
         return number in self and self._kinds[self._kind[self._row(number)]].ready
 
     def drop_all(self, numbers: Container[int]) -> None:
@@ -126,7 +126,7 @@ class QueueOrder:
         self._ready = {owner: line for owner, line in kept.items() if line}
 
     def drop(self, number: int) -> None:
-        """Take a job out, where it is in."""
+        """Remove a job, if present."""
         if number not in self:
             return
         row, place = self._row(number), self._place(number)
@@ -140,14 +140,14 @@ class QueueOrder:
         del self._numbers[row], self._positions[row], self._kind[row]
 
     def next(self, may_begin: MayBegin) -> int | None:
-        """Return the first job that is ready and whose owner may begin, None where there is none."""
+        """Return the first ready job whose owner may begin, None without one."""
         firsts = (line[0] for owner, line in self._ready.items() if may_begin(owner))
         return min(firsts, key=self._place, default=None)
 
     def moved(self, number: int, beside: int, *, behind: bool) -> list[QueuePosition]:
-        """Return the new places of jobs, so that `number` stands before or `behind` the job `beside`, at its priority.
+        """Return the new places of jobs that put `number` before or `behind` the job `beside`, at its priority.
 
-        There are several where no number lies between two neighbours' positions any more. Both jobs are in the order.
+        Several jobs move if no number lies between the positions of two neighbours. Both jobs must be in the order.
         """
         there = self._place(beside)
         neighbour = self._neighbour(there, number, 1 if behind else -1)
@@ -160,25 +160,28 @@ class QueueOrder:
         return [QueuePosition(there.back, float(n), one) for n, one in enumerate(rest, 1)]
 
     def outermost(self, number: int, *, last: bool) -> int | None:
-        """Return the first job, or the `last`, that is not `number`; None where there is no other."""
+        """Return the first job, or the `last`, other than `number`; None without another."""
         ends = self._line[:-3:-1] if last else self._line[:2]
         return next((one for one in ends if one != number), None)
 
     def _row(self, number: int) -> int:
-        """Return the row of a job in the columns, or where it would be."""
+        """Return the row of a job in the columns, or its insertion row."""
         return bisect_left(self._numbers, number)
 
     def _place(self, number: int) -> QueuePosition:
-        """Return the place of a job that is in."""
+        """Return the place of a job in the order."""
         row = self._row(number)
         return QueuePosition(self._kinds[self._kind[row]].back, self._positions[row], number)
 
     def _spot(self, line: array[int], place: QueuePosition) -> int:
-        """Return how many jobs of a line stand before a place."""
+        """Return the number of jobs of a line before a place."""
         return bisect_left(line, place, key=self._place)
 
     def _neighbour(self, place: QueuePosition, number: int, way: int) -> QueuePosition | None:
-        """Return who stands next to a place, before it (-1) or behind it (1), `number` left out; of its priority."""
+        """Return the neighbour before a place (-1) or after it (1), without `number`.
+
+        None unless its priority is the same.
+        """
         index = self._spot(self._line, place) + way
         if 0 <= index < len(self._line) and self._line[index] == number:
             index += way
@@ -188,7 +191,7 @@ class QueueOrder:
         return found if found.back == place.back else None
 
     def _index_of(self, kind: _Kind) -> int:
-        """Return the index of a kind, which is kept from now on."""
+        """Return the index of a kind; a new kind is added."""
         index = self._kind_of.setdefault(kind, len(self._kinds))
         if index == len(self._kinds):
             self._kinds.append(kind)
@@ -202,7 +205,7 @@ class QueueOrder:
 
 
 def _between(low: QueuePosition | None, high: QueuePosition | None) -> float | None:
-    """Return a position between two neighbours, None where there is no number left; one of them may be missing."""
+    """Return a position between two neighbours, of which one may be missing; None if no number lies between them."""
     if low is None:
         return 0.0 if high is None else high.position - 1.0
     if high is None:

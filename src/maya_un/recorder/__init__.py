@@ -1,1 +1,1 @@
-"""The flight recorder: what the robot was, and what was said to its controller, in the last minutes."""
+"""The flight recorder: the states of the robot, and the traffic with its controller, in the last minutes."""

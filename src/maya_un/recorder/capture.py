@@ -1,7 +1,7 @@
-"""Capture: transports that record what passes, and the ring that keeps the last minutes.
+"""Capture: transports that record their traffic, and the ring that holds the last minutes.
 
-Values are kept as they came, by reference; nothing is copied or encoded before somebody saves them. The cost of an
-entry is the number of bytes that it holds, and a fixed share for the objects around them.
+Values are stored by reference; nothing is copied or encoded before a recording is saved. The cost of an entry is the
+number of its bytes, and a fixed share for the objects around them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from maya_un.events import Event
 from maya_un.values import State
 
 WIRE_COST = 192
-"""Bytes of memory counted for a piece of the wire beside its data: the entry, the time, the bytes object."""
+"""Bytes of memory counted for a piece of the wire besides its data: the entry, the time, the bytes object."""
 
 STATE_COST = 1_536
 """Bytes of memory counted for a state with its tuples."""
@@ -32,7 +32,7 @@ _SHARE = 64
 
 
 class WireDirection(NamedTuple):
-    """The place of a piece of the wire: the connection and the side it comes from; or its begin or end (`event`)."""
+    """The origin of a piece of the wire: the connection and the sending side; or its begin or end (`event`)."""
 
     link: int
     side: Side
@@ -42,12 +42,12 @@ class WireDirection(NamedTuple):
 _Wire: TypeAlias = tuple[float, bytes, WireDirection]
 _Other: TypeAlias = tuple[float, int, State | Event]
 Entry: TypeAlias = _Wire | _Other
-"""An entry as it is held: when, what it costs, and what it is; `RecorderRing.contents` sorts them out."""
+"""A stored entry: its time, its cost (or bytes), and its content; `RecorderRing.contents` sorts entries by kind."""
 
 
 @dataclass(frozen=True, slots=True)
 class RingContents:
-    """The content of a ring, oldest first; `dropped` tells whether more came before it, `whole` from when on [s]."""
+    """The content of a ring, oldest first; `dropped` is whether older entries were dropped, `whole` its start [s]."""
 
     states: tuple[State, ...]
     events: tuple[Event, ...]
@@ -57,7 +57,7 @@ class RingContents:
 
 
 class RecorderRing:
-    """Keeps the newest entries: at most so many `seconds` of the loop's time and so many bytes, both above 0.
+    """Holds the newest entries: at most `seconds` of the loop's time and `most_bytes` bytes, both above 0.
 
     Old entries are removed when a state or an event comes: a piece of the wire must cost next to nothing.
     """
@@ -80,30 +80,30 @@ class RecorderRing:
 
     @property
     def size(self) -> int:
-        """Bytes counted for everything in it."""
+        """Bytes counted for all entries."""
         return self._bytes
 
     def piece(self, way: WireDirection, data: bytes = b"") -> None:
-        """Keep what passes now."""
+        """Store a piece of the wire at the present time."""
         self._entries.append((self._time(), data, way))
         self._bytes += len(data) + WIRE_COST
         if self._bytes > self._most:
             self._drop(self._time())
 
     def state(self, state: State) -> None:
-        """Keep a state."""
+        """Store a state."""
         self._keep(state.time, STATE_COST, state)
 
     def event(self, event: Event) -> None:
-        """Keep an event."""
+        """Store an event."""
         self._keep(event.time, EVENT_COST, event)
 
     def entries(self) -> list[Entry]:
-        """Return what it holds now, for `contents` to sort out when there is time."""
+        """Return the present entries, for `contents` to sort later."""
         return list(self._entries)
 
     def contents(self, entries: Iterable[Entry] | None = None) -> RingContents:
-        """Return what it holds, or `entries` that it held before, by kind; may be called in another thread."""
+        """Return the present entries, or earlier `entries` of this ring, by kind; may be called in another thread."""
         held = self.entries() if entries is None else list(entries)
         states: list[State] = []
         events: list[Event] = []
@@ -126,9 +126,9 @@ class RecorderRing:
             self._drop(time)
 
     def _drop(self, now: float) -> None:
-        """Let go of what is too old or too much, and a little more.
+        """Drop entries that are too old or too many, and a few more.
 
-        Every entry goes this way, at half of what it costs at all: nothing is looked up or called for each.
+        Every entry is dropped here, at half of its whole cost. So the loop does no lookups or calls per entry.
         """
         entries, held, before = self._entries, self._bytes, len(self._entries)
         enough = self._most - self._most // _SHARE if held > self._most else self._most
@@ -147,10 +147,10 @@ def _data(entry: Entry) -> bytes:
 
 
 class PieceSink(Protocol):
-    """Takes a piece of the wire."""
+    """A consumer of pieces of the wire."""
 
     def __call__(self, way: WireDirection, data: bytes = b"") -> None:
-        """Keep what passes now; without data, that the connection begins or ends."""
+        """Store a piece at the present time; without data, that the connection begins or ends."""
         ...
 
 
@@ -169,11 +169,11 @@ class RecordedTransport:
 
     @property
     def peer(self) -> str:
-        """Whom this leads to, as shown to people."""
+        """The peer of this transport, for display."""
         return self._inner.peer
 
     async def read(self) -> bytes:
-        """Return what has come, or `b""` at the end; raises as the transport itself."""
+        """Return received data, or `b""` at the end; raises as the transport itself."""
         try:
             data = await self._inner.read()
         except MachineError:
@@ -186,12 +186,12 @@ class RecordedTransport:
         return data
 
     def write(self, data: bytes) -> None:
-        """Hand over bytes at once; raises as the transport itself."""
+        """Send bytes at once; raises as the transport itself."""
         self._note(self._sent, data)
         self._inner.write(data)
 
     async def close(self) -> None:
-        """End the connection; again is harmless."""
+        """Close the connection; closing it again is harmless."""
         self._end("client")
         await self._inner.close()
 
@@ -202,9 +202,9 @@ class RecordedTransport:
 
 
 class RecordedDatagrams:
-    """A way for datagrams, such as data records that come by themselves (DR), whose traffic goes to `note`.
+    """A datagram endpoint, for example for unsolicited data records (DR), whose traffic goes to `note`.
 
-    Its number `link` is negative: what comes there answers nothing.
+    Its number `link` is negative, because its data answers no command.
     """
 
     __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
@@ -219,18 +219,18 @@ class RecordedDatagrams:
 
     @property
     def peer(self) -> str:
-        """Whom this leads to, as shown to people."""
+        """The peer of this endpoint, for display."""
         return self._inner.peer
 
     async def read(self) -> bytes:
-        """Return the next datagram, or `b""` at the end; raises as the way itself."""
+        """Return the next datagram, or `b""` at the end; raises as the endpoint itself."""
         data = await self._inner.read()
         if data:
             self._note(self._received, data)
         return data
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Hand datagrams to `taker` as they come, from now on; `read` then only tells the end."""
+        """Pass datagrams to `taker` as they come, from now on; `read` then only returns the end."""
         note, received = self._note, self._received
 
         def take(data: bytes) -> None:
@@ -245,7 +245,7 @@ class RecordedDatagrams:
         self._inner.write(data)
 
     async def close(self) -> None:
-        """Give back what it held; again is harmless."""
+        """Close the endpoint; closing it again is harmless."""
         if not self._ended:
             self._ended = True
             self._note(WireDirection(self._link, "client", "end"))

@@ -1,4 +1,4 @@
-"""Two runs of the same commands compared: answers, facts in data records, motion times, ends."""
+"""Comparison of two runs of the same commands: answers, facts in data records, motion times, ends."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from maya_un.recorder.exchanges import RecordedExchange, RecordedTalk
 
 
 class RecordSample(NamedTuple):
-    """A data record and when it was asked for [s]."""
+    """A data record and the time of its request [s]."""
 
     time: float
     record: DataRecord
 
 
 class RecordedMotion(NamedTuple):
-    """A stretch in which axes moved, as far as records tell: first record in motion, first one at rest again [s].
+    """A stretch in which axes moved, according to records: first record in motion, first one at rest again [s].
 
-    `end` is where the reference of every axis was then [counts]; both are None where it went on.
+    `end` is the reference of every axis at its end [counts]; both are None if the motion had not ended.
     """
 
     began: float
@@ -36,7 +36,7 @@ class RecordedMotion(NamedTuple):
 
 
 class Fact(NamedTuple):
-    """Something that became so at a time [s]."""
+    """A change that happened at a time [s]."""
 
     time: float
     what: str
@@ -55,7 +55,7 @@ def samples(exchanges: Iterable[RecordedExchange]) -> list[RecordSample]:
 
 
 def motions(records: Sequence[RecordSample]) -> list[RecordedMotion]:
-    """Return the motions; one that was under way at the first record begins there."""
+    """Return the motions; a motion that was under way at the first record begins there."""
     found: list[RecordedMotion] = []
     began: float | None = None
     for time, record in records:
@@ -71,7 +71,7 @@ def motions(records: Sequence[RecordSample]) -> list[RecordedMotion]:
 
 
 def facts(records: Sequence[RecordSample]) -> list[Fact]:
-    """Return what changed from record to record, in words that two runs can be compared by."""
+    """Return the changes from record to record, in words by which two runs can be compared."""
     return [Fact(after.time, what) for before, after in pairwise(records) for what in _changes(before, after)]
 
 
@@ -102,16 +102,16 @@ _CLOCK = 0.005
 
 
 class Tolerances(NamedTuple):
-    """How much two runs may differ: positions at rest by `counts`, instants by `seconds`."""
+    """Allowed differences of two runs: positions at rest by `counts`, times by `seconds`."""
 
     counts: float
     seconds: float
 
 
 class ReplayDifference(NamedTuple):
-    """Something that is another in the replay: when [s], on which connection (0: none), what, and how.
+    """A difference in the replay: its time [s], connection (0: none), subject, and description.
 
-    `times` is in how many data records in a row it is seen.
+    `times` is the number of consecutive data records that show it.
     """
 
     time: float
@@ -122,7 +122,7 @@ class ReplayDifference(NamedTuple):
 
 
 class MotionTiming(NamedTuple):
-    """A motion in both runs: when it began [s], how long it took [s], None where it did not end or did not happen."""
+    """A motion in both runs: its start [s] and its durations [s], None if it did not end or did not happen."""
 
     began: float
     recorded: float | None
@@ -149,7 +149,7 @@ class Comparison:
 
 
 def compare(recorded: RecordedTalk, replayed: RecordedTalk, tolerances: Tolerances) -> Comparison:
-    """Compare a run with its replay, whose times are those of the recording."""
+    """Compare a run with its replay, which uses the times of the recording."""
     pairs = list(_paired(recorded.exchanges, replayed.exchanges))
     before, after = samples(recorded.exchanges), samples(replayed.exchanges)
     gap = _gap(before)
@@ -213,8 +213,8 @@ def _texts(pairs: Sequence[Pair], tolerances: Tolerances) -> Iterator[ReplayDiff
 def _records(pairs: Sequence[Pair], tolerances: Tolerances, gap: float) -> Iterator[ReplayDifference]:
     """Yield stretches of data records that differ.
 
-    That something came a record earlier or later is no difference, nor that something else than a position differs for
-    no longer than instants may.
+    A change that comes one record earlier or later is no difference, nor is a difference in other values than positions
+    that lasts no longer than the tolerance of times.
     """
     asked = [(one, other) for one, other in pairs if isinstance(one.reply, RecordReply)]
     hows = [_how(asked, number, tolerances, gap) for number in range(len(asked))]
@@ -248,7 +248,7 @@ def _shifted(
     tolerances: Tolerances,
     gap: float,
 ) -> bool:
-    """Tell whether a record differs in more than positions, and is like one that the replay has about that time."""
+    """Return whether a record differs in more than positions, and equals one of the replay at about that time."""
     if not _more_than_places(one, other):
         return False
     counts, seconds = tolerances
@@ -257,7 +257,7 @@ def _shifted(
 
 
 def _around(asked: Sequence[Pair], number: int, seconds: float) -> Iterator[Pair]:
-    """Yield the neighbours of a record, one on either side at least, and all within so many seconds."""
+    """Yield the neighbours of a record, at least one on either side, and all within `seconds` [s]."""
     time = asked[number][0].time
     for step in (-1, 1):
         place = number + step
@@ -269,7 +269,7 @@ def _around(asked: Sequence[Pair], number: int, seconds: float) -> Iterator[Pair
 def _happened(
     kind: str, recorded: Sequence[Fact], replayed: Sequence[Fact], seconds: float
 ) -> Iterator[ReplayDifference]:
-    """Yield what happened in one run only, or in the other at another time."""
+    """Yield facts that happened in one run only, or at different times."""
     left = list(replayed)
     for fact in recorded:
         same = [other for other in left if other.what == fact.what]
@@ -314,7 +314,7 @@ def _slower(timed: Iterable[MotionTiming], seconds: float) -> Iterator[ReplayDif
 def _last(
     recorded: Sequence[RecordSample], replayed: Sequence[RecordSample]
 ) -> tuple[RecordSample, RecordSample] | None:
-    """Return the last record that both runs have, None where there is none."""
+    """Return the last record that both runs have, None without one."""
     again = {sample.time: sample for sample in replayed}
     return next(((one, again[one.time]) for one in reversed(recorded) if one.time in again), None)
 
@@ -334,6 +334,6 @@ def _elsewhere(
 
 
 def _gap(records: Sequence[RecordSample]) -> float:
-    """Return the usual time between two records [s]: what is read from them is known no better."""
+    """Return the usual time between two records [s], which limits the accuracy of facts read from them."""
     gaps = sorted(after.time - before.time for before, after in pairwise(records))
     return gaps[len(gaps) // 2] if gaps else 0.0

@@ -1,7 +1,7 @@
-"""Commands of a recording with what answered them, also where it begins in the middle of a conversation.
+"""Commands of a recording with their answers, also if the recording begins in the middle of a conversation.
 
-An answer is known by its place in the order, so pairing needs a beginning at which nothing was outstanding. Without
-such a beginning (the oldest pieces were dropped, or bytes came that answer nothing), pairing starts again at the next
+An answer is identified by its place in the order, so pairing needs a start at which no answer was outstanding. Without
+such a start (the oldest pieces were dropped, or bytes came that answer no command), pairing starts again at the next
 command before which the wire was quiet.
 """
 
@@ -14,11 +14,11 @@ from dmc41x3.wire.framing import RecordReply, Reply
 from dmc41x3.wire.transcript import ConnectionTranscript, WirePiece
 
 QUIET = 0.02
-"""After so long without a byte nothing is outstanding any more [s]."""
+"""After this time without a byte no answer is outstanding [s]."""
 
 
 class RecordedExchange(NamedTuple):
-    """A command and its answer, None for nothing yet; when each was complete [s], and the connection."""
+    """A command and its answer, None without one yet; the times at which each was complete [s], and the connection."""
 
     time: float
     link: int
@@ -28,7 +28,7 @@ class RecordedExchange(NamedTuple):
 
 
 class Unpaired(NamedTuple):
-    """Bytes of the controller that answer no command: a command is missing before them, or they were put in."""
+    """Bytes of the controller that answer no command: a command is missing before them, or they were inserted."""
 
     time: float
     link: int
@@ -44,7 +44,7 @@ class RecordedTalk(NamedTuple):
 
 
 def talk(pieces: Iterable[WirePiece]) -> RecordedTalk:
-    """Return the wire taken apart; ways for datagrams are left out."""
+    """Return the exchanges of the wire; datagrams are ignored."""
     links: dict[int, list[WirePiece]] = {}
     for piece in pieces:
         if piece.link >= 0:
@@ -65,7 +65,7 @@ def _take_apart(pieces: Sequence[WirePiece], found: RecordedTalk) -> None:
 
 
 def _beginnings(pieces: Sequence[WirePiece], start: int) -> Iterator[int]:
-    """Yield the places of commands before which all that was said was answered, as far as one can tell."""
+    """Yield the indices of commands before which all earlier ones were answered, as far as the pieces show."""
     heard: WirePiece | None = pieces[start - 1] if start else None
     for place in range(start, len(pieces)):
         piece = pieces[place]
@@ -80,7 +80,7 @@ def _beginnings(pieces: Sequence[WirePiece], start: int) -> Iterator[int]:
 
 
 def _stretch(pieces: Sequence[WirePiece], start: int, found: RecordedTalk) -> int:
-    """Take a conversation apart up to its end, or to the first bytes that answer nothing; return where to go on."""
+    """Pair a conversation up to its end, or to the first bytes that answer no command; return where to continue."""
     conversation = ConnectionTranscript()
     answered: list[float] = []
     told = 0

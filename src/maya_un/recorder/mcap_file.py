@@ -1,6 +1,6 @@
 """Recordings as MCAP files: indexed, compressed, with JSON schemas that viewers read.
 
-To be imported late: a robot that never fails needs no library for it.
+Import it late: a robot that never fails needs no library for it.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ JOINTS = RecordedTopic(
 )
 
 TOPICS = (STATE, EVENTS, WIRE, EXCHANGES, JOINTS)
-"""All of them. `/exchanges` and `/joint_states` follow from the others and are for viewers alone."""
+"""All topics. `/exchanges` and `/joint_states` follow from the others and are for viewers alone."""
 
 
 T = TypeVar("T")
@@ -190,17 +190,17 @@ def write(recording: Recording, file: IO[bytes]) -> None:
 
 
 def read(path: Path) -> Recording:
-    """Return the recording in a file; raises `FileUnreadable` for what is none, or damaged."""
+    """Return the recording in a file; raises `FileUnreadable` for an invalid or damaged file."""
     return _reading(path, read_from)
 
 
 def read_header(path: Path) -> Header:
-    """Return the header of the recording in a file, and read no more of it; raises `FileUnreadable`."""
+    """Return the header of the recording in a file, without reading the rest; raises `FileUnreadable`."""
     return _reading(path, _header)
 
 
 def _compression() -> CompressionType:
-    """Return what the library can compress with here, the best first."""
+    """Return the best available compression of the library."""
     if getattr(library, "zstandard", None) is not None:
         return CompressionType.ZSTD
     return CompressionType.NONE if getattr(library, "lz4", None) is None else CompressionType.LZ4
@@ -212,9 +212,10 @@ def _channel(writer: Writer, topic: RecordedTopic) -> int:
 
 
 def _messages(recording: Recording) -> Iterator[Iterator[_McapMessage]]:
-    """Yield the messages of each topic, in order; one after the other, so that nothing large is held or let go at once.
+    """Yield the messages of each topic, in order.
 
-    The writer shares the interpreter with a robot.
+    They are created one at a time, so that no large data is held at once. The writer shares the interpreter with a
+    robot.
     """
     header, states = recording.header, _states()
     homed = (state for state in recording.states if state.joints is not None)
@@ -263,7 +264,7 @@ def _reading(path: Path, reader: Callable[[IO[bytes]], T]) -> T:
     except ValidationError as error:
         reason = error.errors(include_url=False)[0]["msg"]
         raise FileUnreadable(path=path, reason=f"it is no recording: {reason}") from error
-    except Exception as error:  # a damaged file makes the library raise whatever its parts raise
+    except Exception as error:  # a damaged file makes the library raise any error of its parts
         words = str(error) or type(error).__name__
         raise FileUnreadable(path=path, reason=f"it is no recording: {words}") from error
 
@@ -276,7 +277,7 @@ def _header(file: IO[bytes]) -> Header:
 
 
 def read_from(file: IO[bytes]) -> Recording:
-    """Return the recording that an open file holds; what is none raises whatever the library does."""
+    """Return the recording in an open file; an invalid file raises any error of the library."""
     header = _header(file)
     file.seek(0)
     states: list[State] = []

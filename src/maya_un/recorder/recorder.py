@@ -1,4 +1,4 @@
-"""The recorder: always on beside the robot, it keeps the last minutes and saves them when something goes wrong."""
+"""The recorder: it always runs beside the robot, holds the last minutes, and saves them after a fault."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ from maya_un.schema.robot import Kept
 from maya_un.values import State
 
 LONGEST = 6.0
-"""Faults that follow each other belong to one recording; it is saved after so many times `after` at the latest."""
+"""Consecutive faults belong to one recording; it is saved at the latest after this number of times `after`."""
 
 MOST_OPENING = 1 << 20
-"""Bytes kept of the first opening of the link, in which the controller is configured; a longer one is not kept."""
+"""Most bytes stored of the first opening of the link, in which the controller is configured; a longer one is dropped.
+"""
 
 TURN = 0.0005
-"""While a recording is written the loop waits no longer than this for its turn [s], a tenth of Python's usual."""
+"""While a recording is written the loop waits no longer than this for its turn [s], a tenth of Python's usual time."""
 
 NOBODY = SavingCause()
-"""The cause of what a person asked for."""
+"""The cause of a recording that a user requested."""
 
 _MEGABYTE = 1 << 20
 
@@ -54,10 +55,10 @@ class RecordedController(Protocol):
 
 
 class Recorder:
-    """Keeps the last minutes of the robot of `origin` in memory, and saves them to `shelf`.
+    """Holds the last minutes of the robot of `origin` in memory, and saves them to `shelf`.
 
     Connections to the controller pass through `recorded`, states and events come while `watching`. Without a store
-    nothing is saved, and nobody asks for the date; `taken` holds the recorded data.
+    nothing is saved and no date is needed; `taken` returns the recorded data.
     """
 
     def __init__(self, settings: RecorderConfig, origin: RecordingOrigin, shelf: RecordingStore | None = None) -> None:
@@ -84,20 +85,21 @@ class Recorder:
         return self._ring
 
     def recorded(self, transport: Transport) -> Transport:
-        """Return a new connection to the controller so that what passes over it is kept."""
+        """Wrap a new connection to the controller, so that its traffic is recorded."""
         self._links += 1
         return RecordedTransport(transport, self._ring.piece, self._links)
 
     def recorded_datagrams(self, datagrams: Datagrams) -> Datagrams:
-        """Return a new way for datagrams to the controller so that what passes over it is kept."""
+        """Wrap a new datagram endpoint to the controller, so that its traffic is recorded."""
         self._links += 1
         return RecordedDatagrams(datagrams, self._ring.piece, -self._links)
 
     @asynccontextmanager
     async def watching(self, source: RecordedController) -> AsyncIterator[None]:
-        """Keep the states and events of `source` while the block runs, and save them after every fault.
+        """Record the states and events of `source` while the block runs, and save them after every fault.
 
-        A fault that waits to be saved when the block ends is saved at once; so is what was there when a defect ends it.
+        If a fault still waits to be saved when the block ends, it is saved at once. A defect that ends the block also
+        saves the data.
         """
         self._source = source
         watcher = self._loop.create_task(self._watch(source), name="flight recorder")
@@ -114,13 +116,13 @@ class Recorder:
             await self._end_incident()
 
     def taken(self, reason: str, cause: SavingCause = NOBODY) -> Recording:
-        """Return what is in memory now."""
+        """Return the present data as a recording."""
         return self._composed(self._header(reason, cause), self._ring.contents())
 
     async def save(self, reason: str = "asked", cause: SavingCause = NOBODY) -> Kept | None:
-        """Save what is in memory now, without holding the loop, and tell everybody; None where nothing is kept here.
+        """Save the present data without blocking the loop, and emit the event; return None without a store.
 
-        Raises `FileUnwritable`, and `InternalError` for a defect of ours; both are told to everybody too.
+        Raises `FileUnwritable`, and `InternalError` for a defect; the event reports both too.
         """
         if self.shelf is None:
             return None
@@ -159,14 +161,14 @@ class Recorder:
             self._begin_incident(event)
 
     def _keep_opening(self, time: float) -> None:
-        """Keep what was said to configure the controller; it must be there however long ago it was."""
+        """Store the wire of the controller's configuration; later recordings need it, however old it is."""
         self._opened_at = time
         wire = self._ring.contents().wire
         if sum(len(piece.data) for piece in wire) <= MOST_OPENING:
             self._opening = wire
 
     def _begin_incident(self, event: Event) -> None:
-        """Save after a while; faults that come meanwhile belong to this one, and put it off."""
+        """Save after a while; faults that come meanwhile belong to the same incident, and delay the save."""
         due = self._loop.time() + self._after
         if self._timer is not None and self._incident is not None:
             self._timer.cancel()
@@ -183,11 +185,11 @@ class Recorder:
             saver.add_done_callback(self._savers.discard)
 
     async def _save_incident(self, event: Event) -> None:
-        with suppress(MayaError):  # that it cannot be written has been told
+        with suppress(MayaError):  # an event has reported the failed write
             await self.save(event.kind, _cause(event))
 
     async def _end_incident(self) -> None:
-        """Save what still waits to be saved."""
+        """Save the pending recordings."""
         if self._timer is not None and self._incident is not None:
             self._timer.cancel()
             self._last_words(self._incident.kind, _cause(self._incident))
@@ -195,12 +197,12 @@ class Recorder:
         await asyncio.gather(*self._savers)
 
     def _last_words(self, reason: str, cause: SavingCause) -> None:
-        """Save at once, in this thread, as far as that is possible: the loop may be at its end."""
+        """Save at once, in this thread, as far as possible: the loop may be at its end."""
         if self.shelf is None:
             return
         try:
             kept = self.shelf.save(self.taken(reason, cause))
-        except Exception as error:  # noqa: BLE001 - something else has gone wrong, and is what must be told
+        except Exception as error:  # noqa: BLE001 - another error comes first, and must be reported
             code = error.code if isinstance(error, MayaError) else InternalError.code
             self._tell(RecordingSaved(reason, str(error), code=code))
         else:
@@ -230,7 +232,7 @@ class Recorder:
 
 @contextmanager
 def _giving_way() -> Iterator[None]:
-    """Let the loop have its turn sooner than usual while another thread of this program works."""
+    """Switch threads more often than usual, so that the loop gets its turn while another thread works."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(min(before, TURN))
     try:

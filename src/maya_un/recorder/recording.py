@@ -22,7 +22,7 @@ FORMAT = "maya-recording"
 VERSION = 1
 
 SECTIONS = ("controller", "geometry", "scale", "axes", "gripper", "wiring", "safety", "homing", "cell", "zones")
-"""Sections of the configuration that a recording holds: the machine's. No other goes into a file that is passed on."""
+"""Sections of the configuration in a recording: the machine's. No other goes into a file that is passed on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class TwinSource:
 
 @dataclass(frozen=True, slots=True)
 class SavingCause:
-    """The event that had it saved: number, kind, code and sentence; all empty where a person asked."""
+    """The event that caused the saving: number, kind, code and sentence; all empty if a user requested it."""
 
     seq: int = 0
     kind: str = ""
@@ -60,7 +60,7 @@ class RecordingOrigin:
 
     @classmethod
     def of(cls, config: Config, address: str, *, speed: float = 1.0, twin: TwinSource | None = None) -> RecordingOrigin:
-        """Return the origin of a robot with this configuration, of which only the machine's `SECTIONS` are kept."""
+        """Return the origin of a robot with this configuration, of which only the machine's `SECTIONS` are stored."""
         return cls(config.model_dump(mode="json", include=set(SECTIONS)), address, speed, twin)
 
 
@@ -76,7 +76,7 @@ class Software:
 
     @classmethod
     def running(cls) -> Software:
-        """Return what runs here."""
+        """Return the software and host of this process."""
         return cls(
             maya_un.__version__,
             platform.python_version(),
@@ -88,10 +88,10 @@ class Software:
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """The head of a recording. Times are of the loop's clock [s]; `utc` is the date of the instant `saved` [ns].
+    """The head of a recording. Times are of the loop's clock [s]; `utc` is the date of the time `saved` [ns].
 
     From `whole` on nothing is missing. The wire may hold earlier pieces: those up to `opening`, in which the controller
-    was configured. `complete` tells that nothing is missing at all. `firmware` is the controller's line.
+    was configured. `complete` is whether nothing is missing at all. `firmware` is the controller's line.
     """
 
     reason: str
@@ -109,7 +109,7 @@ class Header:
 
     @property
     def date(self) -> str:
-        """When it was saved (ISO 8601, UTC, milliseconds)."""
+        """The date of saving (ISO 8601, UTC, milliseconds)."""
         return date(self.utc)
 
     def utc_at(self, time: float) -> int:
@@ -122,7 +122,7 @@ class Header:
 
     @classmethod
     def from_json(cls, text: str) -> Header:
-        """Read a header back; raises `ValueError` for what is none, or one of another version."""
+        """Read a header back; raises `ValueError` for invalid data, or another version."""
         try:
             found = _adapter().validate_json(text)
         except ValidationError as error:
@@ -143,7 +143,7 @@ def _adapter() -> TypeAdapter[Header]:
 
 
 def plain(detail: Mapping[str, object]) -> dict[str, str | int | float | bool | None]:
-    """Return the details of an event as JSON can hold them; what is not plain becomes text."""
+    """Return the details of an event in values that JSON can hold; other values become text."""
     return {
         key: value if value is None or isinstance(value, str | int | float | bool) else str(value)
         for key, value in detail.items()
@@ -154,7 +154,7 @@ def plain(detail: Mapping[str, object]) -> dict[str, str | int | float | bool | 
 class Recording:
     """States, events and pieces of the wire, each in order; times are of the loop's clock [s].
 
-    Of a piece, the client is this program; connections are numbered from 1, ways for datagrams with negative numbers.
+    The client of a piece is this program. Connections are numbered from 1, datagram endpoints have negative numbers.
     """
 
     header: Header
@@ -164,7 +164,7 @@ class Recording:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Loop times of the first and the last thing from where it is whole on [s]; `saved` where it is empty."""
+        """Loop times of the first and the last entry after `whole` [s]; `saved` for an empty recording."""
         whole = self.header.whole
         times = [
             thing.time for things in (self.states, self.events, self.wire) for thing in things if thing.time >= whole

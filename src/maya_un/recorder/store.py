@@ -1,4 +1,4 @@
-"""The recording store: a folder of whole files, at most so many; the oldest are removed first."""
+"""The recording store: a folder of complete files, limited in number; the oldest are removed first."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from maya_un.recorder.recording import Recording, date
 from maya_un.schema.robot import Kept
 
 Clock = Callable[[], int]
-"""Tells the date: nanoseconds since 1970, UTC."""
+"""Returns the date: nanoseconds since 1970, UTC."""
 
 SUFFIX = ".mcap"
 DRAFT = ".part"
-"""Ends the name of a file that is being written; one that a killed process left is removed by the next."""
+"""Ending of a file that is being written; `clean` removes one that a killed process left."""
 
 _NAME = re.compile(r"(\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d)Z-([a-z0-9_-]+?)(?:\.(\d+))?\.mcap")
 _UNFIT = re.compile(r"[^a-z0-9_]+")
@@ -28,7 +28,7 @@ _UNFIT = re.compile(r"[^a-z0-9_]+")
 class RecordingStore:
     """Recordings in `folder`, at most `most_files` and `most_bytes` of them; the newest always stays.
 
-    `utc` tells the date that they get.
+    `utc` returns their date.
     """
 
     def __init__(self, folder: Path, most_files: int, most_bytes: int, utc: Clock) -> None:
@@ -39,11 +39,11 @@ class RecordingStore:
 
     @classmethod
     def of(cls, settings: RecorderConfig, folder: Path, utc: Clock) -> RecordingStore:
-        """Return the recordings in a folder, as many as the configuration wants."""
+        """Return the store of a folder, with the configured limits."""
         return cls(folder, settings.files, settings.disk_megabytes * 1_000_000, utc)
 
     def clean(self) -> None:
-        """Remove what a process that was killed left unfinished."""
+        """Remove unfinished files of killed processes."""
         with suppress(OSError):
             for draft in self.folder.glob(f"*{SUFFIX}{DRAFT}"):
                 draft.unlink(missing_ok=True)
@@ -62,24 +62,24 @@ class RecordingStore:
         return [kept for _, kept in sorted(found, key=lambda one: (one[1].date, one[0], one[1].reason), reverse=True)]
 
     def path(self, name: str) -> Path:
-        """Return the file of a recording; raises `NotFound`, also for names that are none."""
+        """Return the file of a recording; raises `NotFound`, also for invalid names."""
         path = self.folder / name
         if _NAME.fullmatch(name) is None or not path.is_file():
             raise NotFound(what="recording", number=name)
         return path
 
     def save(self, recording: Recording) -> Kept:
-        """Write a recording, whole or not at all, make room for it, and return what is kept; raises `FileUnwritable`.
+        """Write a recording, whole or not at all, remove old ones, and return its entry; raises `FileUnwritable`.
 
         It is on the disk when this returns.
         """
-        from maya_un.recorder import mcap_file  # noqa: PLC0415 - only who saves needs the library
+        from maya_un.recorder import mcap_file  # noqa: PLC0415 - only a save needs the library
 
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             path = self._free(recording)
             draft = path.with_name(path.name + DRAFT)
-            draft.unlink(missing_ok=True)  # of somebody who was killed
+            draft.unlink(missing_ok=True)  # left by a killed process
             try:
                 with draft.open("xb") as file:
                     mcap_file.write(recording, file)
@@ -96,7 +96,7 @@ class RecordingStore:
         return next(kept for kept in self.list() if kept.name == path.name)
 
     def _free(self, recording: Recording) -> Path:
-        """Return a name that no file has: date, reason, and a number where there are several of a second."""
+        """Return a free name: date, reason, and a number if several recordings have the same second."""
         stamp = date(recording.header.utc)[:19].replace(":", "-")
         reason = _UNFIT.sub("-", recording.header.reason.lower()).strip("-") or "asked"
         path = self.folder / f"{stamp}Z-{reason[:40]}{SUFFIX}"

@@ -22,7 +22,7 @@ _WIRE = ("utc", "time [s]", "link", "from", "event", "bytes", "hexadecimal", "te
 
 
 def write_states(recording: Recording, file: TextIO) -> None:
-    """Write one row for every state; cells are empty where nothing is known, truth is 1 and 0."""
+    """Write one row for every state; cells of unknown values are empty, booleans are 1 and 0."""
     writer = csv.writer(file)
     writer.writerow(_STATE)
     for state in recording.states:
@@ -30,7 +30,7 @@ def write_states(recording: Recording, file: TextIO) -> None:
 
 
 def write_wire(recording: Recording, file: TextIO) -> None:
-    """Write one row for every piece of the wire; `text` shows what is no printable character as an escape."""
+    """Write one row for every piece of the wire; `text` shows unprintable characters as escapes."""
     writer = csv.writer(file)
     writer.writerow(_WIRE)
     for piece in recording.wire:

@@ -9,11 +9,11 @@ from maya_un.values import State
 
 
 class GripperState(StrEnum):
-    """The gripper, as far as anybody knows.
+    """The known state of the gripper.
 
-    `found`: closed since before this connection, as a controller's outputs leave it at power-up, and homed since;
-    taken to be empty, as one that a person has seen to be. `closed`: closed by command, or found closed under a
-    homing that was taken over; it may hold a part.
+    `found`: closed since before this connection, as a controller's outputs are at power-up, and homed since; it counts
+    as empty, like a gripper that a user has seen to be empty. `closed`: closed by command, or found closed under an
+    adopted homing; it may hold a part.
     """
 
     OPEN = "open"
@@ -22,10 +22,10 @@ class GripperState(StrEnum):
 
 
 class GripperTracker:
-    """Hears the events; `closing` is to be told before the gripper closes, `grasped` after a pick has closed it.
+    """Tracks the gripper by events; call `closing` before the gripper closes, and `grasped` after a pick has closed it.
 
-    A closing that is interrupted leaves no event, yet the jaws have moved and may hold a part. `seen` is a person's
-    word, where nobody else can know.
+    An interrupted closing emits no event, but the jaws have moved and may hold a part. `seen` is a user's observation,
+    where no program can know.
     """
 
     def __init__(self, events: EventLog) -> None:
@@ -38,20 +38,20 @@ class GripperTracker:
         events.heard_by(self._hear)
 
     def closing(self) -> None:
-        """Remember that the gripper is being closed by command, whatever becomes of it."""
+        """Remember that a command closes the gripper, even if it is interrupted."""
         self._commanded, self._grasped, self._seen_empty = True, False, False
 
     def grasped(self) -> None:
-        """Remember that what closed the gripper last was a pick."""
+        """Remember that a pick closed the gripper last."""
         self._grasped = True
 
     def seen(self, *, holding: bool) -> None:
-        """Remember what a person saw of the closed gripper; that it is empty holds until it is closed again."""
+        """Remember a user's observation of the closed gripper; "empty" holds until it is closed again."""
         self._commanded = self._grasped = holding
         self._seen_empty = not holding
 
     def state(self, state: State) -> GripperState:
-        """Return what is known of the gripper in `state`."""
+        """Return the known state of the gripper in `state`."""
         if not state.gripper_closed:
             return GripperState.OPEN
         if self._seen_empty:
@@ -60,7 +60,7 @@ class GripperTracker:
         return GripperState.CLOSED if self._commanded or taken_over else GripperState.FOUND
 
     def holding(self, state: State) -> bool | None:
-        """Return True after a pick, False with the gripper open or seen to be empty, None where nobody knows."""
+        """Return True after a pick, False with the gripper open or seen to be empty, None if unknown."""
         if not state.gripper_closed or self._seen_empty:
             return False
         return True if self._grasped else None

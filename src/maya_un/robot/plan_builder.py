@@ -1,10 +1,9 @@
-"""Plans of primitives: their steps, and the builder that primitives use.
+"""Plans of primitives: their actions, and the builder that primitives use.
 
-The plan of a primitive, computed and checked whole before anything moves.
+The plan of a primitive is computed and checked as a whole before anything moves: actions are added one after the other,
+and each path is checked at once.
 
-Build the plan of a primitive: add its actions one after the other, and check each path at once.
-
-`PlanningMachine` is the machine for which it plans: a controller, or `controller.paper`.
+`PlanningMachine` is the machine for which it plans: a controller, or `controller.planner.OfflineMachine`.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from maya_un.values import Joints, Point
 
 
 class Pose(NamedTuple):
-    """State at the start or end of a primitive: joints (rad, m, m), None before homing; what the gripper may hold."""
+    """State at the start or end of a primitive: joints (rad, m, m), None before homing; and the gripper."""
 
     joints: Joints | None
     gripper: GripperState
@@ -37,14 +36,14 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class HomingAction:
-    """Find the switches; how long that takes depends on where the robot really is, so nobody knows before."""
+    """Find the switches; its duration depends on the robot's true position, so it is unknown in advance."""
 
     phase: str
     end: Joints
 
     @property
     def duration(self) -> None:
-        """Not known before [s]."""
+        """Always None: the duration is unknown in advance."""
         return None
 
     def phases(self) -> tuple[PhasePreview, ...]:
@@ -54,9 +53,9 @@ class HomingAction:
 
 @dataclass(frozen=True, slots=True)
 class TravelAction:
-    """Go along `path` from where the robot is, as `preview` says, without a stop.
+    """Move along `path` from the robot's position without a stop, as in `preview`.
 
-    `turn` is the phase that begins where the via of that number is passed, with its name; None where it is all one.
+    `turn` is the number of the via at which a second phase begins, and that phase's name; None for a single phase.
     """
 
     phase: str
@@ -66,7 +65,7 @@ class TravelAction:
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """The duration [s]."""
         return self.preview.duration
 
     def phases(self) -> tuple[PhasePreview, ...]:
@@ -111,7 +110,7 @@ Action = HomingAction | TravelAction | GripAction | OutputAction
 
 @dataclass(frozen=True, slots=True)
 class ActionDetail:
-    """An action in detail: its phases, its duration [s] (None for a homing), and its motion, None where it has none."""
+    """An action in detail: its phases, its duration [s] (None for a homing), and its motion, None without one."""
 
     phases: tuple[PhasePreview, ...]
     duration: float | None
@@ -122,8 +121,8 @@ class ActionDetail:
 class PrimitivePreview:
     """Preview of a primitive.
 
-    `duration` [s] is the sum of the phases, None with a homing among them. `lowest` and `highest` bound the
-    gripper point on the way [m], None where nothing travels. `end` is where it leaves the robot.
+    `duration` [s] is the sum of the phases, None with a homing among them. `lowest` and `highest` bound the gripper
+    point on the way [m], None without travel. `end` is the end pose.
     """
 
     duration: float | None
@@ -135,13 +134,13 @@ class PrimitivePreview:
 
 @dataclass(frozen=True, slots=True)
 class PrimitivePlan:
-    """The actions of one primitive in order, every path in them checked, and the pose they lead to."""
+    """The actions of one primitive in order, every path in them checked, and the end pose."""
 
     actions: tuple[Action, ...]
     end: Pose
 
     def preview(self) -> PrimitivePreview:
-        """Return what the plan will be."""
+        """Return the preview of the plan."""
         travels = [action.preview for action in self.actions if isinstance(action, TravelAction)]
         durations = [action.duration for action in self.actions]
         known = [duration for duration in durations if duration is not None]
@@ -155,7 +154,7 @@ class PrimitivePlan:
 
 
 class PlanningMachine(Protocol):
-    """The machine for planning: a controller, or `controller.paper`."""
+    """The machine for planning: a controller, or `controller.planner.OfflineMachine`."""
 
     @property
     def config(self) -> Config:
@@ -186,13 +185,13 @@ _SHARES = tuple(0.001 * 2.0**step for step in range(10))
 
 
 def point_text(point: Point) -> str:
-    """Return a point [m] for people."""
+    """Return a point [m] as text."""
     return f"({point.x:.4f}, {point.y:.4f}, {point.z:.4f}) m"
 
 
 @dataclass(frozen=True, slots=True)
 class ApproachTarget:
-    """The requirement of a target on the workspace: that the point `clearance` [m] above it is within.
+    """The requirement of a target: the point `clearance` [m] above it is in the workspace.
 
     With `touched`, the target itself as well.
     """
@@ -206,7 +205,7 @@ class ApproachTarget:
         return target._replace(z=target.z + self.clearance)
 
     def why_not(self, target: Point) -> Reason | None:
-        """Return why `target` is not reachable, None where it is."""
+        """Return why `target` is not reachable, None if it is."""
         own = self.workspace.why_not(target) if self.touched else None
         reason = own or self.workspace.why_not(self.above(target))
         if reason is None or reason is own or reason.limit is Limit.NUMBER:
@@ -216,7 +215,7 @@ class ApproachTarget:
     def candidates(self, target: Point, inside: Point | None) -> Iterator[Point]:
         """Yield reachable targets, the one nearest to `target` first, then deeper and deeper towards `inside`.
 
-        They keep to the direction of the boom: only radius and height go towards those of `inside`.
+        They keep the direction of the boom: only radius and height change towards those of `inside`.
         """
         nearest = self._nearest(target)
         yield from self._in_tenths(nearest)
@@ -228,7 +227,7 @@ class ApproachTarget:
         yield nearest
 
     def _nearest(self, target: Point) -> Point:
-        """Return the nearest reachable target: by one of the two points, else by going back and forth."""
+        """Return the nearest reachable target: from one of the two points, else by iterating between them."""
         place = self._by_above(target)
         if self.why_not(place) is None:
             return place
@@ -244,14 +243,14 @@ class ApproachTarget:
         return nearest._replace(z=nearest.z - self.clearance)
 
     def _in_tenths(self, point: Point) -> Iterator[Point]:
-        """Yield the nearest reachable target in whole tenths of a millimetre beside `point`, as its text has it."""
+        """Yield the nearest reachable target in whole tenths of a millimetre beside `point`, as its text shows it."""
         steps = [[(floor(value * 1e4) + step) / 1e4 for step in (-1, 0, 1, 2)] for value in point]
         beside = sorted((Point(*place) for place in product(*steps)), key=lambda place: dist(place, point))
         yield from islice((place for place in beside if self.why_not(place) is None), 1)
 
 
 class PlanBuilder:
-    """Collects the actions of one primitive; `pose` is where the robot will be after those added so far.
+    """Collects the actions of one primitive; `pose` is the robot's pose after the actions added so far.
 
     Every method that travels raises `NotHomed`, `Unreachable` or `PathRefused`; nothing is ever sent.
     """
@@ -274,10 +273,10 @@ class PlanBuilder:
         self.pose = self.pose._replace(joints=end)
 
     def approach(self, phase: str, target: Point, down: str | None = None) -> Point:
-        """Go to the cell's clearance above `target`, and return that point; with `down`, on to `target` itself.
+        """Move to the cell's clearance above `target`, and return that point; with `down`, continue to `target` itself.
 
         The path stays above the clearance over target and parts, except straight above start and target. `down` is the
-        phase that begins above the target; the motion does not stop there. Refusals name `target`.
+        phase that begins above the target; the motion does not stop there. Errors name `target`.
         """
         approach_target = ApproachTarget(self._ground.workspace, self._config.cell.clearance, touched=down is not None)
         reason = approach_target.why_not(target)
@@ -300,7 +299,7 @@ class PlanBuilder:
         self._travel(only, transfer.path, transfer.preview, turn)
 
     def _unreachable(self, approach_target: ApproachTarget, target: Point, reason: Reason) -> Unreachable:
-        """Return the refusal of `target`; the nearest place it names is one that is not refused in its turn."""
+        """Return the error for `target`; it names the nearest place to which a plan leads."""
         inside = None
         if self.pose.joints is not None:
             here = self._ground.mechanism.fk(self.pose.joints)
@@ -317,7 +316,7 @@ class PlanBuilder:
         )
 
     def _leads_to(self, approach_target: ApproachTarget, target: Point) -> bool:
-        """Return whether a plan leads to `target`; true before homing, because nobody knows."""
+        """Return whether a plan leads to `target`; True before homing, because the start is unknown."""
         if self.pose.joints is None:
             return True
         trial = PlanBuilder(self._ground, self.pose)
@@ -328,12 +327,12 @@ class PlanBuilder:
         return True
 
     def straight(self, phase: str, target: Point) -> None:
-        """Go to `target` in a straight line."""
+        """Move to `target` in a straight line."""
         self._ground.workspace.require(target)
         self._go(phase, Path.line(self._ground.mechanism.fk(self.here()), target))
 
     def joints(self, phase: str, target: Joints) -> None:
-        """Go to `target` (rad, m, m), straight in joint space."""
+        """Move to `target` (rad, m, m), straight in joint space."""
         self._go(phase, Path.joints(self.here(), target))
 
     def _go(self, phase: str, path: Path) -> None:
@@ -350,7 +349,7 @@ class PlanBuilder:
         self._actions.append(OutputAction(phase, number, on))
 
     def here(self) -> Joints:
-        """Return the joints of the pose; raises `NotHomed` where they are not known."""
+        """Return the joints of the pose; raises `NotHomed` before homing."""
         if self.pose.joints is None:
             raise NotHomed
         return self.pose.joints

@@ -1,10 +1,10 @@
-"""The robot layer: it plans primitives, keeps recent plans, and executes them by the controller layer.
+"""The robot layer: it plans primitives, caches recent plans, and executes them by the controller layer.
 
 Cached plans of primitives: a job runs the plan that it previewed, computed once.
 
-In a worker (`maya_un.workers`) they are built on the planner of the controller layer (`controller.paper`).
+In a worker (`maya_un.workers`) plans are computed on the planner of the controller layer (`controller.planner`).
 
-The robot layer: one primitive at a time, planned and checked whole before anything moves.
+The robot layer runs one primitive at a time, planned and checked as a whole before anything moves.
 
 `Robot` is the interface for the layers above. `PlanningRobot` is shared with the client across a ROS graph.
 """
@@ -55,9 +55,10 @@ class Plans:
         return self._ground.config
 
     def plan(self, primitive: Primitive, start: Pose) -> PrimitivePlan:
-        """Return the plan, cached or new; a cached one of another workspace must be equal in this one.
+        """Return the plan, cached or new.
 
-        Raises what `Robot.preview` raises.
+        A plan cached in another workspace is reused only if it is unchanged in this one. Raises the errors of
+        `Robot.preview`.
         """
         workspace = self._ground.workspace
         known = self._plans.get((primitive, start))
@@ -81,9 +82,9 @@ class Plans:
         return self.plan(primitive, start).preview()
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
-        """Return the details of every action of `primitive` from `start`, and where it ends; raises as `plan` does.
+        """Return the details of every action of `primitive` from `start`, and its end pose; raises as `plan` does.
 
-        Every motion has so many `samples`.
+        Every motion has `samples` samples.
         """
         plan = self.plan(primitive, start)
         details: list[ActionDetail] = []
@@ -93,7 +94,7 @@ class Plans:
         return details, plan.end
 
     def _holds(self, plan: PrimitivePlan) -> bool:
-        """Whether `plan` is unchanged in this workspace: homing measures strokes, and zones lower speeds."""
+        """Return whether `plan` is unchanged in this workspace: homing measures strokes, and zones lower speeds."""
         travels = [action for action in plan.actions if isinstance(action, TravelAction)]
         try:
             return all(self._ground.preview(travel.path) == travel.preview for travel in travels)
@@ -113,11 +114,11 @@ def plan(workspace: Workspace, primitive: Primitive, start: Pose) -> Generator[N
 
 
 OnPhase = Callable[[str], None]
-"""Told the name of each phase as it begins."""
+"""Called with the name of each phase as it begins."""
 
 
 class Robot(Protocol):
-    """The skills of Maya: one primitive at a time, worked out and checked whole before anything moves."""
+    """The skills of Maya: one primitive at a time, planned and checked as a whole before anything moves."""
 
     @property
     def config(self) -> Config:
@@ -136,42 +137,42 @@ class Robot(Protocol):
 
     @property
     def holding(self) -> bool | None:
-        """Whether the gripper holds a part, None where nobody knows; no sensor tells."""
+        """Whether the gripper holds a part, None if unknown; no sensor measures it."""
         ...
 
     def seen(self, *, holding: bool) -> None:
-        """Take a person's word for what the closed gripper holds, until it is opened or closed again."""
+        """Store a user's answer whether the closed gripper holds a part, until it is opened or closed again."""
         ...
 
     def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return what `primitive` would be from `start`; sends nothing, and raises what `run` would for it.
+        """Return the preview of `primitive` from `start`; sends nothing.
 
-        That is `Unreachable`, `PathRefused`, `NotHomed`, `GripperNotEmpty` or `GripperEmpty`.
+        Raises the errors of `run`: `Unreachable`, `PathRefused`, `NotHomed`, `GripperNotEmpty` or `GripperEmpty`.
         """
         ...
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
-        """Return the details of every action of `primitive` from `start`, and where it ends; raises as `preview`.
+        """Return the details of every action of `primitive` from `start`, and its end pose; raises as `preview`.
 
-        Every motion has so many `samples`.
+        Every motion has `samples` samples.
         """
         ...
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Do `primitive` and return when it is done; every phase is an event and told to `on_phase`.
+        """Do `primitive` and return when it is done; every phase emits an event and calls `on_phase`.
 
-        A refusal moves nothing. Raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, the errors of `preview`, and
-        `Stopped` or a `MachineError` if the motion ended early. Cancelling it stops on the path; the gripper keeps its
-        state.
+        An error before the start moves nothing. Raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, the errors of
+        `preview`, and `Stopped` or a `MachineError` if the motion ended early. Cancelling it stops on the path; the
+        gripper keeps its state.
         """
         ...
 
 
 class PlanningRobot:
-    """Tells where the robot is, what it holds and what a primitive would be; gives one primitive at a time its turn.
+    """Returns the pose, the content of the gripper and previews of primitives; serializes primitives.
 
-    The subclass runs the plan (`protocol.Robot`). Plans that are about to run are computed in `workers`, or without any
-    here.
+    The subclass runs the plan (`protocol.Robot`). `workers` compute plans that are about to run; without workers this
+    process does.
     """
 
     def __init__(self, controller: Controller, config: Config, workers: Workers | None = None) -> None:
@@ -184,7 +185,7 @@ class PlanningRobot:
 
     @property
     def running(self) -> Primitive | None:
-        """The primitive under way from here, None where there is none."""
+        """The primitive that this object runs now, None without one."""
         return self._running
 
     @property
@@ -195,7 +196,7 @@ class PlanningRobot:
 
     @property
     def can_teleop(self) -> bool:
-        """Whether the robot accepts a command: homed, not moving, nothing under way from here."""
+        """Whether the robot accepts a command: homed, not moving, and no primitive runs here."""
         state = self._controller.state
         return state.mode is Mode.IDLE and state.homed and self._running is None
 
@@ -203,32 +204,32 @@ class PlanningRobot:
     def holding(self) -> bool | None:
         """Whether the gripper holds a part: True after a pick, False when open, None when closed for other reasons.
 
-        No sensor tells; this is what the robot was told to do and did, or what a person saw.
+        No sensor measures it; it follows from the commands that were executed, or from a user's answer.
         """
         return self._memory.holding(self._controller.state)
 
     def seen(self, *, holding: bool) -> None:
-        """Take a person's word for what the closed gripper holds, until it is opened or closed again."""
+        """Store a user's answer whether the closed gripper holds a part, until it is opened or closed again."""
         self._memory.seen(holding=holding)
 
     def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return what `primitive` would be from `start`; nothing is sent.
+        """Return the preview of `primitive` from `start`; sends nothing.
 
-        Raises what `run` would raise for its target, its way and the gripper: `Unreachable`, `PathRefused`,
-        `NotHomed`, `GripperNotEmpty`, `GripperEmpty`.
+        Raises the errors of `run` for its target, its path and the gripper: `Unreachable`, `PathRefused`, `NotHomed`,
+        `GripperNotEmpty`, `GripperEmpty`.
         """
         return self._plans.preview(primitive, start)
 
     def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
-        """Return the details of every action of `primitive` from `start`, and where it ends; raises as `preview` does.
+        """Return the details of every action of `primitive` from `start`, and its end pose; raises as `preview` does.
 
-        Every motion has so many `samples`.
+        Every motion has `samples` samples.
         """
         return self._plans.inspect(primitive, start, samples)
 
     @contextmanager
     def _turn(self, primitive: Primitive) -> Iterator[None]:
-        """Let `primitive` be the one under way while the block runs; raises `Busy` where another is."""
+        """Mark `primitive` as the running one for the block; raises `Busy` if another runs."""
         if self._running is not None:
             raise Busy(doing=self._running.command)
         self._running = primitive
@@ -238,13 +239,13 @@ class PlanningRobot:
             self._running = None
 
     def _enter(self, phase: str, primitive: Primitive, on_phase: OnPhase | None) -> None:
-        """Tell that a phase begins."""
+        """Emit the event that a phase begins, and call `on_phase`."""
         self._controller.events.emit(PhaseBegun(phase, primitive.command))
         if on_phase is not None:
             on_phase(phase)
 
     async def _planned(self, primitive: Primitive) -> PrimitivePlan:
-        """Return the plan from the position of the robot, which has not moved meanwhile; raises as `preview`.
+        """Return the plan from the robot's position, which has not moved meanwhile; raises as `preview`.
 
         A worker takes some time: raises `Stopped` if a stop comes meanwhile.
         """
@@ -264,11 +265,11 @@ class MayaRobot(PlanningRobot):
     """Runs primitives on a controller; see `protocol.Robot`."""
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Do `primitive` and return when it is done; every phase is an event and told to `on_phase`.
+        """Do `primitive` and return when it is done; every phase emits an event and calls `on_phase`.
 
-        The whole of it is checked first: what is refused has moved nothing and sent nothing. Raises
-        `NotConnected`, `Faulted`, `NotHomed`, `Busy`, what `preview` raises, and `Stopped` or a `MachineError`
-        where it ended on the way. Cancelling it stops on the path; the gripper stays as it is.
+        The primitive is checked as a whole first: an error before the start has moved and sent nothing. Raises
+        `NotConnected`, `Faulted`, `NotHomed`, `Busy`, the errors of `preview`, and `Stopped` or a `MachineError` if it
+        ended early. Cancelling it stops on the path; the gripper keeps its state.
         """
         with self._turn(primitive):
             self._require_ready(primitive)
@@ -288,7 +289,7 @@ class MayaRobot(PlanningRobot):
                 raise Busy(doing=state.mode.value)
             case Mode.NOT_HOMED if primitive.needs_homing:
                 raise NotHomed
-            case Mode.NOT_HOMED | Mode.IDLE | Mode.PAUSED:  # in a pause the controller holds it until resume
+            case Mode.NOT_HOMED | Mode.IDLE | Mode.PAUSED:  # in a pause the controller holds the motion until resume
                 pass
 
     async def _do(self, action: Action, enter: OnPhase) -> None:

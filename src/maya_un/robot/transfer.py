@@ -1,4 +1,4 @@
-"""The way across the table: from where the gripper is over the parts to above a target, and down to it.
+"""The path across the table: from the gripper's place over the parts to above a target, and down to it.
 
     start ┐                  ┌ above the target
           │  K1 ─ swing ─ K2 │
@@ -7,7 +7,7 @@
 Below the clearance height, which clears the parts, the gripper moves straight up or down. Above it the boom swings
 while distance and height change evenly. The corners lie above the clearance height and are passed without a stop: the
 lines come to rest while the boom already turns. Paths are tried in this order, and the first one that passes the
-controller's check is taken: with corners as wide as the axes ask for, tighter, with a stop; then the same at greater
+controller's check is taken: with corners as wide as the axes require, tighter, with a stop; then the same at greater
 heights, over obstacles.
 """
 
@@ -41,10 +41,10 @@ TOLERANCE = 1e-5
 """Places closer than this [m] are the same: ten counts of a line."""
 
 _LIFTS = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)
-"""How much higher than needed a way is tried [m]."""
+"""Heights above the needed one at which a path is tried [m]."""
 
 _WIDTHS = (1.0, 0.4, 0.0)
-"""How wide the corners are tried, as shares of what the axes ask for."""
+"""Widths of the corners that are tried, as shares of the width that the axes require."""
 
 _LEAST_WIDTH = 0.2
 """If the lines limit the swing as well, a wider corner only raises the path."""
@@ -54,7 +54,7 @@ Check = Callable[[Route], Preview]
 
 @dataclass(frozen=True, slots=True)
 class Transfer:
-    """A way that passed the check: `arrival` is the number of the via above the target, None where none is."""
+    """A path that passed the check: `arrival` is the number of the via above the target, None without one."""
 
     path: Path
     preview: Preview
@@ -62,7 +62,7 @@ class Transfer:
 
 
 class TransferPlanner:
-    """Finds ways across the table of one machine. `smooth` corners are passed without a stop."""
+    """Plans paths across the table of one machine. `smooth` corners are passed without a stop."""
 
     def __init__(self, config: Config, mechanism: Mechanism, *, smooth: bool) -> None:
         self._mechanism = mechanism
@@ -71,9 +71,9 @@ class TransferPlanner:
         self._smooth = smooth
 
     def plan(self, check: Check, start: Joints, goal: Joints, floor: float) -> Transfer:
-        """Return a way from `start` to `goal` that crosses above `floor` [m], and its preview by `check`.
+        """Return a path from `start` to `goal` that crosses above `floor` [m], and its preview by `check`.
 
-        Raises what `check` says of the first way tried.
+        Raises the error of `check` for the first path tried.
         """
         here = from_joints(Space.CYLINDRICAL, self._mechanism, start)
         there = from_joints(Space.CYLINDRICAL, self._mechanism, goal)
@@ -101,7 +101,7 @@ class TransferPlanner:
     def _over(
         self, here: Waypoint, there: Waypoint, floor: float, across: float, width: float
     ) -> tuple[Path, int | None]:
-        """Return the way above `floor` with corners of some `width`, and the number of its via above the end."""
+        """Return the path above `floor` with corners of `width`, and the number of its via above the end."""
         first, last = here, there
         begin, finish = SHARP, SHARP
         rises, falls = floor - here[2] > TOLERANCE, floor - there[2] > TOLERANCE
@@ -131,5 +131,5 @@ class TransferPlanner:
 
 
 def _apart(here: Waypoint, there: Waypoint) -> float:
-    """Return about how far the boom's tip goes on the swing [m]."""
+    """Return the approximate way of the gripper on the swing [m]."""
     return hypot((there[0] - here[0]) * 0.5 * (here[1] + there[1]), there[1] - here[1])

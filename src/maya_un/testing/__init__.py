@@ -1,4 +1,4 @@
-"""Helpers for tests, ours and users': a controller layer on a twin whose machine and start the test chooses."""
+"""Helpers for tests of Maya and of its users: a controller layer on a twin with a chosen machine and start."""
 
 from dmc41x3.loops import run_virtual
 from maya_un.testing.rig import Rig, rig

@@ -23,7 +23,7 @@ OVERCURRENT = 1 << 24
 
 @contextmanager
 def fault(virtual: VirtualController, name: str, **values: Value) -> Iterator[Injection]:
-    """Let a fault of any kind last while the block runs; raises `UnknownName` and `InvalidValue`."""
+    """Inject a fault of any kind while the block runs; raises `UnknownName` and `InvalidValue`."""
     before = {standing.key: standing for standing in virtual.faults.active}
     injection = virtual.faults.inject(name, values, seconds=inf)
     try:
@@ -36,7 +36,7 @@ def fault(virtual: VirtualController, name: str, **values: Value) -> Iterator[In
 
 
 def _again(virtual: VirtualController, standing: Injection) -> None:
-    """Put back a fault that stood before, for as long as it still has."""
+    """Inject an earlier fault again, for its remaining time."""
     left = inf if standing.until is None else standing.until - asyncio.get_running_loop().time()
     if left > 0.0:
         virtual.faults.inject(standing.fault.name, standing.values, seconds=left)
@@ -45,7 +45,7 @@ def _again(virtual: VirtualController, standing: Injection) -> None:
 def latency(
     virtual: VirtualController, seconds: float = 0.05, *, jitter: float = 0.0
 ) -> AbstractContextManager[object]:
-    """Let replies come `seconds` later, and up to `jitter` [s] later still."""
+    """Delay replies by `seconds`, and by up to `jitter` [s] more."""
     return fault(virtual, "latency", seconds=seconds, jitter=jitter)
 
 
@@ -65,23 +65,23 @@ def garbage(virtual: VirtualController, probability: float = 1.0, *, count: int 
 
 
 def refuse_commands(virtual: VirtualController, probability: float = 1.0) -> AbstractContextManager[object]:
-    """Answer commands with `?` and do not carry them out."""
+    """Answer commands with `?` and do not execute them."""
     return fault(virtual, "refuse_commands", probability=probability)
 
 
 def half_open(virtual: VirtualController, handles: str = LETTERS) -> AbstractContextManager[object]:
-    """Let the connections of now fall silent; handles are given by their letters."""
+    """Make the present connections fall silent; handles are given by their letters."""
     return fault(virtual, "half_open", handles=handles)
 
 
 def refuse_connections(virtual: VirtualController) -> AbstractContextManager[object]:
-    """Let nobody connect."""
+    """Refuse all connections."""
     return fault(virtual, "refuse_connections")
 
 
 @contextmanager
 def cut(virtual: VirtualController, handles: str = LETTERS) -> Iterator[None]:
-    """Sever connections at the beginning of the block; nobody can connect until its end."""
+    """Sever connections at the beginning of the block, and refuse new ones until its end."""
     with ExitStack() as stack:
         stack.enter_context(refuse_connections(virtual))
         stack.enter_context(fault(virtual, "cut", handles=handles))
@@ -89,7 +89,7 @@ def cut(virtual: VirtualController, handles: str = LETTERS) -> Iterator[None]:
 
 
 def reset(virtual: VirtualController) -> AbstractContextManager[object]:
-    """Let the controller reset itself at the beginning of the block."""
+    """Reset the controller at the beginning of the block."""
     return fault(virtual, "reset")
 
 
@@ -105,12 +105,12 @@ def stuck_limit(
     *,
     active: bool = True,
 ) -> AbstractContextManager[object]:
-    """Let a limit switch read the same wherever the axis is."""
+    """Fix the reading of a limit switch, independent of the axis."""
     return fault(virtual, "stuck_limit", axis=axis, side=side, active=active)
 
 
 def encoder_loss(virtual: VirtualController, axis: str) -> AbstractContextManager[object]:
-    """Let the encoder of an axis count no more."""
+    """Make the encoder of an axis stop counting."""
     return fault(virtual, "encoder_loss", axis=axis)
 
 
@@ -120,5 +120,5 @@ def abort_input(virtual: VirtualController) -> AbstractContextManager[object]:
 
 
 def amplifier_fault(virtual: VirtualController, status: int = OVERCURRENT) -> AbstractContextManager[object]:
-    """Let the amplifiers report a fault, with the bits of the data record."""
+    """Make the amplifiers report a fault, with the bits of the data record."""
     return fault(virtual, "amplifier_fault", status=status)

@@ -39,9 +39,9 @@ async def rig(
     live: bool = False,
     trace: bool = False,
 ) -> AsyncIterator[Rig]:
-    """Open a controller layer on a twin for the length of the block; with `trace` its mechanics keep samples.
+    """Open a controller layer on a twin for the length of the block; with `trace` its mechanics store samples.
 
-    Raises what `GalilController.open` raises. Use it in virtual time (`run_virtual`), where it costs nothing.
+    Raises the errors of `GalilController.open`. Use it in virtual time (`run_virtual`), where it takes no real time.
     """
     chosen = Config() if config is None else config
     mechanics = MayaMechanics(

@@ -1,7 +1,7 @@
 """The worker process: takes requests from a pipe, works on each for a slice of time at most, and answers.
 
-It bounds its own memory, and lowers its priority where that is wanted. The kernel ends it where one slice takes far too
-long. It ends when the process that started it has gone.
+It bounds its own memory, and lowers its priority if configured. The kernel ends it if one slice takes far too long. It
+ends when the process that started it has gone.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from maya_un.errors import MayaError
 from maya_un.workers.wire import ClosedError, WorkerAnswer, WorkerCommand, receive, send
 
 SLICE = 0.02
-"""A request has its turn for about so long [s, computing]."""
+"""Duration of a request's slice [s, computing]."""
 
 LONGEST = 5
 """Longest slice before the kernel ends the worker [s, computing]."""
@@ -30,7 +30,7 @@ def main() -> None:
     come, go = os.dup(0), os.dup(1)
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, 0)
-    os.dup2(nowhere, 1)  # text that is printed by mistake is no answer
+    os.dup2(nowhere, 1)  # text that is printed by mistake must not become an answer
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     worker = _Worker(go)
     try:
@@ -48,7 +48,7 @@ class _Worker:
         self._under_way: dict[int, _WorkerTask] = {}
 
     def take(self, ask: WorkerCommand, number: int, payload: bytes) -> None:
-        """Carry out a command and answer it; a dropped request gets no answer."""
+        """Execute a command and answer it; a dropped request gets no answer."""
         match ask:
             case WorkerCommand.PREPARE:
                 memory, nicer, prepare, arguments = pickle.loads(payload)
@@ -73,7 +73,7 @@ class _Worker:
             told, payload = WorkerAnswer.REFUSED, _pickled(error)
         except MemoryError:
             told, payload = WorkerAnswer.TOO_LARGE, b""
-        except Exception as defect:  # noqa: BLE001 - told to whoever asked
+        except Exception as defect:  # noqa: BLE001 - reported to the caller
             told, payload = WorkerAnswer.FAILED, _pickled(repr(defect)[:500])
         else:
             if told in {WorkerAnswer.MORE, WorkerAnswer.PART}:
@@ -95,7 +95,7 @@ class _WorkerTask:
         return cls(function(*arguments), seconds)
 
     def go_on(self) -> tuple[WorkerAnswer, bytes]:
-        """Work until a slice of time is over, something is to be handed over, or all is done."""
+        """Work until a slice of time is over, a piece is ready, or the work is done; return the answer."""
         began = _computed()
         try:
             while True:
@@ -124,6 +124,6 @@ def _computed() -> float:
 
 
 def _bound(seconds: int) -> None:
-    """Have the kernel end this process (SIGXCPU) where it computes for so much longer [s] without coming back here."""
+    """Make the kernel end this process (SIGXCPU) if it computes for `seconds` more [s] without returning here."""
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (int(_computed()) + 1 + seconds, hard))

@@ -1,6 +1,6 @@
-"""A pool for work in a worker process: takes requests from any loop, and answers the loop that asked.
+"""A pool for work in a worker process: takes requests from any loop, and returns the answer to that loop.
 
-Clients have their slices in turn, and of each client the oldest request comes first.
+Clients get slices in turn, and of each client the oldest request comes first.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from maya_un.errors import InternalError, MayaError, TakesTooLong, TooLarge, Too
 from maya_un.workers.wire import ClosedError, StuckError, WorkerAnswer, WorkerCommand, receive, send
 
 OPEN = 4
-"""Most people whose requests are under way at once in a worker; others need no memory yet."""
+"""Most clients whose requests are under way at once in a worker; the others use no memory yet."""
 
 
 @dataclass(eq=False, slots=True)
 class WorkRequest:
-    """Something to be worked out: `payload` says what, `whose` for whom.
+    """A request to the worker: `payload` is the work, `whose` the client.
 
-    `began` tells that the worker knows it, `parts` what it has handed over, `again` that it was begun once more
-    after a worker had failed. It is `dropped` where nobody waits for it any more.
+    `began`: the worker has received it. `parts`: the pieces that it has sent. `again`: the request was started once
+    more after a worker had failed. `dropped`: no caller waits for it any more.
     """
 
     number: int
@@ -46,7 +46,7 @@ class WorkRequest:
 
 
 class RoundRobin:
-    """Holds requests, `most` in all and `each` of one principal; callers ensure that one thread acts at a time."""
+    """Holds requests, at most `most` in all and `each` per principal; callers ensure that one thread acts at a time."""
 
     def __init__(self, most: int, each: int) -> None:
         self._most = most
@@ -60,7 +60,7 @@ class RoundRobin:
         return (request for requests in self._waiting.values() for request in requests)
 
     def put(self, request: WorkRequest, each: int | None = None) -> None:
-        """Take a request in, where there are not `each` of the same one already; raises `TooMuchAsked`."""
+        """Add a request, unless its principal has `each` requests already; raises `TooMuchAsked`."""
         each = self._each if each is None else each
         if len(self._waiting.get(request.whose, ())) >= each:
             raise TooMuchAsked(most=each)
@@ -69,7 +69,7 @@ class RoundRobin:
         self._waiting.setdefault(request.whose, deque()).append(request)
 
     def next(self) -> WorkRequest | None:
-        """Return the request whose turn it is, and let the others of the circle come before its next; None for none."""
+        """Return the next request, and move its principal to the end of the order; None without a request."""
         began = sum(requests[0].began for requests in self._waiting.values())
         for whose, requests in self._waiting.items():
             if requests[0].began or began < OPEN:
@@ -78,7 +78,7 @@ class RoundRobin:
         return None
 
     def remove(self, request: WorkRequest) -> None:
-        """Take a request out."""
+        """Remove a request."""
         requests = self._waiting.get(request.whose)
         if requests is not None and request in requests:
             requests.remove(request)
@@ -86,7 +86,7 @@ class RoundRobin:
                 del self._waiting[request.whose]
 
     def each(self, do: Callable[[WorkRequest], None]) -> None:
-        """Do something to all of them."""
+        """Call `do` for all requests."""
         for request in list(self):
             do(request)
 
@@ -95,14 +95,14 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 Work = Callable[P, Generator[Any, None, T]]
-"""A generator function of a module: it yields where another may have its turn, and what it hands over."""
+"""A generator function of a module: it yields None where another request may run, or a piece of the result."""
 
 _MAIN = "import sys; sys.path[:] = {path!r}; from maya_un.workers.child import main; main()"
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class WorkResult(NamedTuple, Generic[T]):
-    """Outcome of work: the pieces that it handed over on the way, and its result."""
+    """Outcome of work: the pieces that it sent on the way, and its result."""
 
     parts: list[Any]
     value: T
@@ -110,10 +110,10 @@ class WorkResult(NamedTuple, Generic[T]):
 
 @dataclass(frozen=True, slots=True)
 class ComputeLimits:
-    """How much may be asked: `seconds` of computing for one request, `memory` [bytes] of the process.
+    """Limits of computing: `seconds` for one request, `memory` [bytes] of the process.
 
-    `most` requests may wait or be under way in all, and `each` of one who asks. The priority of the process is lower by
-    `nicer`. A process that takes or answers nothing for `patience` [s, by the wall] hangs, and is replaced.
+    `most` requests may wait or be under way in all, and `each` of one client. `nicer` lowers the priority of the
+    process. A process that neither reads nor writes for `patience` [s, by the wall] hangs, and is replaced.
     """
 
     seconds: float = 30.0
@@ -125,7 +125,7 @@ class ComputeLimits:
 
 
 class WorkerSet(NamedTuple):
-    """The workers beside the loop: one for the robot, one for the requests of people."""
+    """The workers beside the loop: one for the robot, one for users' requests."""
 
     own: Workers
     people: Workers
@@ -134,7 +134,7 @@ class WorkerSet(NamedTuple):
 class Workers:
     """A worker process, started when it is needed, and restarted after its end; `name` is its purpose.
 
-    `prepare`, a function of a module, is called in it with `arguments` before anything else.
+    It first calls `prepare`, a function of a module, with `arguments`.
     """
 
     def __init__(
@@ -157,21 +157,21 @@ class Workers:
 
     @property
     def process(self) -> int | None:
-        """The number of the process, None where none runs."""
+        """The process id, None if no process runs."""
         process = self._process
         return None if process is None else process.pid
 
     def warm(self) -> None:
-        """Have the process begin now, in the background, so that nobody waits for that."""
+        """Start the process now, in the background, so that no request waits for its start."""
         with self._changed:
             self._wanted = True
             self._go()
 
     async def run(self, work: Work[..., T], *args: object, whose: str = "", each: int | None = None) -> WorkResult[T]:
-        """Return what `work` comes to in the worker; being cancelled, nobody works on it any more.
+        """Return the result of `work` in the worker; a cancelled request is dropped.
 
-        `whose` names the client: all clients have their turn. A client may have `each` requests here, without it as
-        many as the bounds allow. A clock that jumps stands meanwhile. Raises the errors of `work`, `TooMuchAsked`,
+        `whose` names the client: all clients get slices in turn. A client may have `each` requests here, by default as
+        many as the bounds allow. A simulated clock stands still meanwhile. Raises the errors of `work`, `TooMuchAsked`,
         `TakesTooLong`, `TooLarge` and `WorkerFailed`.
         """
         payload = pickle.dumps((self._bounds.seconds, work, args), pickle.HIGHEST_PROTOCOL)
@@ -189,7 +189,7 @@ class Workers:
                 raise
 
     def close(self) -> None:
-        """End the process; requests that wait are refused."""
+        """End the process; waiting requests fail with `WorkerFailed`."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -212,7 +212,7 @@ class Workers:
             self._changed.notify_all()
 
     def _serve(self) -> None:
-        """Give turns until this is closed."""
+        """Give the requests slices in turn until closed."""
         while True:
             with self._changed:
                 request = self._circle.next()
@@ -228,19 +228,19 @@ class Workers:
                 self._failed(request, self._ended(error))
             except StuckError:
                 self._replaced(request, TakesTooLong(seconds=f"{self._bounds.patience:g}"))
-            except Exception as defect:  # noqa: BLE001 - told to whoever asked; others must not wait for ever
+            except Exception as defect:  # noqa: BLE001 - reported to the caller; others must not wait for ever
                 self._replaced(request, InternalError(reason=repr(defect)[:500]))
         self._kill()
         self._circle.each(lambda one: self._over(one, WorkerFailed(reason="the program is ending")))
 
     def _turn(self, request: WorkRequest | None) -> None:
-        """Have a request worked on for a slice."""
+        """Work on a request for a slice."""
         process = self._running()
         if request is None:
             return
         assert process.stdin is not None and process.stdout is not None
         within = self._bounds.patience
-        with self._changed:  # a request that is dropped from here on is one that the worker knows
+        with self._changed:  # a request that is dropped from here on is known to the worker
             began, dropped = request.began, request.dropped
             request.began = not dropped
         if dropped:
@@ -266,13 +266,13 @@ class Workers:
             case WorkerAnswer.TOO_LONG:
                 self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
             case WorkerAnswer.TOO_LARGE:
-                # its contents are not worth keeping; the next begins small
+                # its memory is not worth keeping; the next process starts small
                 self._replaced(request, TooLarge(most=f"{self._bounds.memory >> 20} MB"))
             case WorkerAnswer.FAILED:
                 self._over(request, WorkerFailed(reason=pickle.loads(payload)))
 
     def _running(self) -> subprocess.Popen[bytes]:
-        """Return the process, begun where there is none; raises `OSError`, `ClosedError`."""
+        """Return the process, started if necessary; raises `OSError`, `ClosedError`."""
         if self._process is None:
             with self._changed:
                 if self._closed:
@@ -284,7 +284,7 @@ class Workers:
         return self._process
 
     def _ended(self, error: Exception) -> int:
-        """Return how the process has ended, 0 where it never began."""
+        """Return the exit code of the process, 0 if it never started."""
         process = self._process
         if process is None:
             return 0 if isinstance(error, OSError) else -signal.SIGKILL
@@ -292,7 +292,7 @@ class Workers:
         return process.returncode or 0
 
     def _failed(self, request: WorkRequest | None, code: int) -> None:
-        """Handle the end of the process: its requests are refused, or tried once more."""
+        """Handle the end of the process: its request fails, or is tried once more."""
         if request is not None and code == -signal.SIGXCPU:
             self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
         elif request is not None and request.again:
@@ -302,14 +302,14 @@ class Workers:
         self._begin_again()
 
     def _replaced(self, request: WorkRequest | None, error: MayaError) -> None:
-        """Refuse a request, and have the others done by another process."""
+        """Fail a request, and let another process do the others."""
         if request is not None:
             self._over(request, error)
         self._kill()
         self._begin_again()
 
     def _begin_again(self) -> None:
-        """Have everything that the process knew begun from the start by the next."""
+        """Mark every request as not started, for the next process."""
 
         def begin(request: WorkRequest) -> None:
             request.began = False
@@ -319,10 +319,10 @@ class Workers:
             self._circle.each(begin)
 
     def _over(self, request: WorkRequest, outcome: object) -> None:
-        """Answer a request and take it out."""
+        """Return the outcome of a request and remove it."""
         with self._changed:
             self._circle.remove(request)
-        with suppress(InvalidStateError):  # nobody waits for it any more
+        with suppress(InvalidStateError):  # the caller no longer waits
             if isinstance(outcome, BaseException):
                 request.answer.set_exception(outcome)
             elif outcome is not None:
@@ -339,7 +339,7 @@ class Workers:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Begin a worker of this Python, which finds what this one finds; a signal of the terminal does not reach it."""
+    """Start a worker of this Python, with the same module path; signals of the terminal do not reach it."""
     return subprocess.Popen(
         [sys.executable, "-c", _MAIN.format(path=sys.path)],
         stdin=subprocess.PIPE,
@@ -352,6 +352,6 @@ def _started() -> subprocess.Popen[bytes]:
 
 
 def _standing_still() -> AbstractContextManager[object]:
-    """Return what holds a clock that jumps while somebody outside works."""
+    """Return a context in which a simulated clock stands still while an outside process works."""
     external = getattr(asyncio.get_running_loop(), "external", None)
     return nullcontext() if external is None else external()

@@ -1,6 +1,6 @@
 """The protocol between a worker and its pool: the length of a message in four bytes, then a pickle.
 
-Both ends are our own processes over pipes that nobody else has; a pickle of anybody else is never read.
+Both ends are processes of this program, over pipes that no other process has; no foreign pickle is ever read.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _AT_ONCE = 1 << 20
 
 
 class WorkerCommand(IntEnum):
-    """Commands for a worker: prepare itself, begin a request, go on with one, forget one."""
+    """Commands for a worker: prepare itself, begin a request, continue one, forget one."""
 
     PREPARE = 0
     BEGIN = 1
@@ -28,7 +28,7 @@ class WorkerCommand(IntEnum):
 class WorkerAnswer(IntEnum):
     """Answers of a worker.
 
-    A request is running (`MORE`), has handed something over (`PART`), is done, was refused with an error of Maya,
+    A request is running (`MORE`), has sent a piece of its result (`PART`), is done, was refused with an error of Maya,
     needed too much time or memory, or failed by a defect.
     """
 
@@ -46,13 +46,13 @@ class ClosedError(Exception):
 
 
 class StuckError(Exception):
-    """The other end takes or sends nothing."""
+    """The other end neither reads nor writes."""
 
 
 def send(pipe: int, *message: Any, within: float | None = None) -> None:
     """Send a message through a pipe; raises `ClosedError`.
 
-    With `within` the pipe does not block, and `StuckError` is raised where nothing moves for so long [s].
+    With `within` the pipe must not block; raises `StuckError` if no data moves for `within` [s].
     """
     data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
     view = memoryview(_LENGTH.pack(len(data)) + data)
@@ -65,7 +65,7 @@ def send(pipe: int, *message: Any, within: float | None = None) -> None:
 
 
 def receive(pipe: int, within: float | None = None) -> Any:
-    """Wait for a message and return it; raises `ClosedError`, and `StuckError` where nothing comes `within` [s]."""
+    """Wait for a message and return it; raises `ClosedError`, and `StuckError` if no data comes `within` [s]."""
     (length,) = _LENGTH.unpack(_exactly(pipe, _LENGTH.size, within))
     return pickle.loads(_exactly(pipe, length, within))
 

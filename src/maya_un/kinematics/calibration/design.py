@@ -1,9 +1,9 @@
-"""The poses at which to measure: those that tell most about the constants, in an order that is quickly travelled.
+"""The poses at which to measure: those with the most information about the constants, in an order with short travel.
 
-A point measured at a pose with Jacobian J adds JᵀJ to the information M about the constants (scaled as in
-`identify`). D-optimal poses make det M largest, that is the volume of what stays uncertain smallest. They are
-taken one after the other from a grid, each the best beside those before, then exchanged while that helps (Fedorov).
-One more pose gains det(I + J M⁻¹ Jᵀ), a determinant of 3 × 3.
+A point measured at a pose with Jacobian J adds JᵀJ to the information M about the constants (scaled as in `identify`).
+D-optimal poses maximise det M, that is they minimise the volume of the remaining uncertainty. They are taken one after
+the other from a grid, each the best in addition to those before, then exchanged while that helps (Fedorov). One more
+pose gains det(I + J M⁻¹ Jᵀ), a determinant of 3 × 3.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.values import Joints
 
 BOOM_MARGIN = 0.03
-"""Poses keep this far from the ends of axis a [rad] ..."""
+"""Distance of poses from the ends of axis a [rad] ..."""
 
 LINE_MARGIN = 0.02
 """... from the ends of the lines' strokes and from slack lines [m] ..."""
 
 LOWEST = 0.25
-"""... above this height [m], where nothing stands on the table but fixtures ..."""
+"""... above this height [m], where only fixtures stand on the table ..."""
 
 TENSION_SHARE = 0.7
 """... and below this share of the tension limit."""
 
 NOISE = 1e-3
-"""Noise of a measured coordinate [m] that the choice reckons with; it only weighs points against plausible errors."""
+"""Assumed noise of a measured coordinate [m]; it only weighs points against plausible errors."""
 
 SAME = 1e-3
 """Poses this near to each other in every joint are the same (rad, m)."""
@@ -44,9 +44,9 @@ _GAIN = 1e-6
 
 
 def grid(config: Config) -> Floats:
-    """Return the poses to choose from, shape (n, 3) [rad, m, m]: all over the workspace, off every limit.
+    """Return the candidate poses, shape (n, 3) [rad, m, m]: distributed over the workspace, away from every limit.
 
-    Empty where margins leave nothing.
+    The result is empty if the margins leave no pose.
     """
     workspace = Workspace.of(config)
     mechanism = workspace.mechanism
@@ -59,7 +59,7 @@ def grid(config: Config) -> Floats:
 
 
 def apart(poses: Floats, others: Floats) -> Floats:
-    """Return those poses, shape (n, 3), that are none of the `others`, shape (m, 3), but for the rounding to counts."""
+    """Return the poses, shape (n, 3), that are none of the `others`, shape (m, 3), apart from rounding to counts."""
     nearest = np.abs(poses[:, None, :] - others[None, :, :]).max(axis=2).min(axis=1, initial=np.inf)
     return poses[nearest > SAME]
 
@@ -77,9 +77,9 @@ def _is_safe(workspace: Workspace, pose: Joints) -> bool:
 
 
 def information(config: Config, poses: Floats, free: Sequence[str]) -> Floats:
-    """Return what each pose of shape (n, 3) tells about the constants `free`: J, shape (n, 3, p).
+    """Return the information of each pose of shape (n, 3) about the constants `free`: J, shape (n, 3, p).
 
-    In plausible errors of the constants per standard deviation of a measured coordinate.
+    It is in plausible errors of the constants per standard deviation of a measured coordinate.
     """
     counts = poses * np.array(Units.of(config).per_unit)
     slopes = model.jacobian(FittedConstants.of(config), counts)[:, :, identify.columns(free)]
@@ -87,17 +87,17 @@ def information(config: Config, poses: Floats, free: Sequence[str]) -> Floats:
 
 
 def log_determinant(rows: Floats) -> float:
-    """Return log det Σ JᵀJ of poses, J of shape (n, 3, p); −inf where they leave a direction unknown."""
+    """Return log det Σ JᵀJ of poses, J of shape (n, 3, p); −inf if they leave a direction unknown."""
     flat = rows.reshape(-1, rows.shape[2])
     sign, value = np.linalg.slogdet(flat.T @ flat)
     return float(value) if sign > 0 else -np.inf
 
 
 def chosen(rows: Floats, count: int, known: Floats) -> list[int]:
-    """Return which `count` of the candidates tell most together with what is known already.
+    """Return the indices of the `count` candidates with the most information in addition to the known points.
 
     `rows` holds J of the candidates, shape (n, 3, p), `known` that of points already measured, shape (m, 3, p). No
-    candidate is taken twice: a place of its own also shows what no constant describes.
+    candidate is taken twice, because a separate place also shows errors that no constant describes.
     """
     flat = known.reshape(-1, rows.shape[2])
     # A thousandth of the plausible errors' own information makes the first choice possible.
@@ -122,7 +122,7 @@ def _gains(rows: Floats, matrix: Floats, taken: Sequence[int]) -> Floats:
 
 
 def _exchange(rows: Floats, matrix: Floats, taken: list[int]) -> bool:
-    """Replace each chosen candidate by a better one where there is one; tell whether there was. Changes `matrix`."""
+    """Replace each chosen candidate by a better one, if any; return whether one was replaced. Changes `matrix`."""
     changed = False
     for place, old in enumerate(taken):
         matrix -= rows[old].T @ rows[old]
@@ -138,15 +138,15 @@ def _exchange(rows: Floats, matrix: Floats, taken: list[int]) -> bool:
 
 
 def travel_time(config: Config, poses: Floats) -> Floats:
-    """Return how long the slowest axis turns between any two poses at its full speed [s], shape (n, n)."""
+    """Return the time of the slowest axis between any two poses at its full speed [s], shape (n, n)."""
     speeds = [config.axes[axis].speed_counts / per for axis, per in enumerate(Units.of(config).per_unit)]
     return np.max(np.abs(poses[:, None, :] - poses[None, :, :]) / np.array(speeds), axis=2)
 
 
 def ordered(config: Config, poses: Floats, start: Joints) -> list[int]:
-    """Return the order in which poses of shape (n, 3) are soon all visited from `start`.
+    """Return an order of poses of shape (n, 3) with a short travel time from `start`.
 
-    Always the nearest next, then pieces of the way are turned round while that makes it shorter (2-opt).
+    It takes the nearest pose next, then reverses pieces of the order while that makes it shorter (2-opt).
     """
     times = travel_time(config, np.vstack([np.array(start), poses]))
     way, left = [0], set(range(1, len(times)))
@@ -159,7 +159,7 @@ def ordered(config: Config, poses: Floats, start: Joints) -> list[int]:
 
 
 def _turned(way: list[int], times: Floats) -> list[int] | None:
-    """Return a shorter way with one piece turned round, None where there is none."""
+    """Return a shorter order with one piece reversed, None without one."""
     for first in range(1, len(way) - 1):
         for last in range(first + 1, len(way)):
             candidate = way[:first] + way[first : last + 1][::-1] + way[last + 1 :]

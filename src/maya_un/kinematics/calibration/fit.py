@@ -1,13 +1,10 @@
-"""The fit of the constants to measured points, and its result.
+"""The fit of the constants to measured points, and its result: constants, their uncertainty, the residuals, and a text.
 
-The result of a calibration: constants, their uncertainty, the residuals, and a text.
+The fit is robust first, to find gross errors; then it is a least-squares fit of the remaining points.
 
-The fit: robust first, so that gross errors are found; then least squares over what is left.
-
-The robust stage minimises Σ 2 (√(1 + r²) − 1) with r the residuals over their own scale (the median of their sizes
-over 0.6745). A point farther than `GROSS` scales from where the model has it is an outlier. The other rows are fitted
-by least squares; the covariance is s² (JᵀJ)⁻¹, with s = 1 if each row has its sigma, else estimated with 3n − p degrees
-of freedom.
+The robust stage minimises Σ 2 (√(1 + r²) − 1) with r the residuals over their scale (the median of their sizes over
+0.6745). A point farther than `GROSS` scales from the model is an outlier. The other rows are fitted by least squares;
+the covariance is s² (JᵀJ)⁻¹, with s = 1 if each row has its sigma, else estimated with 3n − p degrees of freedom.
 """
 
 from __future__ import annotations
@@ -26,24 +23,24 @@ from maya_un.kinematics.calibration.parameters import FITTED, FittedConstants, O
 from maya_un.kinematics.mechanism import Floats
 
 _SURE = 4.0
-"""A difference of so many standard errors is none by chance (once in 16 000)."""
+"""A difference of this many standard errors is significant (by chance once in 16 000)."""
 
 _POOR = 1.5
-"""Residuals larger than sigma by this factor say that sigma, or the model, is wrong."""
+"""Residuals larger than sigma by this factor show that sigma, or the model, is wrong."""
 
 _CLOSE = 0.98
-"""Constants that correlate more than this are hardly known one by one."""
+"""Constants that correlate more than this are hardly known individually."""
 
 
 class LineDifference(NamedTuple):
-    """By which share line b would have more counts per metre than line c, and the standard error of that."""
+    """Relative difference of the counts per metre of line b from those of line c, and its standard error."""
 
     value: float
     error: float
 
     @property
     def is_significant(self) -> bool:
-        """Whether chance is no explanation."""
+        """Return whether the difference is significant."""
         return abs(self.value) > _SURE * self.error
 
 
@@ -51,10 +48,10 @@ class LineDifference(NamedTuple):
 class Calibration:
     """The result of a fit.
 
-    `now` and `fitted` are the constants before and after, `free` those that were fitted, `covariance` theirs in SI
-    and counts, shape (p, p). `noise` is the standard deviation of a coordinate, from the residuals with `freedom`
-    degrees of freedom: in m, or in sigmas where the rows have them. `residuals_before` and `residuals_after` are
-    model less measured [m], shape (n, 3), outliers included; `inliers` says which rows are none, shape (n,).
+    `now` and `fitted` are the constants before and after, `free` those that were fitted, `covariance` theirs in SI and
+    counts, shape (p, p). `noise` is the standard deviation of a coordinate, from the residuals with `freedom` degrees
+    of freedom: in m, or in sigmas if the rows have them. `residuals_before` and `residuals_after` are model less
+    measured [m], shape (n, 3), outliers included; `inliers` marks the other rows, shape (n,).
     """
 
     now: FittedConstants
@@ -71,12 +68,12 @@ class Calibration:
 
     @property
     def held(self) -> tuple[str, ...]:
-        """The constants that stayed as they were."""
+        """The constants that were not fitted."""
         return tuple(name for name in FITTED if name not in self.free)
 
     @property
     def errors(self) -> dict[str, float]:
-        """Standard error of each fitted constant, in its own unit."""
+        """Standard error of each fitted constant, in the unit of the constant."""
         return dict(zip(self.free, (float(error) for error in np.sqrt(np.diag(self.covariance))), strict=True))
 
     @property
@@ -93,7 +90,7 @@ class Calibration:
 
     @property
     def rms_before(self) -> float:
-        """Root mean square distance [m] between measured points and the model, before; outliers left out."""
+        """Root mean square distance [m] between measured points and the model, before the fit; without outliers."""
         return _rms(self.residuals_before[self.inliers])
 
     @property
@@ -103,7 +100,7 @@ class Calibration:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Notes that a person should read before using the result, a sentence each."""
+        """Notes that a user should read before using the result, a sentence each."""
         every = (
             self._about_height(),
             self._about_pairs(),
@@ -169,10 +166,12 @@ def _rms(residuals: Floats) -> float:
 
 
 GROSS = 5.0
-"""A point so many scales away is an outlier; of good ones, one in 65 000 is (χ² with 3 degrees of freedom)."""
+"""A point farther away than this many scales is an outlier; of good points, one in 65 000 is (χ², 3 degrees of
+freedom).
+"""
 
 _FINEST = 1e-7
-"""The scale of residuals is never taken smaller [m]: an encoder counts micrometres."""
+"""Least scale of residuals [m]: an encoder counts micrometres."""
 
 _ROUNDS = 8
 _EXACT, _ROUGH = 1e-12, 1e-6
@@ -185,8 +184,8 @@ def calibrate(
 ) -> Calibration:
     """Fit the constants to measured points, starting from `now`.
 
-    `hold` names what stays as it is. Gripper points show only H − Φ: where neither is held, Φ is. Raises
-    `NotIdentifiable` where the points cannot tell the others apart, `InvalidValue` where all are held.
+    `hold` names the constants that stay unchanged. Gripper points show only H − Φ: if neither is held, Φ is. Raises
+    `NotIdentifiable` if the points do not determine the others, `InvalidValue` if all are held.
     """
     held = frozenset(hold) if {"height", "gripper_height"} & set(hold) else frozenset(hold) | {"gripper_height"}
     free = tuple(name for name in FITTED if name not in held)
@@ -200,7 +199,7 @@ def calibrate(
 
 
 class _Problem:
-    """One fit: steps from `now` in units of the plausible errors, residuals over sigma where it is known."""
+    """One fit: steps from `now` in units of the plausible errors, residuals over sigma if it is known."""
 
     def __init__(self, observations: Observations, now: FittedConstants, free: Sequence[str]) -> None:
         self._seen = observations
@@ -211,7 +210,7 @@ class _Problem:
         self._finest = _FINEST if observations.sigma is None else _FINEST * float(np.max(observations.weights))
 
     def turned(self) -> Floats:
-        """Return the step that turns the machine to where the points are: their frame may have another north."""
+        """Return the step that turns the machine towards the points, whose frame may have another zero direction."""
         step = np.zeros(len(self._free))
         if "zero_a" in self._free:
             bearing = np.arctan2(self._seen.points[:, 0], self._seen.points[:, 1])
@@ -237,7 +236,7 @@ class _Problem:
         return by_constants * self._units * self._seen.weights[:, None, None]
 
     def scale(self, residuals: Floats) -> float:
-        """Return the robust standard deviation of weighted residuals; at least 1 where sigma is known."""
+        """Return the robust standard deviation of weighted residuals; at least 1 if sigma is known."""
         left = 1.0 - len(self._free) / residuals.size
         found = float(np.median(np.abs(residuals))) / (_MEDIAN * np.sqrt(left))
         return max(found, self._finest if self._seen.sigma is None else 1.0)
@@ -254,7 +253,7 @@ class _Problem:
         return step
 
     def trimmed(self, step: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the least-squares solution without outliers, and which rows are none."""
+        """Return the least-squares solution without outliers, and which rows are inliers."""
         inliers = self._inliers(step)
         for _ in range(_ROUNDS):
             step = self._solved(step, inliers, None)
@@ -264,7 +263,7 @@ class _Problem:
         return step, inliers
 
     def require_told(self, step: Floats, inliers: NDArray[np.bool_]) -> None:
-        """Raise `NotIdentifiable` where the rows that are no outliers leave a direction unknown, or mirror an axis."""
+        """Raise `NotIdentifiable` if the inliers leave a direction unknown, or mirror an axis."""
         identify.require_enough(self._seen.chosen(inliers), self._free)
         missed = self.residuals(step)[inliers]
         scale = self.scale(missed)
@@ -303,12 +302,12 @@ class _Problem:
     def _inliers(self, step: Floats) -> NDArray[np.bool_]:
         residuals = self.residuals(step)
         if residuals.size < 2 * len(self._free):
-            return np.ones(len(residuals), dtype=bool)  # with so few points nobody can tell which is wrong
+            return np.ones(len(residuals), dtype=bool)  # so few points cannot show which is wrong
         within = GROSS * self.scale(residuals)
         return np.sum(residuals * residuals, axis=1) <= within * within
 
     def _solved(self, step: Floats, rows: NDArray[np.bool_], robust_scale: float | None) -> Floats:
-        from scipy.optimize import least_squares  # noqa: PLC0415 - half a second, and only a fit needs it
+        from scipy.optimize import least_squares  # noqa: PLC0415 - takes half a second, and only a fit needs it
 
         def missed(at: Floats) -> Floats:
             return self.residuals(at)[rows].ravel()
@@ -330,7 +329,7 @@ class _Problem:
         return np.asarray(found.x, dtype=np.float64)
 
     def _line_difference(self, step: Floats, inliers: NDArray[np.bool_], spread: float) -> LineDifference | None:
-        """Return what freeing e would give, by one step of Gauss and Newton; None where the points cannot tell."""
+        """Return the estimate of a free e, by one Gauss-Newton step; None if the points do not determine it."""
         free = (*self._free, "line_difference")
         units = identify.typical(free)
         by_constants = model.jacobian(self.at(step), self._seen.counts)[:, :, identify.columns(free)]

@@ -1,8 +1,8 @@
 """Identifiability of the constants from points: the null directions of the weighted Jacobian.
 
 The Jacobian is scaled so that a step of 1 in every constant is a plausible error of it (`parameters.TYPICAL`), and
-weighted by the noise. A singular value s then says that the constants are known along its direction to 1/s plausible
-errors. A direction known worse than `UNKNOWN` is one that the points do not tell.
+weighted by the noise. A singular value s then means that the constants are known along its direction to 1/s plausible
+errors. The points do not determine a direction that is known worse than `UNKNOWN`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from maya_un.kinematics.calibration.parameters import FITTED, TYPICAL, FittedCon
 from maya_un.kinematics.mechanism import Floats
 
 UNKNOWN = 10.0
-"""A direction known to no better than so many plausible errors (100 mm, 10 %, 10°) is not known at all."""
+"""A direction known no better than to this many plausible errors (100 mm, 10 %, 10°) counts as unknown."""
 
 FAR = 0.03
 """Points that are farther off than this after a fit [m] are not explained by it."""
@@ -29,13 +29,13 @@ SUSPECTS = (
 """The most likely error in points that no constants explain."""
 
 _SINGULAR = 1e-9
-"""Singular values below this share of the largest are zero but for rounding."""
+"""Singular values below this share of the largest count as zero, because of rounding."""
 
 _PART = 0.2
-"""A constant takes part in what cannot be told apart from this share of its largest member on."""
+"""A constant belongs to a null direction from this share of its largest member on."""
 
 LEAST_FREEDOM = 3
-"""So many coordinates more than constants are needed, or the noise cannot be seen."""
+"""Number of coordinates needed beyond the number of constants, to estimate the noise."""
 
 
 def typical(free: Sequence[str]) -> Floats:
@@ -44,14 +44,14 @@ def typical(free: Sequence[str]) -> Floats:
 
 
 def columns(free: Sequence[str]) -> list[int]:
-    """Return where the constants `free` stand among all."""
+    """Return the indices of the constants `free` among all."""
     return [FittedConstants._fields.index(name) for name in free]
 
 
 def unknown(weighted: Floats, free: Sequence[str]) -> tuple[str, ...]:
-    """Return the constants that cannot be told apart from a scaled and weighted Jacobian of shape (m, p).
+    """Return the constants that a scaled and weighted Jacobian of shape (m, p) does not determine.
 
-    They are those that take part in a null direction; empty where all are told.
+    They are those that belong to a null direction; empty if all are determined.
     """
     _, singular, directions = np.linalg.svd(weighted, full_matrices=True)
     known = np.zeros(len(free))
@@ -62,7 +62,7 @@ def unknown(weighted: Floats, free: Sequence[str]) -> tuple[str, ...]:
 
 
 def require_enough(observations: Observations, free: Sequence[str]) -> None:
-    """Raise `NotIdentifiable` where there are fewer points than `free` constants and the noise need."""
+    """Raise `NotIdentifiable` if there are too few points for the `free` constants and the noise."""
     needed = -(-(len(free) + LEAST_FREEDOM) // 3)
     if len(observations) < needed:
         reason = f"{len(observations)} points are too few for {len(free)} constants"
@@ -70,7 +70,7 @@ def require_enough(observations: Observations, free: Sequence[str]) -> None:
 
 
 def require_same_senses(now: FittedConstants, fitted: FittedConstants) -> None:
-    """Raise `NotIdentifiable` where an axis of the fit counts the other way: a mirrored frame fits such a machine."""
+    """Raise `NotIdentifiable` if an axis of the fit counts in reverse: such a machine fits a mirrored frame."""
     turned = [
         name
         for name, before, after in zip(FITTED, now, fitted, strict=False)
@@ -82,10 +82,10 @@ def require_same_senses(now: FittedConstants, fitted: FittedConstants) -> None:
 
 
 def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float) -> NotIdentifiable:
-    """Return the refusal of points that cannot tell `names` apart.
+    """Return the error for points that do not determine `names`.
 
-    `joints` (rad, m, m) and `points` [m], each of shape (n, 3), say what is lacking; where the points lie farther
-    than `FAR` from the fit, by `scatter` [m], that is the reason.
+    `joints` (rad, m, m) and `points` [m], each of shape (n, 3), show what is missing; if the points lie farther than
+    `FAR` from the fit, by `scatter` [m], that is the reason.
     """
     if scatter > FAR:
         reason = f"they lie {scatter * 1e3:.0f} mm from where any constants would have them"
@@ -100,7 +100,7 @@ def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float
 
 
 def _likeliest(names: Sequence[str]) -> str:
-    """Return which to hold: a zero before a length, a length before a scale."""
+    """Return the constant to hold: a zero before a length, a length before a scale."""
     return max(names, key=lambda name: FITTED.index(name) if name.startswith("zero") else -FITTED.index(name))
 
 

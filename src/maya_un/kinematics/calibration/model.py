@@ -1,12 +1,12 @@
 """The gripper position for raw counts and given constants, and its derivatives by the constants.
 
-With W = D − Δ, u = W/2 + (b² − c²) / 2W, h = √(b² − u²) and the counts turned to joints as in `parameters`:
+With W = D − Δ, u = W/2 + (b² − c²) / 2W, h = √(b² − u²) and the counts converted to joints as in `parameters`:
 
     x = (Δ + u) sin α     y = (Δ + u) cos α     z = H − Φ − h
     ∂u/∂b = b/W           ∂u/∂c = −c/W          ∂u/∂W = 1 − u/W
     ∂h/∂b = T_b           ∂h/∂c = T_c           ∂h/∂W = −u (1 − u/W) / h
 
-T_b and T_c are the tensions in loads (`kinematics.statics`).
+T_b and T_c are the tensions in loads (`kinematics.mechanism`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from maya_un.kinematics.calibration.parameters import FittedConstants
 from maya_un.kinematics.mechanism import Floats
 
 _FLATTEST = 1e-6
-"""Lines count as hanging at least √this [m] deep, so that a fit on its way through impossible lengths goes on."""
+"""Lines count as hanging at least √this [m] deep, so that a fit continues through impossible lengths."""
 
 
 class _Posture(NamedTuple):

@@ -1,13 +1,13 @@
-"""The constants that a calibration fits, and the measurements that it fits them to.
+"""The constants that a calibration fits, and the measurements to which it fits them.
 
-The constants that a calibration fits, what they are called, and how they become keys of the configuration.
+The module has their names and their keys in the configuration.
 
 With counts n read from the controller, scales k and zeros o (index a, b, c):
 
     α = n_a / k_a + o_a     b = n_b / (k (1 + e/2)) + o_b     c = n_c / (k (1 − e/2)) + o_c
 
-A zero is what the joint really measures where the present configuration reads 0. Homing defines the counts at the
-short-end switches, so a zero that is not 0 means that a switch trips elsewhere than `axes.*.minimum` says.
+A zero is the true joint value where the present configuration reads 0. Homing defines the counts at the short-end
+switches, so a zero other than 0 means that a switch does not trip at `axes.*.minimum`.
 
 Measurements: raw counts, and the true position of the gripper point.
 """
@@ -29,12 +29,12 @@ from maya_un.values import AXES
 
 
 class FittedConstants(NamedTuple):
-    """The constants of one machine as a calibration sees them.
+    """The constants of one machine that a calibration considers.
 
     `height`, `length`, `delta`, `gripper_height` are H, D, Δ, Φ [m]; `pulses_per_metre` is the mean of lines b and c,
-    `pulses_per_degree` belongs to axis a; the zeros are in rad, m, m. `line_difference` is e, by which share line b
-    has more counts per metre than line c; the configuration knows one scale for both, so it is 0 in every fit and
-    only looked at afterwards.
+    `pulses_per_degree` belongs to axis a; the zeros are in rad, m, m. `line_difference` is e, the relative difference
+    of the counts per metre of line b from line c. The configuration has one scale for both, so e is 0 in every fit and
+    only estimated afterwards.
     """
 
     height: float
@@ -50,7 +50,7 @@ class FittedConstants(NamedTuple):
 
     @classmethod
     def of(cls, config: Config) -> FittedConstants:
-        """Return what a configuration says; its zeros are 0."""
+        """Return the constants of a configuration; its zeros are 0."""
         geometry, scale = config.geometry, config.scale
         return cls(
             geometry.height,
@@ -65,8 +65,8 @@ class FittedConstants(NamedTuple):
         """Return the keys of `config` that these constants change, with their new values.
 
         The ends of a stroke stay at the same counts, that is at the same places of the machine, and get new lengths
-        (angles): an end at n counts is n / k + o. So the zeros come into force with the next homing, which defines
-        the counts at `axes.*.minimum`. Lengths are rounded to nanometres.
+        (angles): an end at n counts is n / k + o. So the zeros take effect with the next homing, which defines the
+        counts at `axes.*.minimum`. Lengths are rounded to nanometres.
         """
         new = {f"geometry.{name}": round(getattr(self, name), 9) for name in _LENGTHS}
         new |= {f"scale.{name}": round(getattr(self, name), 6) for name in _SCALES}
@@ -89,7 +89,7 @@ FITTED = FittedConstants._fields[:-1]
 """The constants that can be fitted, in the order of `FittedConstants`."""
 
 TYPICAL = FittedConstants(0.01, 0.01, 0.01, 0.01, 1e4, 3.7106, radians(1.0), 0.01, 0.01, 0.01)
-"""How far a constant may plausibly be from what the configuration says: 10 mm, 1 %, 1°. Scales every fit."""
+"""Plausible error of each constant in the configuration: 10 mm, 1 %, 1°. Scales every fit."""
 
 WORDS = {
     "height": "height (H)",
@@ -102,7 +102,7 @@ WORDS = {
     "zero_b": "zero of b",
     "zero_c": "zero of c",
 }
-"""Names of the constants for people."""
+"""Names of the constants for display."""
 
 _SHORT = {"h": "height", "d": "length", "phi": "gripper_height", "sigma": "gripper_height"}
 
@@ -121,7 +121,7 @@ def _differs(new: float, old: float) -> bool:
 
 
 def named(text: str) -> str:
-    """Return the constant that `text` means: its name, or H, D, Delta, Phi; raises `UnknownName`."""
+    """Return the constant named by `text`: its name, or H, D, Delta, Phi; raises `UnknownName`."""
     name = _SHORT.get(text.lower(), text.lower().replace("-", "_"))
     if name not in FITTED:
         raise UnknownName(name=text, known=", ".join(FITTED))
@@ -138,10 +138,10 @@ def listed(names: Iterable[str]) -> str:
 class Observations:
     """Measured points.
 
-    `counts` of a, b, c, shape (n, 3), as the controller counts them after a homing with the present configuration;
+    `counts` of a, b, c, shape (n, 3), are the controller's counts after a homing with the present configuration;
     `points` x, y, z [m], shape (n, 3); `sigma`, shape (n,), is the standard deviation of each coordinate of a row [m],
-    None where it is not known; `rows` names each one to people (its line in a file), 1, 2, ... where nothing is said.
-    Raises `ValueError` for other shapes, for numbers that are not finite and for a sigma that is not positive.
+    None if unknown; `rows` names each row for display (its line in a file), by default 1, 2, ... Raises `ValueError`
+    for other shapes, for numbers that are not finite and for a sigma that is not positive.
     """
 
     counts: Floats
@@ -170,11 +170,11 @@ class Observations:
 
     @property
     def weights(self) -> Floats:
-        """1 / sigma of each row [1/m], shape (n,); 1 where sigma is not known."""
+        """1 / sigma of each row [1/m], shape (n,); 1 if sigma is unknown."""
         return np.ones(len(self.counts)) if self.sigma is None else 1.0 / self.sigma
 
     def chosen(self, rows: NDArray[np.bool_]) -> Observations:
-        """Return the observations of some rows only, those where the mask of shape (n,) is True."""
+        """Return the observations of the rows where the mask of shape (n,) is True."""
         sigma = None if self.sigma is None else self.sigma[rows].copy()
         names = tuple(int(row) for row in np.array(self.rows)[rows])
         return Observations(self.counts[rows].copy(), self.points[rows].copy(), sigma, names)

@@ -33,7 +33,7 @@ _REASONS = {
 
 
 def sqlite_reason(error: sqlite3.Error | OSError) -> str:
-    """Return why, in words where we know them, in SQLite's own where not."""
+    """Return the reason of an error: in words for known errors of SQLite, else as SQLite gives it."""
     if isinstance(error, OSError):
         return error.strerror or str(error)
     name = str(getattr(error, "sqlite_errorname", ""))
@@ -42,12 +42,12 @@ def sqlite_reason(error: sqlite3.Error | OSError) -> str:
 
 
 def is_damage(error: sqlite3.Error | OSError) -> bool:
-    """Whether the file itself is not what it was."""
+    """Return whether the error shows that the file itself is damaged."""
     return str(getattr(error, "sqlite_errorname", "")).startswith(_DAMAGED)
 
 
 def opening_error(error: sqlite3.Error | OSError, path: Path) -> MayaError:
-    """Return what to raise where a file cannot be opened for writing."""
+    """Return the error to raise if a file cannot be opened for writing."""
     if is_damage(error):
         return StorageDamaged(path=path, reason=str(error))
     if is_passing(error, path):
@@ -56,7 +56,7 @@ def opening_error(error: sqlite3.Error | OSError, path: Path) -> MayaError:
 
 
 def is_passing(error: BaseException | None, path: Path) -> bool:
-    """Tell whether the disk is at fault, full or read-only, and not the file."""
+    """Return whether the disk is at fault (full, read-only or broken), and not the file."""
     if isinstance(error, OSError):
         return error.errno in _PASSING
     name = str(getattr(error, "sqlite_errorname", ""))
@@ -66,7 +66,7 @@ def is_passing(error: BaseException | None, path: Path) -> bool:
 
 
 def _is_read_only(path: Path) -> bool:
-    """Tell whether the file system of a file is mounted for reading only."""
+    """Return whether the file system of a file is mounted read-only."""
     try:
         return bool(os.statvfs(path.parent).f_flag & os.ST_RDONLY)
     except OSError:
@@ -74,12 +74,12 @@ def _is_read_only(path: Path) -> bool:
 
 
 def writing_error(error: sqlite3.Error | OSError) -> StorageFailed:
-    """Return what to raise where a write is not kept."""
+    """Return the error to raise if a write is not stored."""
     return StorageFailed(reason=sqlite_reason(error))
 
 
 def reading_error(error: sqlite3.Error | OSError, path: Path | str) -> StorageDamaged:
-    """Return what to raise where something kept cannot be read any more."""
+    """Return the error to raise if stored data cannot be read any more."""
     return StorageDamaged(path=path, reason=str(error))
 
 
@@ -87,21 +87,24 @@ FILE_NAME = "maya.db"
 """The file within the state folder."""
 
 CHECKED_WHOLE = 64 * 2**20
-"""A file up to this size is checked whole when it is opened [bytes]; of a larger one, what the queue needs."""
+"""A file up to this size is checked as a whole when it is opened [bytes]; of a larger file, the tables of the queue."""
 
 WAL_LIMIT = 16 * 2**20
-"""Size of the write-ahead log after its content has gone into the file [bytes]."""
+"""Size of the write-ahead log after a checkpoint [bytes]."""
 
 _BUSY = 5.0
 _HEADER = 512
 _MAGIC = b"SQLite format 3\0"
-"""How long to wait for somebody who looks at the file, as a backup does [s, real time]."""
+"""`_BUSY`: longest wait for another program that reads the file, such as a backup [s, real time]."""
 
 _NEEDED = ("meta", "queue", "jobs", "steps")
 
 
 class JournalLock:
-    """One program at a time: `flock` on a file beside it, which ends with the program whatever ends that."""
+    """Lock for one program at a time: `flock` on a file beside the journal, which the kernel releases with the program.
+
+    Raises `StorageInUse`, `FileUnwritable`.
+    """
 
     def __init__(self, path: Path) -> None:
         self._descriptor = -1
@@ -117,14 +120,14 @@ class JournalLock:
             os.close(descriptor)
             raise FileUnwritable(path=beside(path, ".lock"), reason=sqlite_reason(error)) from error
         found = os.fstat(descriptor)
-        if _identity(beside(path, ".lock")) != (found.st_dev, found.st_ino):  # `remove_new` took it away meanwhile
+        if _identity(beside(path, ".lock")) != (found.st_dev, found.st_ino):  # `remove_new` removed the file meanwhile
             os.close(descriptor)
             raise StorageInUse(path=path, pid="?")
         self._descriptor = descriptor
         self._say_who(descriptor)
 
     def _say_who(self, descriptor: int) -> None:
-        """Write our number for people; on a full disk there is none, and the lock holds all the same."""
+        """Write the process id for users; on a full disk it is missing, but the lock holds."""
         try:
             os.ftruncate(descriptor, 0)
             os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
@@ -139,9 +142,9 @@ class JournalLock:
 
 
 class FileIdentity:
-    """Whether the files still stand where they were opened: what is written to a removed one is lost.
+    """Checks that the open files are still at their paths: a write to a removed file would be lost.
 
-    The file itself only ever grows, so one that is shorter was cut by somebody else.
+    The file itself only grows, so a shorter file was truncated by another program.
     """
 
     def __init__(self, path: Path) -> None:
@@ -150,7 +153,7 @@ class FileIdentity:
         self._size = path.stat().st_size
 
     def require(self) -> None:
-        """Raise `OSError` where one was moved, removed or replaced, or the file was cut short."""
+        """Raise `OSError` if a file was moved, removed or replaced, or the journal was truncated."""
         for file, known in self._known.items():
             if _identity(file) != known:
                 raise OSError(f"{file} was moved or removed while it was in use")
@@ -169,7 +172,7 @@ def _identity(path: Path) -> tuple[int, int] | None:
 
 
 def beside(path: Path, suffix: str) -> Path:
-    """Return the file that stands beside `path` with a longer name."""
+    """Return `path` with `suffix` added to its name."""
     return path.with_name(path.name + suffix)
 
 
@@ -188,7 +191,7 @@ def remove_new(path: Path) -> None:
 
 
 def create(path: Path) -> None:
-    """Make the folder and an empty file for its owner alone, where there are none; raises `OSError`."""
+    """Create the folder, and an empty file that only its owner may use, unless they exist; raises `OSError`."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     descriptor = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
@@ -199,27 +202,27 @@ def create(path: Path) -> None:
 
 
 def require_place(path: Path) -> None:
-    """Raise `FileUnwritable` if no database can be written; SQLite would follow a link, so links are refused."""
+    """Raise `FileUnwritable` if no database can be written; links are refused, because SQLite would follow them."""
     if writable_place(path) != path:
         raise FileUnwritable(path=path, reason="it is a symbolic link; name the file that it leads to")
 
 
 def require_database(path: Path) -> None:
-    """Raise `StorageDamaged` for a file that is not SQLite's, before other files are created beside it."""
+    """Raise `StorageDamaged` if the file is not an SQLite database, before other files are created beside it."""
     _require_whole(path)
     try:
         with path.open("rb") as found:
             head = found.read(len(_MAGIC))
     except OSError:
-        return  # there is none yet, or opening it says why not
+        return  # the file does not exist yet, or opening it raises the reason
     if head and head != _MAGIC and len(head) == len(_MAGIC):
         raise StorageDamaged(path=path, reason="file is not a database")
 
 
 def open_for_writing(path: Path) -> sqlite3.Connection:
-    """Open the file, make it where it is not there, check it and bring it to this version.
+    """Open the file, create it if it is missing, check it and migrate it to this version.
 
-    Raises `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`; a file that is refused is left as it is.
+    Raises `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`; a refused file stays unchanged.
     """
     _require_whole(path)
     connection: sqlite3.Connection | None = None
@@ -241,9 +244,9 @@ def open_for_writing(path: Path) -> sqlite3.Connection:
 
 
 def open_for_reading(path: Path) -> sqlite3.Connection:
-    """Open a file that is there beside whoever writes it; nothing can be written by this.
+    """Open an existing file for reading only, also while another program writes it.
 
-    It keeps few pages, because a walk over all jobs fills whatever it may keep.
+    Its cache is small, because a walk over all jobs would fill any cache.
     """
     connection = _connect(path)
     connection.execute("PRAGMA query_only = 1")
@@ -252,7 +255,7 @@ def open_for_reading(path: Path) -> sqlite3.Connection:
 
 
 def check(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise `StorageDamaged` where the file, as far as it is looked at, is not in order."""
+    """Raise `StorageDamaged` if the check of the file, or of the queue's tables in a large file, fails."""
     pages, size = (int(connection.execute(f"PRAGMA {what}").fetchone()[0]) for what in ("page_count", "page_size"))
     there = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()}
     whole = pages * size <= CHECKED_WHOLE
@@ -264,7 +267,7 @@ def check(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _require_whole(path: Path) -> None:
-    """Raise `StorageDamaged` if SQLite would lose data: a log without its file, or a stump below a page."""
+    """Raise `StorageDamaged` if SQLite would lose data: a log without its file, or a fragment below a page."""
     log = beside(path, "-wal")
     if beside(path, ".restoring").exists():
         raise StorageDamaged(path=path, reason="a backup was being put in its place, and that was cut short")

@@ -13,13 +13,13 @@ from maya_un.errors import StorageFailed
 from maya_un.process.journal import file
 
 FLUSH = 0.25
-"""Writes that nobody waits for are written after at most this time [s]."""
+"""Longest delay of writes that no task awaits [s]."""
 
 RETRY = 2.0
-"""After a failure it is tried again after so long [s]."""
+"""Time between a failed write and the next attempt [s]."""
 
 MOST_NOTES = 20_000
-"""So many notes are held while nothing can be written; then the oldest are dropped."""
+"""Most notes in memory while nothing can be written; beyond it the oldest are dropped."""
 
 Outcome = tuple[Any, BaseException | None]
 """The result of a piece of work, or its error."""
@@ -27,18 +27,18 @@ Outcome = tuple[Any, BaseException | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PendingWrite:
-    """Work to be written; `done` is who waits for it, None for a note."""
+    """Work to be written; `done` is the future of the caller, None for a note."""
 
     work: Callable[[sqlite3.Connection], Any]
     done: asyncio.Future[Any] | None = None
 
 
 Commit = Callable[[Sequence[PendingWrite]], list[Outcome]]
-"""Writes a batch in its thread; raises `StorageFailed` where nothing of it was kept."""
+"""Writes a batch in its thread; raises `StorageFailed` if nothing of it was stored."""
 
 
 class Batches:
-    """Collects work in the loop, and has it written in a thread of its own, one batch after the other, in order."""
+    """Collects work in the loop, and writes it in a separate thread, one batch after the other, in order."""
 
     def __init__(self, commit: Commit) -> None:
         self._commit = commit
@@ -52,7 +52,7 @@ class Batches:
         self.commits = 0
 
     async def write(self, work: Callable[[sqlite3.Connection], Any]) -> Any:
-        """Return what `work` returned, once its batch is on the disk; raises what it raised, or `StorageFailed`."""
+        """Return the result of `work` once its batch is on the disk; raises the error of `work`, or `StorageFailed`."""
         if self._closed:
             raise StorageFailed(reason="the journal is closed")
         asked = PendingWrite(work, asyncio.get_running_loop().create_future())
@@ -62,14 +62,14 @@ class Batches:
         return await asked.done
 
     def note(self, work: Callable[[sqlite3.Connection], Any]) -> None:
-        """Have `work` written with the next batch; what it raises is told to the loop, for nobody waits."""
+        """Schedule `work` for the next batch; the loop's exception handler gets its error."""
         if self._closed:
             return
         self._asked.append(PendingWrite(work))
         self._flush_after(FLUSH)
 
     async def close(self, last: Callable[[], None]) -> None:
-        """Write what was asked for, then call `last` in the thread, and end it."""
+        """Write all pending work, then call `last` in the thread, and end the thread."""
         self._closed = True
         self._flush_after(None)
         try:
@@ -82,7 +82,7 @@ class Batches:
             self._thread.shutdown()
 
     def _flush_after(self, delay: float | None) -> None:
-        """Set the timer, where none is set; None takes it away."""
+        """Start the timer unless it runs; None cancels it."""
         if delay is None and self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -90,7 +90,7 @@ class Batches:
             self._timer = asyncio.get_running_loop().call_later(delay, self._begin)
 
     def _begin_soon(self) -> None:
-        """Begin when everybody who is ready now has asked too."""
+        """Start the next batch after the tasks that are ready now have added their work."""
         if not self._writing:
             self._writing = True
             self._flush_after(None)
@@ -104,7 +104,7 @@ class Batches:
         written.add_done_callback(lambda future: self._ended(batch, future))
 
     def _ended(self, batch: list[PendingWrite], written: asyncio.Future[list[Outcome]]) -> None:
-        """Tell everybody who waits, and begin the next batch where somebody asked meanwhile."""
+        """Return results to the waiting callers, and start the next batch if more work has come."""
         self._writing = False
         failure = written.exception()
         if failure is None:
@@ -121,7 +121,7 @@ class Batches:
             self._idle.set()
 
     def _failed(self, batch: list[PendingWrite], failure: BaseException) -> None:
-        """Tell everybody who waits, and keep the notes for another time, unless this was the last."""
+        """Return the error to the waiting callers, and keep the notes for the next attempt, unless closed."""
         self.failing = str(failure.details["reason"]) if isinstance(failure, StorageFailed) else repr(failure)
         waiting = [asked for asked in batch if asked.done is not None]
         _tell(waiting, [(None, failure)] * len(waiting))
@@ -145,9 +145,9 @@ def _tell(batch: Sequence[PendingWrite], outcomes: Sequence[Outcome]) -> None:
 
 
 def commit(connection: sqlite3.Connection, batch: Sequence[PendingWrite]) -> list[Outcome]:
-    """Do all of a batch in one transaction, each piece of work whole or not at all; raises `sqlite3.Error`.
+    """Do a batch in one transaction, each piece of work as a whole or not at all; raises `sqlite3.Error`.
 
-    After an error of the disk SQLite may have ended the transaction by itself; then nothing was kept.
+    After a disk error SQLite may have ended the transaction by itself; then nothing was stored.
     """
     connection.execute("BEGIN IMMEDIATE")
     try:

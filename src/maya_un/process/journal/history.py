@@ -1,10 +1,7 @@
 """The history of the journal: pages of ended jobs and events, backups, restores and exports.
 
-Backups of the journal's file: made while it is in use, restored while it is not.
-
-A copy is taken at one instant and checked before it gets its name.
-
-The history of jobs: pages of the list, exports as CSV or JSON lines, and the newest events.
+A backup is a copy of the file at one instant, made while the file is in use, and checked before it gets its name. A
+backup is restored while the file is not in use.
 """
 
 from __future__ import annotations
@@ -33,7 +30,7 @@ from maya_un.schema.jobs import TaskState
 
 @contextmanager
 def reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """Look at a file of ours at one instant, beside whoever writes it.
+    """Yield a connection that reads a journal file at one instant, also while another program writes it.
 
     Raises `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`.
     """
@@ -51,7 +48,7 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
 
 @contextmanager
 def copied(source: Path, folder: Path) -> Iterator[Path]:
-    """Copy a file of ours into `folder`, check the copy, and remove it after the block unless it was moved.
+    """Copy a journal file into `folder`, check the copy, and remove it after the block unless it was moved.
 
     Raises as `reading` does, and `FileUnwritable`.
     """
@@ -84,7 +81,7 @@ def _copy(connection: sqlite3.Connection, source: Path, copy: Path) -> None:
 
 
 def put(copy: Path, target: Path) -> None:
-    """Give a copy its name, in place of what has it; raises `FileUnwritable`."""
+    """Move a copy to `target`, replacing an older file; raises `FileUnwritable`."""
     place = writable_place(target)
     try:
         descriptor = os.open(copy, os.O_RDWR | os.O_CLOEXEC)
@@ -105,14 +102,14 @@ def _unreadable(error: sqlite3.Error, path: Path) -> StorageDamaged | FileUnread
 
 
 _RUNS_BEYOND = 1000
-"""If the old file cannot be read, the next run is numbered so far beyond the backup's."""
+"""If the old file cannot be read, the number of the next run is increased by this beyond the backup's."""
 
 
 @dataclass(frozen=True, slots=True)
 class Backup:
-    """A backup that was made or put back: its file, its size [bytes], how many jobs are in it, how many unfinished.
+    """A backup that was made or restored: its file, its size [bytes], the number of its jobs, and of unfinished ones.
 
-    `aside` is where the file went whose place it took, None where there was none.
+    `aside` is the new place of the file that it replaced, None without one.
     """
 
     path: Path
@@ -123,10 +120,10 @@ class Backup:
 
 
 def make(source: Path, target: Path) -> Backup:
-    """Copy the file at `source` to `target` as it is at this instant, also while it is written; an older one goes.
+    """Copy the file at `source` to `target` at one instant, also while it is written; replaces an older backup.
 
-    The copy is checked whole before it gets its name, and is for its owner alone: users and hashes of tokens are in it.
-    Raises `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`, `FileUnwritable`.
+    The copy is checked as a whole before it gets its name. Only its owner may read it, because it contains users and
+    hashes of tokens. Raises `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`, `FileUnwritable`.
     """
     if target.exists() and source.exists() and target.samefile(source):
         raise FileUnwritable(path=target, reason="it is the file itself")
@@ -138,11 +135,11 @@ def make(source: Path, target: Path) -> Backup:
 
 
 def restore(backup: Path, path: Path) -> Backup:
-    """Put a backup in the place of the file at `path`, which is kept aside whatever state it is in.
+    """Restore a backup to `path`; the file there is moved aside, whatever its state.
 
-    Cut short at any instant it leaves both; once the exchange has begun, the file is refused until this was done again.
-    The numbers of runs go on from the greater of the two, so that nobody takes the events of one for another's.
-    Raises `StorageInUse` while somebody has the file open, and what `make` raises.
+    An interruption at any time leaves both files. If the exchange had started, `path` cannot be opened until the
+    restore is repeated. The numbers of runs continue from the greater of the two, so that events of different runs stay
+    distinct. Raises `StorageInUse` while a program has the file open, and the errors of `make`.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -159,7 +156,7 @@ def restore(backup: Path, path: Path) -> Backup:
 
 
 def _exchange(copy: Path, path: Path) -> Path | None:
-    """Give the old file a second name, then its name to the copy; a mark tells where that was cut short."""
+    """Give the old file a second name, then its name to the copy; a mark file shows an interrupted exchange."""
     mark = beside(path, ".restoring")
     try:
         aside = _keep_aside(path)
@@ -176,7 +173,7 @@ def _exchange(copy: Path, path: Path) -> Path | None:
 
 
 def _keep_aside(path: Path) -> Path | None:
-    """Give the old file and its log a name more, that is not taken."""
+    """Give the old file and its log a second, free name; return it, None without an old file."""
     if not path.exists() and not beside(path, "-wal").exists():
         return None
     names = (beside(path, f".old-{number}") for number in count(1))
@@ -189,7 +186,7 @@ def _keep_aside(path: Path) -> Path | None:
 
 
 def _count_on(copy: Path, path: Path) -> None:
-    """Have the copy's next run numbered beyond both files'."""
+    """Set the run number of the copy, so that the next run is numbered beyond both files."""
     with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
         own = _run(connection)
         other = own + _RUNS_BEYOND if path.exists() else own
@@ -220,7 +217,7 @@ def page(connection: sqlite3.Connection, which: Filter) -> list[JobRow]:
 
 
 def _by_index(which: Filter) -> tuple[str, list[object]]:
-    """Look at each state by itself: the newest of each are the newest of all, and every part has an index in order."""
+    """Query each state separately: the newest of each include the newest of all, and an index orders every part."""
     if not which.states and which.owner is None:
         conditions, values = _conditions(which, "id", ())
         return f"SELECT {JOB} FROM jobs WHERE {conditions} {_end(which)}", [*values, _limit(which)]
@@ -235,7 +232,7 @@ def _by_index(which: Filter) -> tuple[str, list[object]]:
 
 
 def _by_text(which: Filter) -> tuple[str, list[object]]:
-    """Read the narrow table of words in order, until the page is full; the longest word rules most out."""
+    """Read the narrow table of words in order, until the page is full; the longest word excludes the most rows."""
     words = sorted(which.text.casefold().split(), key=len, reverse=True)
     alike = " AND ".join("words LIKE ? ESCAPE '\\'" for _ in words)
     conditions, values = _conditions(which, "labels.job", which.states)
@@ -284,16 +281,16 @@ _TOGETHER = 500
 
 
 class ExportFormat(StrEnum):
-    """How a history is written: `csv` without bodies and steps, `jsonl` with all that is kept."""
+    """The format of an exported history: `csv` without bodies and steps, `jsonl` with all stored data."""
 
     CSV = "csv"
     JSONL = "jsonl"
 
 
 def export(path: Path, out: TextIO, form: ExportFormat = ExportFormat.CSV) -> int:
-    """Write all jobs of the file at `path` to `out`, oldest first, and return how many; the file may be in use.
+    """Write all jobs of the file at `path` to `out`, oldest first, and return their number; the file may be in use.
 
-    Raises `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`, and what `out` raises.
+    Raises `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`, and the errors of `out`.
     """
     with reading(path) as connection:
         return _csv(connection, out) if form is ExportFormat.CSV else _jsonl(connection, out)
@@ -321,7 +318,7 @@ def _jsonl(connection: sqlite3.Connection, out: TextIO) -> int:
 
 
 def _plain(row: JobRow) -> dict[str, Any]:
-    """Return a job without its body and its key, which is its owner's own business, flat."""
+    """Return a job as a flat mapping, without its body and its key, which is private to its owner."""
     options = asdict(row.options)
     flat = {name: getattr(row, name) for name in JobRow.__dataclass_fields__ if name not in _NOT_FLAT}
     return {**flat, **options, "owner": row.owner.name, "source": row.owner.source}
@@ -343,10 +340,10 @@ def _steps(connection: sqlite3.Connection, job: int) -> list[StepRow]:
 
 
 def newest_events(path: Path, most: int, *, above: int = 0, since: str = "") -> list[tuple[int, EventRow]]:
-    """Return the newest events, at most so many, oldest first, each with its number in the file.
+    """Return the newest events, at most `most`, oldest first, each with its number in the file.
 
-    Only those numbered above `above`, and not dated before `since` (ISO 8601, UTC). Raises `FileUnreadable`,
-    `FileNotOurs`, `StorageDamaged`, `StorageTooNew`.
+    Only events numbered above `above` and dated at or after `since` (ISO 8601, UTC) are returned. Raises
+    `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`.
     """
     asked = f"SELECT number, {EVENT} FROM events WHERE number > ? AND date >= ? ORDER BY number DESC LIMIT ?"
     with reading(path) as connection:

@@ -12,11 +12,11 @@ from maya_un.schema.jobs import OnFailure, TaskState
 
 @dataclass(frozen=True, slots=True)
 class JobOptions:
-    """How a job is to be queued.
+    """The options of a job in the queue.
 
-    The greater `priority` (-100 to 100) goes first, equal ones in the order they came. With `held` it waits for
-    somebody to release it. It begins after all jobs of `depends_on` are done. `retries` is how often a step that failed
-    is tried again where that is harmless. `stepwise` pauses the queue after every step.
+    The greater `priority` (-100 to 100) comes first, equal ones in order of submission. A `held` job waits for a user
+    to release it. A job begins after all jobs of `depends_on` are done. `retries` is how often a failed step is
+    repeated if that is harmless. `stepwise` pauses the queue after every step.
     """
 
     priority: int = 0
@@ -38,9 +38,9 @@ class RequestOwner:
 
 @dataclass(frozen=True, slots=True)
 class StepRow:
-    """One step of a job as it is kept; `index` counts from 1 over all rounds, durations in s.
+    """One stored step of a job; `index` counts from 1 over all rounds, durations in s.
 
-    `phase` is the last phase that it was known to begin ("down", "close", …), "" where none.
+    `phase` is the last phase that is known to have begun ("down", "close", …), "" without one.
     """
 
     index: int
@@ -55,11 +55,11 @@ class StepRow:
 
 @dataclass(frozen=True, slots=True)
 class JobRow:
-    """One job as it is kept.
+    """One stored job.
 
     `body` is the job as written, plain data that `Job.parse` reads, or {"wish": …} for one primitive. `position` orders
-    the queue within a priority. Dates are ISO 8601 in UTC, durations in s. `key` is the idempotency key that it came
-    with, "" where none; `digest` tells whether the same request comes again.
+    the queue within a priority. Dates are ISO 8601 in UTC, durations in s. `key` is its idempotency key, "" without
+    one; `digest` identifies a repeated request.
     """
 
     id: int
@@ -86,7 +86,7 @@ class JobRow:
 
 @dataclass(frozen=True, slots=True)
 class QueueRow:
-    """Whether the queue is paused, by whom, why: asked, step, stop, fault, restart, driver, storage or failure."""
+    """Whether the queue is paused, by whom, and why: asked, step, stop, fault, restart, driver, storage or failure."""
 
     paused: bool = False
     reason: str = ""
@@ -98,7 +98,7 @@ class QueueRow:
 class Unfinished:
     """The content of the file when it was opened: the queue's mode, and every unfinished job in the queue's order.
 
-    `steps` has the rows of those jobs that had begun, by number.
+    `steps` has the rows of started jobs, by number.
     """
 
     queue: QueueRow
@@ -129,7 +129,7 @@ class ClearedJobs(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class EventRow:
-    """An event as it is kept: `run` counts the starts of this program, `seq` the events of one run, `date` in UTC."""
+    """A stored event: `run` counts the starts of this program, `seq` the events of one run, `date` in UTC."""
 
     run: int
     seq: int
@@ -155,9 +155,9 @@ class AuditRow:
 
 @dataclass(frozen=True, slots=True)
 class Filter:
-    """Which jobs of the file to list: by states, owner, words in the name or notes; newest first unless `oldest_first`.
+    """Filter of listed jobs: by states, owner, words in the name or notes; newest first unless `oldest_first`.
 
-    `below` and `above` bound the number, to go from page to page.
+    `below` and `above` bound the number, for paging.
     """
 
     states: tuple[TaskState, ...] = ()
@@ -170,15 +170,15 @@ class Filter:
 
 
 class Journal(Protocol):
-    """Keeps jobs, steps, the queue's mode, events and the audit log.
+    """Stores jobs, steps, the queue's mode, events and the audit log.
 
     When a coroutine returns, its data is on the disk (a power cut does not remove it). Writes that are awaited at the
-    same time share one commit. They happen in the order they were asked for. Every write raises `StorageFailed`, and
-    then nothing of it was kept.
+    same time share one commit. They happen in the order of their calls. Every write raises `StorageFailed`, and then
+    nothing of it was stored.
     """
 
     async def unfinished(self) -> Unfinished:
-        """Return what was not finished when the file was opened."""
+        """Return the jobs that were unfinished when the file was opened."""
         ...
 
     async def left(self) -> UnendedJobs:
@@ -186,11 +186,11 @@ class Journal(Protocol):
         ...
 
     def waiting_job(self, number: int) -> JobRow | None:
-        """Return a waiting job, at once; None if there is none."""
+        """Return a waiting job without suspending; None without one."""
         ...
 
     def waiting_of(self, owner: str) -> list[int]:
-        """Return the numbers of an owner's waiting jobs, at once."""
+        """Return the numbers of an owner's waiting jobs without suspending."""
         ...
 
     async def names_of(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
@@ -202,19 +202,19 @@ class Journal(Protocol):
         ...
 
     async def add(self, *jobs: JobRow) -> None:
-        """Keep new jobs, all of them or none."""
+        """Store new jobs, all of them or none."""
         ...
 
     async def save(self, *changes: JobRow | QueueRow | ClearedJobs | tuple[int, StepRow]) -> None:
-        """Keep newer versions of jobs, the queue, steps (the job's number, the step), ends of many; all or none."""
+        """Store newer versions of jobs, the queue, steps (the job's number, the step), ends of many; all or none."""
         ...
 
     async def job(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]] | None:
-        """Return a job and its steps as far as they were begun, None where there is no such job."""
+        """Return a job and its stored steps, None if the job does not exist."""
         ...
 
     async def keyed(self, owner: str, key: str) -> JobRow | None:
-        """Return the job that `owner` submitted with this idempotency key, None where there is none."""
+        """Return the job that `owner` submitted with this idempotency key, None without one."""
         ...
 
     async def page(self, which: Filter) -> list[JobRow]:
@@ -222,11 +222,14 @@ class Journal(Protocol):
         ...
 
     def note(self, *rows: EventRow | AuditRow) -> None:
-        """Keep events and audit entries soon: in order, not waited for, before any later `save` is on the disk."""
+        """Store events and audit entries soon, in order.
+
+        Does not wait, but they are on the disk before any later `save`.
+        """
         ...
 
     async def events(self, run: int, above: int, limit: int) -> list[EventRow]:
-        """Return kept events of a run, numbered above `above`, oldest first."""
+        """Return stored events of a run, numbered above `above`, oldest first."""
         ...
 
     async def audit(self, below: int | None, limit: int) -> Sequence[tuple[int, AuditRow]]:
@@ -235,12 +238,12 @@ class Journal(Protocol):
 
     @property
     def run(self) -> int:
-        """How often the file was opened, this time included."""
+        """Number of times that the file was opened, this time included."""
         ...
 
     @property
     def failing(self) -> str:
-        """Why the last write failed, "" where it did not."""
+        """Why the last write failed, "" if it did not."""
         ...
 
     async def close(self) -> None:

@@ -25,7 +25,7 @@ from maya_un.process.journal.tables import Bodies, Change
 T = TypeVar("T")
 
 Work = Callable[[sqlite3.Connection], T]
-"""Statements on a connection; whoever calls it begins and ends the transaction."""
+"""Statements on a connection; the caller begins and ends the transaction."""
 
 
 class SqlJournal(ABC):
@@ -36,35 +36,35 @@ class SqlJournal(ABC):
 
     @abstractmethod
     async def write(self, work: Work[T]) -> T:
-        """Do `work` within a transaction and return what it returns, once it is on the disk.
+        """Do `work` within a transaction and return its result, once it is on the disk.
 
-        All of it is kept or none: raises `StorageFailed` where the database refuses, and whatever `work` raises itself.
-        For neighbours who keep tables of their own in this file. Somebody who is cancelled while he waits does not
-        know whether it was kept.
+        All of it is stored or nothing: raises `StorageFailed` if the database fails, and the errors of `work`. Other
+        modules use it for their tables in this file. A caller that is cancelled while it waits cannot know whether the
+        data was stored.
         """
 
     @abstractmethod
     async def read(self, work: Work[T]) -> T:
-        """Return what `work` reads of what was written; it never waits for a write. Raises `StorageDamaged`."""
+        """Return the result of `work` on written data; never waits for a write. Raises `StorageDamaged`."""
 
     @abstractmethod
     def note(self, *rows: EventRow | AuditRow) -> None:
-        """Keep events and audit entries soon, before any later `save`."""
+        """Store events and audit entries soon, before any later `save`."""
 
     @abstractmethod
     def look(self, work: Work[T]) -> T:
-        """Return what `work` reads at once, in the loop: one row, or a few. Raises `StorageDamaged`."""
+        """Return the result of `work` at once, in the loop: one row, or a few. Raises `StorageDamaged`."""
 
     async def left(self) -> UnendedJobs:
         """Return unfinished jobs; of waiting jobs, only their places."""
         return await self.read(tables.unended_jobs)
 
     def waiting_job(self, number: int) -> JobRow | None:
-        """Return a waiting job, at once; None if there is none."""
+        """Return a waiting job without suspending; None without one."""
         return self.look(lambda connection: tables.waiting_job(connection, number))
 
     def waiting_of(self, owner: str) -> list[int]:
-        """Return the numbers of an owner's waiting jobs, at once."""
+        """Return the numbers of an owner's waiting jobs without suspending."""
         return self.look(lambda connection: tables.waiting_of(connection, owner))
 
     async def names_of(self, numbers: Sequence[int]) -> list[tuple[int, str, str]]:
@@ -76,27 +76,27 @@ class SqlJournal(ABC):
         await self.write(tables.probe)
 
     async def unfinished(self) -> Unfinished:
-        """Return the queue's mode and every job that has not ended; to be asked before anything is written."""
+        """Return the queue's mode and every job that has not ended; call it before anything is written."""
         return await self.read(tables.unfinished)
 
     async def add(self, *jobs: JobRow) -> None:
-        """Keep new jobs, all of them or none."""
+        """Store new jobs, all of them or none."""
         await self.write(lambda connection: tables.add(connection, self._bodies, jobs))
 
     async def save(self, *changes: Change) -> None:
-        """Keep newer versions, all of them or none; the body of a job is written where it is another object."""
+        """Store newer versions, all of them or none; a job's body is written only if it is another object."""
         await self.write(lambda connection: tables.save(connection, self._bodies, changes))
 
     async def job(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]] | None:
-        """Return a job and its steps, None where there is none."""
+        """Return a job and its steps, None if it does not exist."""
         return await self.read(lambda connection: tables.job(connection, number))
 
     async def keyed(self, owner: str, key: str) -> JobRow | None:
-        """Return the job of an owner's idempotency key, None where there is none."""
+        """Return the job of an owner's idempotency key, None without one."""
         return await self.read(lambda connection: tables.keyed(connection, owner, key))
 
     async def page(self, which: Filter) -> list[JobRow]:
-        """Return a page of jobs without their bodies, at most `listing.MOST`."""
+        """Return a page of jobs without their bodies, at most `history.LONGEST_PAGE`."""
         return await self.read(lambda connection: history.page(connection, which))
 
     async def events(self, run: int, above: int, limit: int) -> list[EventRow]:
@@ -109,7 +109,7 @@ class SqlJournal(ABC):
 
 
 class MemoryJournal(SqlJournal):
-    """Keeps everything in memory, in the caller's thread: no write ever waits."""
+    """Stores everything in memory, in the caller's thread: no write ever waits."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -143,28 +143,28 @@ class MemoryJournal(SqlJournal):
         return work(self._connection)
 
     def note(self, *rows: EventRow | AuditRow) -> None:
-        """Keep events and audit entries."""
+        """Store events and audit entries."""
         if not self._closed:
             tables.note(self._connection, rows)
 
     @property
     def run(self) -> int:
-        """Always the first."""
+        """Always 1."""
         return self._run
 
     @property
     def failing(self) -> str:
-        """Memory does not fail."""
+        """Always "": memory does not fail."""
         return ""
 
     async def close(self) -> None:
-        """Forget everything."""
+        """Drop everything."""
         self._closed = True
         self._connection.close()
 
 
 _PRUNE_EVERY = 1000
-"""Notes are counted against what is kept once in so many."""
+"""Number of notes between two prunings of the file."""
 
 
 class _Opened(NamedTuple):
@@ -179,9 +179,9 @@ class _Opened(NamedTuple):
 
 
 class SqliteJournal(SqlJournal):
-    """Keeps everything in one file, in WAL mode, with a commit on the disk before anybody goes on.
+    """Stores everything in one file, in WAL mode; a write returns after its commit is on the disk.
 
-    One thread writes, another reads; both are outside the loop, so that neither a commit nor a page holds it.
+    One thread writes, another reads; both are outside the loop, so that neither a commit nor a page blocks it.
     """
 
     def __init__(self, path: Path, opened: _Opened, keep: StorageConfig) -> None:
@@ -195,10 +195,10 @@ class SqliteJournal(SqlJournal):
 
     @classmethod
     async def open(cls, path: Path, keep: StorageConfig | None = None) -> SqliteJournal:
-        """Open the file at `path`, or make it, and hold it until `close`; `keep` is how much of the past stays in it.
+        """Open the file at `path`, create it if missing, and lock it until `close`; `keep` limits the history in it.
 
-        Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`,
-        `StorageUnavailable`; a file that is refused is left as it is.
+        Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`, `StorageUnavailable`;
+        a refused file stays unchanged.
         """
         keep = StorageConfig() if keep is None else keep
         return cls(path, await asyncio.get_running_loop().run_in_executor(None, _open, path, keep), keep)
@@ -219,27 +219,27 @@ class SqliteJournal(SqlJournal):
             raise file.reading_error(error, self.path) from error
 
     def note(self, *rows: EventRow | AuditRow) -> None:
-        """Keep events and audit entries with the next batch, within `batches.FLUSH` where there is none."""
+        """Store events and audit entries with the next batch, at the latest after `group_commit.FLUSH`."""
         if rows:
             self._batches.note(partial(self._note, rows))
 
     @property
     def run(self) -> int:
-        """How often the file was opened, this time included."""
+        """Number of times that the file was opened, this time included."""
         return self._run
 
     @property
     def failing(self) -> str:
-        """Why the last batch could not be written, "" where it was; while notes wait it is tried again by itself."""
+        """Why the last batch could not be written, "" if it was; while notes wait, writing is retried automatically."""
         return self._batches.failing
 
     @property
     def commits(self) -> int:
-        """How many batches were written."""
+        """Number of written batches."""
         return self._batches.commits
 
     async def close(self) -> None:
-        """Write what is noted, close the file, and let the next one in."""
+        """Write pending notes, close the file, and release its lock."""
         try:
             self._looker.close()
             await asyncio.get_running_loop().run_in_executor(self._reading, self._reader.close)
@@ -276,7 +276,7 @@ class SqliteJournal(SqlJournal):
 
 
 def _open(path: Path, keep: StorageConfig) -> _Opened:
-    """Lock, check and count; nothing stays open where something is raised."""
+    """Lock and check the file, and count the run; after an error nothing stays open."""
     with ExitStack() as undo:
         try:
             file.require_database(path)
@@ -302,7 +302,7 @@ def _open(path: Path, keep: StorageConfig) -> _Opened:
 
 
 def _counted(writer: sqlite3.Connection, keep: StorageConfig) -> int:
-    """Write that the file was opened once more, which shows at once whether it can be written."""
+    """Write that the file was opened once more, which also shows whether it can be written; return the run's number."""
     writer.execute("BEGIN IMMEDIATE")
     run = tables.begin_run(writer)
     tables.prune(writer, keep)

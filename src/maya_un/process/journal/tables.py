@@ -80,9 +80,9 @@ SCHEMA_VERSION = len(MIGRATIONS)
 
 
 def migrate(connection: sqlite3.Connection, path: Path | str, steps: tuple[str, ...] = MIGRATIONS) -> None:
-    """Bring the file to this version, one transaction a step, so that one which is cut short has not happened.
+    """Migrate the file to this version, one transaction per step, so that an interrupted step has no effect.
 
-    `path` is for what is raised: `StorageTooNew`, and `FileNotOurs` for a database of another program.
+    `path` is for errors: raises `StorageTooNew`, and `FileNotOurs` for a database of another program.
     """
     found = schema_version(connection, path, len(steps))
     for number, script in enumerate(steps[found:], found + 1):
@@ -92,7 +92,7 @@ def migrate(connection: sqlite3.Connection, path: Path | str, steps: tuple[str, 
 
 
 def schema_version(connection: sqlite3.Connection, path: Path | str, known: int = SCHEMA_VERSION) -> int:
-    """Return the version of a file, 0 for one that is empty; raises as `migrate` does."""
+    """Return the version of a file, 0 for an empty one; raises as `migrate` does."""
     found = int(connection.execute("PRAGMA user_version").fetchone()[0])
     application = int(connection.execute("PRAGMA application_id").fetchone()[0])
     if (found or _strangers(connection)) and application != APPLICATION_ID:
@@ -103,19 +103,19 @@ def schema_version(connection: sqlite3.Connection, path: Path | str, known: int 
 
 
 def _strangers(connection: sqlite3.Connection) -> bool:
-    """Whether there are tables other than those of the users, which may be there before ours."""
+    """Return whether tables exist other than those of users, which may be created before the journal's."""
     named = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name NOT GLOB 'access_*'"
     return bool(connection.execute(named).fetchone()[0])
 
 
 Values = tuple[Any, ...]
-"""A value that is bound to a statement, or that one returns."""
+"""Values bound to a statement, or a row of its result."""
 
 JOB = (
     "id, name, owner, source, priority, held, depends_on, notes, on_failure, retries, stepwise, state, position, "
     "submitted, steps, done, code, message, predicted, duration, began, ended, key, digest, proposal, approved_by"
 )
-"""The columns of a job, in the order of `job_values`; its body is kept apart."""
+"""The columns of a job, in the order of `job_values`; its body is in another table."""
 
 STEP = 'job, "index", state, code, message, predicted, duration, phase, "end"'
 """The columns of a step."""
@@ -131,12 +131,12 @@ _lenient = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, default=s
 
 
 def body_text(body: dict[str, Any]) -> str:
-    """Return a body as JSON; raises `TypeError` for what JSON does not know."""
+    """Return a body as JSON; raises `TypeError` for a value that JSON cannot hold."""
     return _compact(body)
 
 
 def job_values(row: JobRow) -> Values:
-    """Return what stands in the columns `JOB`."""
+    """Return the values of the columns `JOB`."""
     options = row.options
     return (
         row.id,
@@ -169,7 +169,7 @@ def job_values(row: JobRow) -> Values:
 
 
 def job_of(values: Values, body: str | None = None) -> JobRow:
-    """Return the job of the columns `JOB`, without a body where none is given."""
+    """Return the job of the columns `JOB`, without a body if none is given."""
     (number, name, owner, source, priority, held, depends_on, notes, on_failure, retries, stepwise, state, *rest) = (
         values
     )
@@ -209,12 +209,12 @@ def job_of(values: Values, body: str | None = None) -> JobRow:
 
 
 def words_of(row: JobRow) -> str:
-    """Return what a job is found by, in lower case: its name and its notes."""
+    """Return the searchable text of a job in lower case: its name and its notes."""
     return f"{row.name}\n{row.options.notes}".casefold()
 
 
 def step_values(job: int, row: StepRow) -> Values:
-    """Return what stands in the columns `STEP`."""
+    """Return the values of the columns `STEP`."""
     end = None if row.end is None else _lenient(row.end)
     return (job, row.index, row.state.value, row.code, row.message, row.predicted, row.duration, row.phase, end)
 
@@ -233,7 +233,7 @@ def queue_of(values: Values) -> QueueRow:
 
 
 def event_values(row: EventRow) -> Values:
-    """Return what stands in the columns `EVENT`; what JSON does not know of its detail is kept in words."""
+    """Return the values of the columns `EVENT`; values that JSON cannot hold are stored as text."""
     return (row.run, row.seq, row.date, row.time, row.kind, row.code, _lenient(row.detail))
 
 
@@ -244,7 +244,7 @@ def event_of(values: Values) -> EventRow:
 
 
 def audit_values(row: AuditRow) -> Values:
-    """Return what stands in the columns `AUDIT`."""
+    """Return the values of the columns `AUDIT`."""
     return (row.date, row.who, row.role, row.source, row.operation, row.code, row.detail)
 
 
@@ -263,7 +263,7 @@ Change = JobRow | QueueRow | ClearedJobs | tuple[int, StepRow]
 """A newer version of a job, of the queue's mode, of a step (the job's number, the step), the end of many jobs."""
 
 LARGEST = 2**63 - 1
-"""The largest whole number of SQLite; no number of ours comes near."""
+"""The largest whole number of SQLite; no number of this program comes near."""
 
 _ADD_JOB = f"INSERT INTO jobs ({JOB}) VALUES ({marks(JOB)})"
 _SAVE_JOB = f"{_ADD_JOB} {updates(JOB, 'id')}"
@@ -292,16 +292,20 @@ _BODIES = 1000
 
 
 class Bodies:
-    """Which bodies are known to be in the file: a job is written often, its body rarely changes and may be long.
+    """The bodies known to be in the file: a job is written often, its body rarely changes and may be long.
 
-    It goes by identity, so a body is never changed in place; `forget` after anything that may not have been kept.
+    Bodies are compared by identity, so a body must never be changed in place. Call `forget` after any write that may
+    have failed.
     """
 
     def __init__(self) -> None:
         self._known: dict[int, tuple[dict[str, Any], str, str]] = {}
 
     def lacks(self, row: JobRow) -> bool:
-        """Whether the body, the name or the notes of a job are to be written; from now on they count as written."""
+        """Return whether the body, the name or the notes of a job must be written.
+
+        From now on they count as written.
+        """
         known = self._known.get(row.id)
         same = known is not None and known[0] is row.body and known[1:] == (row.name, row.options.notes)
         if row.state.ended:
@@ -318,7 +322,7 @@ class Bodies:
 
 
 def add(connection: sqlite3.Connection, bodies: Bodies, jobs: Iterable[JobRow]) -> None:
-    """Write new jobs; raises `sqlite3.IntegrityError` for a number, or an owner's key, that is there."""
+    """Write new jobs; raises `sqlite3.IntegrityError` for a number, or an owner's key, that exists."""
     for row in jobs:
         connection.execute(_ADD_JOB, job_values(row))
         _write_body(connection, bodies, row)
@@ -361,7 +365,7 @@ def probe(connection: sqlite3.Connection) -> None:
 
 
 def begin_run(connection: sqlite3.Connection) -> int:
-    """Count one more opening of the file, and return which it is."""
+    """Count one more opening of the file, and return its number."""
     connection.execute("UPDATE meta SET value = value + 1 WHERE name = 'run'")
     return int(connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0])
 
@@ -378,7 +382,7 @@ def unended_jobs(connection: sqlite3.Connection) -> UnendedJobs:
 
 
 def waiting_job(connection: sqlite3.Connection, number: int) -> JobRow | None:
-    """Return a job with its body, None where there is none."""
+    """Return a job with its body, None if it does not exist."""
     return _one(connection, "jobs.id = ?", bounded(number))
 
 
@@ -395,7 +399,7 @@ def names_of(connection: sqlite3.Connection, numbers: Sequence[int]) -> list[tup
 
 
 def unfinished(connection: sqlite3.Connection, which: str = f"state IN ({ALIVE})") -> Unfinished:
-    """Return the queue's mode, and every job that has not ended, in the queue's order; `which` of them, in SQL."""
+    """Return the queue's mode, and the jobs that match `which` (SQL; all unended by default), in the queue's order."""
     mode = connection.execute('SELECT paused, reason, "by", since FROM queue').fetchone()
     jobs = connection.execute(f"{_WITH_BODY} WHERE {which} {_IN_ORDER}").fetchall()
     steps: dict[int, list[StepRow]] = {}
@@ -414,12 +418,12 @@ def unfinished(connection: sqlite3.Connection, which: str = f"state IN ({ALIVE})
 
 
 def bounded(number: int) -> int:
-    """Return the number that SQLite can compare with which is nearest to any."""
+    """Return the number nearest to `number` that SQLite can hold."""
     return max(-LARGEST - 1, min(number, LARGEST))
 
 
 def job(connection: sqlite3.Connection, number: int) -> tuple[JobRow, tuple[StepRow, ...]] | None:
-    """Return a job with its body and its steps, None where there is none."""
+    """Return a job with its body and its steps, None if it does not exist."""
     found = _one(connection, "jobs.id = ?", bounded(number))
     if found is None:
         return None
@@ -428,7 +432,7 @@ def job(connection: sqlite3.Connection, number: int) -> tuple[JobRow, tuple[Step
 
 
 def keyed(connection: sqlite3.Connection, owner: str, key: str) -> JobRow | None:
-    """Return the job that an owner submitted with a key, None where there is none."""
+    """Return the job that an owner submitted with a key, None without one."""
     return _one(connection, "owner = ? AND key = ? AND key <> ''", owner, key)
 
 
@@ -454,9 +458,10 @@ def audit(connection: sqlite3.Connection, below: int | None, limit: int) -> Sequ
 
 
 def prune(connection: sqlite3.Connection, keep: StorageConfig) -> None:
-    """Drop the events and audit entries that are too many or too old; jobs and their steps are kept for ever.
+    """Drop events and audit entries that are too many or too old; jobs and their steps are never dropped.
 
-    Old is what lies `keep.days` before the newest of its kind, so that a clock that was wrong once costs nothing.
+    An entry is old if it is dated more than `keep.days` before the newest of its kind, so that a clock that was wrong
+    once loses nothing.
     """
     for table, most in (("events", keep.events), ("audit", keep.audit)):
         connection.execute(f"DELETE FROM {table} WHERE number <= (SELECT max(number) FROM {table}) - ?", (most,))

@@ -1,13 +1,12 @@
 """Change entries of the queue, each change written to the journal before it is announced.
 
-Written before announced: every change of the queue goes through here, one after the other.
+Changes are written one after the other. A start is written first, or does not happen. An event that has already
+happened (a step that ended) stays in memory if it cannot be written; it is written and announced as soon as the storage
+works again.
 
-A beginning is written first, or does not happen. An event that has happened anyway (a step that ended) stays in memory
-if it cannot be written; it is written and announced as soon as the storage works again.
+Changes of jobs, of steps and of the queue's pause are transactions.
 
-Changes of jobs, of steps and of the queue's pause, as transactions.
-
-A pause holds at once, and is stored and announced after that. The queue resumes only after the change is stored.
+A pause takes effect at once, and is stored and announced after that. The queue resumes only after the change is stored.
 """
 
 from __future__ import annotations
@@ -38,10 +37,10 @@ def _nothing() -> None:
 
 
 class Transaction(NamedTuple):
-    """A change: its rows, how it is made in memory once they are written, how it is told then.
+    """A change: its rows, `make` to apply it in memory after the write, `tell` to announce it after that.
 
-    One that is `sure` has happened already: where it cannot be written it is made in memory all the same, and told once
-    it is written.
+    A `sure` change has already happened: if it cannot be written, it is applied in memory all the same, and announced
+    once it is written.
     """
 
     rows: tuple[Change, ...]
@@ -51,10 +50,9 @@ class Transaction(NamedTuple):
 
 
 class TransactionLog:
-    """Writes changes to a journal, in order, and tells of them in `events`.
+    """Writes changes to a journal, in order, and announces them in `events`.
 
-    `on_failure` is called where something that has happened, or is about to begin, cannot be written, `on_success`
-    when it can again.
+    Calls `on_failure` when a write fails, `on_success` when writing works again.
     """
 
     def __init__(self, journal: Journal, events: EventLog) -> None:
@@ -71,14 +69,15 @@ class TransactionLog:
 
     @property
     def failing(self) -> str:
-        """Why the last change could not be written, "" where it was."""
+        """Why the last change could not be written, "" if it was."""
         return self._failing
 
     async def write(self, propose: Callable[[], Sequence[Transaction]]) -> None:
-        """Write what `propose` returns, all of it or none, make it so, and tell it.
+        """Write all that `propose` returns, or nothing of it; then apply and announce it.
 
-        `propose` is called when it is this change's turn: what it looks at does not change before it is written.
-        Raises what `propose` raises, and `StorageFailed`; entries that are sure are kept then, the others are not made.
+        `propose` is called at this change's turn: the data that it reads cannot change before the write. Raises the
+        errors of `propose`, and `StorageFailed`; then sure entries still take effect and are written later, the others
+        have no effect.
         """
         async with self._turn:
             entries = propose()
@@ -107,7 +106,7 @@ class TransactionLog:
                 await self.flush()
 
     async def close(self) -> None:
-        """Write what can be written; what cannot is lost with this run."""
+        """Write all that can be written; the rest is lost with this run."""
         self._closed = True
         if self._task is not None:
             await asyncio.wait({self._task})
@@ -147,7 +146,7 @@ class TransactionLog:
             self._set_retry(RETRY)
 
     def soon(self, entry: Transaction) -> None:
-        """Have a change written that is made already, without waiting for it."""
+        """Schedule the write of a change that is already applied."""
         self._unwritten.append(entry)
         if self._retry is None and self._task is None and not self._closed:
             self._try_again()
@@ -179,7 +178,7 @@ class TransactionLog:
 
 
 class Changes:
-    """Makes entries for the ledger; nothing changes before they are written."""
+    """Makes transactions for the ledger; nothing changes before they are written."""
 
     def __init__(self, items: QueueEntries, events: EventLog) -> None:
         self._items = items
@@ -209,7 +208,7 @@ class Changes:
         return entries
 
     def row(self, item: QueueEntry, row: JobRow, *, sure: bool = True) -> Transaction:
-        """Return the change of a job to `row`; one that is not `sure` must be written to be true."""
+        """Return the change of a job to `row`; unless it is `sure`, it takes effect only if it is written."""
 
         def make() -> None:
             if row.state.ended and item.record is not None:
@@ -224,7 +223,7 @@ class Changes:
         return Transaction((row,), make, tell, sure)
 
     def cleared(self, row: ClearedJobs) -> Transaction:
-        """Return the end of many waiting jobs; `tell_cleared` announces it, except of those in memory by then."""
+        """Return the end of many waiting jobs; it wakes the waiting tasks, and `tell_cleared` announces the ends."""
         seen: list[QueueEntry] = []
 
         def make() -> None:
@@ -244,7 +243,7 @@ class Changes:
     def step(
         self, item: QueueEntry, record: StepRecord, row: StepRow, *, sure: bool = True, quiet: bool = False
     ) -> Transaction:
-        """Return the change of a step to `row`; a `quiet` one is no event."""
+        """Return the change of a step to `row`; a `quiet` change emits no event."""
 
         def make() -> None:
             record.row = row
@@ -256,11 +255,11 @@ class Changes:
         return Transaction(((item.number, row),), make, tell, sure)
 
     def tell(self, row: JobRow) -> None:
-        """Announce how a job stands."""
+        """Announce a job's state."""
         self._events.emit(JobAdvanced(row.id, row.name, row.state.value, row.owner.name, code=row.code))
 
     def tell_step(self, item: QueueEntry, record: StepRecord, row: StepRow, attempt: int | None = None) -> None:
-        """Announce how a step stands."""
+        """Announce a step's state."""
         task = record.task
         self._events.emit(StepAdvanced(item.number, task.index, task.label, row.state.value, attempt, code=row.code))
 
@@ -281,20 +280,20 @@ class Changes:
 
 
 def failed_dependency(number: int, state: TaskState) -> Notice:
-    """Return why a job is held that depends on one that ended in `state`."""
+    """Return why a job is held that depends on a job that ended in `state`."""
     error = DependencyFailed(number=number, state=state.value)
     return Notice(error.code, str(error))
 
 
 Dates = Callable[[float], str]
-"""Tells the date (ISO 8601, UTC) so many seconds of real time from now."""
+"""Returns the date (ISO 8601, UTC) a number of seconds of real time from now."""
 
 AUTOMATIC_REASONS = frozenset({"stop", "fault", "restart", "driver", "storage", "failure"})
-"""Reasons for which nobody asked for a pause: it protects what waits, and ends where nothing does any more."""
+"""Reasons for a pause that no user requested: it protects waiting jobs, and ends when none waits any more."""
 
 
 class QueuePauser:
-    """The queue's mode; `row` is how it is now."""
+    """The queue's mode; `row` is the present one."""
 
     def __init__(self, ledger: TransactionLog, events: EventLog, dates: Dates) -> None:
         self.row = QueueRow()
@@ -304,16 +303,16 @@ class QueuePauser:
 
     @property
     def paused(self) -> bool:
-        """Whether no job and no step of one begins."""
+        """Whether the queue is paused: no job and no step begins."""
         return self.row.paused
 
     @property
     def by_itself(self) -> bool:
-        """Whether it is paused, and nobody asked for it."""
+        """Whether the queue is paused without a user's request."""
         return self.row.paused and self.row.reason in AUTOMATIC_REASONS
 
     def pause(self, reason: str, by: str = "") -> None:
-        """Begin nothing more from now on; where it is paused already, its reason stays as it is."""
+        """Pause the queue from now on; a pause under way keeps its reason."""
         if self.row.paused:
             self.row = replace(self.row)
         else:
@@ -321,7 +320,7 @@ class QueuePauser:
             self._ledger.soon(self._entry())
 
     def resume(self, by: str) -> Transaction:
-        """Return the change after which jobs begin again, unless a pause is asked for before it is written."""
+        """Return the change that resumes the queue, unless a pause is requested before it is written."""
         before, row = self.row, QueueRow()
 
         def make() -> None:
@@ -333,7 +332,7 @@ class QueuePauser:
         return Transaction((row,), make, lambda: self._tell(row, by))
 
     def take_up(self, row: QueueRow) -> None:
-        """Go on with what an earlier run left."""
+        """Restore the mode of an earlier run."""
         self.row = row
 
     def _entry(self) -> Transaction:

@@ -1,8 +1,8 @@
 """Submit jobs to the queue, and edit waiting ones.
 
-Submission of jobs: read the options, check the job, store it, then queue it.
+Submission: read the options, check the job, store it, then queue it.
 
-Changes of the queue by people: hold, release, reorder, edit, clear, cancel.
+Edits by users: hold, release, reorder, edit, clear, cancel.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MOST_DEPENDENCIES = 100
 
 
 def read_options(data: Mapping[str, object], old: JobOptions = DEFAULT_OPTIONS) -> JobOptions:
-    """Return `old` with what plain data changes in it; raises `InvalidRequest` for another key, `InvalidValue`."""
+    """Return `old` with the changes in `data`; raises `InvalidRequest` for an unknown key, `InvalidValue`."""
     changes: dict[str, object] = {}
     for key, value in data.items():
         if key not in _READERS:
@@ -55,7 +55,7 @@ def read_options(data: Mapping[str, object], old: JobOptions = DEFAULT_OPTIONS) 
 
 
 def checked_options(options: JobOptions) -> JobOptions:
-    """Return `options`; raises `InvalidValue` for what lies outside its range."""
+    """Return `options`; raises `InvalidValue` for values out of range."""
     return read_options({key: getattr(options, key) for key in _READERS})
 
 
@@ -112,7 +112,7 @@ _READERS: dict[str, Callable[[str, object], object]] = {
 class SubmitRequest:
     """The owner and the options of a submission.
 
-    A `proposal` is held until it is approved, a `direct` one runs at once. `key` is an idempotency key, "" for none.
+    A `proposal` is held until it is approved, a `direct` job runs at once. `key` is an idempotency key, "" for none.
     """
 
     owner: RequestOwner
@@ -123,14 +123,14 @@ class SubmitRequest:
 
 
 class DependencyStatus(NamedTuple):
-    """How the jobs stand on which one depends: those that have not ended, and why it is held where one has failed."""
+    """The dependencies of a job: those that have not ended, and the notice that holds it if one has failed."""
 
     waits_for: frozenset[int]
     notice: Notice | None
 
 
 class JobSubmitter:
-    """Takes jobs in. `next_id` is the number of the next."""
+    """Submits jobs. `next_id` is the number of the next job."""
 
     def __init__(self, items: QueueEntries, ledger: TransactionLog, changes: Changes, dates: Dates) -> None:
         self.next_id = 1
@@ -145,13 +145,13 @@ class JobSubmitter:
         return self._ledger.journal
 
     def date(self) -> str:
-        """Return the date now."""
+        """Return the present date."""
         return self._dates(0.0)
 
     async def submit(self, written: StoredJob, asked: SubmitRequest, skipped: int = 0) -> int:
-        """Keep a job whose first steps are `skipped`; return its number, or that of the one that came with its key.
+        """Store a job whose first steps are `skipped`; return its number, or that of an earlier job with the same key.
 
-        Raises `KeyReused`, `InvalidValue` for options out of range and jobs that do not exist, `StorageFailed`.
+        Raises `KeyReused`, `InvalidValue` for options out of range and dependencies that do not exist, `StorageFailed`.
         """
         asked = replace(asked, options=checked_options(asked.options))
         if not asked.key:
@@ -167,7 +167,7 @@ class JobSubmitter:
 
     @asynccontextmanager
     async def _turn_of(self, asked: SubmitRequest) -> AsyncIterator[None]:
-        """Let requests of one key in one after the other."""
+        """Serialize requests with the same key."""
         place = (asked.owner.name, asked.key)
         while place in self._coming:
             await self._coming[place].wait()
@@ -219,7 +219,7 @@ class JobSubmitter:
             await self._journal.add(row)
 
     async def standing(self, numbers: tuple[int, ...]) -> DependencyStatus:
-        """Return how the jobs stand on which a job is to depend; raises `InvalidValue` for those that do not exist."""
+        """Return the status of the jobs on which a job is to depend; raises `InvalidValue` if one does not exist."""
         waits_for: set[int] = set()
         notice: Notice | None = None
         for number in numbers:
@@ -240,12 +240,12 @@ class JobSubmitter:
         return known[0].state
 
     def not_done(self, numbers: frozenset[int]) -> frozenset[int]:
-        """Return those of `numbers` that are not done now; one that has failed meanwhile is among them."""
+        """Return those of `numbers` that are not done now, including jobs that have failed meanwhile."""
         items = {number: self._items.find(number) for number in numbers}
         return frozenset(number for number, item in items.items() if item and item.row.state is not TaskState.DONE)
 
     async def hold_where_failed(self, item: QueueEntry) -> None:
-        """Hold a job where one that it depends on has failed while it was being written."""
+        """Hold a job if one of its dependencies has failed while it was being written."""
         for number in item.waits_for:
             found = self._items.find(number)
             if found is not None and found.row.state.ended and item.row.state is TaskState.QUEUED:
@@ -258,7 +258,7 @@ class JobSubmitter:
 
 
 def _digest(written: StoredJob, asked: SubmitRequest) -> str:
-    """Return what tells one request from another."""
+    """Return a digest that identifies a request."""
     request = {"body": written.body, "options": asdict(asked.options)}
     return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()
 
@@ -269,7 +269,7 @@ _BETWEEN = frozenset({TaskState.PAUSED, TaskState.INTERRUPTED})
 
 
 class JobEditor:
-    """Changes jobs that have not begun, and what is left of those that have."""
+    """Edits jobs that have not begun, and the remaining steps of those that have."""
 
     def __init__(
         self,
@@ -286,7 +286,7 @@ class JobEditor:
         self._foresight = foresight
 
     async def hold(self, number: int) -> None:
-        """Put a job aside that waits; raises `NotFound`, `WrongState`, `StorageFailed`."""
+        """Hold a waiting job; raises `NotFound`, `WrongState`, `StorageFailed`."""
 
         def propose() -> list[Transaction]:
             item = self._waiting(number, "held")
@@ -297,10 +297,10 @@ class JobEditor:
         await self._ledger.write(propose)
 
     async def release(self, number: int, by: str, require: Callable[[JobRow], None]) -> None:
-        """Let a job wait for its turn that was held, whatever became of those on which it depends.
+        """Queue a held job; it then waits only for dependencies that have not ended.
 
-        `require` looks at the job as it is released: what was approved may have been changed just before. Raises what
-        it raises, `NotFound`, `WrongState`, `StorageFailed`.
+        `require` checks the job at the time of its release: an approved job may have been changed just before. Raises
+        the errors of `require`, `NotFound`, `WrongState`, `StorageFailed`.
         """
 
         def propose() -> list[Transaction]:
@@ -316,11 +316,11 @@ class JobEditor:
         await self._ledger.write(propose)
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
-        """Put a job before or `behind` the job `beside`; raises `NotFound`, `WrongState`, `StorageFailed`."""
+        """Move a job before or `behind` the job `beside`; raises `NotFound`, `WrongState`, `StorageFailed`."""
         await self._ledger.write(lambda: self._moved(number, beside, behind=behind))
 
     async def move_to(self, number: int, *, last: bool) -> None:
-        """Put a job first, or `last`; raises as `move` does."""
+        """Move a job to the first place, or with `last` to the last; raises as `move` does."""
 
         def propose() -> list[Transaction]:
             self._waiting(number, "moved")
@@ -330,7 +330,7 @@ class JobEditor:
         await self._ledger.write(propose)
 
     async def change(self, number: int, changes: Mapping[str, object], *, approved: bool) -> None:
-        """Change the options of a job, or its body (`job`); what is not `approved` is a proposal after it.
+        """Change the options of a job, or its body (`job`); without `approved` it becomes a proposal.
 
         Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `StorageFailed`.
         """
@@ -358,9 +358,9 @@ class JobEditor:
         await self._submitting.hold_where_failed(item)
 
     async def unapprove(self, owner: str) -> None:
-        """Have all that waits of somebody be proposals again, who may not queue any more; also where it is not written.
+        """Make all waiting jobs of an owner proposals, even if the write fails; started jobs stay.
 
-        Raises `StorageFailed`.
+        The owner may no longer queue jobs. Raises `StorageFailed`.
         """
 
         def propose() -> list[Transaction]:
@@ -376,7 +376,7 @@ class JobEditor:
         await self._ledger.write(propose)
 
     async def cancel(self, number: int, error: MayaError, unless: Callable[[], bool] = lambda: False) -> None:
-        """End a job that is not under way, `unless` it has begun meanwhile; where it has ended, nothing happens.
+        """End a job that is not under way, unless `unless` returns True; has no effect on an ended job.
 
         Raises `StorageFailed`.
         """
@@ -388,7 +388,7 @@ class JobEditor:
         await self._ledger.write(propose)
 
     async def clear(self, error: MayaError) -> ClearedJobs | None:
-        """End all waiting jobs, held ones too; return the events that remain to be sent. Raises `StorageFailed`.
+        """End all waiting jobs, held ones too; return those that remain to be announced. Raises `StorageFailed`.
 
         Most end by one change. Those in memory end some at a time, so other tasks can run.
         """
@@ -462,11 +462,11 @@ class JobEditor:
         return self._changes.row(item, replace(item.row, options=options, position=position), sure=False)
 
     def _require_same(self, item: QueueEntry, written: StoredJob, before: Expansion | None) -> None:
-        """Raise `InvalidJob` if a new body changes begun steps of a job; `before` is the old body."""
+        """Raise `InvalidJob` if a new body changes started steps of a job; `before` is the old body."""
         if not item.begun:
             return
         old = before if item.record is None else item.record.expansion
-        if old is None:  # it has begun just now
+        if old is None:  # the job has started just now
             raise WrongState(number=item.number, state=item.row.state.value, action="changed")
         steps = [] if item.record is None else item.record.steps
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
@@ -502,7 +502,7 @@ class JobEditor:
         return [*entries, self._changes.row(item, row)]
 
     def _require_no_loop(self, number: int, depends_on: tuple[int, ...]) -> None:
-        """Raise `InvalidValue` where a job would wait for itself."""
+        """Raise `InvalidValue` if a job would wait for itself."""
         ahead, seen = list(depends_on), set[int]()
         while ahead:
             one = ahead.pop()
@@ -515,7 +515,7 @@ class JobEditor:
 
 
 def _rewritten_record(item: QueueEntry, written: StoredJob) -> JobRecord | None:
-    """Return the record of a job that has begun, with its new steps."""
+    """Return the record of a started job, with its new steps; None without a record."""
     if item.record is None:
         return None
     begun = [step.row for step in item.record.steps if step.state is not TaskState.QUEUED]
@@ -523,5 +523,5 @@ def _rewritten_record(item: QueueEntry, written: StoredJob) -> JobRecord | None:
 
 
 def _unsure(entries: list[Transaction]) -> list[Transaction]:
-    """Return changes that are not made where they cannot be written: somebody asked for them, and is told so."""
+    """Return changes that have no effect if they cannot be written: the user who requested them gets the error."""
     return [entry._replace(sure=False) for entry in entries]

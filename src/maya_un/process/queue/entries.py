@@ -1,4 +1,4 @@
-"""The jobs that the queue knows: those that have not ended, in order, and the last that have."""
+"""The jobs that the queue knows: all that have not ended, in order, and the last that have."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AT_HAND = 100
 """Number of waiting jobs in memory; the others stay in the journal."""
 
 REMEMBERED = 200
-"""Jobs that have ended and are still known with all they left; the journal has the others."""
+"""Number of ended jobs that stay in memory; the journal has the others."""
 
 _LINED_UP = {TaskState.QUEUED, TaskState.HELD}
 _GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
@@ -26,13 +26,13 @@ _GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
 
 @dataclass(slots=True, eq=False, weakref_slot=True)
 class QueueEntry:
-    """A job in the queue: what is kept of it, and what only this run knows.
+    """A job in the queue: its stored row, and the state of this run.
 
-    `record` is there once it has begun. `waits_for` has the jobs that must be done before it. A `direct` job is a
-    command to be done now, which a paused queue does not hold up. `end_by` is what is to end it early; with `interrupt`
-    it is to end as interrupted instead. `moving` tells that its runner may be cancelled, `checking` that it still works
-    out the job, `concludes` that it is over for its runner, which writes that down. `began` is loop time [s] of this
-    run. `finished` tells that its end has been announced, of which `ended` wakes those who wait.
+    `record` exists once the job has begun. `waits_for` are the jobs that must be done before it. A `direct` job is a
+    command to be done now, which a paused queue does not delay. `end_by` is the error that is to end it early; with
+    `interrupt` it ends as interrupted instead. `moving`: its runner may be cancelled. `checking`: its runner still
+    computes the job. `concludes`: its runner is finished and writes the end. `began` is loop time [s] of this run.
+    `finished`: its end has been announced. `ended` then wakes the waiting tasks.
     """
 
     row: JobRow
@@ -54,7 +54,7 @@ class QueueEntry:
         return self.row.id
 
     def finish(self) -> None:
-        """Let those go on who wait for its end."""
+        """Mark the end as announced, and wake the tasks that wait for it."""
         self.finished = True
         if self.ended is not None:
             self.ended.set()
@@ -67,21 +67,21 @@ class QueueEntry:
 
     @property
     def may_begin(self) -> bool:
-        """Whether it may begin, or go on, when its turn comes."""
+        """Whether the job may begin, or continue, when its turn comes."""
         going_on = self.begun and self.row.state in _GOING_ON
         return going_on or (self.row.state is TaskState.QUEUED and not self.waits_for)
 
     @property
     def begun(self) -> bool:
-        """Whether a step of it has begun, in this run or before."""
+        """Whether a step of the job has begun, in this run or before."""
         return self.row.began != ""
 
 
 class QueueEntries:
-    """All jobs that have not ended, the order of those that wait, and the last that have ended.
+    """All jobs that have not ended, the order of waiting jobs, and the last ended jobs.
 
-    Of a waiting job far behind, only the place is in memory; the `journal` has the rest.
-    `on_change` is called after every change.
+    Of waiting jobs beyond the first `AT_HAND`, only the place is in memory; the `journal` has the rest. `on_change` is
+    called after every change.
     """
 
     def __init__(self, journal: Journal) -> None:
@@ -98,7 +98,7 @@ class QueueEntries:
         self.on_change: Callable[[], None] = lambda: None
 
     def __iter__(self) -> Iterator[QueueEntry]:
-        """Yield the jobs in memory: begun, dependent, recently read or recently ended ones."""
+        """Yield the jobs in memory: started, dependent, recently read or recently ended ones."""
         yield from self._ended.values()
         yield from self._alive.values()
         yield from (item for number, item in tuple(self._looked_at.items()) if self._is_parked(number))
@@ -120,7 +120,7 @@ class QueueEntries:
             self.on_change()
 
     def park(self, item: QueueEntry) -> None:
-        """Keep only the place of a waiting job far behind, if no caller waits for its end."""
+        """Reduce a waiting job beyond the first `AT_HAND` to its place, if no caller waits for its end."""
         plain = not (item.waits_for or item.direct or item.begun or item.record or item.ended)
         place = self._order.place_of(item.number)
         if plain and place is not None and place > AT_HAND and self._alive.get(item.number) is item:
@@ -128,7 +128,7 @@ class QueueEntries:
             self._looked_at[item.number] = item
 
     def cleared(self, row: ClearedJobs) -> list[QueueEntry]:
-        """End many waiting jobs at once; return those that are in memory by now."""
+        """End many waiting jobs at once; return those in memory."""
         gone = {number for number in row.numbers if self._is_parked(number)}
         queued = sum(self._order.is_ready(number) for number in gone)
         self._counts[TaskState.QUEUED] -= queued
@@ -144,13 +144,13 @@ class QueueEntries:
         return [*changed, *seen]
 
     def needed(self, number: int) -> bool:
-        """Tell whether another job waits for a job."""
+        """Return whether another job waits for a job."""
         return bool(self._dependents.get(number))
 
     def _item(self, number: int) -> QueueEntry | None:
         """Return a job that has not ended; read it if only its place is in memory.
 
-        All holders share one object, which is dropped with the last of them unless it changes.
+        All references share one object, which is dropped with the last reference unless it changes.
         """
         item = self._alive.get(number)
         if item is None and self._is_parked(number):
@@ -161,33 +161,33 @@ class QueueEntries:
         return item
 
     def _hold(self, item: QueueEntry) -> None:
-        """Keep all of a job in memory from now on, because it is near its turn, or changes."""
+        """Hold all of a job in memory from now on, because it is near its turn, or changes."""
         if self._is_parked(item.number):
             self._alive[item.number] = item
 
     @property
     def order(self) -> QueueOrder:
-        """Those that wait for their turn, or are held."""
+        """The order of the jobs that wait for their turn, or are held."""
         return self._order
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many jobs that have not ended are in which state."""
+        """The number of jobs that have not ended, by state."""
         return {state.value: count for state, count in self._counts.items() if count and not state.ended}
 
     @property
     def interrupted(self) -> QueueEntry | None:
-        """The first job that waits for a person to say what becomes of it."""
+        """The first interrupted job, which waits for a user's decision, or None."""
         return self._alive[self._interrupted[0]] if self._interrupted else None
 
     @property
     def anything_waits(self) -> bool:
-        """Whether anything would begin by itself, now or when its turn comes."""
+        """Whether any job would begin by itself, now or when its turn comes."""
         return bool(self._under_way or self._interrupted or self._counts[TaskState.QUEUED])
 
     @property
     def all_ended(self) -> bool:
-        """Whether nothing is left, held jobs included."""
+        """Whether all jobs have ended, held ones included."""
         return not self._alive and not len(self._order)
 
     def get(self, number: int) -> QueueEntry:
@@ -198,48 +198,48 @@ class QueueEntries:
         return item
 
     def find(self, number: int) -> QueueEntry | None:
-        """Return a job that has not ended, or has ended lately, None where it is not known."""
+        """Return a job that has not ended, or has ended lately, None if it is unknown."""
         return self._item(number) or self._ended.get(number)
 
     def in_memory(self, number: int) -> QueueEntry | None:
-        """Return a job as `find` does, None for one of which only the place is in memory: nothing is read."""
+        """Return a job as `find` does, but None if only its place is in memory: nothing is read."""
         if self._is_parked(number):
             return self._looked_at.get(number)
         return self._alive.get(number) or self._ended.get(number)
 
     def alive(self, number: int) -> bool:
-        """Tell whether a job has not ended."""
+        """Return whether a job has not ended."""
         return number in self._alive or number in self._order
 
     def waiting(self, count: int) -> list[QueueEntry]:
-        """Return the first that wait, held ones among them, in the order of the queue."""
+        """Return the first `count` waiting jobs, held ones included, in the order of the queue."""
         going_on = [self._alive[number] for number in (*self._interrupted, *self._under_way)]
         left = max(0, count - len(going_on))
         return [*going_on, *(self._known(number) for number in self._order.first(left))][:count]
 
     def going_on(self) -> QueueEntry | None:
-        """Return the job that has begun and is to go on before any other begins."""
+        """Return the job that has begun and must continue before any other begins, or None."""
         return self._alive[self._under_way[0]] if self._under_way else None
 
     def next(self, may_begin: MayBegin) -> QueueEntry | None:
-        """Return the job whose turn it is."""
+        """Return the next job that may begin, or None."""
         number = self._order.next(may_begin)
         return None if number is None else self._known(number)
 
     def _known(self, number: int) -> QueueEntry:
-        """Return a job of those at hand."""
+        """Return a job that has not ended, and hold it in memory."""
         item = self._item(number)
         assert item is not None
         self._hold(item)
         return item
 
     def next_direct(self, may_begin: MayBegin) -> QueueEntry | None:
-        """Return the first direct command."""
+        """Return the first direct command that may begin, or None."""
         items = (self._alive[number] for number in self._direct)
         return next((item for item in items if item.may_begin and may_begin(item.row.owner.name)), None)
 
     def add(self, item: QueueEntry) -> None:
-        """Put a new job in."""
+        """Add a new job."""
         self._alive[item.number] = item
         for number in item.waits_for:
             self._dependents[number].add(item.number)
@@ -247,7 +247,7 @@ class QueueEntries:
         self._line_up(item)
 
     def replace(self, item: QueueEntry, row: JobRow) -> None:
-        """Put a newer version of a job in the place of the one that there is."""
+        """Replace a job's row by a newer version."""
         self._hold(item)
         self._counts[item.row.state] -= 1
         self._counts[row.state] += 1
@@ -257,7 +257,7 @@ class QueueEntries:
         self._line_up(item)
 
     def depend(self, item: QueueEntry, numbers: frozenset[int]) -> None:
-        """Have a job wait for others."""
+        """Set the jobs for which a job waits."""
         self._hold(item)
         for number in item.waits_for:
             self._dependents[number].discard(item.number)
@@ -267,7 +267,7 @@ class QueueEntries:
         self._line_up(item)
 
     def dependents(self, number: int) -> list[QueueEntry]:
-        """Return the jobs that wait for a job, in the order they came."""
+        """Return the jobs that wait for a job, in order of submission."""
         return [self._alive[one] for one in sorted(self._dependents.get(number, ())) if one in self._alive]
 
     def no_longer_direct(self) -> list[QueueEntry]:
@@ -279,7 +279,7 @@ class QueueEntries:
         return items
 
     def _line_up(self, item: QueueEntry) -> None:
-        """See that a job stands where its state says, and nowhere else."""
+        """Put a job into the lists that match its state, and remove it from the others."""
         row, number = item.row, item.number
         going_on = not row.state.ended and item.begun
         if row.state in _LINED_UP and not going_on:
@@ -307,7 +307,7 @@ def _ended_by(end: ClearedJobs, row: JobRow) -> JobRow:
 
 
 def _keep(numbers: list[int], number: int, *, among: bool) -> None:
-    """See that a number is in a list, or is not."""
+    """Add a number to a list, or remove it."""
     if among and number not in numbers:
         numbers.append(number)
     elif not among and number in numbers:

@@ -1,11 +1,11 @@
-"""Recover an interrupted job: the choices, and what each of them does.
+"""Recover an interrupted job: the choices, and the effect of each of them.
 
-The choices for an interrupted job, and the effect of each. Pure; only a person chooses.
+The choices are computed without side effects; only a user chooses.
 
-Nobody can know from here whether the gripper holds a part: the power may have gone at any instant. So it is asked
-wherever what comes next depends on it, and taken from the machine only where that is certain: an open gripper is empty.
+The program cannot know whether the gripper holds a part: the power may have failed at any time. So the user must answer
+wherever the next steps depend on it. Only one fact comes from the machine: an open gripper is empty.
 
-Jobs that an earlier run left: load them when the queue opens, show them, and let a person decide.
+Jobs that an earlier run left are loaded when the queue opens, shown, and left to a user's decision.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ QUESTION = marked("Does the gripper hold a part?", "AnswerNeeded.question")
 
 
 class RecoveryChoice(StrEnum):
-    """The choices of a person."""
+    """The choices of a user."""
 
     RESUME = "resume"
     REDO = "redo"
@@ -46,9 +46,9 @@ class RecoveryChoice(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RecoverySituation:
-    """An interrupted job: the `command` of the step that was under way ("" between two), those of the steps after it.
+    """An interrupted job: the `command` of the interrupted step ("" between two), and those of the steps after it.
 
-    `holding` is what the machine tells of the gripper: False where it is open, None where only a person can see.
+    `holding` is False if the machine reports an open gripper, None if only a user can see.
     """
 
     command: str
@@ -59,7 +59,7 @@ class RecoverySituation:
 class RecoveryDecision(NamedTuple):
     """The effect of a choice: the step's next state (None if no step was running), and whether the job continues.
 
-    `holding` is what is known of the gripper now, None where it does not matter.
+    `holding` is whether the gripper holds a part, None if it does not matter.
     """
 
     step: TaskState | None
@@ -68,7 +68,7 @@ class RecoveryDecision(NamedTuple):
 
 
 def choices(situation: RecoverySituation) -> tuple[Choice, ...]:
-    """Return what may be chosen."""
+    """Return the available choices."""
     step = situation.command
     if not step:
         meanings = {RecoveryChoice.RESUME: "go on with the next step", RecoveryChoice.ABORT: "end the job as cancelled"}
@@ -83,9 +83,9 @@ def choices(situation: RecoverySituation) -> tuple[Choice, ...]:
 
 
 def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> RecoveryDecision:
-    """Return what `choice` does, where a person says whether the gripper is `holding` a part (None: he did not say).
+    """Return the effect of `choice`; `holding` is the user's answer whether the gripper holds a part (None: no answer).
 
-    Raises `InvalidValue` for what is no choice here or contradicts the machine, and `AnswerNeeded`.
+    Raises `InvalidValue` for an unavailable choice or a contradiction of the machine, and `AnswerNeeded`.
     """
     offered = [one.name for one in choices(situation)]
     if choice not in offered:
@@ -112,7 +112,7 @@ def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> R
 
 
 def _held_after(command: str) -> bool | str:
-    """Return what the gripper holds after a step, "whatever" where that tells nothing of the step."""
+    """Return whether the gripper holds a part after a step, "whatever" if the step does not determine it."""
     return {PartEffect.TAKES: True, PartEffect.PUTS: False}.get(PRIMITIVES[command].part, "whatever")
 
 
@@ -127,9 +127,9 @@ def _resumed(command: str) -> str:
 
 
 def _needs_answer(situation: RecoverySituation, chosen: RecoveryChoice) -> bool:
-    """Whether a person has to say what the gripper holds: what comes depends on it and the machine cannot tell.
+    """Whether a user must answer what the gripper holds: the next steps depend on it and the machine cannot know.
 
-    That a place has happened is not told by an open gripper: it may have opened when the power went.
+    An open gripper does not prove that a place has happened: it may have opened when the power failed.
     """
     if chosen is RecoveryChoice.ABORT:
         return False
@@ -140,7 +140,7 @@ def _needs_answer(situation: RecoverySituation, chosen: RecoveryChoice) -> bool:
 
 
 def _matters(commands: Iterable[str]) -> bool:
-    """Whether it matters to these steps what the gripper holds: before it is opened or closed for itself."""
+    """Whether these steps depend on what the gripper holds: the first step that concerns a part takes or puts one."""
     parts = (PRIMITIVES[command].part for command in commands)
     return next((part for part in parts if part is not PartEffect.NONE), None) in {PartEffect.TAKES, PartEffect.PUTS}
 
@@ -149,7 +149,7 @@ _UNDER_WAY = {TaskState.RUNNING, TaskState.PAUSED}
 
 
 class JobRecoverer:
-    """Deals with jobs that were interrupted, one after the other."""
+    """Handles interrupted jobs, one after the other."""
 
     def __init__(self, shared: RunnerContext, items: QueueEntries, changes: Changes, editing: JobEditor) -> None:
         self._shared = shared
@@ -178,7 +178,7 @@ class JobRecoverer:
         await self._shared.ledger.write(propose)
 
     def view(self) -> Recovery | None:
-        """Return the job that waits for a person, with where the machine is now, None where none does."""
+        """Return the interrupted job that waits for a user, with the machine's present state, or None."""
         item = self._items.interrupted
         if item is None:
             return None
@@ -196,10 +196,10 @@ class JobRecoverer:
         )
 
     async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
-        """Do what a person chose for the interrupted job.
+        """Apply a user's choice to the interrupted job.
 
-        Raises `NotFound`, `InvalidValue`, `AnswerNeeded`, `StorageFailed`, and what the motions that remain are refused
-        with; then everything is as it was.
+        Raises `NotFound`, `InvalidValue`, `AnswerNeeded`, `StorageFailed`, and the refusal of a remaining motion; after
+        an error nothing has changed.
         """
         item = self._items.interrupted
         if item is None:
@@ -220,7 +220,7 @@ class JobRecoverer:
             self._shared.robot.seen(holding=decision.holding)
 
     async def _record(self, row: JobRow, steps: tuple[StepRow, ...]) -> JobRecord | None:
-        """Return what is known of a job's steps, None where none has begun or nobody can tell what they were."""
+        """Return the record of a job's steps, None if none has begun or the stored job cannot be expanded."""
         if not steps:
             return None
         try:
@@ -235,7 +235,7 @@ class JobRecoverer:
         return [*entries, *self._changes.job(item, TaskState.INTERRUPTED)]
 
     def _mode(self, before: QueueRow, interrupted: bool) -> list[Transaction]:
-        """Return the queue's mode after a restart: what waits, waits for a person."""
+        """Return the change of the queue's mode after a restart; if jobs wait, pause until a user resumes."""
         pausing = self._shared.pausing
         pausing.take_up(before)
         if before.paused and not interrupted:
@@ -248,7 +248,7 @@ class JobRecoverer:
         return []
 
     def _situation(self, item: QueueEntry) -> tuple[StepRecord | None, RecoverySituation]:
-        """Return the step that was under way, and all that a choice depends on."""
+        """Return the interrupted step, None without one, and the situation on which a choice depends."""
         holding = self._holding()
         if item.record is None:
             return None, RecoverySituation("", (), holding)
@@ -257,18 +257,18 @@ class JobRecoverer:
         return step, RecoverySituation("" if step is None else step.task.primitive.command, rest, holding)
 
     def _holding(self) -> bool | None:
-        """Return what the machine tells of the gripper: only that it is open is certain, and only while it answers."""
+        """Return False if the controller answers and the gripper is open, else None: only an open one is certain."""
         state = self._shared.controller.state
         return None if state.mode is Mode.DISCONNECTED or state.gripper_closed else False
 
     async def _ahead(self, item: QueueEntry, step: StepRecord | None, decision: RecoveryDecision) -> list[Task]:
-        """Return what would be done."""
+        """Return the tasks that the decision leaves to do."""
         record = item.record or JobRecord(await self._shared.foresight.expanded(item.row.body))
         left_out = step if decision.step is not TaskState.QUEUED else None
         return [one.task for one in record.remaining if one is not left_out]
 
     def _pose(self, holding: bool | None) -> Pose:
-        """Return where the robot is, with the gripper as a person has seen it."""
+        """Return the robot's pose, with the gripper as the user has seen it."""
         pose = self._shared.robot.pose
         if holding is None or pose.gripper is GripperState.OPEN:
             return pose
@@ -284,7 +284,7 @@ class JobRecoverer:
         return [entry._replace(sure=False) for entry in entries]
 
     def _resumed(self, item: QueueEntry, by: str, *, resume_queue: bool) -> list[Transaction]:
-        """Return the change that lets the queue go on, unless another job waits for a person."""
+        """Return the change that resumes the queue, unless another interrupted job waits for a user."""
         others = self._items.waiting(2)
         if not resume_queue or any(one is not item and one.row.state is TaskState.INTERRUPTED for one in others):
             return []

@@ -1,4 +1,4 @@
-"""Reports: the record that the queue keeps of a job, and frozen copies of it.
+"""Reports: the queue's record of a job, and frozen copies of it.
 
 Long lists are built in slices, so that no reader blocks the robot's loop.
 """
@@ -21,23 +21,23 @@ S = TypeVar("S")
 T = TypeVar("T")
 
 SLICE = 100
-"""Number of entries that are made at a time: about 1 ms of work."""
+"""Number of entries built at a time: about 1 ms of work."""
 
 
 class Slices:
-    """Gives one reader after the other a `turn`: those that come together hold the loop no longer than one alone."""
+    """Serializes readers by `turn`: several readers at once block the loop no longer than one alone."""
 
     def __init__(self) -> None:
         self.turn = asyncio.Lock()
 
     async def each(self, make: Callable[[S], T], things: Sequence[S]) -> list[T]:
-        """Return what `make` returns for each of some things, made in a turn."""
+        """Return the results of `make` for `things`, computed in one turn."""
         async with self.turn:
             return await map_in_slices(make, things)
 
 
 async def map_in_slices(make: Callable[[S], T], things: Sequence[S]) -> list[T]:
-    """Return what `make` returns for each of some things; others use the loop between two slices."""
+    """Return the results of `make` for `things`; other tasks use the loop between two slices."""
     found: list[T] = []
     for begin in range(0, len(things), SLICE):
         if begin:
@@ -79,7 +79,7 @@ class StepRecord:
         return self.row.state
 
     def become(self, state: TaskState, notice: Notice | None = None) -> StepRow:
-        """Return its row after it has gone on to `state`, because of `notice` where there is one."""
+        """Return the step's row after a change to `state`, with `notice` as its reason."""
         code, message = (0, "") if notice is None else (notice.code, notice.message)
         return replace(self.row, state=advance(self.row.state, state), code=code, message=message)
 
@@ -104,7 +104,7 @@ def result_of(task: Task, row: StepRow) -> StepResult:
 
 
 def where(state: State) -> dict[str, object]:
-    """Return where a step has ended, as it is kept."""
+    """Return where a step has ended, in its stored form."""
     return {"counts": list(state.counts), "point": None if state.point is None else list(state.point)}
 
 
@@ -112,7 +112,8 @@ def where(state: State) -> dict[str, object]:
 class StepCounts:
     """The steps of a job, counted: `done`, and those that remain, in order.
 
-    `predicted` is the sum of what those take that are predicted [s]; `homings` are the others.
+    `predicted` is the sum of the predicted durations of remaining steps [s]; `homings` counts those without a
+    prediction.
     """
 
     done: int
@@ -133,8 +134,8 @@ class StepCounts:
 class JobRecord:
     """The present data of the steps of one job.
 
-    `preview` is what its last check predicted, `end` where that leaves the robot. `current` is the index of the step
-    under way, 0 between two, begun at loop time `current_since` [s].
+    `preview` is the prediction of its last check, `end` the robot's predicted end pose. `current` is the index of the
+    step under way, 0 between two steps; it began at loop time `current_since` [s].
     """
 
     expansion: Expansion
@@ -153,7 +154,7 @@ class JobRecord:
 
     @classmethod
     def kept(cls, expansion: Expansion, rows: Iterable[StepRow]) -> JobRecord:
-        """Return the record of a job of which `rows` are known."""
+        """Return the record of a job from its stored `rows`."""
         record = cls(expansion)
         for row in rows:
             if 0 < row.index <= len(record.steps):
@@ -162,24 +163,24 @@ class JobRecord:
 
     @property
     def tally(self) -> StepCounts:
-        """The steps counted, once for all who look between two changes: a job may have thousands."""
+        """The counts of the steps, computed once between two changes: a job may have thousands of steps."""
         if self._counted is None or self._counted[0] != self._edition.number:
             self._counted = (self._edition.number, StepCounts.of(self.steps))
         return self._counted[1]
 
     @property
     def done(self) -> int:
-        """How many steps are done."""
+        """The number of done steps."""
         return self.tally.done
 
     @property
     def under_way(self) -> StepRecord | None:
-        """The step under way, None between two."""
+        """The step under way, None between two steps."""
         return self.steps[self.current - 1] if self.current else None
 
     @property
     def begun(self) -> bool:
-        """Whether a step of it was tried."""
+        """Whether a step of the job was tried."""
         return any(step.row.duration is not None for step in self.steps)
 
     @property
@@ -188,13 +189,13 @@ class JobRecord:
         return self.tally.remaining
 
     def skip_rest(self) -> None:
-        """Count the steps that have not begun as skipped: the job has ended."""
+        """Mark the steps that have not begun as skipped, because the job has ended."""
         for step in self.steps:
             if step.state is TaskState.QUEUED:
                 step.row = step.become(TaskState.SKIPPED)
 
     def previewed(self, preview: JobPreview, end: Pose) -> None:
-        """Keep what the check of the steps that remain predicted."""
+        """Store the predictions of a check of the remaining steps."""
         self.preview, self.end = preview, end
         for step in preview.steps:
             record = self.steps[step.index - 1]
@@ -202,7 +203,7 @@ class JobRecord:
 
 
 def parts_of(expansion: Expansion, rows: Sequence[StepRow]) -> dict[str, Point | None]:
-    """Return where the steps done so far have put the parts; a step that ended early may have taken its part."""
+    """Return the places of the parts after the steps so far; a step that ended early may have taken its part."""
     parts: dict[str, Point | None] = dict.fromkeys(expansion.parts)
     for task, row in zip(expansion.tasks, rows, strict=True):
         if task.part is not None and row.state not in {TaskState.QUEUED, TaskState.SKIPPED}:
@@ -212,7 +213,7 @@ def parts_of(expansion: Expansion, rows: Sequence[StepRow]) -> dict[str, Point |
 
 @dataclass(frozen=True, slots=True)
 class JobSnapshot:
-    """A job at one instant: its line, what it comes to, and a row for every step; `preview` is that of its check."""
+    """A job at one instant: its line, its expansion, and a row for every step; `preview` is that of its check."""
 
     line: JobLine
     expansion: Expansion
@@ -222,13 +223,13 @@ class JobSnapshot:
 
     @classmethod
     def of(cls, line: JobLine, record: JobRecord, version: str) -> JobSnapshot:
-        """Return how a job stands now of which all is known."""
+        """Return the snapshot of a job whose record is in memory."""
         preview = None if line.state.ended and not record.begun else record.preview
         return cls(line, record.expansion, [step.row for step in record.steps], version, preview)
 
     @classmethod
     def kept(cls, line: JobLine, expansion: Expansion, known: Iterable[StepRow], version: str) -> JobSnapshot:
-        """Return how a job stands of which some rows are `known`; the steps of one that ended count as skipped."""
+        """Return the snapshot of a job from its `known` rows; the other steps of an ended job count as skipped."""
         state = TaskState.SKIPPED if line.state.ended else TaskState.QUEUED
         rows = [StepRow(task.index, state) for task in expansion.tasks]
         for row in known:
@@ -238,7 +239,7 @@ class JobSnapshot:
 
 
 async def report_of(job: JobSnapshot) -> JobReport:
-    """Return a job as a value; others use the loop meanwhile, for it may have thousands of steps."""
+    """Return a job's report; other tasks use the loop meanwhile, because a job may have thousands of steps."""
     line, preview = job.line, job.preview
     steps = await map_in_slices(lambda pair: result_of(*pair), list(zip(job.expansion.tasks, job.rows, strict=True)))
     await asyncio.sleep(0)
@@ -269,7 +270,7 @@ def line_of(
     predicted: float | None = None,
     direct: bool = False,
 ) -> JobLine:
-    """Return a job's line; `done` and `predicted` where more is known than was kept."""
+    """Return a job's line; `done` and `predicted` replace values that the row lacks or has outdated."""
     options = row.options
     return JobLine(
         id=row.id,

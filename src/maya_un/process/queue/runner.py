@@ -1,4 +1,4 @@
-"""One job, from its check to its end: step by step, each written down before it begins."""
+"""One job, from its check to its end: step by step, each written before it begins."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from maya_un.schema.jobs import TaskState
 from maya_un.values import Notice
 
 RETRY_AFTER = 1.0
-"""Between a step that failed and its retry [s]."""
+"""Time between a failed step and its retry [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunnerContext:
-    """The shared objects of the queue's workers. `notes_phases` has every phase of a step written down.
+    """The shared objects of the queue's workers. With `notes_phases` every phase of a step is written.
 
-    `foresight` works out what jobs come to.
+    `foresight` computes jobs.
     """
 
     robot: Robot
@@ -49,7 +49,7 @@ class RunnerContext:
 
 
 class JobEnd(NamedTuple):
-    """How far a job has come: its state, why in words, and the error where it was one and no refusal of the check."""
+    """How a run of a job ended: its state, the reason, and the error unless its check refused it."""
 
     state: TaskState
     notice: Notice | None = None
@@ -66,9 +66,9 @@ class _Refused(Exception):
 
 
 class JobRunner:
-    """Runs one job, or goes on with it, for at most `limit` steps; without a limit until the queue is paused.
+    """Runs or continues one job, for at most `limit` steps; without a limit until the queue is paused.
 
-    `follows` is told of the ending before anybody else is: what follows from it for the queue holds by then.
+    Calls `follows` with the end before it is written or announced, so the consequences for the queue hold by then.
     """
 
     def __init__(
@@ -85,9 +85,9 @@ class JobRunner:
     async def run(self) -> None:
         """Run the job as far as it may go and return once that is written, as far as the storage allows.
 
-        If it may not begin any more when its turn comes, nothing happens.
+        Has no effect if the job may no longer begin at its turn.
 
-        Raises `StorageFailed` where not even its beginning can be written; then nothing of it has begun.
+        Raises `StorageFailed` if its start cannot be written; then no step has begun.
         """
         if not await self._begin():
             return
@@ -96,7 +96,7 @@ class JobRunner:
         await self._conclude(ending)
 
     async def _begin(self) -> bool:
-        """Write that the job runs; False where it was held, cancelled or paused before its turn to be written came."""
+        """Write that the job runs; return False if it was held, cancelled or paused before that."""
         item, shared = self._item, self._shared
         date = shared.dates(0.0)
 
@@ -111,7 +111,7 @@ class JobRunner:
         return item.row.state is TaskState.RUNNING
 
     async def _outcome(self) -> JobEnd:
-        """Do what there is to do; whatever happens is an ending."""
+        """Check the job and do its steps; return its end, whatever happens."""
         item = self._item
         try:
             await self._checked()
@@ -133,14 +133,14 @@ class JobRunner:
             return self._ended_early(InternalError(reason=repr(defect)))
 
     def _ended_early(self, error: MayaError) -> JobEnd:
-        """Return how a job or a step ends by `error`: interrupted where this program is about to end."""
+        """Return the end of a job or a step by `error`: interrupted if this program is shutting down."""
         if self._item.interrupt and error is self._item.end_by:
             return JobEnd(TaskState.INTERRUPTED)
         cancelled = isinstance(error, Stopped | Cancelled)
         return JobEnd(TaskState.CANCELLED if cancelled else TaskState.FAILED, Notice(error.code, str(error)), error)
 
     async def _checked(self) -> None:
-        """Work out the job, which a stop ends."""
+        """Compute the job; a stop ends this."""
         self._item.checking = True
         try:
             await self._cancellable(self._check())
@@ -148,7 +148,7 @@ class JobRunner:
             self._item.checking = False
 
     async def _check(self) -> None:
-        """Work out what remains of the job from where the robot is; raises `_Refused`."""
+        """Compute the remaining steps from the robot's position; raises `_Refused`."""
         item, shared = self._item, self._shared
         if item.record is None:
             item.record = JobRecord(await shared.foresight.expanded(item.row.body))
@@ -160,7 +160,7 @@ class JobRunner:
             raise _Refused(record.steps[preview.refusal.index - 1], preview.refusal.notice)
 
     async def _steps(self) -> JobEnd:
-        """Do the steps that remain, in order."""
+        """Do the remaining steps, in order."""
         item = self._item
         assert item.record is not None
         for step in item.record.remaining:
@@ -178,7 +178,7 @@ class JobRunner:
         return self._shared.pausing.paused and not self._item.direct
 
     async def _begin_step(self, step: StepRecord) -> None:
-        """Write that a step begins, with the end of the one before; raises `StorageFailed`, then it may not begin."""
+        """Write that a step begins, with the end of the step before; raises `StorageFailed`, then it may not begin."""
         carried, self._carried = self._carried, []
 
         def propose() -> list[Transaction]:
@@ -188,7 +188,7 @@ class JobRunner:
         await self._shared.ledger.write(propose)
 
     def _predicted(self) -> list[Transaction]:
-        """Return what the check has predicted of the job, once."""
+        """Return the change that stores the check's prediction for the job, once."""
         item = self._item
         preview = None if item.record is None else item.record.preview
         if preview is None or item.row.predicted is not None:
@@ -197,7 +197,7 @@ class JobRunner:
         return [Transaction((row,), lambda: setattr(item, "row", row), sure=True)]
 
     async def _do(self, step: StepRecord) -> None:
-        """Do a step that is written as begun; raises what ends the job early."""
+        """Do a step whose start is written; raises the error that ends the job early."""
         item, loop = self._item, asyncio.get_running_loop()
         began = loop.time()
         assert item.record is not None
@@ -215,18 +215,18 @@ class JobRunner:
             self._shared.pausing.pause("step")
 
     async def _attempted(self, step: StepRecord) -> Exception | None:
-        """Do a step and return what ended it early, be it a defect of ours: how it ended is written in any case."""
+        """Do a step and return the error that ended it early, defects included: its end is written in any case."""
         try:
             await self._cancellable(self._tried(step))
         except asyncio.CancelledError:
             _take_back()
             return self._item.end_by or Cancelled()
-        except Exception as error:  # noqa: BLE001 - raised again once the end is kept
+        except Exception as error:  # noqa: BLE001 - raised again once the end is stored
             return error
         return None
 
     async def _end_step(self, step: StepRecord, error: Exception | None, duration: float) -> None:
-        """Keep how a step has ended, to be written with what comes next."""
+        """Store how a step has ended, to be written with the next change."""
         if self._noting is not None:
             await asyncio.wait({self._noting})
             self._noting = None
@@ -240,7 +240,7 @@ class JobRunner:
         self._carried.append(self._shared.changes.step(self._item, step, row))
 
     async def _tried(self, step: StepRecord) -> None:
-        """Do a step, once more where that was asked for and does no harm; raises its error."""
+        """Do a step, with the retries of the job if a repetition is harmless; raises its error."""
         attempts = 1 + (self._item.row.options.retries if step.task.primitive.harmless() else 0)
         for attempt in range(1, attempts + 1):
             try:
@@ -251,13 +251,13 @@ class JobRunner:
                 failed = replace(step.row, code=error.code)
                 self._shared.changes.tell_step(self._item, step, failed, attempt=attempt + 1)
                 await asyncio.sleep(RETRY_AFTER)
-                if self._item.end_by is not None:  # somebody said stop meanwhile, when nothing moved
+                if self._item.end_by is not None:  # a stop came meanwhile, when nothing moved
                     raise self._item.end_by from None
             else:
                 return
 
     def _on_phase(self, step: StepRecord) -> OnPhase | None:
-        """Return who writes down each phase of a step as it begins, where that is wanted."""
+        """Return the callback that writes each phase of a step as it begins, None if phases are not written."""
         if not self._shared.notes_phases:
             return None
 
@@ -268,7 +268,7 @@ class JobRunner:
         return began
 
     async def _note(self, step: StepRecord, phase: str, before: asyncio.Task[None] | None) -> None:
-        """Write down a phase; where that cannot be, the step goes on: a motion does not end half way for it."""
+        """Write a phase; if that fails, the step continues: a motion does not end half way for it."""
         if before is not None:
             await asyncio.wait({before})
 
@@ -279,7 +279,7 @@ class JobRunner:
             await self._shared.ledger.write(propose)
 
     async def _cancellable(self, work: Awaitable[None]) -> None:
-        """Await what a cancellation of the job may end."""
+        """Await work that a cancellation of the job may end."""
         self._item.moving = True
         try:
             await work
@@ -309,7 +309,7 @@ class JobRunner:
 
 
 def _take_back() -> None:
-    """Take the cancellation of a motion back: how it ended is still to be written."""
+    """Revoke the cancellation of a motion, because its end is still to be written."""
     task = asyncio.current_task()
     if task is not None:
         task.uncancel()

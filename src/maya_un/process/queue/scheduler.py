@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 
 class ShieldedTasks:
-    """Does coroutines to their end: cancelling who waits for one does not cancel it."""
+    """Runs coroutines to their end: cancelling the caller that waits for one does not cancel it."""
 
     def __init__(self) -> None:
         self._tasks: set[asyncio.Task[Any]] = set()
@@ -43,31 +43,31 @@ class ShieldedTasks:
         return await asyncio.shield(self.begin(work))
 
     def begin(self, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:
-        """Do work for which nobody waits."""
+        """Start work in the background, and return its task."""
         task = asyncio.get_running_loop().create_task(work, name="whole")
         self._tasks.add(task)
         task.add_done_callback(self._done)
         return task
 
     async def settle(self) -> None:
-        """Wait until all that was begun is done."""
+        """Wait until all started work is done."""
         while self._tasks:
             await asyncio.wait(self._tasks)
 
     def _done(self, task: asyncio.Task[Any]) -> None:
         self._tasks.discard(task)
         if not task.cancelled():
-            task.exception()  # the caller may have left, and then nobody else notices it
+            task.exception()  # the caller may be gone: mark the exception as retrieved
 
 
 _PASSED_ON = {"taken", "released", "handed over", "broken"}
-"""Changes of the lease after which somebody drives, or whoever drove has said that he does no more."""
+"""Changes of the lease by a user's decision: another user drives, or the driver has released it."""
 
 
 class Scheduler:
-    """Takes job after job of `items` to a runner, whomever the `lease` lets.
+    """Passes one job of `items` after the other to a runner, if the `lease` permits its owner.
 
-    `halts` counts how often everything was told to stop.
+    `halts` counts the stops of all jobs.
     """
 
     def __init__(
@@ -95,19 +95,19 @@ class Scheduler:
 
     @property
     def closed(self) -> bool:
-        """Whether nothing begins any more, for the program ends."""
+        """Whether no job begins any more, because the program ends."""
         return self._closed
 
     def wake(self) -> None:
-        """Begin what may begin."""
+        """Begin the next job if one may begin."""
         if self._runner is None and self._next() is not None:
             self._runner = asyncio.get_running_loop().create_task(self._run(), name="job queue")
 
     async def pause(self, by: str, *, now: bool) -> None:
-        """Begin nothing more, and, where that is meant `now`, hold the motion under way on its path too.
+        """Begin nothing more; with `now`, also hold the motion under way on its path.
 
-        Raises `CannotPause` where that cannot be held, `NotConnected`, `Faulted`; `StorageFailed`, and pauses all the
-        same.
+        Raises `CannotPause` if the motion cannot be held, `NotConnected`, `Faulted`. Raises `StorageFailed` too, but is
+        paused even then.
         """
         running = self.running
         if now and running is not None:
@@ -119,16 +119,16 @@ class Scheduler:
         await self._ledger.flush()
 
     async def resume(self, by: str) -> None:
-        """Begin jobs again, and let a motion go on that is held; raises `AnswerNeeded`, `StorageFailed`."""
+        """Resume the queue, and continue a held motion; raises `AnswerNeeded`, `StorageFailed`."""
         self._require_decided()
         await self._whole.do(self._ledger.write(lambda: [self._pausing.resume(by)] if self._pausing.paused else []))
         await self._let_motion_go_on()
         self.wake()
 
     async def step(self, by: str) -> None:
-        """Do one step and pause again; where the queue runs, pause after the step under way.
+        """Do one step and pause again; if the queue runs, pause after the step under way.
 
-        Raises as `resume`, and `Busy` while somebody drives past the queue.
+        Raises as `resume`, and `Busy` while a command drives past the queue.
         """
         self._require_decided()
         await self._ledger.flush()
@@ -145,7 +145,7 @@ class Scheduler:
                 self._steps_allowed = 0
 
     def halt(self, error: MayaError, reason: str = "stop") -> None:
-        """Begin nothing more: jobs that wait stay where they are, the one that runs begins no further step.
+        """Begin nothing more: waiting jobs keep their places, the running job begins no further step.
 
         A job in its check ends at once.
         """
@@ -156,7 +156,7 @@ class Scheduler:
         self.pause_by_itself(reason)
 
     def driver_ended(self, owner: str) -> None:
-        """Pause after the step under way, where that is of a job of somebody who may not drive any more."""
+        """Pause after the step under way, if its job belongs to an owner who may no longer drive."""
         if self.running is not None and self.running.row.owner.name == owner:
             self._pausing.pause("driver")
 
@@ -167,7 +167,7 @@ class Scheduler:
             self._pausing.pause(reason)
 
     async def lift(self) -> None:
-        """End a pause that nobody asked for and that protects nothing any more."""
+        """End a pause that no user requested and that protects nothing any more."""
         if not self._needless():
             return
         try:
@@ -180,13 +180,13 @@ class Scheduler:
         return self._pausing.by_itself and not busy and not self._ledger.failing
 
     def end(self, item: QueueEntry, error: MayaError, *, brake: bool = True) -> None:
-        """Have the job end that is under way; a second time would cut short its wait for the axes to come to rest."""
+        """End the job under way; it is cancelled only once, because a second time would cut short its wait for rest."""
         item.end_by = item.end_by or error
         if brake and item.moving and self._runner is not None and not self._runner.cancelling():
             self._runner.cancel()
 
     async def left(self, item: QueueEntry) -> None:
-        """Wait until a job is under way no longer, be its end written or not."""
+        """Wait until a job is no longer under way, whether or not its end is written."""
         while self.running is item:
             leaving: asyncio.Future[None] = asyncio.get_running_loop().create_future()
             self._leaving.append(leaving)
@@ -201,14 +201,17 @@ class Scheduler:
         return report
 
     async def resume_motion(self) -> None:
-        """Let motion go on after a pause; raises as `Controller.resume` does."""
+        """Continue motion after a pause; raises as `Controller.resume` does."""
         await self._controller.resume()
         if self.running is not None:
             await self._mark(self.running, TaskState.RUNNING)
 
     @contextmanager
     def aside(self, command: str) -> Iterator[None]:
-        """Begin no job while the block runs, which drives the robot past the queue; raises `Busy` while one does."""
+        """Begin no job while the block drives the robot past the queue.
+
+        Raises `Busy` while another block or a job runs.
+        """
         if self._aside:
             raise Busy(doing=self._aside)
         if self.running is not None and not self.running.row.state.ended:
@@ -221,14 +224,15 @@ class Scheduler:
             self.wake()
 
     def shut(self) -> None:
-        """Begin nothing any more."""
+        """Begin no job any more."""
         self._closed = True
         self._steps_allowed = 0
 
     async def close(self, *, interrupt: bool, finish: bool) -> None:
-        """End the job under way, and return when that is written down: as interrupted or cancelled.
+        """End the job under way, as interrupted or cancelled, and return when that is written.
 
-        It brakes on its path at once, or may `finish` its step first, unless that is held and would never end.
+        The job brakes on its path at once. With `finish` it first finishes its step, unless that is held and would
+        never end.
         """
         self.shut()
         running = self.running
@@ -244,7 +248,7 @@ class Scheduler:
             raise AnswerNeeded(question=question, options=", ".join(RecoveryChoice))
 
     def _next(self) -> tuple[QueueEntry, int | None] | None:
-        """Return whose turn it is, and how many steps he may do (None: all); None where nothing may begin."""
+        """Return the next job and the limit of its steps (None: all), or None if no job may begin."""
         if self._closed or self._aside:
             return None
         direct = self._items.next_direct(self._may_begin)
@@ -259,7 +263,7 @@ class Scheduler:
         return self._lease is None or self._lease.may_begin(owner)
 
     async def _run(self) -> None:
-        """Take one job after the other until none may begin."""
+        """Run one job after the other until none may begin."""
         try:
             while (turn := self._next()) is not None:
                 item, limit = turn
@@ -273,7 +277,7 @@ class Scheduler:
             self._leave()
 
     def _leave(self) -> None:
-        """Have nothing be under way, and tell who waits for that."""
+        """Mark that no job is under way, and wake the tasks that wait for that."""
         self.running = None
         leaving, self._leaving = self._leaving, []
         for one in leaving:
@@ -287,7 +291,7 @@ class Scheduler:
                 await JobRunner(self._shared, item, limit, self._follows).run()
             except StorageFailed:
                 self._items.no_longer_direct()
-            except Exception as defect:  # noqa: BLE001 - nothing may begin after it before somebody has looked
+            except Exception as defect:  # noqa: BLE001 - no job may begin after it before a user has looked
                 context = {"message": f"the queue failed at job {item.number}", "exception": defect}
                 asyncio.get_running_loop().call_exception_handler(context)
                 self._items.no_longer_direct()
@@ -295,7 +299,10 @@ class Scheduler:
 
     @contextmanager
     def _driven(self, item: QueueEntry) -> Iterator[None]:
-        """Have the job's owner drive while it runs; one that goes on under another driver is driven by him."""
+        """Make the job's owner the driver while it runs.
+
+        A job that continues under another driver is driven by that user.
+        """
         if self._lease is None:
             yield
             return
@@ -306,7 +313,7 @@ class Scheduler:
             yield
 
     def _follows(self, item: QueueEntry, ending: JobEnd) -> None:
-        """Do what follows from how a job ended for those that wait."""
+        """Apply the consequences of a job's end for the waiting jobs."""
         if isinstance(ending.error, Stopped):
             self.halt(ending.error)
         elif isinstance(ending.error, MachineError | NotConnected | Faulted):
@@ -315,7 +322,7 @@ class Scheduler:
             self.pause_by_itself("failure")
 
     async def _mark(self, item: QueueEntry, state: TaskState) -> None:
-        """Write that the job under way is held in its motion, or goes on."""
+        """Write that the job under way is held in its motion, or continues."""
         before = TaskState.RUNNING if state is TaskState.PAUSED else TaskState.PAUSED
 
         def propose() -> list[Transaction]:
@@ -334,12 +341,15 @@ class Scheduler:
             self.pause_by_itself("fault")
 
     def _on_storage(self) -> None:
-        """Writing works again: a pause for that may have become needless."""
+        """End a pause for storage that has become needless, because writing works again."""
         if not self._closed:
             self._whole.begin(self.lift())
 
     def _on_lease(self, change: str) -> None:
-        """Let those begin who may now; where a driver is lost, nothing goes on that he would have watched."""
+        """Begin the jobs that the new holder permits.
+
+        If a driver is lost, pause, because that user no longer watches.
+        """
         if self._closed:
             return
         if change not in _PASSED_ON and (self.running is not None or self._items.anything_waits):

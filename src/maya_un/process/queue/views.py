@@ -28,11 +28,11 @@ from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobLine, JobReport, QueueMode, QueueView, TaskState
 
 _STROKES = 2.0
-"""So often each line passes its stroke, the ways between the switches and the slow approaches included."""
+"""Number of times that each line passes its stroke, with the ways between the switches and the slow approaches."""
 
 
 class HomingTime:
-    """Watches homings; `seconds` is what the next one will about take [s], at any speed override."""
+    """Measures homings; `seconds` is the estimated duration of the next one [s], at any speed override."""
 
     def __init__(self, config: Config, events: EventLog) -> None:
         self.seconds = _bound(config)
@@ -55,20 +55,20 @@ def _bound(config: Config) -> float:
 
 
 AHEAD = 50
-"""So many jobs that wait are predicted."""
+"""Number of waiting jobs that are predicted."""
 
 _WHOSE = "forecast"
 
 
 class Etas(NamedTuple):
-    """When which jobs will have ended [s from now], and whether homings among them make that an estimate."""
+    """The expected ends of jobs [s from now], and whether homings make them an estimate."""
 
     at: dict[int, float]
     estimated: bool
 
 
 class _Known(NamedTuple):
-    """The plan of a job, and the start position for which it was computed."""
+    """The outlook of a job, and the start pose for which it was computed."""
 
     body: Body
     left: int
@@ -77,9 +77,9 @@ class _Known(NamedTuple):
 
 
 class Forecast:
-    """Predicts the first jobs that wait; `under_way` tells which job runs.
+    """Predicts the first waiting jobs; `under_way` returns the running job.
 
-    Held jobs, and jobs that wait for them, do not count: nobody knows when they begin. How long a homing takes is
+    Held jobs, and jobs that wait for them, do not count, because their start is unknown. The duration of a homing is
     estimated (`homing`).
     """
 
@@ -102,20 +102,20 @@ class Forecast:
         self._closed = False
 
     def renew(self) -> None:
-        """Work it out again, because something has changed."""
+        """Compute the forecast again, because something has changed."""
         self._stale = True
         if self._task is None and len(self._items.order) and not self._closed:
             self._task = asyncio.get_running_loop().create_task(self._work(), name="forecast")
 
     def predicted(self, item: QueueEntry) -> float | None:
-        """Return how long a job will take [s], homings apart; None where it is not worked out, or would be refused."""
+        """Return how long a job will take [s], without homings; None if it is not computed, or would be refused."""
         known = self._known.get(item.number)
         if known is None or known.body is not item.row.body or known.course.preview.refusal is not None:
             return None
         return known.course.preview.duration
 
     def etas(self, now: float) -> Etas:
-        """Return when jobs will have ended, from loop time `now` [s] on, at full speed; those that can be told."""
+        """Return the expected ends of jobs, from loop time `now` [s] on, at full speed, as far as they are known."""
         passed, homings = 0.0, 0
         found: dict[int, float] = {}
         running = self._under_way()
@@ -136,7 +136,7 @@ class Forecast:
         return Etas(found, estimated=homings > 0)
 
     def _in_turn(self, running: QueueEntry | None) -> list[QueueEntry]:
-        """Return the jobs that will begin without anybody's word, in that order: what is held does not."""
+        """Return the jobs that will begin without a user's action, in that order; held jobs will not."""
         ahead = [item for item in self._items.waiting(AHEAD) if item is not running]
         ahead = [item for item in ahead if item.row.state is not TaskState.HELD]
         over = set[int]() if running is None else {running.number}
@@ -148,7 +148,7 @@ class Forecast:
         return turns
 
     def _left(self, item: QueueEntry, now: float) -> float | None:
-        """Return how long the job under way will still take [s], None before it has been checked."""
+        """Return the remaining duration of the job under way [s], None before it has been checked."""
         record = item.record
         if record is None or record.preview is None:
             return None
@@ -160,7 +160,7 @@ class Forecast:
         return max(0.0, whole - min(now - record.current_since, current))
 
     async def close(self) -> None:
-        """Work out nothing more."""
+        """Stop the computation."""
         self._closed = True
         if self._task is not None:
             self._task.cancel()
@@ -175,7 +175,7 @@ class Forecast:
             self._task = None
 
     async def _ahead(self) -> None:
-        """Work out job after job; ends early where something changes, to begin again."""
+        """Compute one job after the other; return early if something changes, to begin again."""
         running = self._under_way()
         end = None if running is None or running.record is None else running.record.end
         pose = self._robot.pose if end is None else end
@@ -192,7 +192,7 @@ class Forecast:
                 return
 
     async def _course(self, item: QueueEntry, start: Pose) -> JobOutlook | None:
-        """Return what a job comes to from `start`, None where that cannot be told."""
+        """Return the outlook of a job from `start`, None if it cannot be computed."""
         left = -1 if item.record is None else len(item.record.remaining)
         known = self._known.get(item.number)
         if known is not None and known.body is item.row.body and (known.left, known.start) == (left, start):
@@ -212,18 +212,18 @@ class Forecast:
 
 
 def _homings_left(item: QueueEntry) -> int:
-    """Return how many homings are ahead of the job under way, the one that goes on included."""
+    """Return how many homings remain in the job under way, including a running one."""
     return 0 if item.record is None else item.record.tally.homings
 
 
 SHOWN = AHEAD
-"""So many jobs that wait are shown: those that are predicted."""
+"""Number of waiting jobs that are shown: those that are predicted."""
 
 _NO_ETAS: Mapping[int, float] = MappingProxyType({})
 
 
 class QueueViews:
-    """Shows `items`, and what the `journal` keeps of others. `speed` is how fast the loop's clock runs."""
+    """Shows `items`, and other jobs from the `journal`. `speed` is the speed of the loop's clock."""
 
     def __init__(
         self,
@@ -250,7 +250,7 @@ class QueueViews:
 
     @property
     def mode(self) -> QueueMode:
-        """Whether jobs begin."""
+        """The mode of the queue: running, pausing or paused."""
         if not self._shared.pausing.paused:
             return QueueMode.RUNNING
         running = self._turns.running
@@ -266,12 +266,12 @@ class QueueViews:
         return self._line(self._items.get(number))
 
     def lines(self) -> list[JobLine]:
-        """Return a line for every job that has not ended, or ended lately, in the order they came."""
+        """Return a line for every job that has not ended, or ended lately, in order of submission."""
         parked = [self._items.get(number) for number in self._items.parked]
         return [self._line(item) for item in sorted({*self._items, *parked}, key=lambda item: item.number)]
 
     def line_of(self, row: JobRow) -> JobLine:
-        """Return the line of a kept job, as it is now where more is known than was kept."""
+        """Return the line of a stored job, with the newer data in memory if there is any."""
         item = self._items.in_memory(row.id)
         if item is None:
             return line_of(row, position=self._items.order.place_of(row.id))
@@ -282,18 +282,18 @@ class QueueViews:
         return await self.slices.each(self.line_of, await self._journal.page(which))
 
     async def found_line(self, number: int) -> JobLine:
-        """Return the line of any job, also of one long ended; raises `NotFound`."""
+        """Return the line of any job, also of one that ended long ago; raises `NotFound`."""
         row, _ = await self.found(number)
         return self.line_of(row)
 
     def first_lines(self) -> tuple[JobLine, ...]:
-        """Return the job under way and the first that wait."""
+        """Return the lines of the job under way and of the first waiting jobs."""
         etas, running = self._etas().at, self._turns.running
         under_way = () if running is None else (self._line(running, etas),)
         return (*under_way, *self._waiting(etas))
 
     def view(self) -> QueueView:
-        """Return the queue now."""
+        """Return the present view of the queue."""
         row, running = self._shared.pausing.row, self._turns.running
         etas, estimated = self._etas()
         return QueueView(
@@ -320,7 +320,7 @@ class QueueViews:
         return known
 
     async def report(self, number: int) -> JobReport:
-        """Return what is known of a job now, also of one long ended; raises `NotFound`."""
+        """Return the present report of a job, also of one that ended long ago; raises `NotFound`."""
         item = self._items.find(number)
         row, steps = await self.found(number)
         expansion = None
@@ -340,7 +340,7 @@ class QueueViews:
         return as_written(row.body)
 
     async def close(self) -> None:
-        """Predict nothing more."""
+        """Stop the forecast."""
         await self._forecast.close()
 
     def _waiting(self, etas: Mapping[int, float]) -> tuple[JobLine, ...]:
@@ -348,7 +348,7 @@ class QueueViews:
         return tuple(self._line(item, etas) for item in self._items.waiting(SHOWN) if item is not running)
 
     def _etas(self) -> Etas:
-        """Return when jobs will have ended [s, loop time from now], none while the queue is paused."""
+        """Return the expected ends of jobs [s, loop time from now], none while the queue is paused."""
         if self._shared.pausing.paused:
             return Etas({}, estimated=False)
         ratio = self._shared.controller.state.override

@@ -1,1 +1,1 @@
-"""Jobs as people write them: files, pallets, steps, taught poses, and the tasks that a job expands to."""
+"""Jobs as users write them: files, pallets, steps, taught poses, and the tasks to which a job expands."""

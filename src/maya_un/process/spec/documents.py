@@ -1,4 +1,4 @@
-"""Read documents that people write: YAML or JSON files. Nothing is executed, and nothing is silently dropped."""
+"""Read documents that users write: YAML or JSON files. Nothing is executed, and nothing is silently dropped."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _text(path: Path) -> str:
 
 
 def _unique_yaml_keys(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Return pairs as a dict; raises `ValueError` for a key that stands twice, or is no text or number."""
+    """Return pairs as a dict; raises `ValueError` for a key that occurs twice, or is no text or number."""
     once: dict[Any, Any] = {}
     for key, value in pairs:
         if not isinstance(key, Hashable):
@@ -57,7 +57,7 @@ def _unique_yaml_keys(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe YAML, where a key that stands twice and an alias are errors."""
+    """Safe YAML, in which a repeated key and an alias are errors."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         def made(part: yaml.Node) -> Any:

@@ -1,8 +1,8 @@
-"""Jobs as people write them, in YAML or JSON: names for parts and places, steps, repetitions.
+"""Jobs as users write them, in YAML or JSON: names for parts and places, steps, repetitions.
 
     name: one cube
     parts:                      where named parts stand at the start, [x, y] or [x, y, z] in metres;
-      cube: [0.50, 1.10]        z is the cell's grasp height where it is left out
+      cube: [0.50, 1.10]        without z, z is the cell's grasp height
     places:
       tray: [1.10, 0.50, 0.40]
     pallets:                    grids of places, spanned by their corners
@@ -16,8 +16,8 @@
           - approach: box[each]
     repeat: 1
 
-The order of the keys does not matter; parts, places, pallets and repeat may be left out, and so may the name: a job
-from a file is then called as the file.
+The order of the keys does not matter. Parts, places, pallets, repeat and name may be omitted; a job from a file is then
+named after the file.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ from maya_un.values import Joints, Point
 T = TypeVar("T")
 
 Coordinates = tuple[float, ...]
-"""x, y and perhaps z [m]."""
+"""x, y and optionally z [m]."""
 
 
 def point_of(coordinates: Coordinates, grasp_height: float) -> Point:
-    """Return coordinates as a point; z left out means `grasp_height` [m]."""
+    """Return coordinates as a point; without z it is at `grasp_height` [m]."""
     x, y, *z = coordinates
     return Point(x, y, *(z or [grasp_height]))
 
@@ -100,7 +100,7 @@ def _printable(name: str) -> str:
 
 
 Name = Annotated[str, Field(min_length=1, max_length=64), AfterValidator(_printable)]
-"""A name that a job gives."""
+"""A name that a job defines."""
 
 Spot = Annotated[str | Coordinates, PlainValidator(_spot)]
 """A place: by its name, or as [x, y] or [x, y, z] in m."""
@@ -115,13 +115,13 @@ JointValues = Annotated[Joints, PlainValidator(_joints)]
 """Joints as [a, b, c] in rad and m."""
 
 Whole = Annotated[int, BeforeValidator(_whole)]
-"""A whole number; neither 2.0 nor true is one."""
+"""A whole number; 2.0 and true are refused."""
 
 
 class Grid(BaseModel):
-    """A pallet as written: two to four corners in the order in which one reads, how many rows and columns.
+    """A pallet as written: two to four corners in reading order, and the numbers of rows and columns.
 
-    Corners are places or names of places; `Pallet.spanned` tells how many a grid needs.
+    Corners are places or names of places; `Pallet.spanned` documents how many a grid needs.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -139,7 +139,7 @@ COMMANDS = tuple(name for name, primitive in PRIMITIVES.items() if primitive.in_
 """The kinds of steps, besides a loop."""
 
 BARE = frozenset(name for name in COMMANDS if not PRIMITIVES[name].argument.key)
-"""Steps that may be written as a word alone."""
+"""Steps that may be written as a single word."""
 
 
 class _Step(BaseModel):
@@ -153,7 +153,7 @@ class _Step(BaseModel):
 
     @property
     def command(self) -> str:
-        """Which of the keys is set."""
+        """The key that is set."""
         return next(iter(self.model_fields_set))
 
     @property
@@ -223,11 +223,11 @@ def _kind(data: object) -> str:
 
 
 AnyStep = Annotated[Annotated[Step, Tag("step")] | Annotated[ForEach, Tag("loop")], Discriminator(_kind)]
-"""A step or a loop; pydantic names which in the place of an error."""
+"""A step or a loop; pydantic names the kind in the location of an error."""
 
 
 MOST_TASKS = 3_000
-"""Steps times repeat of one job; on Maya that is a day and a half, and accepting it never holds the loop."""
+"""Most steps times repeat of one job: on Maya a day and a half; accepting such a job does not block the loop."""
 
 
 MOST_NAMES = 1_000
@@ -235,7 +235,7 @@ MOST_NAMES = 1_000
 
 
 class JobPallet(Grid):
-    """A pallet that a job brings along; with `full`, a part stands on every cell at the start."""
+    """A pallet that a job defines; with `full`, a part stands on every cell at the start."""
 
     full: StrictBool = False
 
@@ -285,7 +285,7 @@ class Job(BaseModel):
 
 
 TOO_MANY = f"steps times repeat is more than {MOST_TASKS}"
-"""Why a job is refused that comes to too many tasks."""
+"""Why a job with too many tasks is refused."""
 
 _REASONS = {
     "missing": "it is missing",
@@ -307,7 +307,7 @@ def _refusal(error: ValidationError) -> InvalidJob:
     location = [str(part) for part in first["loc"] if part != "[key]"]
     looped = location[0:1] == ["steps"] and location[2:3] == ["loop"]
     if location[0:1] == ["steps"]:
-        del location[2:3]  # pydantic's mark of a step or a loop
+        del location[2:3]  # pydantic's tag of a step or a loop
     kind, words = first["type"], first["msg"].removeprefix("Value error, ")
     if kind == "too_long" and len(location) == 1 and location != ["steps"]:
         words, kind = f"it has more than {MOST_NAMES} entries", ""
@@ -329,9 +329,9 @@ def _known(location: list[str], *, looped: bool) -> tuple[str, ...]:
 
 
 def load_job(path: Path) -> Job:
-    """Return the job of a file; one without a name is called as the file.
+    """Return the job of a file; a job without a name is named after the file.
 
-    Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` for what it says.
+    Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` for its contents.
     """
     from maya_un.process.spec.documents import read_document  # noqa: PLC0415 - a worker reads no file and loads no yaml
 

@@ -14,14 +14,14 @@ MOST_VALUES = 100_000
 def decode_object(body: bytes) -> dict[str, Any]:
     """Return the JSON object of a request's body.
 
-    Raises `InvalidRequest` for anything else, NaN and infinities (which are not JSON), a key that stands twice, half a
-    character and more than `MOST_VALUES` included.
+    Raises `InvalidRequest` for anything else, including NaN and infinities (which are not JSON), a repeated key, a lone
+    surrogate and more than `MOST_VALUES` values.
     """
     require_few(body)
     try:
         value = json.loads(body, parse_constant=_refuse_constant, object_pairs_hook=_unique_json_keys)
         if b"\\u" in body:
-            json.dumps(value, ensure_ascii=False).encode()  # a lone surrogate is an error here, and nowhere later
+            json.dumps(value, ensure_ascii=False).encode()  # detect a lone surrogate here, and not later
     except RecursionError as error:
         raise InvalidRequest(key="body", reason="it is nested too deeply") from error
     except ValueError as error:

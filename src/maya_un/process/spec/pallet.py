@@ -7,8 +7,8 @@ With corners p11, p1C, pR1 and pRC, cell (row, column) of an R x C grid lies at
 which meets every corner and spaces the cells of each row evenly, and those of each column too. Without the fourth
 corner, it is p1C + pR1 - p11, and the grid is a parallelogram.
 
-`tray[1,2]` is row 1, column 2; `tray[next]` the next cell; `tray[each]` that of a loop. Loops choose more than
-one cell: `tray` all of them, `tray[2,*]` a row, `tray[*,1]` a column.
+`tray[1,2]` is row 1, column 2; `tray[next]` the next cell; `tray[each]` that of a loop. Loops choose more than one
+cell: `tray` all of them, `tray[2,*]` a row, `tray[*,1]` a column.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ MOST_CELLS = 1_000
 """Cells of the largest pallet."""
 
 FLAT = 0.002
-"""A corner farther than this from the plane of all four [m] is told; chosen, for nobody knows what a grasp forgives."""
+"""A corner farther than this from the plane of all four [m] causes a remark; chosen: a grasp's tolerance is unknown."""
 
 SQUARE = radians(1.0)
-"""An angle of the grid farther than this from a right one [rad] is told: 9 mm on a side of half a metre."""
+"""An angle of the grid farther than this from a right angle [rad] causes a remark: 9 mm on a side of half a metre."""
 
 _COINCIDE = 1e-4
-"""Neighbours nearer than this [m] cannot be told apart: a count of the boom is as much, far out."""
+"""Neighbours nearer than this [m] are indistinguishable: one count of the boom moves as far at full reach."""
 
 _FLAT_CORNER = 2e-6
 """Twice the square of the smallest angle between two sides [rad²]."""
@@ -48,10 +48,10 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RectangleError:
-    """How far four corners are from a rectangle.
+    """Deviation of four corners from a rectangle.
 
-    `flatness` is how far each of them lies from the plane in their midst [m], `squareness` by how much the angle
-    that differs most from a right one does [rad].
+    `flatness` is the distance of each corner from their mean plane [m], `squareness` the largest deviation of an angle
+    from a right angle [rad].
     """
 
     flatness: float
@@ -59,7 +59,7 @@ class RectangleError:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Deviations beyond tolerance, in words; the grid is used as it is taught."""
+        """Deviations beyond tolerance, in words; the grid is used as taught."""
         flat = f"its corners are {self.flatness * 1e3:.1f} mm off a plane"
         square = f"its corners are {degrees(self.squareness):.1f} degrees off a right angle"
         return (flat,) * (self.flatness > FLAT) + (square,) * (self.squareness > SQUARE)
@@ -69,7 +69,7 @@ class RectangleError:
 class Pallet:
     """A grid of `rows` x `columns` places.
 
-    `corners` are cells (1, 1), (1, columns), (rows, 1) and (rows, columns), in the order in which one reads [m].
+    `corners` are cells (1, 1), (1, columns), (rows, 1) and (rows, columns), in reading order [m].
     """
 
     corners: tuple[Point, Point, Point, Point]
@@ -78,11 +78,11 @@ class Pallet:
 
     @classmethod
     def spanned(cls, corners: Sequence[Point], rows: int, columns: int) -> Self:
-        """Return the grid of the corners that are given, in the order in which one reads.
+        """Return the grid of the given corners, in reading order.
 
-        A grid of several rows and columns needs three of them or four, one row or one column its two ends (more are
-        accepted), a single cell itself. Raises `ValueError` for counts out of range, too few or too many corners,
-        and corners that span no grid.
+        A grid of several rows and columns needs three or four corners, a single row or column its two ends (more are
+        accepted), a single cell one. Raises `ValueError` for counts out of range, too few or too many corners, and
+        corners that span no grid.
         """
         check_counts(rows, columns, len(corners))
         pallet = cls(_four(corners, rows, columns), rows, columns)
@@ -94,7 +94,7 @@ class Pallet:
 
     @property
     def extent(self) -> str:
-        """Which cells there are, in words."""
+        """The ranges of rows and columns, in words."""
         return f"it has rows 1 to {self.rows} and columns 1 to {self.columns}"
 
     def cells(self) -> Iterator[Cell]:
@@ -102,7 +102,7 @@ class Pallet:
         return (Cell(row, column) for row in range(1, self.rows + 1) for column in range(1, self.columns + 1))
 
     def place(self, cell: Cell) -> Point:
-        """Return where a cell is [m]; raises `ValueError`, which tells the range, for one that is not there."""
+        """Return the place of a cell [m]; raises `ValueError` with the ranges for a cell that does not exist."""
         if not (1 <= cell.row <= self.rows and 1 <= cell.column <= self.columns):
             raise ValueError(self.extent)
         v, u = _share(cell.row, self.rows), _share(cell.column, self.columns)
@@ -113,7 +113,7 @@ class Pallet:
 
     @property
     def shape(self) -> RectangleError:
-        """How far the corners are from a rectangle; a single row or column has no shape."""
+        """The deviation of the corners from a rectangle; 0 for a single row or column."""
         if self.rows == 1 or self.columns == 1:
             return RectangleError(0.0, 0.0)
         first, right, low, last = self.corners
@@ -123,7 +123,7 @@ class Pallet:
         )
 
     def _sides(self) -> tuple[tuple[Vector, Vector], ...]:
-        """Return at every corner the side along its row and the one along its column, both as cells are counted."""
+        """Return at every corner the side along its row and the side along its column, both in counting direction."""
         first, right, low, last = self.corners
         top, bottom = _difference(right, first), _difference(last, low)
         left, far = _difference(low, first), _difference(last, right)
@@ -133,7 +133,7 @@ class Pallet:
         return (acos(max(-1.0, min(1.0, _dot(_unit(row), _unit(column))))) for row, column in self._sides())
 
     def _normal(self) -> Vector:
-        """Return a normal of the plane in the midst of the corners: the product of the diagonals, as long as that."""
+        """Return a normal of the mean plane of the corners: the cross product of the diagonals, not normalised."""
         first, right, low, last = self.corners
         return _cross(_difference(last, first), _difference(low, right))
 
@@ -150,7 +150,7 @@ class Pallet:
             self._check_order()
 
     def _check_order(self) -> None:
-        """Refuse corners in another order, or on one line: seen from either side, no corner may turn the other way."""
+        """Raise `ValueError` for corners in another order or on one line: no corner may turn the other way."""
         normal = self._normal()
         for row, column in self._sides():
             if _dot(_cross(row, column), normal) <= _FLAT_CORNER * _dot(row, row) * _dot(column, column):
@@ -161,7 +161,7 @@ class Pallet:
 
 
 def check_counts(rows: int, columns: int, corners: int) -> None:
-    """Raise `ValueError` for a grid that cannot be, or not with so many `corners`, wherever they are."""
+    """Raise `ValueError` for an impossible grid, or one that cannot have `corners` corners."""
     if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
         raise ValueError(f"a pallet has 1 to {MOST_CELLS} cells, not {rows} x {columns}")
     least = 1 + (rows > 1) + (columns > 1)
@@ -170,7 +170,7 @@ def check_counts(rows: int, columns: int, corners: int) -> None:
 
 
 def _four(corners: Sequence[Point], rows: int, columns: int) -> tuple[Point, Point, Point, Point]:
-    """Return all four corners of a grid of which some are given; a side of one cell has no length."""
+    """Return all four corners of a grid of which some are given; a side of a single cell has length 0."""
     first, *others = corners
     if len(others) == 3 and rows > 1 and columns > 1:
         right, low, last = others
@@ -206,30 +206,30 @@ def _unit(vector: Vector) -> Vector:
 
 
 NEXT = "next"
-"""The next cell in reading order: for a pick the first that the job has not picked from, for a place alike."""
+"""The next cell in reading order: for a pick the first that the job has not picked from, and likewise for a place."""
 
 EACH = "each"
-"""The cell that the loop has come to."""
+"""The current cell of the loop."""
 
 _REFERENCE = re.compile(r"(.+?) *\[ *(?:(next|each)|([0-9]{1,4}|\*) *, *([0-9]{1,4}|\*)) *\]")
 
 
 class CellReference(NamedTuple):
-    """A name with brackets behind it; `which` is `next`, `each`, or row and column, None for all of them (`*`)."""
+    """A name with brackets after it; `which` is `next`, `each`, or row and column, None for all of them (`*`)."""
 
     pallet: str
     which: str | tuple[int | None, int | None]
 
     @property
     def cell(self) -> Cell | None:
-        """The one cell that it names by its numbers, None where it names another number of them."""
+        """The cell that the reference names by numbers, None if it names several or none."""
         if isinstance(self.which, str) or self.which[0] is None or self.which[1] is None:
             return None
         return Cell(self.which[0], self.which[1])
 
 
 def read_reference(text: str) -> CellReference | None:
-    """Return what a text names by brackets, None where it has none that are understood."""
+    """Return the reference in a text, None without valid brackets."""
     found = _REFERENCE.fullmatch(text)
     if found is None:
         return None
@@ -242,7 +242,7 @@ def _number(text: str) -> int | None:
 
 
 def chosen_cells(reference: CellReference, pallet: Pallet) -> tuple[Cell, ...]:
-    """Return the cells that a reference by numbers chooses, row by row; empty where there are none of that number."""
+    """Return the cells that a reference by numbers chooses, row by row; empty if none matches."""
     assert not isinstance(reference.which, str)
     row, column = reference.which
     return tuple(cell for cell in pallet.cells() if row in {None, cell.row} and column in {None, cell.column})

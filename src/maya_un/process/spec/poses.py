@@ -1,10 +1,10 @@
 """The pose store: taught poses and pallets in a TOML file.
 
-People may read the file, edit it and put it under version control.
+Users may read the file, edit it and put it under version control.
 
     [poses.rack]
-    joints = [0.42, 1.61, 1.3]                  # a [rad], b, c [m]: this is what is taught
-    point = [0.51, 1.12, 0.4]                   # x, y, z [m] on that day; for people, never read
+    joints = [0.42, 1.61, 1.3]                  # a [rad], b, c [m]: the taught values
+    point = [0.51, 1.12, 0.4]                   # x, y, z [m] when taught; for users, never read
     taught = "2026-11-21T16:02:21+00:00"
 
     [pallets.tray]
@@ -13,11 +13,11 @@ People may read the file, edit it and put it under version control.
     columns = 4
     taught = "2026-11-21T16:05:00+00:00"
 
-The file is read whenever something is looked up, parsed again if it has changed, and written, whole or not at all, when
-something is taught; comments in it are lost then.
+Every lookup reads the file, and parses it if it has changed. Teaching writes the file, as a whole or not at all;
+comments in it are then lost.
 
-A name belongs to one pose or to one pallet. A name stands where a place stands, on the command line and in a job, so it
-cannot look like a number or a cell.
+A name belongs to one pose or to one pallet. On the command line and in a job, a name may replace a place, so it cannot
+look like a number or a cell.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _NAME = re.compile(r"[^\W\d_][\w.-]{0,63}")
 
 
 def checked_name(name: object) -> str:
-    """Return `name`; raises `InvalidValue` where it may not be one."""
+    """Return `name`; raises `InvalidValue` if it is not a valid name."""
     if not isinstance(name, str) or _NAME.fullmatch(name) is None:
         reason = "a name is a letter and up to 63 letters, digits, dots, hyphens and underscores"
         raise InvalidValue(key="name", value=repr(name), reason=reason)
@@ -65,7 +65,7 @@ class TaughtPallet:
 
 @dataclass(frozen=True, slots=True)
 class TaughtPlaces:
-    """All poses and pallets by their names, in the order in which they were taught."""
+    """All poses and pallets by their names, in the order of teaching."""
 
     poses: Mapping[str, TaughtPose] = field(default_factory=dict[str, TaughtPose])
     pallets: Mapping[str, TaughtPallet] = field(default_factory=dict[str, TaughtPallet])
@@ -76,9 +76,9 @@ class TaughtPlaces:
         return (*self.poses, *self.pallets)
 
     def pallet(self, name: str, grasp_height: float) -> Pallet:
-        """Return the grid of a taught pallet as it is now; a corner without z is at `grasp_height` [m].
+        """Return the present grid of a taught pallet; a corner without z is at `grasp_height` [m].
 
-        Raises `InvalidValue` where its corners are not what they were when it was taught.
+        Raises `InvalidValue` if its corners have changed and no longer span a grid.
         """
         return self.spanned(name, self.pallets[name].grid, grasp_height)
 
@@ -100,7 +100,7 @@ class TaughtPlaces:
 
 
 MOST_BYTES = 250_000
-"""Size of the largest file, some fifteen hundred poses; reading it holds the robot's loop."""
+"""Size of the largest file, some fifteen hundred poses; reading it blocks the robot's loop."""
 
 _HEAD = "# Taught places of Maya: `maya poses` lists them, `maya teach NAME` adds one. Angles in rad, lengths in m.\n"
 
@@ -141,10 +141,10 @@ class _File(BaseModel):
 
 
 class PoseStore:
-    """Keeps what has been taught in the file at `path`, without one for as long as it lives.
+    """Stores taught poses and pallets in the file at `path`, or in memory without a path.
 
-    `mechanism` holds the constants in force, by which joints become points. Every method raises `FileUnreadable` for
-    a file that cannot be understood, and those that change it `FileUnwritable`.
+    `mechanism` holds the present constants, by which joints become points. Every method raises `FileUnreadable` for an
+    invalid file, and those that change it `FileUnwritable`.
     """
 
     def __init__(self, mechanism: Mechanism, path: Path | None = None) -> None:
@@ -154,7 +154,7 @@ class PoseStore:
         self._known: tuple[str, TaughtPlaces] | None = None
 
     def taught(self) -> TaughtPlaces:
-        """Return everything that is taught now; a text that was understood before is not read again."""
+        """Return all taught poses and pallets; an unchanged text is not parsed again."""
         try:
             text = self._read()
             if self._known is None or self._known[0] != text:
@@ -169,9 +169,9 @@ class PoseStore:
         return TaughtPlaces(poses, {name: _pallet(name, pallet) for name, pallet in file.pallets.items()})
 
     def teach(self, name: str, joints: Joints, date: str, *, replacing: bool = False) -> TaughtPose:
-        """Keep `joints` (rad, m, m) under `name`, taught on `date`, and return the pose.
+        """Store `joints` (rad, m, m) under `name`, taught on `date`, and return the pose.
 
-        Raises `InvalidValue` for what is no name, and `NameTaken`, with `replacing` for the name of a pallet only.
+        Raises `InvalidValue` for an invalid name, and `NameTaken`; with `replacing` only for the name of a pallet.
         """
         with self._alone():
             known = self.taught()
@@ -183,10 +183,10 @@ class PoseStore:
     def teach_pallet(
         self, name: str, grid: Grid, date: str, grasp_height: float, *, replacing: bool = False
     ) -> TaughtPallet:
-        """Keep a grid under `name`, taught on `date`, and return the pallet.
+        """Store a grid under `name`, taught on `date`, and return the pallet.
 
-        Raises `InvalidValue` for what is no name and for corners that span no grid, and `NameTaken`, with `replacing`
-        for the name of a pose only.
+        Raises `InvalidValue` for an invalid name and for corners that span no grid, and `NameTaken`; with `replacing`
+        only for the name of a pose.
         """
         with self._alone():
             known = self.taught()
@@ -208,9 +208,9 @@ class PoseStore:
             self._write(TaughtPlaces(_without(known.poses, name), _without(known.pallets, name)))
 
     def rename(self, old: str, new: str) -> None:
-        """Give a pose or a pallet another name, and have pallets know their corners by it.
+        """Rename a pose or a pallet, also in the corners of pallets.
 
-        Raises `NotTaught`, `NameTaken` and `InvalidValue` for what is no name.
+        Raises `NotTaught`, `NameTaken` and `InvalidValue` for an invalid name.
         """
         with self._alone():
             known = self.taught()
@@ -231,7 +231,7 @@ class PoseStore:
 
     @contextmanager
     def _alone(self) -> Iterator[None]:
-        """Keep other processes from changing the file between its reading and its writing."""
+        """Prevent other processes from changing the file between its reading and its writing."""
         if self._path is None:
             yield
             return
@@ -243,7 +243,7 @@ class PoseStore:
             return self._text
         try:
             found = self._path.stat()
-            if not stat.S_ISREG(found.st_mode):  # a pipe would hold the loop until somebody writes
+            if not stat.S_ISREG(found.st_mode):  # a pipe would block the loop until a program writes to it
                 raise FileUnreadable(path=self._path, reason="it is no file")
             if found.st_size > MOST_BYTES:
                 raise FileUnreadable(path=self._path, reason=f"it is larger than {MOST_BYTES} bytes")
@@ -264,7 +264,7 @@ class PoseStore:
 
 
 def require_known(name: str, known: TaughtPlaces, what: str = "pose or pallet") -> None:
-    """Raise `NotTaught` where nothing is taught under `name`."""
+    """Raise `NotTaught` if no pose or pallet has the name `name`."""
     if name not in known.names:
         raise NotTaught(what=what, name=name, known=", ".join(known.names) or "none yet")
 
@@ -288,7 +288,7 @@ def _without(entries: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 def to_toml(taught: TaughtPlaces) -> str:
-    """Return everything as the text of a file."""
+    """Return all poses and pallets as the text of a file."""
     lines = [_HEAD]
     for name, pose in taught.poses.items():
         values = {"joints": list(pose.joints), "point": pose.point and list(pose.point), "taught": pose.taught}
@@ -308,7 +308,7 @@ def _table(kind: str, name: str, values: Mapping[str, object]) -> list[str]:
 
 
 def _toml(value: object) -> str:
-    """Return a text, a number or a list of them; as JSON has it, but for the one letter that TOML forbids."""
+    """Return a text, a number or a list of them as JSON, with the one letter escaped that TOML forbids."""
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

@@ -4,15 +4,15 @@ Expand a job to its tasks: one for each step, cell and round, with names resolve
 
 Names are looked up in this order: parts, places, cells of pallets, taught poses.
 
-A part is where it stood at the start until it is placed, then where it was placed; so a job may be repeated, and
-a part may be picked by name wherever the job itself put it.
+A part is at its starting place until it is placed, then where it was placed. So a job may be repeated, and a part may
+be picked by name wherever the job itself put it.
 
-Jobs and commands as the journal stores them: as written, with the taught places that they name.
+The journal stores jobs and commands as written, with the taught places that they name.
 
-A taught place that a job names is kept with the job, as it was when the job came: whatever is taught later, and after
-any restart, the job is what was checked when it was accepted.
+A taught place that a job names is stored with the job, as it was on submission. Later teaching and restarts do not
+change the job that was checked on acceptance.
 
-    {"name": …, "steps": […]}                       a job that names nothing taught
+    {"name": …, "steps": […]}                       a job that names no taught place
     {"wish": {"command": …}}                        one primitive
     {"job": {…}, "taught": {"poses": {…}, "pallets": {…}}}      with taught places; also a primitive
 """
@@ -39,20 +39,20 @@ from maya_un.schema.jobs import TaughtPose
 from maya_un.values import Joints, Point
 
 SAME_PLACE = 1e-6
-"""Places nearer to each other than this [m] are one: less than a count of any axis moves the gripper."""
+"""Places nearer to each other than this [m] are equal: the gripper moves less by one count of any axis."""
 
 COMMAND_KEY = "wish"
 """Key of a single primitive in the journal. Journals of version 1 have it, so it cannot change."""
 
 _GRAIN = 1e-4
 _FAR = 1e6
-"""Parts that are farther away than this [m] are out of reach, and are told apart by their distance alone."""
+"""Parts farther away than this [m] are out of reach, and are distinguished by their distance alone."""
 
 _Square = tuple[int, ...]
 
 
 class PartMap:
-    """Parts by their names and by their places [m]; `parts` holds None for a part that nobody knows the place of."""
+    """Parts by their names and by their places [m]; `parts` holds None for a part whose place is unknown."""
 
     def __init__(self, parts: dict[str, Point | None]) -> None:
         self.parts = parts
@@ -62,13 +62,13 @@ class PartMap:
             self._enter(name, place)
 
     def at(self, place: Point) -> str | None:
-        """Return the part that stands at a place, however that was computed; of several the first that was named."""
+        """Return the part at a place, within rounding; if several stand there, the first named. None without one."""
         around = product(*({_square(value - SAME_PLACE), _square(value + SAME_PLACE)} for value in place))
         near = (name for square in around for name in self._there.get(square, ()))
         return min((name for name in near if self._stands(name, place)), key=self._order.__getitem__, default=None)
 
     def put(self, name: str, place: Point | None) -> None:
-        """Have a part stand somewhere else, or nobody know where."""
+        """Set the place of a part; None means unknown."""
         old = self.parts[name]
         if old is not None:
             self._there[tuple(map(_square, old))].discard(name)
@@ -89,25 +89,25 @@ def _square(value: float) -> int:
 
 
 Recall = Callable[[], TaughtPlaces]
-"""Tells what has been taught; asked only for a name that the job does not explain."""
+"""Returns the taught places; called only for a name that the job does not define."""
 
 
 class NamedPlace(NamedTuple):
-    """A place and how it is called."""
+    """A place and its name."""
 
     point: Point
     name: str
 
 
 class PalletLoop(NamedTuple):
-    """The cell that a loop over the pallet has come to."""
+    """The current cell of a loop over a pallet."""
 
     pallet: str
     cell: Cell
 
 
 class NameResolver:
-    """Finds what the names of one job stand for, and remembers which cells it has used."""
+    """Resolves the names of one job, and remembers which cells it has used."""
 
     def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
         self._job = job
@@ -123,9 +123,9 @@ class NameResolver:
         return self._recall()
 
     def parts(self) -> dict[str, Point | None]:
-        """Return where parts stand at the start: those named, and those on full pallets under their cells' names.
+        """Return the starting places of parts: named ones, and those on full pallets under their cells' names.
 
-        Raises `InvalidJob` where both are called alike.
+        Raises `InvalidJob` if a part has the name of such a cell.
         """
         parts: dict[str, Point | None] = {**self._job.part_points(self._grasp_height)}
         for name, grid in self._job.pallets.items():
@@ -150,7 +150,7 @@ class NameResolver:
         return self._taught.poses[name].joints
 
     def cells(self, text: str, key: str) -> tuple[PalletLoop, ...]:
-        """Return what a loop goes through; raises `InvalidJob` and `UnknownName`."""
+        """Return the cells of a loop; raises `InvalidJob` and `UnknownName`."""
         reference = read_reference(text) or CellReference(text, (None, None))
         if reference.pallet not in self._job.pallets and reference.pallet not in self._taught.pallets:
             known = (*self._job.pallets, *self._taught.pallets)
@@ -166,10 +166,9 @@ class NameResolver:
     def spot(
         self, text: str, parts: Mapping[str, Point | None], loop: PalletLoop | None, key: str, command: str
     ) -> NamedPlace:
-        """Return the place that a name stands for in a step `command`, where `parts` are where they are now.
+        """Return the place that a name stands for in a step `command`, with `parts` at their present places.
 
-        Raises `UnknownName`, and `InvalidJob` for a part that nobody knows the place of and for a cell that is not
-        there.
+        Raises `UnknownName`, and `InvalidJob` for a part whose place is unknown and for a cell that does not exist.
         """
         if text in self._job.parts:
             return NamedPlace(self._part(text, parts[text], key), text)
@@ -246,7 +245,7 @@ class NameResolver:
         return cell
 
     def _next(self, name: str, key: str, command: str) -> Cell:
-        """Return the first cell of a pallet that no step `command` has been to."""
+        """Return the first cell of a pallet that no step `command` has used; raises `InvalidJob`."""
         if PRIMITIVES[command].harmless():
             raise InvalidJob(key=key, reason=f"{name}[{NEXT}] is for pick and place, which count their cells apart")
         pallet = self._pallet(name, key)
@@ -262,7 +261,7 @@ class NameResolver:
 class Task:
     """One step of one round: `index` counts from 1 over all rounds, `key` is its place in the file.
 
-    `part` is the named part that it takes or lets go, `put` where it puts that down [m], None where nobody knows.
+    `part` is the named part that it takes or releases, `put` the place of that release [m], None if unknown.
     """
 
     index: int
@@ -275,9 +274,9 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
-    """All tasks of a job, and where its named parts are when all are done; None where nobody knows.
+    """All tasks of a job, and the places of its named parts after them; None if unknown.
 
-    `remarks` say what of its pallets is out of shape.
+    `remarks` are the deviations in shape of its pallets.
     """
 
     tasks: tuple[Task, ...]
@@ -286,10 +285,10 @@ class Expansion:
 
 
 def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expansion:
-    """Return the tasks of `job`; a place without z is at `grasp_height` [m], `recall` tells what has been taught.
+    """Return the tasks of `job`; a place without z is at `grasp_height` [m], `recall` returns the taught places.
 
-    Raises `UnknownName` for a name that stands for nothing, `InvalidJob` for the pick of a part that the job dropped
-    somewhere, for cells that are not there, and for more than `MOST_TASKS` tasks.
+    Raises `UnknownName` for an unknown name, `InvalidJob` for the pick of a part that the job dropped somewhere, for
+    cells that do not exist, and for more than `MOST_TASKS` tasks.
     """
     table = _PartTracker(job, grasp_height, recall)
     tasks: list[Task] = []
@@ -301,7 +300,7 @@ def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expa
 
 
 def starting_parts(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> dict[str, Point]:
-    """Return where the parts of a job stand at its start [m]; raises as `expand`."""
+    """Return the places of a job's parts at its start [m]; raises as `expand`."""
     parts = NameResolver(job, grasp_height, recall).parts()
     return {name: place for name, place in parts.items() if place is not None}
 
@@ -312,7 +311,7 @@ def single(primitive: Primitive) -> Expansion:
 
 
 class _Planned(NamedTuple):
-    """A step on its turn: its place in the file, and the cell of the loop around it."""
+    """A step to be done: its place in the file, and the cell of the loop around it."""
 
     step: Step
     key: str
@@ -320,7 +319,7 @@ class _Planned(NamedTuple):
 
 
 class _PartTracker:
-    """Positions of the parts while the steps are walked through."""
+    """Positions of the parts during the expansion of the steps."""
 
     def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
         self._job = job
@@ -340,7 +339,7 @@ class _PartTracker:
         return self._names.remarks
 
     def rounds(self) -> Iterator[_Planned]:
-        """Yield every step of every round, those of a loop once for each of its cells."""
+        """Yield every step of every round, the steps of a loop once for each of its cells."""
         for _ in range(self._job.repeat):
             for number, step in enumerate(self._job.steps):
                 key = f"steps.{number}"
@@ -355,7 +354,7 @@ class _PartTracker:
                 yield _Planned(step, f"{key}.do.{number}", cell)
 
     def task(self, planned: _Planned, index: int) -> Task:
-        """Return the task of a step and remember what it does to the parts."""
+        """Return the task of a step and apply its effect on the parts."""
         held, key = self._held, planned.key
         primitive, label = self._primitive(planned)
         if primitive.part is PartEffect.TAKES:
@@ -365,7 +364,7 @@ class _PartTracker:
         return Task(index, key, label, primitive, part=held, put=self.parts[held])
 
     def _primitive(self, planned: _Planned) -> tuple[Primitive, str]:
-        """Return what a step does and how it is called, with the cells of pallets by their numbers."""
+        """Return the primitive of a step and its label, with the cells of pallets by their numbers."""
         step = planned.step
         primitive = PRIMITIVES[step.command]
         label, value = str(step), step.argument
@@ -383,7 +382,7 @@ class _PartTracker:
         return task, label
 
     def _handle(self, task: Primitive) -> None:
-        """Remember what a task does to the parts."""
+        """Apply the effect of a task on the parts."""
         match task.part:
             case PartEffect.TAKES:
                 self._held = self._standing.at(task.value)
@@ -409,9 +408,9 @@ class _PartTracker:
 
 
 def job_of_command(request: Mapping[str, object]) -> Job | None:
-    """Return the job of a command like {"command": "pick", "target": "shelf"}, None for one that names nothing.
+    """Return the job of a command like {"command": "pick", "target": "shelf"}, None if the command contains no name.
 
-    Raises `InvalidValue` for the cell of a pallet that only a job can tell.
+    Raises `InvalidValue` for `next` and `each`, which are cells of a job only.
     """
     command = request.get("command")
     primitive = PRIMITIVES.get(command) if isinstance(command, str) else None
@@ -435,7 +434,7 @@ Body = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class StoredJob:
-    """A job ready to be queued: its name, what is kept of it, what it comes to."""
+    """A job ready to be queued: its name, its stored form, and its expansion."""
 
     name: str
     body: Body
@@ -443,7 +442,7 @@ class StoredJob:
 
 
 def write_job(job: Job, grasp_height: float, recall: Recall) -> StoredJob:
-    """Return a job as it is kept; raises what `tasks.expand` and `recall` raise."""
+    """Return the stored form of a job; raises as `tasks.expand` and `recall` do."""
     body: Body = job.model_dump(mode="json", exclude_unset=True, warnings=False)
     noted = _Noted(recall)
     expansion = expand(job, grasp_height, noted.recall)
@@ -451,7 +450,7 @@ def write_job(job: Job, grasp_height: float, recall: Recall) -> StoredJob:
 
 
 def write_command(request: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> StoredJob:
-    """Return one primitive as it is kept; raises `InvalidRequest`, `UnknownName`, `InvalidValue`."""
+    """Return the stored form of one primitive; raises `InvalidRequest`, `UnknownName`, `InvalidValue`."""
     job = job_of_command(request) if isinstance(request, Mapping) else None
     if job is not None:
         noted = _Noted(recall)
@@ -463,7 +462,7 @@ def write_command(request: Primitive | Mapping[str, object], grasp_height: float
 
 
 def expanded(body: Body, grasp_height: float) -> Expansion:
-    """Return what a kept job comes to; raises what `tasks.expand` raises."""
+    """Return the expansion of a stored job; raises as `tasks.expand` does."""
     taught = _taught(body["taught"]) if "taught" in body else TaughtPlaces()
     if COMMAND_KEY not in body:
         return expand(Job.parse(as_written(body)), grasp_height, lambda: taught)
@@ -474,20 +473,20 @@ def expanded(body: Body, grasp_height: float) -> Expansion:
 
 
 def as_written(body: Body) -> Body:
-    """Return a job as it was submitted, without the data that is kept with it; a command as {"wish": …}."""
+    """Return a job as it was submitted, without the data that is stored with it; a command as {"wish": …}."""
     if COMMAND_KEY in body:
         return {COMMAND_KEY: body[COMMAND_KEY]}
     return body["job"] if "taught" in body else body
 
 
 def version_of(body: Body) -> str:
-    """Return what tells a kept job from another, with the places that it names: who approves it says which he saw."""
+    """Return a hash of a stored job with its taught places: an approval names the version that the user saw."""
     text = json.dumps(body, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 
 class _Noted:
-    """Hands out what has been taught, and notes what of it is used."""
+    """Returns the taught places, and records which of them are used."""
 
     def __init__(self, recall: Recall) -> None:
         self._recall = recall
@@ -520,7 +519,7 @@ class _Noted:
 
 
 class _Noting(dict[str, T]):
-    """A mapping that notes what is taken out of it."""
+    """A mapping that records which entries are read."""
 
     def __init__(self, known: Mapping[str, T]) -> None:
         super().__init__(known)

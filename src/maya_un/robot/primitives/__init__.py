@@ -1,7 +1,7 @@
 """The primitives of Maya: one module declares one primitive, and this list holds them all.
 
     {"command": "home"}                                {"command": "can_teleop"}
-    {"command": "pick", "target": [x, y, z]}           place, approach, line alike; z may be left out; or {"x": …}
+    {"command": "pick", "target": [x, y, z]}           place, approach, line likewise; z may be omitted; or {"x": …}
     {"command": "gripper", "open": true}
     {"command": "move", "joints": [a, b, c]}           or {"a": …}
 

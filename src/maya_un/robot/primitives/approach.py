@@ -1,4 +1,4 @@
-"""Approach: wait above a place."""
+"""Approach: move above a place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Approach(Primitive):
-    """Go to the cell's clearance above `target` [m], across the table without coming low."""
+    """Move to the cell's clearance above `target` [m], across the table without coming low."""
 
     command = "approach"
     summary = "Go to a point above {argument}, by cell.clearance of the configuration."

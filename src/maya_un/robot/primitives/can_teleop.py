@@ -1,4 +1,4 @@
-"""Can teleop: ask whether the robot accepts a command."""
+"""Can teleop: check whether the robot accepts a command."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CanTeleop(Primitive):
-    """Do nothing; succeeds where the robot is homed and not moving, and is refused with the reason otherwise."""
+    """Do nothing; succeeds if the robot is homed and not moving, and else raises the reason."""
 
     command = "can_teleop"
     summary = "Tell whether the robot is ready for a command; nothing moves."
     in_jobs = False
 
     def plan(self, builder: PlanBuilder) -> None:
-        """Plan nothing; raises `NotHomed` where the pose is not known."""
+        """Plan nothing; raises `NotHomed` if the pose is unknown."""
         builder.here()

@@ -1,4 +1,4 @@
-"""Gripper: open or close it where it is."""
+"""Gripper: open or close it at its present place."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Gripper(Primitive):
-    """Bring the gripper to a state: open where `open` is true, closed otherwise. Needs no homing."""
+    """Open the gripper if `open` is true, else close it. Needs no homing."""
 
     command = "gripper"
     summary = "Open or close the gripper."

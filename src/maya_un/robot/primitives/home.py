@@ -1,4 +1,4 @@
-"""Home: find the switches, so that the counts mean lengths."""
+"""Home: find the switches, so that the counts define lengths."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Home(Primitive):
-    """Home all axes, from wherever the robot is. The gripper stays as it is."""
+    """Home all axes, from any start. The gripper keeps its state."""
 
     command = "home"
     summary = "Find the limit switches, so that the position is known."

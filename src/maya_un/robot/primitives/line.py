@@ -1,4 +1,4 @@
-"""Line: go straight to a place."""
+"""Line: move straight to a place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Line(Primitive):
-    """Go to `target` [m] in a straight line from wherever the gripper is: nothing keeps it above the parts."""
+    """Move to `target` [m] in a straight line from the gripper's place; the path may come lower than the parts."""
 
     command = "line"
     summary = "Go in a straight line to {argument}. Caution: it may hit parts on its way."

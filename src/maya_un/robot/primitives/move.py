@@ -1,4 +1,4 @@
-"""Move: go to joints."""
+"""Move: move to joints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class MoveJoints(Primitive):
-    """Go to `joints` (rad, m, m), straight in joint space: the way sags, and nothing keeps it above the parts."""
+    """Move to `joints` (rad, m, m), straight in joint space: the path sags, and may come lower than the parts."""
 
     command = "move"
     summary = "Go to {argument}, in a straight line in joint space. It may hit parts."

@@ -1,4 +1,4 @@
-"""Place: put down what the gripper holds."""
+"""Place: put down the part in the gripper."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
 """The base of primitives, and their arguments with units and bounds.
 
-Kinds of arguments of primitives: how each is read, written and named in every form of a command.
+Kinds of arguments: how each is read, written and named in every form of a command.
 
-An edge with a form of its own (a ROS message, a JSON schema, the parameters of a command line) looks a kind up, never a
-primitive: a new primitive of a known kind needs no change there.
+An interface with its own form (a ROS message, a JSON schema, the parameters of a command line) depends on the kind of
+an argument, never on a primitive: a new primitive of a known kind needs no change there.
 
-The declaration of a primitive, from which all edges follow.
+All interfaces follow from the declaration of a primitive.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
 
 class Argument(ABC):
-    """A kind of argument. `key` names it in plain data, "" if there is none; a primitive has a field of that name.
+    """A kind of argument. `key` names it in plain data, "" for no argument; a primitive has a field of that name.
 
-    `numbers` are the names of the values that a remote process gives. `nameable` tells whether the name of a taught
-    place may stand for it.
+    `numbers` are the names of the values that a remote process passes. `nameable` is whether the name of a taught place
+    may replace it.
     """
 
     key: str = ""
     numbers: tuple[str, ...] = ()
     nameable: ClassVar[bool] = False
     phrases: ClassVar[tuple[str, str, str]] = ("", "", "")
-    """For help: the name that may stand for it, its numbers, their units."""
+    """For help: the name that may replace it, its numbers, their units."""
 
     def phrase(self, *, names: bool = True, units: bool = False) -> str:
-        """Return what people may give, for help: `names` too, and the `units` of numbers."""
+        """Return the accepted values, for help: also `names`, and the `units` of numbers."""
         name, numbers, unit = self.phrases
         return (f"{name} or " if name and names else "") + numbers + (f" {unit}" if unit and units else "")
 
@@ -48,18 +48,18 @@ class Argument(ABC):
 
     @abstractmethod
     def plain(self, value: object) -> object:
-        """Return a value as plain data, as `read` reads it."""
+        """Return a value as plain data, which `read` accepts."""
 
     @abstractmethod
     def step(self, value: object) -> object:
-        """Return a value as people write it in the step of a job."""
+        """Return a value in the form of a job's step."""
 
     @abstractmethod
     def words(self, value: object) -> tuple[str, ...]:
         """Return a value as the words of a label."""
 
     def of_numbers(self, args: Mapping[str, object]) -> object:
-        """Return the plain data of the values that a remote process gives; `args` has all `numbers`."""
+        """Return the plain data of the values that a remote process passes; `args` has all `numbers`."""
         return {name: args[name] for name in self.numbers}
 
 
@@ -229,20 +229,20 @@ def _number(value: object, key: str) -> float:
 
 
 class PartEffect(Enum):
-    """The effect on a part. It decides whether a repetition does harm, and what the gripper holds afterwards."""
+    """The effect on a part. It determines whether a repetition does harm, and what the gripper holds afterwards."""
 
     NONE = auto()
     TAKES = auto()
     PUTS = auto()
     SETS_GRIPPER = auto()
-    """It opens or closes the gripper, whatever that holds."""
+    """It opens or closes the gripper, whatever the gripper holds."""
 
 
 class Primitive(ABC):
-    """One primitive. A subclass is a frozen dataclass with at most one field, called as `argument.key`.
+    """One primitive. A subclass is a frozen dataclass with at most one field, named as `argument.key`.
 
-    `command` is its name at every edge. `summary` is its help; in it, {argument} stands for what people give. `in_jobs`
-    tells whether it may be a step of a job.
+    `command` is its name in every interface. `summary` is its help, in which {argument} stands for the accepted values.
+    `in_jobs` is whether it may be a step of a job.
     """
 
     __slots__ = ()
@@ -255,7 +255,7 @@ class Primitive(ABC):
 
     @abstractmethod
     def plan(self, builder: PlanBuilder) -> None:
-        """Plan its phases; raises why it cannot be done."""
+        """Plan its phases; raises the reason if it cannot be done."""
 
     @classmethod
     def help(cls, *, names: bool = True, units: bool = False) -> str:
@@ -274,5 +274,5 @@ class Primitive(ABC):
 
     @classmethod
     def harmless(cls) -> bool:
-        """Tell whether doing it twice does what doing it once does."""
+        """Return whether doing it twice has the same effect as doing it once."""
         return cls.part not in {PartEffect.TAKES, PartEffect.PUTS}
