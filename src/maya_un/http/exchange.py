@@ -40,7 +40,7 @@ def source_of(connection: HTTPConnection) -> str:
 
 
 def is_local(connection: HTTPConnection) -> bool:
-    """Tell whether a request was made on this machine.
+    """Return whether a request was made on this machine.
 
     One that says it was forwarded was not: a proxy on this machine hands on what comes from anywhere.
     """

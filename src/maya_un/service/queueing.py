@@ -250,7 +250,7 @@ class QueueService:
         return self.view()
 
     def proposes(self, by: Caller) -> bool:
-        """Tell whether what `by` wants to be done waits for somebody who approves it."""
+        """Return whether what `by` wants to be done waits for somebody who approves it."""
         holder = self._lease.holder
         drives = holder is not None and holder.name == by.name and not holder.implicit
         return by.role < Role.OPERATOR and not drives  # that a job of his runs does not make him the driver

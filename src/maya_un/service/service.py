@@ -285,7 +285,7 @@ class Service:
         return self._controller.workspace.require(point)
 
     def reach(self, point: Point) -> Reach:
-        """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
+        """Return whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
         return reach_of(self._controller.workspace, point)
 
     async def zones(self) -> list[AnyZone]:

@@ -25,7 +25,7 @@ class StepCommand:
     deadline: str | None = None
 
     def expired(self, date: str) -> bool:
-        """Tell whether the deadline lies before `date` (ISO 8601, UTC)."""
+        """Return whether the deadline lies before `date` (ISO 8601, UTC)."""
         return self.deadline is not None and _instant(self.deadline) < _instant(date)
 
     @property

@@ -146,7 +146,7 @@ def read(text: str) -> dict[str, Any]:
 
 
 def _is_deeper(data: object, levels: int) -> bool:
-    """Tell whether data have more than so many levels; Python can read deeper JSON than it can write."""
+    """Return whether data have more than so many levels; Python can read deeper JSON than it can write."""
     level = [data]
     for _ in range(levels + 1):
         below = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list)]

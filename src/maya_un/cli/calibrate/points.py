@@ -278,14 +278,14 @@ class PointNotebook:
 
 
 def is_there(path: Path) -> bool:
-    """Tell whether there is something at a path; there is nothing where nothing can be."""
+    """Return whether there is something at a path; there is nothing where nothing can be."""
     with suppress(OSError):  # a name that is too long, a folder that may not be looked into
         return path.exists()
     return False
 
 
 def _ends_a_line(path: Path) -> bool:
-    """Tell whether a file ends with a whole line; one whose writer lost power may not."""
+    """Return whether a file ends with a whole line; one whose writer lost power may not."""
     return _bytes(path).endswith(b"\n")
 
 
@@ -371,7 +371,7 @@ def _already(path: Path, config: Config) -> Floats:
 
 
 def _holds_rows(path: Path) -> bool:
-    """Tell whether a file holds more than the head that this command writes."""
+    """Return whether a file holds more than the head that this command writes."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     return [line for line in lines if line.strip() and not line.startswith("#")] != [",".join(HEAD)]
 

@@ -138,7 +138,7 @@ async def _program(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]
 
 
 async def _memory(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
-    """Tell whether what is burned was sound at power-up (Galil DMC-41x3, operand _RS)."""
+    """Return whether what is burned was sound at power-up (Galil DMC-41x3, operand _RS)."""
     found = await driver.value("_RS")
     yield warn("memory", "memory_damaged", found=found) if found else ok("memory", "memory_sound")
 

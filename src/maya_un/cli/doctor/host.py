@@ -165,7 +165,7 @@ def _kept(path: Path, settings: OutputSettings) -> Finding:
 
 
 def _writable(folder: Path) -> bool:
-    """Tell whether a file can be made in a folder, or the folder itself, by the rights that stand there."""
+    """Return whether a file can be made in a folder, or the folder itself, by the rights that stand there."""
     there = next(place for place in (folder, *folder.parents) if place.exists())
     return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
 

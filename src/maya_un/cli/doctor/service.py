@@ -193,7 +193,7 @@ def found(language: str) -> tuple[RunningService | None, list[Finding]]:
 
 
 def _marked(client: ServiceClient) -> bool:
-    """Tell whether who answers is ours: every answer of ours has the header `Maya`."""
+    """Return whether who answers is ours: every answer of ours has the header `Maya`."""
     connection = HTTPConnection(client.host, client.port, timeout=PATIENCE)
     try:
         connection.request("GET", requests.health().path)

@@ -192,7 +192,7 @@ class LogFilter(NamedTuple):
     level: str
 
     def has(self, entry: LogEntry) -> bool:
-        """Tell whether an entry is wanted."""
+        """Return whether an entry is wanted."""
         grave = LEVELS.index(entry.level) if entry.level in LEVELS else len(LEVELS)
         alike = not self.kinds or entry.kind in self.kinds
         return alike and grave >= LEVELS.index(self.level) and entry.time >= self.since

@@ -109,7 +109,7 @@ def _at_rest(exchanges: Sequence[RecordedExchange]) -> RecordedExchange | None:
 
 
 def _homed(recording: Recording, time: float) -> bool:
-    """Tell whether counts meant lengths: the robot was homed, or it was later, and no homing came between."""
+    """Return whether counts meant lengths: the robot was homed, or it was later, and no homing came between."""
     if next((state.homed for state in reversed(recording.states) if state.time <= time), False):
         return True
     later = next((state.time for state in recording.states if state.time > time and state.homed), -inf)

@@ -50,7 +50,7 @@ class EventRing:
             self.first += 1
 
     def reaches(self, seq: int) -> bool:
-        """Tell whether every event numbered above `seq` is here."""
+        """Return whether every event numbered above `seq` is here."""
         return seq >= self.first - 1
 
     def after(self, seq: int, most: int) -> tuple[int, bytes]:

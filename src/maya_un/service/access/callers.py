@@ -159,7 +159,7 @@ class Hasher:
             return await asyncio.get_running_loop().run_in_executor(None, self.hash_now, secret)
 
     async def matches(self, hashed: str, secret: str, *, ahead: bool = False) -> bool:
-        """Tell whether `hashed` is of `secret`; "", which is the hash of nothing, takes as long as any other.
+        """Return whether `hashed` is of `secret`; "", which is the hash of nothing, takes as long as any other.
 
         A check that is `ahead` does not wait for the others.
         """

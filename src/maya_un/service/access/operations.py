@@ -156,7 +156,7 @@ STOPPING = frozenset({Operation.STOP, Operation.ABORT})
 
 
 def allowed(role: Role, operation: Operation) -> bool:
-    """Tell whether `role` may ask for `operation`, the lease aside."""
+    """Return whether `role` may ask for `operation`, the lease aside."""
     return role >= RULES[operation].role
 
 
