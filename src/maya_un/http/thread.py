@@ -43,8 +43,7 @@ REMOTE_CONNECTIONS_EACH = 32
 
 @dataclass(frozen=True, slots=True)
 class ListeningSocket:
-    """A listening socket, the maximum number of its connections, in all and per address, and its TLS context, if any.
-    """
+    """A listening socket, the maximum number of its connections, in all and per address, and its TLS context, if any."""
 
     socket: socket.socket
     most: int = LOCAL_CONNECTIONS
@@ -60,8 +59,7 @@ class ListeningSocket:
 
 
 def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
-    """Return a listening socket (`port` 0: any free port); raises `AddressInUse`, `InvalidValue` for an unknown `host`.
-    """
+    """Return a listening socket (`port` 0: any free port); raises `AddressInUse`, `InvalidValue` for an unknown `host`."""
     address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)

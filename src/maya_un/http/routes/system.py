@@ -46,8 +46,7 @@ READINESS_TIMEOUT = 1.0
 
 
 async def readiness(bridge: Bridge, language: str) -> Readiness:
-    """Return whether the robot is ready, and why not; waits at most `READINESS_TIMEOUT` each for the loop and the disk.
-    """
+    """Return whether the robot is ready, and why not; waits at most `READINESS_TIMEOUT` each for the loop and the disk."""
     found = [*bridge.missing()]
     try:
         async with asyncio.timeout(READINESS_TIMEOUT):
@@ -140,7 +139,7 @@ def add_recordings(routes: Routes) -> None:
 
     @routes.add("GET", "/v1/recordings", Operation.READ, tag=_RECORDINGS, gives=list[Kept], client="recordings.all")
     async def recordings(ask: Ask) -> Response:
-        """Return the recordings that are kept, newest first."""
+        """Return the stored recordings, newest first."""
 
         async def listed(service: Service) -> list[Kept]:
             return service.recorder.list()

@@ -235,8 +235,7 @@ class StreamSession:
             self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
 
     async def _past(self, wanted: ReplayStart | None) -> int | None:
-        """Return the number after which events start, None without a subscription to events; raises `InvalidRequest`.
-        """
+        """Return the number after which events start, None without a subscription to events; raises `InvalidRequest`."""
         if wanted is None:
             return None
         if wanted.run is not None and wanted.run != self._hub.run:
