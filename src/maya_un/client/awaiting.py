@@ -81,7 +81,7 @@ class AwaitingDriver(Awaiting):
     async def _advance(self, course: PlanRunner[Any], step: Step | Emit[Any], lines: AsyncExitStack) -> None:
         try:
             answer = await self._carry_out(step, lines)
-        except BaseException as error:  # the plan handles it
+        except BaseException as error:  # noqa: BLE001 - the plan handles it
             course.failed(error)
         else:
             course.answered(answer)

@@ -85,7 +85,7 @@ class BlockingDriver(Blocking):
     def _advance(self, course: PlanRunner[Any], step: Step | Emit[Any], lines: ExitStack) -> None:
         try:
             answer = self._carry_out(step, lines)
-        except BaseException as error:  # the plan handles it
+        except BaseException as error:  # noqa: BLE001 - the plan handles it
             course.failed(error)
         else:
             course.answered(answer)

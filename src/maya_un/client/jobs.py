@@ -46,7 +46,7 @@ class JobBuilder(PrimitiveSteps):
         return replace(self, pallets={**self.pallets, name: grid})
 
     def for_each(self, pallet: str, steps: JobBuilder) -> Self:
-        """Do the steps of another builder for every cell of a pallet; in these steps `tray[each]` is the current cell."""
+        """Do the steps of another builder for every cell of a pallet; in them `tray[each]` is the current cell."""
         return self.step({"for_each": pallet, "do": list(steps.steps)})
 
     def repeat(self, rounds: int) -> Self:

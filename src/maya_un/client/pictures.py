@@ -35,8 +35,8 @@ class Picture:
         self.figure = figure
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Save the picture as .svg, .png or .pdf, according to the ending; raises `InvalidValue` and `FileUnwritable`."""
-        from maya_un.plots import style  # matplotlib loads slowly, and few clients draw
+        """Save the picture as .svg, .png or .pdf, by the ending; raises `InvalidValue` and `FileUnwritable`."""
+        from maya_un.plots import style  # noqa: PLC0415 - matplotlib loads slowly, and few clients draw
 
         style.save(self.figure, Path(path))
 

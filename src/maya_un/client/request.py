@@ -16,7 +16,7 @@ Scalar = str | int | float | bool | None
 
 
 class Answer(NamedTuple):
-    """The type of an answer as module and name, so that it is imported late; with `many`, the answer is a list of it."""
+    """The type of an answer as module and name, to be imported late; with `many`, the answer is a list of it."""
 
     module: str
     name: str

@@ -206,7 +206,7 @@ class JobHandle(_Job):
         return self.client.iterate(jobs.progress(self.id))
 
     def again(self, *, from_step: int | None = None) -> JobHandle:
-        """Queue the job again as a new job, from `from_step` (counted from 1), by default from the first step not done."""
+        """Queue the job again as a new job, from `from_step` (from 1), by default the first step not done."""
         line = self.client.perform(requests.repeat_job(self.id, from_step=from_step))
         return JobHandle(self.client, JobAccepted(line.id, line.name, line.steps))
 
@@ -225,7 +225,7 @@ class AsyncJobHandle(_Job):
         return self.client.iterate(jobs.progress(self.id))
 
     async def again(self, *, from_step: int | None = None) -> AsyncJobHandle:
-        """Queue the job again as a new job, from `from_step` (counted from 1), by default from the first step not done."""
+        """Queue the job again as a new job, from `from_step` (from 1), by default the first step not done."""
         line = await self.client.perform(requests.repeat_job(self.id, from_step=from_step))
         return AsyncJobHandle(self.client, JobAccepted(line.id, line.name, line.steps))
 

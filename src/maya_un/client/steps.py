@@ -127,7 +127,7 @@ class PlanRunner(Generic[RunnerResult]):
         self._go(lambda: self._steps.send(answer))
 
     def failed(self, error: BaseException) -> None:
-        """Raise the error of the step in the plan, and continue if the plan handles it; raises what it does not handle."""
+        """Raise the error of the step in the plan, and continue if the plan handles it; else raise it here."""
         self._go(lambda: self._steps.throw(error))
 
     def close(self) -> None:

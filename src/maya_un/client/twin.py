@@ -85,7 +85,7 @@ class TwinProcess:
 
     def _copied(self) -> Path:
         """Copy the current configuration and the taught places; return the path of the copied configuration."""
-        from maya_un.config import default_path  # only a private twin needs the configuration
+        from maya_un.config import default_path  # noqa: PLC0415 - only a private twin needs the configuration
 
         named = os.environ.get("MAYA_CONFIG")
         original = Path(named) if named else default_path()

@@ -200,7 +200,7 @@ logging.getLogger("httpx").setLevel(logging.WARNING)  # below that level it logs
 
 
 class Database:
-    """A database at a URL, or a part of it; `patience` is the timeout of an answer [s], `silence` that of a stream [s]."""
+    """A database at a URL, or a part of it; `patience` is the timeout of an answer, `silence` that of a stream [s]."""
 
     def __init__(self, url: str, credentials: TokenSource, patience: float, silence: float) -> None:
         parts = urlsplit(url)
@@ -317,7 +317,7 @@ class Database:
         raise SupervisorsNotReached(where=self.where, reason=f"it redirects more than {_MOST_REDIRECTS} times")
 
     def _redirected(self, url: str, location: str) -> str:
-        """Return the target of a redirect; refuse one from https to http, which would expose the token on the network."""
+        """Return the target of a redirect; refuse one from https to http, which would expose the token."""
         target = urljoin(url, location)
         if urlsplit(url).scheme == "https" and urlsplit(target).scheme != "https":
             raise SupervisorsNotReached(where=self.where, reason="it redirects to an address without TLS")

@@ -95,7 +95,7 @@ class Rtdb:
 
     @asynccontextmanager
     async def connected(self, robot: str, journal: str) -> AsyncIterator[_RtdbChannel]:
-        """Connect; raises `SupervisorsNotReached`, `SessionTakenOver`, `InvalidValue` for a name that no key can have."""
+        """Connect; raises `SupervisorsNotReached`, `SessionTakenOver`, `InvalidValue` for an invalid robot name."""
         path = robot_path(robot)
         database = Database(self._url, self._credentials, _PATIENCE, self._silence)
         try:
@@ -153,7 +153,7 @@ class _WaitingCommand:
 
 
 class _RtdbChannel:
-    """A connection to a database: it receives the open commands from a stream, and writes their progress and results."""
+    """A connection to a database: it receives open commands from a stream, and writes their progress and results."""
 
     def __init__(self, database: Database, path: tuple[str, ...], claims: SessionClaims) -> None:
         self._database = database

@@ -18,7 +18,7 @@ def transport_of(settings: AgentSettings) -> SupervisorTransport:
     """Return the transport to the supervisors; raises `InvalidValue` for a URL without a transport."""
     scheme = _scheme(settings.supervisors)
     if scheme in {"mqtt", "mqtts"}:
-        from maya_un.coms.mqtt import Mqtt  # each transport imports a library of its own
+        from maya_un.coms.mqtt import Mqtt  # noqa: PLC0415 - each transport imports a library of its own
 
         return Mqtt(broker_of(settings))
     if scheme in {"http", "https"}:

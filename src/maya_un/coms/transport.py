@@ -130,7 +130,7 @@ def being_cancelled() -> bool:
 
 
 async def first_to_end(*work: Awaitable[Any]) -> None:
-    """Run coroutines concurrently until one ends, then cancel the others; raises the exception of the one that ended."""
+    """Run coroutines concurrently until one ends, then cancel the others; raises its exception, if any."""
     tasks = [asyncio.ensure_future(one) for one in work]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -114,7 +114,7 @@ class Bridge:
         return await self.within(looked_at)
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` in the running loop after each change of users and tokens; return a function that ends this."""
+        """Call `listener` in the running loop after each change of users or tokens; return a function to end this."""
         callers, here = self._callers, asyncio.get_running_loop()
         if callers is None:
             return _nothing

@@ -139,7 +139,7 @@ class Rights:
                 self._news.clear()
                 try:
                     await self._look_once()
-                except Exception as defect:  # no code awaits this task; the next check follows anyway
+                except Exception as defect:  # noqa: BLE001 - no code awaits this task; the next check follows anyway
                     written_down(defect)
         finally:
             end()

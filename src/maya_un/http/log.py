@@ -66,7 +66,7 @@ def note_event(event: Event) -> None:
 
 
 def note_defect(error: BaseException) -> str:
-    """Write a defect with its traceback, even while no log is open; return "", or the reason why it cannot be written."""
+    """Write a defect with its traceback, even while no log is open; return "", or the reason why that failed."""
     record = logging.LogRecord(f"{ROOT}.defect", logging.ERROR, "", 0, f"{type(error).__name__}: {error}", None, None)
     record.exc_info = (type(error), error, error.__traceback__)
     for handler in logging.getLogger(ROOT).handlers:

@@ -330,7 +330,7 @@ class RequestGuard:
 
         try:
             await self._app(scope, receive, watched)
-        except Exception as error:  # the last handler: a client gets one sentence, the log the traceback
+        except Exception as error:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the traceback
             crash = written_down(error)
             if not started:
                 await problem(crash, language_of(Headers(scope=scope)))(scope, receive, send)

@@ -27,7 +27,7 @@ _VERSIONS = frozenset({b"1.0", b"1.1"})
 
 
 class StrictConnection(h11.Connection):
-    """The server's side of a connection by HTTP/1; `next_event` also raises `RemoteProtocolError` for a doubtful head."""
+    """Server side of an HTTP/1 connection; `next_event` also raises `RemoteProtocolError` for a doubtful head."""
 
     def __init__(self, our_role: type[h11.CLIENT] | type[h11.SERVER], longest_head: int) -> None:
         super().__init__(our_role, longest_head)

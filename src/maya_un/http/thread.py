@@ -43,7 +43,7 @@ REMOTE_CONNECTIONS_EACH = 32
 
 @dataclass(frozen=True, slots=True)
 class ListeningSocket:
-    """A listening socket, the maximum number of its connections, in all and per address, and its TLS context, if any."""
+    """A listening socket, the maximum number of its connections, in all and per address, and its TLS context."""
 
     socket: socket.socket
     most: int = LOCAL_CONNECTIONS
@@ -59,7 +59,7 @@ class ListeningSocket:
 
 
 def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
-    """Return a listening socket (`port` 0: any free port); raises `AddressInUse`, `InvalidValue` for an unknown `host`."""
+    """Return a listening socket (`port` 0: any free one); raises `AddressInUse`, `InvalidValue` for an unknown `host`."""
     address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
@@ -169,7 +169,7 @@ class _Thread(threading.Thread):
         try:
             with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
                 runner.run(self._serve())
-        except BaseException as failure:  # the code that started the thread raises it
+        except BaseException as failure:  # noqa: BLE001 - the code that started the thread raises it
             self.failure = failure
         finally:
             for server in self._servers:

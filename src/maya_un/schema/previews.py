@@ -104,7 +104,7 @@ class JobInspection:
 
 @dataclass(frozen=True, slots=True)
 class Distance:
-    """The margin of a place to a `limit`, in its `unit` ("m", "rad" or "load"); `zone` is the name of a zone, else ""."""
+    """The margin of a place to a `limit`, in its `unit` ("m", "rad" or "load"); `zone` is its name if it is a zone."""
 
     limit: str
     zone: str
@@ -114,7 +114,7 @@ class Distance:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """A `limit` that a place exceeds by `excess`, in its `unit` ("m", "rad" or "load"), with a text; `zone` as above."""
+    """A `limit` that a place exceeds by `excess`, in its `unit` ("m", "rad" or "load"); `zone` as in `Distance`."""
 
     limit: str
     zone: str

@@ -52,7 +52,7 @@ class Service:
     computed in `workers`, if given.
     """
 
-    def __init__(  # every part of the service is a parameter
+    def __init__(  # noqa: PLR0913 - every part of the service is a parameter
         self,
         process: Process,
         robot: Robot,
@@ -127,7 +127,7 @@ class Service:
         return await (self._process.result(number) if wait else self._process.shown.report(number))
 
     def _rights_ended(self, token: str, name: str, why: str) -> None:
-        """End the lease of a user whose token ended; without a token, of a user with reduced rights, and pause the job."""
+        """End the lease of a user whose token ended; without a token, of a user with fewer rights, and pause the job."""
         self.lease.rights_ended(token, name, why)
         if not token and name != LOCAL.name:
             self._process.owner_ended(name)

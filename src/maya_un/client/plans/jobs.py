@@ -137,7 +137,7 @@ def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobRepo
 
 
 def progress(number: int) -> StreamPlan[JobReport]:
-    """Yield the report of a job now, and after each change of its state or of a step's state, until the job has ended."""
+    """Yield the report of a job now, and after each change of its state or of a step's state, until its end."""
     since = (yield from persistently(requests.status())).last_event
     shown: object = None
     while True:

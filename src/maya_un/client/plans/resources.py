@@ -41,7 +41,7 @@ def recovery() -> Plan[Recovery | None]:
 
 
 def change(number: int, *, job: JobLike | None = None, **changes: object) -> Request[JobLine]:
-    """Change a job that has not started: its priority, notes, depends_on, on_failure, retries, stepwise, or all of it."""
+    """Change a job before its start: its priority, notes, depends_on, on_failure, retries, stepwise, or all of it."""
     return requests.change_job(number, changes if job is None else {**changes, "job": body_of(job)})
 
 

@@ -46,7 +46,7 @@ READINESS_TIMEOUT = 1.0
 
 
 async def readiness(bridge: Bridge, language: str) -> Readiness:
-    """Return whether the robot is ready, and why not; waits at most `READINESS_TIMEOUT` each for the loop and the disk."""
+    """Return whether the robot is ready, or why not; waits `READINESS_TIMEOUT` at most for the loop and the disk each."""
     found = [*bridge.missing()]
     try:
         async with asyncio.timeout(READINESS_TIMEOUT):

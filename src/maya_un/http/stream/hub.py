@@ -429,7 +429,7 @@ class StreamHub:
             self._tap.look_at_queue()
 
     def send_events(self, reader: StreamReader) -> None:
-        """Send a reader the events after the last one it has seen that the ring contains, then new ones as they occur."""
+        """Send a reader the events after the last one sent that the ring contains, then new ones as they occur."""
         self._followers.add(reader)
         reader.pump()
 

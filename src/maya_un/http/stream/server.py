@@ -62,7 +62,7 @@ class StreamServer:
             await self._serve(socket, wire, language)
         except MayaError as refusal:
             refuse(wire, refusal, language)
-        except Exception as defect:  # the last handler: a client gets one sentence, the log the traceback
+        except Exception as defect:  # noqa: BLE001 - the last handler: a client gets a sentence, the log the traceback
             refuse(wire, written_down(defect), language)
 
     async def _serve(self, socket: WebSocket, wire: StreamWire, language: str) -> None:
@@ -116,7 +116,7 @@ class StreamServer:
     def _take(self, hub: StreamHub, batch: Batch) -> None:
         try:
             hub.take(batch)
-        except Exception as defect:  # nothing else reports it
+        except Exception as defect:  # noqa: BLE001 - nothing else reports it
             self._fail(defect)
 
     def _tapped(self, done: asyncio.Task[None]) -> None:

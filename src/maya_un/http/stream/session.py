@@ -235,7 +235,7 @@ class StreamSession:
             self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
 
     async def _past(self, wanted: ReplayStart | None) -> int | None:
-        """Return the number after which events start, None without a subscription to events; raises `InvalidRequest`."""
+        """Return the number after which events start, None without a subscription; raises `InvalidRequest`."""
         if wanted is None:
             return None
         if wanted.run is not None and wanted.run != self._hub.run:
@@ -263,7 +263,7 @@ class StreamSession:
         except MayaError as error:
             self._reader.seen = None
             self._wire.write(error_frame(error, self._language))
-        except Exception as defect:  # no code awaits this task; the client and the log get the error
+        except Exception as defect:  # noqa: BLE001 - no code awaits this task; the client and the log get the error
             refuse(self._wire, written_down(defect), self._language)
 
     async def _look_up(self, above: int, most: int) -> list[EventMessage]:

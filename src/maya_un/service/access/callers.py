@@ -169,7 +169,7 @@ class Hasher:
         return self._hasher().hash(_bytes(secret))
 
     def _matches_now(self, hashed: str, secret: str) -> bool:
-        from argon2.exceptions import Argon2Error, InvalidHashError  # loaded at the first sign-in
+        from argon2.exceptions import Argon2Error, InvalidHashError  # noqa: PLC0415 - loaded at the first sign-in
 
         try:
             return self._hasher().verify(hashed or self._nobody(), _bytes(secret)) and hashed != ""
@@ -177,7 +177,7 @@ class Hasher:
             return False
 
     def _hasher(self) -> PasswordHasher:
-        from argon2 import PasswordHasher  # loaded at the first sign-in
+        from argon2 import PasswordHasher  # noqa: PLC0415 - loaded at the first sign-in
 
         if self._made is None:
             self._made = PasswordHasher(time_cost=self._passes, memory_cost=self._memory, parallelism=1)
