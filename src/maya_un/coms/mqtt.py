@@ -266,7 +266,7 @@ class _MqttChannel:
                 self._client.acknowledge(message)
 
     async def _answer(self, message: aiomqtt.Message, report: Report) -> None:
-        """Publish a result at its command's ResponseTopic, but not on a robot's topic: it could pass for the robot's."""
+        """Publish a result at its command's ResponseTopic, but not on a robot's topic, where it could mislead."""
         where = getattr(message.properties, "ResponseTopic", None)
         if where is None or where.startswith(f"{VERSION}/"):
             return

@@ -59,7 +59,7 @@ class ListeningSocket:
 
 
 def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
-    """Return a listening socket (`port` 0: any free one); raises `AddressInUse`, `InvalidValue` for an unknown `host`."""
+    """Return a listening socket (`port` 0: any free one); raises `AddressInUse`, `InvalidValue` for a bad `host`."""
     address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)

@@ -127,7 +127,7 @@ class Service:
         return await (self._process.result(number) if wait else self._process.shown.report(number))
 
     def _rights_ended(self, token: str, name: str, why: str) -> None:
-        """End the lease of a user whose token ended; without a token, of a user with fewer rights, and pause the job."""
+        """End the lease of a user whose token ended; without a token, of one with fewer rights, and pause the job."""
         self.lease.rights_ended(token, name, why)
         if not token and name != LOCAL.name:
             self._process.owner_ended(name)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def guarded(file: str, settings: OutputSettings) -> ProgramSource:
-    """Return the program in a file with Maya's guard behind it; raises `FileUnreadable` and `GuardBlocked`."""
+    """Return the program in a file followed by Maya's guard; raises `FileUnreadable` and `GuardBlocked`."""
     config = configuration(settings)
     letters = "".join(sorted(axis.letter for axis in (config.axes.a, config.axes.b, config.axes.c)))
     source = read(file)
@@ -56,7 +56,7 @@ class MayaSite:
             raise ControllerOwned(address=address, holder=holder)
 
     def history(self) -> Path:
-        """Return the file beside the log."""
+        """Return the path of the command history, beside the log."""
         from maya_un.http.log import log_path
 
         return log_path().with_name("dmc_history")

@@ -46,7 +46,7 @@ READINESS_TIMEOUT = 1.0
 
 
 async def readiness(bridge: Bridge, language: str) -> Readiness:
-    """Return whether the robot is ready, or why not; waits `READINESS_TIMEOUT` at most for the loop and the disk each."""
+    """Return whether the robot is ready, or why not; waits `READINESS_TIMEOUT` at most for each of loop and disk."""
     found = [*bridge.missing()]
     try:
         async with asyncio.timeout(READINESS_TIMEOUT):
