@@ -118,7 +118,7 @@ class HeldLease:
         self._lost = None
 
     def lose(self, error: LeaseLost) -> None:
-        """Record the loss of the lease. Requests still carry it until `end`, so that none runs without the lease."""
+        """Record the loss of the lease. Requests still carry it until `end`, so that none runs under another lease."""
         if self.id:
             self._lost = error
 

@@ -2,7 +2,7 @@
 
     /robots/ROBOT/commands/KEY   {"command", "args", "id"?, "robot"?, "deadline"?}; a supervisor pushes it in one write
     /robots/ROBOT/progress/KEY   {"id", "state", "date"}: the step is accepted or begins; removed with its command
-    /robots/ROBOT/results/KEY the result; it is written and its command removed in one write
+    /robots/ROBOT/results/KEY    the result; it is written and its command removed in one write
     /robots/ROBOT/presence       {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
     /robots/ROBOT/session        which robot of this name is served, and which commands were taken: see session.py
     /robots/ROBOT/document       {"default_command"?}: what a step without a command means

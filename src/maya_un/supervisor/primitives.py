@@ -46,5 +46,5 @@ class PrimitiveCommands(ABC):
         return self.do("move", deadline=deadline, a=a, b=b, c=c)
 
     def can_teleop(self, *, deadline: float | None = None) -> Step:
-        """Return whether the robot is ready for a command; nothing moves."""
+        """Tell whether the robot is ready for a command; nothing moves."""
         return self.do("can_teleop", deadline=deadline)

@@ -3,7 +3,7 @@
 The file:
 
     name: hand over
-    deadline: 60 # a step starts within so many seconds after it was sent; optional
+    deadline: 60            # a step starts within so many seconds after it was sent; optional
     steps:
     - {id: fetch, robot: MAYA, command: pick, args: {x: 0.5, y: 1.1, z: 0.4}}
     - {id: give, robot: MAYA, command: place, args: {x: 0.3, y: 1.2, z: 0.4}, after: [fetch]}

@@ -81,7 +81,7 @@ def collect(
         int, typer.Option("--points", metavar="N", min=4, max=500, help="stop when FILE has this many points")
     ] = 20,
 ) -> int:
-    """Move to the poses that tell most, and ask you for the position of the gripper.
+    """Move to the most informative poses, and ask you for the position of the gripper.
 
     The robot that `maya up` runs moves. You measure the position at each pose. Enter s to skip a pose and q to quit.
     FILE already contains the points that you entered.

@@ -41,7 +41,7 @@ _MOST_CALLERS = 10_000
 
 
 class _Spell:
-    """Recent refusals and stops of one caller from one computer: their number, and the last one of their common row."""
+    """Recent refusals and stops of one caller from one computer: their number, and the last one that was only counted."""
 
     def __init__(self, length: float) -> None:
         self.length = length
@@ -108,7 +108,7 @@ class Audit:
         asyncio.get_running_loop().call_later(spell.length * self._speed, self._end, key, spell)
 
     def _end(self, key: tuple[str, str], spell: _Spell) -> None:
-        """Write the number of uncounted rows and start a longer period; forget a caller without any."""
+        """Write the number of rows that were only counted, and start a longer period; forget a caller without any."""
         if spell.last is not None:
             self._note(replace(spell.last, date=self._date(), detail=f"and {spell.more} more in {spell.length:.0f} s"))
             spell.more, spell.last, spell.length = 0, None, min(2.0 * spell.length, LONGEST)
