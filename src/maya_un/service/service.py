@@ -47,7 +47,7 @@ from maya_un.workers import Workers
 class Service:
     """The service of a robot.
 
-    `status` contains `address`, that of the machine, and `speed`, that of its clock. `teaching` reads and changes the
+    `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
     book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
     computed in `workers`, if given.
     """

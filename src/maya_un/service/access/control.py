@@ -41,7 +41,7 @@ _MOST_CALLERS = 10_000
 
 
 class _Spell:
-    """Recent refusals and stops of one caller from one computer: their number, and the last one that was only counted."""
+    """Recent refusals and stops of one caller from one computer: their number, and the last one only counted."""
 
     def __init__(self, length: float) -> None:
         self.length = length
