@@ -26,15 +26,15 @@ import sys
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from io import FileIO
 from pathlib import Path
-from typing import BinaryIO
 
 ROOT = Path(__file__).resolve().parents[1]
 
-PACKAGES = ("maya_un", "dmc41x3")
+PACKAGES = ("maya_un", "dmc41x3", "maya_ros")
 """The packages that are loaded before the fork."""
 
-LATER = ("maya_un.ros", "maya_un.plots", "dmc41x3.gclib.shim")
+LATER = ("maya_ros.ros1", "maya_un.plots", "dmc41x3.gclib.shim")
 """Modules that need ROS, replace others, or load what few programs use."""
 
 STARTING = ("PYTHON", "LANG", "LC_", "TZ", "OPENBLAS_", "OMP_", "MKL_")
@@ -53,7 +53,7 @@ _OURS = _starting(os.environ)
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A program to fork: a script and its arguments, or no command for a worker."""
+    """A program to fork: a script, or `-m` and a module, and its arguments; no command for a worker."""
 
     command: list[str]
     env: dict[str, str]
@@ -100,17 +100,41 @@ class _Forked:
 
 
 class WarmPopen(_Forked):
-    """A forked program: a Python script and its arguments.
+    """A forked program: a Python script, or `-m` and a module, and its arguments.
 
-    The standard output is a pipe. The standard error goes to the same pipe, or is dropped if `quiet`.
+    The standard output is a pipe. The standard error goes to the same pipe, to the file `errors`, or is dropped if
+    `quiet`.
     """
 
-    def __init__(self, command: Sequence[str], env: Mapping[str, str] | None = None, *, quiet: bool = False) -> None:
+    stdin: FileIO | None = None
+    """The pipe of the standard input, if the program was started `with_input`; else its input is empty."""
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        env: Mapping[str, str] | None = None,
+        *,
+        quiet: bool = False,
+        errors: Path | None = None,
+        with_input: bool = False,
+    ) -> None:
         order = _Order(list(command), dict(os.environ if env is None else env), str(Path.cwd()))
+        if with_input:
+            its_input, to_it = os.pipe()
+            self.stdin = _stream(to_it, "wb")
+        else:
+            its_input = os.open(os.devnull, os.O_RDONLY)
         output, its_output = os.pipe()
-        nothing = os.open(os.devnull, os.O_RDWR)
-        super().__init__(order, nothing, its_output, nothing if quiet else its_output)
+        kept = os.devnull if quiet else errors
+        its_errors = its_output if kept is None else os.open(kept, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        super().__init__(order, its_input, its_output, its_errors)
         self.stdout = _stream(output, "rb")
+
+    def close(self) -> None:
+        """Close the pipes."""
+        self.stdout.close()
+        if self.stdin is not None:
+            self.stdin.close()
 
     @staticmethod
     def can(env: Mapping[str, str] | None) -> bool:
@@ -130,9 +154,9 @@ class WarmWorker(_Forked):
         self.stdout = _stream(from_it, "rb")
 
 
-def _stream(end: int, mode: str) -> BinaryIO:
+def _stream(end: int, mode: str) -> FileIO:
     """Return the stream of one end of a pipe, which its user closes."""
-    return open(end, mode, buffering=0)  # type: ignore[return-value]
+    return FileIO(end, mode)
 
 
 class _Forker:
@@ -205,6 +229,19 @@ def _load() -> None:
         for found in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
             if not found.name.startswith(LATER):
                 importlib.import_module(found.name)
+    _build()
+
+
+def _build() -> None:
+    """Build what programs build at most once, each in its turn."""
+    from dmc41x3.cli import parsing
+    from maya_ros.graph import catalogue
+    from maya_un.cli import app
+    from maya_un.http.app import all_routes
+
+    parsing.parser(app.app)
+    all_routes()
+    catalogue.kinds()
 
 
 class _ForkServer:
@@ -294,9 +331,14 @@ def _carry_out(order: _Order) -> None:
         return
     signal.signal(signal.SIGINT, signal.default_int_handler)
     pool._started = WarmWorker  # type: ignore[assignment]
-    sys.path[0] = str(Path(order.command[0]).parent)
-    sys.argv = order.command
-    runpy.run_path(order.command[0], run_name="__main__")
+    if order.command[0] == "-m":
+        sys.path[0] = order.folder
+        sys.argv = order.command[1:]
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    else:
+        sys.path[0] = str(Path(order.command[0]).parent)
+        sys.argv = order.command
+        runpy.run_path(sys.argv[0], run_name="__main__")
 
 
 def _end(code: object) -> None:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import select
 import signal
-import subprocess
-import sys
 from dataclasses import dataclass
 from math import dist
 from pathlib import Path
@@ -19,7 +17,7 @@ from typing import Any
 import pytest
 
 from tests.campaign import Campaign
-from tests.conventions.source import ROOT
+from tests.fork_server import WarmPopen
 from tests.journals import looked_up
 from tests.system.kill_worker import Ledger, Plan, plan
 
@@ -41,17 +39,14 @@ EXACT = 5e-4
 
 def lives(folder: Path, seed: int, kill: Random | None) -> bool:
     """Run a worker, until it is killed at a random instant where `kill` draws it; return whether it was."""
-    with (folder / "stderr").open("wb") as stderr:
-        command = [sys.executable, "-m", "tests.system.kill_worker", str(folder), str(seed)]
-        worker = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, cwd=ROOT)
-        assert worker.stdout is not None
-        with worker.stdout as said:
-            if kill is not None:
-                _until_the_instant(said, kill)
-                worker.send_signal(signal.SIGKILL)
-            while said.read(65536):
-                pass
-        code = worker.wait()
+    worker = WarmPopen(["-m", "tests.system.kill_worker", str(folder), str(seed)], errors=folder / "stderr")
+    with worker.stdout as said:
+        if kill is not None:
+            _until_the_instant(said, kill)
+            worker.kill()
+        while said.read(65536):
+            pass
+    code = worker.wait()
     assert code in {0, -signal.SIGKILL}, (folder / "stderr").read_text(encoding="utf-8")
     return code != 0
 
@@ -63,7 +58,7 @@ def _until_the_instant(said: Any, rng: Random) -> None:
         return
     left = rng.randrange(1, INSTANTS)
     while left > 0:
-        piece = said.read1(left)
+        piece = said.read(left)
         if not piece:
             return
         left -= len(piece)

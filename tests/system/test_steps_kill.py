@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import io
 import json
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +13,7 @@ import pytest
 
 from maya_un.steps.text import INTERRUPTED
 from tests.campaign import Campaign
+from tests.fork_server import WarmPopen
 from tests.system.disks import Disk, Quota, TinyDisk, disk, kinds
 
 pytestmark = pytest.mark.system
@@ -26,26 +26,19 @@ class Bridge:
 
     def __init__(self, place: Path) -> None:
         self.said: list[str] = []
-        self._popen = subprocess.Popen(
-            [sys.executable, str(WORKER), str(place)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            bufsize=1,
-            cwd=WORKER.parents[2],
-        )
+        self._popen = WarmPopen([str(WORKER), str(place)], with_input=True)
+        self._output = io.TextIOWrapper(io.BufferedReader(self._popen.stdout), encoding="utf-8")
 
     def say(self, line: str) -> None:
         assert self._popen.stdin is not None
-        self._popen.stdin.write(line + "\n")
+        self._popen.stdin.write(line.encode() + b"\n")
 
     def command(self, id_: str, name: str = "home") -> None:
         self.say(json.dumps({"id": id_, "command": name, "args": {}}))
 
     def hear(self, begins: str) -> str:
         """Return the rest of the next line that begins so; fails where there is none."""
-        assert self._popen.stdout is not None
-        for line in self._popen.stdout:
+        for line in self._output:
             self.said.append(line)
             if line.startswith(begins):
                 return line.removeprefix(begins).strip()
@@ -60,8 +53,13 @@ class Bridge:
 
     def kill(self) -> str:
         """Kill it with -9; return the rest of its output."""
+        if self._output.closed:
+            return ""
         self._popen.kill()
-        rest, _ = self._popen.communicate(timeout=30.0)
+        rest = self._output.read()
+        self._popen.wait(timeout=30.0)
+        self._popen.close()
+        self._output.close()
         self.said += rest.splitlines()
         return rest
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import typer
@@ -245,6 +246,7 @@ def run(arguments: list[str], settings: OutputSettings) -> int:
     return parsing.run(group(), arguments, settings, "dmc")
 
 
+@cache
 def group() -> typer.Typer:
     """Return all commands."""
     dmc = typer.Typer(

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import typer
 
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
 from dmc41x3.errors import InvalidCommandLine
+
+parser = cache(typer.main.get_command)
+"""Returns the parser of an application's command lines. To build it takes longer than most commands."""
 
 
 def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, program: str) -> int:
@@ -14,7 +19,7 @@ def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, progra
 
     Raises `InvalidCommandLine` for one that is not understood, and the errors of the command.
     """
-    command = typer.main.get_command(app)
+    command = parser(app)
     try:
         code = command.main(arguments, prog_name=program, standalone_mode=False, obj=settings)
     except typer.TyperException as error:

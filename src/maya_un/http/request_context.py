@@ -25,7 +25,7 @@ class RequestContext:
         self, request: Request, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...], subject: str
     ) -> None:
         self._request = request
-        self._bridge = bridge
+        self.bridge = bridge
         self._operations = operations
         self._subject = subject
         self.caller = caller
@@ -38,7 +38,7 @@ class RequestContext:
         """
         of = operations or self._operations
         chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
-        return await self._bridge.call(self.caller, chosen, work, self._subject)
+        return await self.bridge.call(self.caller, chosen, work, self._subject)
 
     async def unless_left(self, work: Callable[[Service], Awaitable[T]]) -> T:
         """Return the answer of `work`; if the client disconnects, cancel it and raise `Cancelled`.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any, NamedTuple, TypeVar, get_type_hints
 
-from fastapi import FastAPI, Request
+from fastapi import APIRouter, Request
 from fastapi.params import Depends, Header
 
 from maya_un.errors import MayaError
@@ -68,12 +68,11 @@ class RouteRule:
 
 
 class Routes:
-    """Adds paths to `app`; `rules` contains the rule of each handler."""
+    """Routes in `router`, and the rule of each by its handler. They find the bridge in the state of the application."""
 
-    def __init__(self, app: FastAPI) -> None:
-        self._app = app
+    def __init__(self) -> None:
+        self.router = APIRouter()
         self.rules: dict[Callable[..., Any], RouteRule] = {}
-        app.state.rules = self.rules
 
     def add(  # noqa: PLR0913 - every fact of a route is a parameter
         self,
@@ -97,7 +96,7 @@ class Routes:
         """
 
         def added(handler: Handler) -> Handler:
-            self._app.add_api_route(
+            self.router.add_api_route(
                 path,
                 handler,
                 methods=[method],

@@ -5,22 +5,23 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from dmc41x3.address import meant
-from dmc41x3.cli.program import read
-from dmc41x3.language.transfer import ProgramSource, program_lines
-from maya_un.cli.configure import configuration
 from maya_un.cli.settings import OutputSettings
-from maya_un.controller.watchdog_program import merged
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # every command of `maya` imports this module
     from pathlib import Path
 
     from dmc41x3.driver import Driver
+    from dmc41x3.language.transfer import ProgramSource
     from dmc41x3.twin.wire.server import VirtualController
 
 
 def guarded(file: str, settings: OutputSettings) -> ProgramSource:
     """Return the program in a file followed by Maya's guard; raises `FileUnreadable` and `GuardBlocked`."""
+    from dmc41x3.cli.program import read
+    from dmc41x3.language.transfer import program_lines
+    from maya_un.cli.configure import configuration
+    from maya_un.controller.watchdog_program import merged
+
     config = configuration(settings)
     letters = "".join(sorted(axis.letter for axis in (config.axes.a, config.axes.b, config.axes.c)))
     source = read(file)
@@ -35,8 +36,8 @@ class MayaSite:
 
     def meant(self, address: str, config: str | None) -> str:
         """Return `address`, or for `real` the one in the configuration; raises `FileUnreadable`, `InvalidConfig`."""
+        from dmc41x3.address import meant
         from maya_un.cli.configure import configuration
-        from maya_un.cli.settings import OutputSettings
 
         return meant(address, configuration(OutputSettings(config=config)).controller.address)
 

@@ -108,7 +108,7 @@ ChangeBody = Annotated[UserChange, sent(UserChange)]
 TokenBody = Annotated[TokenRequest, sent(TokenRequest, optional=True)]
 
 
-def add_sessions(routes: Routes, bridge: Bridge) -> None:
+def add_sessions(routes: Routes) -> None:
     """Add the routes of the caller: identity and session."""
 
     @routes.add("GET", "/v1/me", Operation.READ, tag=_ME, gives=Me, client="users.me")
@@ -128,6 +128,7 @@ def add_sessions(routes: Routes, bridge: Bridge) -> None:
     async def sign_in(request: Request, body: SigningInBody) -> Response:
         """Sign in by name and password; return the token of the session."""
         source = source_of(request)
+        bridge: Bridge = request.app.state.bridge
         return answer(await bridge.asked(lambda service: service.users.sign_in(body.name, body.password, source)))
 
     @routes.add(

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
 
-from fastapi import FastAPI, Query, Request, Response
+from fastapi import Query, Request, Response
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
@@ -91,7 +91,7 @@ FEW_EVENTS = 100
 _STATUS = "looking"
 
 
-def add_reading(routes: Routes, bridge: Bridge) -> None:
+def add_reading(routes: Routes) -> None:
     """Add the routes for status, events and the parts of the twin."""
 
     @routes.add("GET", "/v1/status", Operation.READ, tag=_STATUS, gives=Status, client="status")
@@ -111,6 +111,7 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
 
         If there are none, wait up to `wait` seconds for the next event.
         """
+        bridge = ask.bridge
         asked = bridge.events(ask.caller, since, wait, run, min(limit, FEW_EVENTS))
         few = await (ask.while_allowed(asked, Operation.READ) if wait else asked)
         if len(few) < FEW_EVENTS or limit == FEW_EVENTS:
@@ -123,9 +124,9 @@ def add_reading(routes: Routes, bridge: Bridge) -> None:
         """Return the positions of the parts on the table of the twin [m]."""
 
         async def looked_at(_service: Service) -> Table:
-            if bridge.parts is None:
+            if ask.bridge.parts is None:
                 raise NotFound(what="twin", number="on a real machine")
-            return Table(dict(bridge.parts()))
+            return Table(dict(ask.bridge.parts()))
 
         return answer(await ask(looked_at))
 
@@ -177,7 +178,7 @@ _ADMIN = "keeping"
 _SQLITE = "application/vnd.sqlite3"
 
 
-def add_keeping(routes: Routes, bridge: Bridge) -> None:
+def add_keeping(routes: Routes) -> None:
     """Add the routes for the audit log and backups."""
 
     @routes.add("GET", "/v1/audit", Operation.AUDIT, tag=_ADMIN, gives=list[AuditLine], client="history.audit")
@@ -205,9 +206,9 @@ def add_keeping(routes: Routes, bridge: Bridge) -> None:
         """Return a backup of the database (SQLite): the queue, its history, the users, the audit log."""
 
         async def kept(_service: Service) -> Path:
-            if not isinstance(bridge.journal, SqliteJournal):
+            if not isinstance(ask.bridge.journal, SqliteJournal):
                 raise NotFound(what="stored queue", number="with `--journal memory`")
-            return bridge.journal.path
+            return ask.bridge.journal.path
 
         return await _copied(await ask(kept))
 
@@ -227,7 +228,7 @@ async def _copied(journal: Path) -> Response:
 _SYSTEM = "server"
 
 
-def add_system(routes: Routes, app: FastAPI, bridge: Bridge, metrics: Metrics) -> None:
+def add_system(routes: Routes) -> None:
     """Add the routes for health, readiness, metrics and the OpenAPI document."""
 
     @routes.add("GET", "/v1/health", tag=_SYSTEM, gives=Health)
@@ -241,19 +242,20 @@ def add_system(routes: Routes, app: FastAPI, bridge: Bridge, metrics: Metrics) -
 
         It waits at most 1 s for the robot and 1 s for the disk.
         """
-        found = await readiness(bridge, language_of(request.headers))
+        found = await readiness(request.app.state.bridge, language_of(request.headers))
         return answer(found, 200 if found.ready else 503)
 
     @routes.add("GET", "/metrics", Operation.READ, tag=_SYSTEM, gives=str, media=CONTENT_TYPE)
-    async def prometheus(ask: Ask) -> Response:
+    async def prometheus(request: Request, ask: Ask) -> Response:
         """Return the metrics for Prometheus."""
         status, queue = await ask(_standing)
-        return Response(metrics.text(status, queue, storage_of(bridge)), media_type=CONTENT_TYPE)
+        metrics: Metrics = request.app.state.metrics
+        return Response(metrics.text(status, queue, storage_of(ask.bridge)), media_type=CONTENT_TYPE)
 
     @routes.add("GET", "/v1/openapi.json", tag=_SYSTEM, gives=dict[str, object])
-    async def openapi() -> Response:
+    async def openapi(request: Request) -> Response:
         """Return the OpenAPI document of this interface."""
-        return Response(to_json(document(app)), media_type="application/json")
+        return Response(to_json(document(request.app)), media_type="application/json")
 
 
 async def _standing(service: Service) -> tuple[Status, QueueView]:
