@@ -1,1 +1,1 @@
-"""The command line: it starts fast, translates, and decides nothing."""
+"""The command line: a fast-starting interface to the service, with translated messages."""

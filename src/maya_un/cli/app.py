@@ -1,4 +1,4 @@
-"""The commands that go through the parser: their arguments, their help, and where each is carried out."""
+"""The commands that use the parser: their arguments, their help, and the function of each."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ File = Annotated[
 
 
 def run(arguments: list[str], settings: OutputSettings) -> int:
-    """Carry out a command line and return its exit code; raises `InvalidCommandLine` for one not understood."""
+    """Carry out a command line and return its exit code; raises `InvalidCommandLine` for an invalid one."""
     return parsing.run(app, arguments, settings._replace(site=MAYA), "maya")
 
 

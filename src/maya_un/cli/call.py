@@ -1,4 +1,4 @@
-"""`maya call`: send any operation of the HTTP interface to the running robot, by its name."""
+"""`maya call`: send any operation of the HTTP interface to the running robot by name."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> in
 
 
 def request_of(name: str, operation: Operation, given: Sequence[str]) -> Request[Any]:
-    """Return the request of an operation; raises `InvalidCommandLine` for parameters that it does not have or lacks.
+    """Return the request of an operation; raises `InvalidCommandLine` for unknown or missing parameters.
 
-    A value is read as JSON. It stays text if it is not JSON or if the parameter is text.
+    A value is parsed as JSON. It stays text if it is not JSON or if the parameter is text.
     """
     parameters = inspect.signature(operation).parameters
     values: dict[str, Any] = {}

@@ -1,10 +1,7 @@
-"""The client of the command line: its service, its request, and the caller's name.
+"""The client of the command line: sends the generated requests by http.client, and returns JSON unchanged.
 
-It reports errors by the option of the command line, not by the key of the request.
-
-The client of the command line: sends the generated requests by http.client, and returns JSON as it comes.
-
-It loads neither the messages nor a library for HTTP, so that `maya status` and `maya stop` start at once.
+It reports errors by the option of the command line, not by the key of the request. It imports neither the messages nor
+an HTTP library, so that `maya status` and `maya stop` start fast.
 """
 
 from __future__ import annotations
@@ -33,7 +30,7 @@ from maya_un.errors import (
 
 @contextmanager
 def called(options: Mapping[str, str]) -> Iterator[None]:
-    """Have refusals of the block name an option, where `options` has one for the key that they name."""
+    """Replace the key of a refusal in the block by its option, if `options` has one."""
     try:
         yield
     except (InvalidValue, InvalidRequest) as refusal:
@@ -51,7 +48,7 @@ class ServiceClient:
     """A client of the service at `url`.
 
     `timeout` [s] is the longest wait for the connection and for an ordinary answer. Raises `ServiceNotRunning` if `url`
-    is not a URL. If `lease` is set, it is shown instead of the shell's.
+    is not a URL. If `lease` is set, it is sent instead of the shell's.
     """
 
     def __init__(self, url: str, timeout: float = ANSWER) -> None:
@@ -59,7 +56,7 @@ class ServiceClient:
             address = urlsplit(url)
             self.host, self.port = address.hostname or "127.0.0.1", address.port or 80
         except ValueError:
-            raise ServiceNotRunning from None  # nobody can listen there
+            raise ServiceNotRunning from None  # no program can listen there
         self.url = url
         self.lease = ""
         self._timeout = timeout
@@ -84,10 +81,10 @@ class ServiceClient:
     def ask(self, request: Request[Any], timeout: float | None = None) -> Any:
         """Return the decoded JSON of the answer.
 
-        `timeout` [s] is the longest wait; by default the client's, or that of the request if its operation takes longer
-        than most. Raises `ServiceNotRunning` if nothing listens, `ServiceNotAnswering` if no answer comes in time or
-        another program answers (our answers have the header `Maya`), and the errors of the service. A lease of the
-        shell that has ended is forgotten.
+        `timeout` [s] is the longest wait; by default the client's, or the request's if its operation takes longer than
+        most. Raises `ServiceNotRunning` if no program listens, `ServiceNotAnswering` if no answer arrives in time or
+        another program answers (Maya's answers have the header `Maya`), and the errors of the service. An ended lease
+        of the shell is deleted.
         """
         if timeout is None:
             timeout = request.timeout if request.timeout > TIMEOUT else self._timeout
@@ -119,7 +116,7 @@ class ServiceClient:
 
 
 def _named(refusal: NotSignedIn) -> NotSignedIn:
-    """Return a refusal of this machine's own token, with the file or variable that the token comes from."""
+    """Return a refusal with the file or variable from which this computer's token comes."""
     origin = credentials.origin()
     said = refusal.details["reason"]
     return NotSignedIn(reason=f"{said}; it comes from {origin}") if origin else refusal

@@ -1,4 +1,4 @@
-"""`maya config`: load, check and write the configuration; options that only the twin has."""
+"""`maya config`: load, check and write the configuration; options for the twin only."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from maya_un.values import Point
 
 
 def configuration(settings: OutputSettings) -> Config:
-    """Return the configuration in force: --config, else $MAYA_CONFIG, else the user's, else the manual's."""
+    """Return the current configuration: --config, else $MAYA_CONFIG, else the user's, else the manual's."""
     return load(None if settings.config is None else Path(settings.config))
 
 
 def taught_places(settings: OutputSettings) -> Path:
-    """Return the file of taught places: `poses.toml` beside the configuration, wherever that is or would be."""
+    """Return the path of the file of taught places: `poses.toml` beside the configuration file, which may not exist."""
     return (default_path() if settings.config is None else Path(settings.config)).with_name("poses.toml")
 
 
@@ -34,13 +34,13 @@ def _place(file: str | None, settings: OutputSettings) -> Path:
 
 
 def show(settings: OutputSettings) -> int:
-    """Print every key in force with its meaning and unit; return the exit code."""
+    """Print every current key with its meaning and unit; return the exit code."""
     config = configuration(settings)
     return output.answer(config.model_dump(mode="json"), to_toml(config).rstrip(), settings)
 
 
 def check(file: str | None, settings: OutputSettings) -> int:
-    """Say whether a file is a good configuration; raises `FileUnreadable` and `InvalidConfig`."""
+    """Check a configuration file; raises `FileUnreadable` and `InvalidConfig`."""
     place = _place(file, settings)
     if file is None and settings.config is None and not place.exists():
         return output.answer(
@@ -57,7 +57,7 @@ def check(file: str | None, settings: OutputSettings) -> int:
 
 
 def init(file: str | None, settings: OutputSettings) -> int:
-    """Write a configuration with every key commented out; raises `FileUnwritable`, also where one stands already."""
+    """Write a configuration with every key commented out; raises `FileUnwritable`, also if the file exists."""
     place = _place(file, settings)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -70,7 +70,7 @@ def init(file: str | None, settings: OutputSettings) -> int:
 
 
 def require_twin(address: str, command: str, **options: object) -> None:
-    """Raise `InvalidCommandLine` where one of the `options` (None: not given) is for a real machine."""
+    """Raise `InvalidCommandLine` if one of the `options` (None: not given) does not apply to a real machine."""
     given = [name for name, value in options.items() if value is not None]
     if given and address != SIM:
         reason = f"--{given[0]} is for the twin, and {address} is a real machine"
@@ -78,7 +78,7 @@ def require_twin(address: str, command: str, **options: object) -> None:
 
 
 def on_the_table(table: str | None, config: Config, settings: OutputSettings) -> dict[str, Point]:
-    """Return where the parts of a job file stand at its start [m], none without a file.
+    """Return the start positions of the parts of a job file [m], none without a file.
 
     Raises as `load_job` and `starting_parts`.
     """
@@ -86,6 +86,6 @@ def on_the_table(table: str | None, config: Config, settings: OutputSettings) ->
 
 
 def parts_of(job: Job, config: Config, settings: OutputSettings) -> dict[str, Point]:
-    """Return where the parts of a job stand at its start [m]; raises as `starting_parts`."""
+    """Return the start positions of the parts of a job [m]; raises as `starting_parts`."""
     book = PoseStore(Mechanism.of(config), taught_places(settings))
     return starting_parts(job, config.cell.grasp_height, book.taught)

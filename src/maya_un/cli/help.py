@@ -1,4 +1,4 @@
-"""The pages of help that must not wait for a command parser."""
+"""The help pages that do not need a command parser."""
 
 from __future__ import annotations
 
@@ -92,4 +92,4 @@ QUICK = {
         f"{_EVERYWHERE}"
     ),
 }
-"""Help of the commands that go past the parser."""
+"""Help of the commands that bypass the parser."""

@@ -1,6 +1,6 @@
-"""Entry of `maya`: imports next to nothing, answers the hurried commands at once, and leaves the rest to `app`.
+"""Entry point of `maya`: imports little, handles `stop` and `status` at once, and passes other commands to `app`.
 
-`stop` and `status` go past the command parser and every heavy import; a test looks at `sys.modules`.
+`stop` and `status` bypass the command parser and every heavy import; a test checks `sys.modules`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from maya_un.interpreter import quiet_collector
 
 
 def program() -> int:
-    """Be the process `maya`: like `main`, with the process' garbage collection set up for a loop that must not wait."""
+    """Run the process `maya`: like `main`, with garbage collection configured for a real-time loop."""
     quiet_collector()
     code = main()
     output.forget_unprinted()
@@ -37,12 +37,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return output.INTERRUPTED
     except BrokenPipeError:
         return output.FAILED
-    except Exception as error:  # noqa: BLE001 - the last resort: a person gets one sentence, the log the rest
+    except Exception as error:  # noqa: BLE001 - the last resort: a person gets a sentence, the log the traceback
         from maya_un.http.log import written_down
 
         return output.complain(written_down(error), settings)
     except BaseException as error:
-        from asyncio import CancelledError  # it is loaded already wherever one was raised
+        from asyncio import CancelledError  # already imported wherever one was raised
 
         if isinstance(error, CancelledError):
             return output.INTERRUPTED

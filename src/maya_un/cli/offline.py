@@ -1,6 +1,6 @@
-"""`maya fk|ik|reach`: questions about the machine that need no machine.
+"""`maya fk|ik|reach`: kinematics without a connection to the machine.
 
-`fk` and `ik` import nothing heavy where the manual's machine answers: no file changes it, and the place is reachable.
+`fk` and `ik` import nothing heavy if the manual's constants apply (no file changes them) and the place is reachable.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ if TYPE_CHECKING:
     from maya_un.schema.previews import Distance, Reach
 
 _PATIENCE = 1.0
-"""How long the running robot may take to tell its configuration [s]."""
+"""Longest wait for the configuration of the running robot [s]."""
 
 
 def joints_text(joints: Joints) -> str:
-    """Return joints for people: degrees and millimetres."""
+    """Return joints as text in degrees and millimetres."""
     return f"a {degrees(joints.a):.4f}°  b {joints.b * 1e3:.3f} mm  c {joints.c * 1e3:.3f} mm"
 
 
 def point_text(point: Point) -> str:
-    """Return a point for people: millimetres."""
+    """Return a point as text in millimetres."""
     return "  ".join(f"{name} {value * 1e3:.3f} mm" for name, value in zip("xyz", point, strict=True))
 
 
 def answer(command: str, arguments: list[str], settings: OutputSettings) -> int:
-    """Carry out `fk` or `ik` with three arguments; raises as those do, and `InvalidValue`."""
+    """Carry out `fk` or `ik` with three arguments; raises their errors, and `InvalidValue`."""
     if command == "fk":
         return fk(joints_of(*arguments), settings)
     return ik(point_of(*arguments), settings)
 
 
 def fk(joints: Joints, settings: OutputSettings) -> int:
-    """Print where `joints` (rad, m, m) hold the gripper [m]; raises `Unreachable`."""
+    """Print the gripper point [m] of `joints` (rad, m, m); raises `Unreachable`."""
     point = _fk(joints, settings)
     return output.answer(point._asdict(), point_text(point), settings)
 
@@ -65,7 +65,7 @@ def _fk(joints: Joints, settings: OutputSettings) -> Point:
 
 
 def ik(point: Point, settings: OutputSettings) -> int:
-    """Print the joints (rad, m, m) that hold the gripper at `point` [m]; raises `Unreachable`."""
+    """Print the joints (rad, m, m) for the gripper at `point` [m]; raises `Unreachable`."""
     joints = _ik(point, settings)
     return output.answer(joints._asdict(), joints_text(joints), settings)
 
@@ -81,10 +81,10 @@ def _ik(point: Point, settings: OutputSettings) -> Joints:
 
 
 def reach(point: Point, settings: OutputSettings) -> int:
-    """Print whether `point` [m] can be reached and how far from every limit, else all that is broken and the nearest.
+    """Print whether `point` [m] is reachable, with all margins, or else the violated limits and the nearest point.
 
-    The zones are those of the running robot, else of the configuration. Exit code 0 where it can, 1 where not: both are
-    answers.
+    The zones are those of the running robot, else of the configuration. The exit code is 0 if the point is reachable,
+    else 1; both are valid results.
     """
     from maya_un.schema.encoding import to_data
     from maya_un.service.previews import reach_of
@@ -98,14 +98,14 @@ def reach(point: Point, settings: OutputSettings) -> int:
 
 
 def _manual(settings: OutputSettings) -> Ranges | None:
-    """Return the ranges of the manual's machine, None where a configuration may say otherwise."""
+    """Return the ranges of the manual's machine, None if a configuration may change them."""
     if settings.config is not None or os.environ.get("MAYA_CONFIG") or default_path().exists():
         return None
     return Ranges.of_the_manual()
 
 
 def _workspace(config: Config) -> Workspace:
-    """Return the whole workspace, whose arrays take a while to import."""
+    """Return the whole workspace; its module imports slowly."""
     from maya_un.kinematics.workspace import Workspace
 
     return Workspace.of(config)
@@ -114,7 +114,7 @@ def _workspace(config: Config) -> Workspace:
 def _in_force(settings: OutputSettings) -> Config:
     """Return the configuration of the running robot, with its zones; without a robot, that of the file.
 
-    A file that is named counts, and so does the usual one where the robot does not tell.
+    A file named by --config is used in any case; the default file is used if the robot does not answer.
     """
     from maya_un.cli.configure import configuration
     from maya_un.config import Config

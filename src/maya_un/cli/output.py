@@ -1,4 +1,4 @@
-"""Print sentences, JSON, and errors of `maya`; map error codes to exit codes."""
+"""Output of `maya`: sentences, JSON and errors; maps error codes to exit codes."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ __all__ = [
 
 
 def complain(error: MayaError, settings: OutputSettings) -> int:
-    """Print an error, one sentence with its code (or JSON), and return its exit code."""
+    """Print an error, as one sentence with its code or as JSON, and return its exit code."""
     console.complain(error, settings, "maya")
     return exit_code(error.code)
 
 
 def concluded(report: Mapping[str, Any], settings: OutputSettings) -> int:
-    """Report on the error stream why a job or command failed, and return the exit code; 0 if it succeeded.
+    """Print on the error stream why a job or command failed, and return the exit code; 0 if it succeeded.
 
-    `report` is a JobReport as JSON has it. With --json the report itself has said it.
+    `report` is a JobReport as JSON data. With --json, the printed report already contains the error.
     """
     if report["state"] == "done":
         return DONE
@@ -57,8 +57,8 @@ def concluded(report: Mapping[str, Any], settings: OutputSettings) -> int:
 
 
 def exit_code(code: int) -> int:
-    """Return the exit code of an error's code: 2 for wrong requests and configuration (4xxx, 5xxx), else 1.
+    """Return the exit code for an error code: 2 for wrong requests and configuration (4xxx, 5xxx), else 1.
 
-    A disk that is full or read-only is neither: 1, by which systemd starts `maya up` again.
+    A full or read-only disk also returns 1, so that systemd restarts `maya up`.
     """
     return FAILED if code == StorageUnavailable.code else console.exit_code(code)

@@ -1,6 +1,6 @@
-"""`maya` for as long as whoever started it lives: at the end of standard input it ends as by SIGTERM.
+"""`maya` tied to its parent process: at the end of standard input, it ends as after SIGTERM.
 
-For programs that start a robot of their own and may die without saying so: `python -m maya_un.cli.parent_watch up`.
+For programs that start a robot and may be killed: `python -m maya_un.cli.parent_watch up`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def _end_with_the_other_side() -> None:
 
 
 def attended() -> int:
-    """Carry out the command line until it ends, or until standard input does."""
+    """Carry out the command line until it ends, or until standard input ends."""
     threading.Thread(target=_end_with_the_other_side, name="attendance", daemon=True).start()
     return program()
 

@@ -1,4 +1,4 @@
-"""`maya plot`: pictures of the workspace and of a job before anything moves."""
+"""`maya plot`: pictures of the workspace and of a job before any motion."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class PlotRequest(NamedTuple):
 
 
 def workspace(request: PlotRequest, settings: OutputSettings) -> int:
-    """Draw the workspace of the configuration in force and say where; return the exit code.
+    """Draw the workspace of the current configuration and print the file's path; return the exit code.
 
     Raises `InvalidValue` and `FileUnwritable`.
     """
@@ -69,16 +69,16 @@ DEFAULT_PICTURE = "maya-job.svg"
 """Default file of the picture, in the current folder."""
 
 SAMPLES = 300
-"""Samples drawn of every motion."""
+"""Samples drawn per motion."""
 
 _HORIZON = 1e6
 
 
 def plot(file: str, target: str | None, settings: OutputSettings) -> int:
-    """Draw the job of `file` as it would be from the homed pose, and return the exit code.
+    """Draw the job of `file` from the homed pose, and return the exit code.
 
-    A job that is refused at some step is drawn up to there, and not done. Raises what reading it raises, `InvalidJob`
-    where nothing moves, `InvalidValue` and `FileUnwritable`.
+    A job that is refused at a step is drawn up to this step, and the exit code is an error's. Raises the errors of
+    reading the job, `InvalidJob` for a job without motion, `InvalidValue` and `FileUnwritable`.
     """
     path = Path(target or DEFAULT_PICTURE)
     inspection = draw(load_job(Path(file)), configuration(settings), path, settings)
@@ -101,7 +101,7 @@ def plot(file: str, target: str | None, settings: OutputSettings) -> int:
 
 
 def draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> JobInspection:
-    """Write the picture of a job from the homed pose on, and return what it shows; raises as `plot` does."""
+    """Write the picture of a job from the homed pose, and return the inspection; raises as `plot` does."""
     from maya_un.plots import style
 
     style.kind_of(path)
@@ -111,7 +111,7 @@ def draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> JobI
 
 
 async def inspected(job: Job, config: Config, places: Path | None = None) -> tuple[JobInspection, Workspace]:
-    """Return a job in detail, from the homed pose of a twin on, with the workspace it is checked in.
+    """Return a job in detail from the homed pose of a twin, and the workspace of its check.
 
     `places` is the file of taught places.
     """
@@ -121,6 +121,6 @@ async def inspected(job: Job, config: Config, places: Path | None = None) -> tup
 
 
 def figure(name: str, inspection: JobInspection, config: Config, workspace: Workspace) -> Figure:
-    """Return the figure of a job that begins at the homed pose; raises `InvalidJob` where nothing moves."""
+    """Return the figure of a job from the homed pose; raises `InvalidJob` for a job without motion."""
     title = f"{name}, {inspection.preview.duration:.1f} s from the homed pose on"
     return pictures.figure(title, inspection, config, workspace)

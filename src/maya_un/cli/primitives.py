@@ -1,8 +1,6 @@
-"""Commands that send one primitive or one motion to the robot.
+"""Commands that send one primitive or one motion to the running robot and wait for its end.
 
-Commands to the running robot: one primitive each, followed to its end.
-
-The commands that carry out one primitive: `maya home`, `maya pick`, and the others that may be steps of a job.
+`maya home`, `maya pick` and the others that can be steps of a job are generated from the primitives.
 """
 
 from __future__ import annotations
@@ -31,9 +29,9 @@ from maya_un.robot.primitives.primitive import JointTarget, Primitive, Switch, T
 
 
 def request(primitive: Mapping[str, object], settings: OutputSettings) -> int:
-    """Have the running robot carry out a primitive; return the exit code. Ctrl-C and SIGTERM cancel it.
+    """Let the running robot carry out a primitive; return the exit code. Ctrl-C and SIGTERM cancel it.
 
-    Raises `ServiceNotRunning` and whatever the service refuses at once.
+    Raises `ServiceNotRunning` and immediate refusals of the service.
     """
     client = ServiceClient.find()
     with chosen(settings) as display, as_ctrl_c():
@@ -49,7 +47,7 @@ def request(primitive: Mapping[str, object], settings: OutputSettings) -> int:
 
 
 def jog(axis: str, distance: float, settings: OutputSettings) -> int:
-    """Have the robot move along an axis by `distance` (rad or m) and wait for it; Ctrl-C stops it, SIGTERM too."""
+    """Move the robot along an axis by `distance` (rad or m) and wait for the end; Ctrl-C and SIGTERM stop it."""
     client = ServiceClient.find()
     with chosen(settings) as display, as_ctrl_c(), ThreadPoolExecutor(1) as other:
         jogging = other.submit(client.ask, requests.jog_by(axis, distance))
@@ -76,7 +74,7 @@ def _moved(gone: Mapping[str, Any], language: str) -> str:
 
 
 def pause(settings: OutputSettings) -> int:
-    """Have the running robot stop on its path and hold all motion; raises `CannotPause`."""
+    """Stop the running robot on its path and hold all motion; raises `CannotPause`."""
     report = ServiceClient.find().ask(requests.pause())
     text = (
         marked("Pausing: at rest within {seconds:.2f} s. `maya resume` continues.")
@@ -98,7 +96,7 @@ def speed(ratio: float, settings: OutputSettings) -> int:
 
 
 def recover(settings: OutputSettings, *, take_over: bool) -> int:
-    """Have the running robot clear its fault, and take its controller from another program that owns it."""
+    """Clear the fault of the running robot; with `take_over`, take its controller from another program that owns it."""
     answer = ServiceClient.find().ask(requests.recover(take_over=take_over))
     return output.answer(answer, translate("Recovered: the fault is cleared.", settings.language), settings)
 
@@ -115,7 +113,7 @@ def abort(settings: OutputSettings) -> int:
 
 
 def resume(settings: OutputSettings) -> int:
-    """Have the running robot resume motion after a pause."""
+    """Resume the motion of the running robot after a pause."""
     return output.answer(
         ServiceClient.find().ask(requests.resume()), translate("Resumed.", settings.language), settings
     )
@@ -141,7 +139,7 @@ Run = Callable[..., int]
 
 
 def register(app: typer.Typer, **how: Any) -> None:
-    """Add a command for every primitive to `app`; `how` are Typer's settings of each."""
+    """Add a command for every primitive to `app`; `how` are Typer's settings of each command."""
     for name, primitive in PRIMITIVES.items():
         if primitive.in_jobs:
             app.command(name, help=primitive.help(), **how)(_command(primitive))
@@ -218,7 +216,7 @@ def _lengths(x: str, y: str, z: str | None) -> list[float]:
 
 
 def _name(context: typer.Context, text: str, missing: str) -> str:
-    """Return the name of a place; raises `InvalidCommandLine` for a number, which is the first of several."""
+    """Return the name of a place; raises `InvalidCommandLine` for a number, because others must follow it."""
     if not text[:1].isalpha():
         raise InvalidCommandLine(reason=f"{missing} is missing", command=context.command_path)
     return text

@@ -16,48 +16,48 @@ if TYPE_CHECKING:
 
 
 class Display:
-    """Shows nothing; the others say what they show instead.
+    """Display that shows nothing; subclasses override its methods.
 
-    `phase` is what the robot said last that it is about, empty before; it tells more than a motion's own name.
+    `phase` is the current phase reported by the robot, "" at first; it is more specific than the name of a motion.
     """
 
     phase: str = ""
 
     def __enter__(self) -> Self:
-        """Begin to show."""
+        """Start the display."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """Leave the screen as it should stay."""
+        """End the display."""
 
     def note(self, text: str) -> None:
-        """Show one fact."""
+        """Show a message."""
 
     def wait(self, why: str) -> None:
-        """Show what is waited for, also to whoever wants nothing but the result on the output."""
+        """Show the reason for waiting on the error stream, so that the output contains only the result."""
         print(why, file=sys.stderr, flush=True)
 
     def motion(self, phase: str, elapsed: float, duration: float) -> None:
-        """Show how far a motion has come [s]."""
+        """Show the progress of a motion [s]."""
 
     def rest(self) -> None:
         """Show that nothing moves."""
 
 
 class FactLines(Display):
-    """One line a fact."""
+    """Display with one line per message."""
 
     def note(self, text: str) -> None:
-        """Print one fact."""
+        """Print a message."""
         output.say(text)
 
     def wait(self, why: str) -> None:
-        """Print what is waited for."""
+        """Print the reason for waiting."""
         self.note(why)
 
 
 class ProgressBars(Display):
-    """Facts as lines, and below them one bar for the motion under way, drawn by a thread of its own."""
+    """Messages as lines, and below them a bar for the running motion, drawn by a separate thread."""
 
     def __init__(self, language: str) -> None:
         from rich.progress import BarColumn, Progress, TextColumn
@@ -71,24 +71,24 @@ class ProgressBars(Display):
         self._untimed = self._progress.add_task("", visible=False, clock="", total=None)
 
     def __enter__(self) -> Self:
-        """Begin to draw."""
+        """Start drawing."""
         self._progress.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         self._progress.stop()
 
     def note(self, text: str) -> None:
-        """Print one fact above the bar."""
+        """Print a message above the bar."""
         self._progress.console.print(text, markup=False, highlight=False)
 
     def wait(self, why: str) -> None:
-        """Print what is waited for."""
+        """Print the reason for waiting."""
         self.note(why)
 
     def motion(self, phase: str, elapsed: float, duration: float) -> None:
-        """Set the bar; where the duration is not known (0, in a homing) one that pulses and counts the time up."""
+        """Set the bar; for an unknown duration (0, in a homing), show a pulsing bar with the elapsed time."""
         description = self.phase or phase
         if duration > 0.0:
             done = min(elapsed, duration)
@@ -109,7 +109,7 @@ class ProgressBars(Display):
 
 
 def chosen(settings: OutputSettings) -> Display:
-    """Return the display that suits the settings and the screen."""
+    """Return the display for the settings and the terminal."""
     if settings.json:
         return Display()
     return ProgressBars(settings.language) if sys.stdout.isatty() else FactLines()
@@ -119,13 +119,13 @@ _INDENT = " " * 7
 
 
 def line(event: Event, language: str) -> str | None:
-    """Return an event as a line, indented below the line of its step; None where it is not worth one."""
+    """Return an event as a line, indented below the line of its step; None if it is not shown."""
     text = event.narration(language)
     return text if text is None or isinstance(event, StepAdvanced) else _INDENT + text
 
 
 def tell(event: Event, display: Display, language: str) -> None:
-    """Show an event, where it is worth a line, and remember the phase it begins."""
+    """Show an event if it has a line, and store the phase that it starts."""
     if isinstance(event, PhaseBegun):
         display.phase = event.name
     text = line(event, language)

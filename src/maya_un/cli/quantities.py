@@ -1,4 +1,4 @@
-"""Values in front of people: plain numbers are SI, a unit may follow (30deg, 120mm)."""
+"""Values in user input: plain numbers are SI, and a unit may follow (30deg, 120mm)."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def joints_of(a: str, b: str, c: str) -> Joints:
 
 
 def share(text: str, key: str) -> float:
-    """Return a share, 1 for all; raises `InvalidValue` naming `key`."""
+    """Return a ratio, 1 for 100 %; raises `InvalidValue` naming `key`."""
     return _quantity(text, key, _SHARES, "a share is a number, or with % behind it")
 
 
@@ -67,10 +67,9 @@ def _coordinate(text: str, key: str, value: float) -> float:
 
 
 def clock_factor(speed: float | None, address: str) -> float:
-    """Return how many times as fast as the wall the twin's clock runs, 1 where nothing is said.
+    """Return the speed of the twin's clock relative to real time, 1 by default.
 
-    Raises `SpeedOnRealMachine` where a factor is named for anything but the twin, and `InvalidValue` outside
-    0 < speed ≤ 1000.
+    Raises `SpeedOnRealMachine` if `speed` is given for a real machine, and `InvalidValue` outside 0 < speed ≤ 1000.
     """
     if speed is not None and address != SIM:
         raise SpeedOnRealMachine(address=address)
@@ -78,7 +77,7 @@ def clock_factor(speed: float | None, address: str) -> float:
 
 
 def target_address(text: str, configured: str) -> str:
-    """Return what an address means: "sim", or HOST[:PORT], for "real" the `configured` one.
+    """Return the meaning of an address: "sim", or HOST[:PORT]; for "real", the `configured` address.
 
     Raises `InvalidValue`.
     """

@@ -1,4 +1,4 @@
-"""The hurried commands: `stop` and `status`, with nothing between them and the wire but http.client."""
+"""The fast commands `stop` and `status`, which use only http.client."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning, translated
 
 STOP_BUDGET = 0.1
-"""How long the service may take to answer a stop [s], before the controller is told directly."""
+"""Longest wait for the service's answer to a stop [s]; then the controller is stopped directly."""
 
 SERVICE_TIMEOUT = 2.0
-"""The same where there is no controller that could be told: a twin in the service [s]."""
+"""The same limit for a twin in the service, which has no controller to stop directly [s]."""
 
 CONTROLLER_TIMEOUT = 2.0
-"""Longest wait for each answer of a controller told directly [s]."""
+"""Longest wait for each answer of a controller that is stopped directly [s]."""
 
 
 def run(command: str, arguments: list[str], settings: OutputSettings) -> int:
@@ -34,10 +34,10 @@ def run(command: str, arguments: list[str], settings: OutputSettings) -> int:
 
 
 def stop(arguments: list[str], settings: OutputSettings) -> int:
-    """Stop by the service, or past it where it does not stop the robot in time.
+    """Stop by the service, or directly at the controller if the service does not stop the robot in time.
 
-    With --address the controller is told at once; for "real" the configuration is read before. Raises
-    `ServiceNotRunning` where there is neither.
+    With --address the controller is stopped directly at once; for "real" the configuration is read first. Raises
+    `ServiceNotRunning` without an address and a service.
     """
     address = _address(arguments, settings)
     if address is not None:
@@ -107,7 +107,7 @@ def _stopping(report: dict[str, Any], settings: OutputSettings) -> str:
 
 
 def status(arguments: list[str], settings: OutputSettings) -> int:
-    """Tell what the running robot is doing; raises as `ServiceClient.ask` does."""
+    """Print the state of the running robot; raises as `ServiceClient.ask` does."""
     if arguments:
         raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya status")
     found: dict[str, Any] = ServiceClient.find(timeout=2.0).ask(requests.status())

@@ -1,4 +1,4 @@
-"""The report of a job: as data with stable keys, and as a table for people."""
+"""The report of a job: as data with stable keys, and as a table."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _JOB_KEYS = ("state", "code", "message", "predicted", "duration", "lowest", "hig
 
 
 def as_data(report: Mapping[str, Any], places: Mapping[str, Sequence[float]] | None) -> dict[str, Any]:
-    """Return the report of a job with the parts' final places.
+    """Return the report of a job with the final places of the parts.
 
-    `report` is a JobReport as JSON has it; `places` is where the parts stand now by the twin's own record [m], None
-    on a real machine, which has no such record. `error` is the distance between place and `commanded` [m].
+    `report` is a JobReport as JSON data; `places` contains the actual positions of the parts on the twin's table [m],
+    None on a real machine. `error` is the distance between `place` and `commanded` [m].
     """
     data: dict[str, Any] = {"job": report["name"], **{key: report[key] for key in _JOB_KEYS}}
     data["steps"] = [{key: step[key] for key in STEP_KEYS} for step in report["steps"]]
@@ -35,7 +35,7 @@ def _part(commanded: Sequence[float] | None, place: Sequence[float] | None) -> d
 
 
 def as_text(data: Mapping[str, Any], language: str) -> str:
-    """Return the report for people: a headline, the steps, the parts, what of the pallets is out of shape."""
+    """Return the report as text: a headline, the steps, the parts, and deviations of the pallets."""
     blocks = [_headline(data, language), _steps(data["steps"], language)]
     if data["parts"]:
         blocks.append(_parts(data["parts"], language))
@@ -94,7 +94,7 @@ def _millimetres(error: float | None) -> str:
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
-    """Return rows of text under a head, in columns; those numbered in `right` are aligned to the right."""
+    """Return rows of text under a header, in columns; columns with a number in `right` are right-aligned."""
     widths = [max(len(row[column]) for row in (head, *rows)) for column in range(len(head))]
     return "\n".join(_row(row, widths, right) for row in (head, *rows))
 

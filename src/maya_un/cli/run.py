@@ -1,4 +1,4 @@
-"""`maya run`: carry out a job, on a stack of its own or by the running robot, and report what came of it."""
+"""`maya run`: carry out a job, on a separate stack or by the running robot, and report the result."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from maya_un.schema.encoding import to_data
 from maya_un.schema.jobs import JobReport
 
 FRAME = 0.1
-"""Time between two looks at the motion under way [s, real time]."""
+"""Period of updating the progress of a motion [s, real time]."""
 
 HORIZON = 1e9
-"""Longest job that a dry run goes through [s]."""
+"""Longest job of a dry run [s]."""
 
 
 class RunOptions(NamedTuple):
@@ -53,12 +53,12 @@ class RunOptions(NamedTuple):
 
     @property
     def own_stack(self) -> bool:
-        """Whether the options name a stack of its own, rather than the robot that may be running."""
+        """Whether the options require a separate stack instead of the running robot."""
         return self.skip_home or self.take_over or (self.address, self.speed, self.seed) != (None, None, None)
 
 
 class RunOutcome(NamedTuple):
-    """A report as data, and whether somebody interrupted."""
+    """A report as data, and whether it was interrupted by Ctrl-C or SIGTERM."""
 
     report: dict[str, Any]
     interrupted: bool = False
@@ -97,7 +97,7 @@ def _concluded(outcome: RunOutcome, settings: OutputSettings) -> int:
 
 
 def _dry_run(job: Job, config: Config, address: str, options: RunOptions, settings: OutputSettings) -> RunOutcome:
-    """Go through the job on the twin in virtual time; what it predicts of a real machine starts homed."""
+    """Carry out the job on the twin in virtual time; for a real machine, home the twin before the job."""
     if options.plot is not None:
         _require_format(Path(options.plot))
     if not settings.json:
@@ -110,14 +110,14 @@ def _dry_run(job: Job, config: Config, address: str, options: RunOptions, settin
 
 
 def _require_format(path: Path) -> None:
-    """Raise `InvalidValue` now rather than after the run, for a picture that could not be written."""
+    """Raise `InvalidValue` before the run for a picture in an unknown format."""
     from maya_un.plots import style
 
     style.kind_of(path)
 
 
 def _draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> None:
-    """Write the picture of a job, as far as there is anything to draw; raises `InvalidValue` and `FileUnwritable`."""
+    """Write the picture of a job, if it contains a motion; raises `InvalidValue` and `FileUnwritable`."""
     from maya_un.cli.plot import draw
 
     with suppress(InvalidJob):
@@ -151,11 +151,11 @@ def _own_stack(
 
 
 class _JobRun:
-    """One job on a stack of its own.
+    """One job on a separate stack.
 
-    `pace` is the time between two looks at the motion [s, of the stack's clock], None for no looking at all.
-    `skip_home` takes over the homing whose mark stands in the controller, `take_over` the controller from another
-    program that owns it; `home_first` homes before the job.
+    `pace` is the period of updating the progress [s, of the stack's clock], None for no updates. `skip_home` uses the
+    homing stored in the controller; `take_over` takes the controller from another program that owns it; `home_first`
+    homes before the job.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class _JobRun:
         self._ending = False
 
     async def perform(self, config: Config, address: str, seed: int) -> RunOutcome:
-        """Carry the job out and return its report."""
+        """Carry out the job and return its report."""
         keep_quiet(asyncio.get_running_loop())
         parts = parts_of(self._job, config, self._settings)
         async with stack(
@@ -220,7 +220,7 @@ class _JobRun:
 
     @contextmanager
     def _ended_by_sigterm(self) -> Iterator[None]:
-        """Have SIGTERM do what Ctrl-C does, in the thread that signals come to; once, for a stop is under way then."""
+        """Make SIGTERM act as Ctrl-C in the main thread; only once, because a stop is then in progress."""
         task = asyncio.current_task()
         if threading.current_thread() is not threading.main_thread() or task is None:
             yield
@@ -249,7 +249,7 @@ class _JobRun:
 
 
 def _go_on() -> None:
-    """Take the cancellation of Ctrl-C back: the task still has a stop to wait for and a report to give."""
+    """Undo the cancellation by Ctrl-C: the task must still wait for the stop and report."""
     task = asyncio.current_task()
     if task is not None:
         task.uncancel()

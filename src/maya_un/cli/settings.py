@@ -1,4 +1,4 @@
-"""The options of every command of `maya`, wherever on the line they stand: --json, --lang, --config."""
+"""The options of every command of `maya`, at any position: --json, --lang, --config."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ __all__ = ["CommandContext", "OutputSettings", "asks_for_json", "from_environmen
 
 
 def from_environment() -> OutputSettings:
-    """Return the settings of an empty line: $MAYA_LANG, English for a language we lack."""
+    """Return the settings without options: $MAYA_LANG, English for an unsupported language."""
     return tools.from_environment("MAYA_LANG")
 
 
 def split(arguments: Sequence[str], settings: OutputSettings) -> tuple[OutputSettings, list[str]]:
-    """Take the options that hold everywhere out of `arguments`; return them and the rest, in order.
+    """Extract the common options from `arguments`; return them and the rest, in order.
 
     Raises `InvalidCommandLine` for an option without its value and `InvalidValue` for an unknown language.
     """

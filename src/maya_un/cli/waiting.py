@@ -1,9 +1,4 @@
-"""Wait for a job or an operation of the service, and show its progress.
-
-Reasons why a queue is paused and why a job waits, in every language.
-
-Following a job of the running robot to its end, over HTTP.
-"""
+"""Following a job of the running robot to its end, over HTTP, and the reasons why it waits or the queue is paused."""
 
 from __future__ import annotations
 
@@ -30,11 +25,11 @@ _REASONS = {
 """Reasons why a queue is paused."""
 
 _BY_UNKNOWN = {"asked": marked("somebody paused it"), "stop": marked("somebody stopped the robot")}
-"""The same, if nobody knows by whom."""
+"""The same for an unknown user."""
 
 
 def because(view: Mapping[str, Any], language: str) -> str:
-    """Return why the queue is paused; `view` is a QueueView as JSON has it."""
+    """Return why the queue is paused; `view` is a QueueView as JSON data."""
     why = str(view["reason"])
     if not view["by"] and why in _BY_UNKNOWN:
         return translate(_BY_UNKNOWN[why], language)
@@ -42,7 +37,7 @@ def because(view: Mapping[str, Any], language: str) -> str:
 
 
 def reason(client: ServiceClient, report: Mapping[str, Any], language: str) -> str:
-    """Return why a job does not go on by itself, "" where it does; `report` is a JobReport as JSON has it."""
+    """Return why a job does not continue, "" if it does; `report` is a JobReport as JSON data."""
     if report["state"] not in {"queued", "paused", "interrupted", "held"}:
         return ""
     view = client.ask(requests.queue())
@@ -88,21 +83,21 @@ def _reason(client: ServiceClient, view: Mapping[str, Any], report: Mapping[str,
 
 
 PATIENCE = 0.2
-"""How long the service keeps a question for news before it answers that there are none [s]."""
+"""Longest wait for events in one request [s]."""
 
 _ENDED = {"done", "failed", "cancelled"}
 
 INTERRUPTION = marked("Interrupted: the robot decelerates along the path.")
-"""Said when Ctrl-C stops the robot."""
+"""Message after a stop by Ctrl-C."""
 
 
 def follow(
     client: ServiceClient, job: int, since: int, display: Display, settings: OutputSettings
 ) -> tuple[dict[str, Any], bool]:
-    """Show events numbered above `since` and the motion under way until `job` has ended.
+    """Show events numbered above `since` and the running motion until `job` has ended.
 
-    Says what the job waits for where it does not go on. Returns its report and whether Ctrl-C ended it: then the job is
-    cancelled, which stops the robot on its path.
+    Shows why the job waits. Returns its report, and whether Ctrl-C ended it: then the job is cancelled, which stops the
+    robot on its path.
     """
     try:
         return _to_the_end(client, job, since, display, settings.language), False
@@ -130,7 +125,7 @@ def _to_the_end(client: ServiceClient, job: int, since: int, display: Display, l
 
 
 def animate(client: ServiceClient, display: Display) -> None:
-    """Show how far the motion under way has come."""
+    """Show the progress of the running motion."""
     progress = client.ask(requests.status())["progress"]
     if progress is None:
         display.rest()

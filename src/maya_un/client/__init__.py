@@ -1,7 +1,7 @@
-"""A running Maya from Python, over HTTP and websocket: `maya_un.Client` and `maya_un.AsyncClient`.
+"""Python clients of a running Maya, over HTTP and websocket: `maya_un.Client` and `maya_un.AsyncClient`.
 
-Each method is described once, as a plan (`plans`), and carried out by one of two thin drivers (`blocking`, `awaiting`).
-The names are loaded when they are first used, so that the command line can use the requests alone.
+Each method is defined once, as a plan (`plans`); one of two thin drivers (`blocking`, `awaiting`) executes it. The
+names are loaded at their first use, so that the command line can import the requests alone.
 """
 
 from __future__ import annotations

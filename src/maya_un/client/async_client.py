@@ -1,4 +1,4 @@
-"""`maya_un.AsyncClient`: a running Maya from Python, in an event loop."""
+"""`maya_un.AsyncClient`: the client of a running Maya for an event loop."""
 
 from __future__ import annotations
 
@@ -57,32 +57,32 @@ class AsyncClient(RobotVerbs, AwaitingDriver):
         table: JobLike | None = None,
         parts: Mapping[str, Sequence[float]] | None = None,
     ) -> Self:
-        """Start a twin of one's own and return the client of it; as `Client.twin`."""
+        """Start a twin and return its client; the arguments are those of `Client.twin`."""
         twin = await asyncio.to_thread(TwinProcess, speed=speed, seed=seed, table=table, parts=parts)
         client = cls(twin.service.url, token="")
         client._twin = twin
         return client
 
     async def submit(self, job: JobLike, **options: Unpack[jobs.SubmitOptions]) -> AsyncJobHandle:
-        """Append a job to the queue, and return what it can be waited for by; `options` as for `Client.submit`."""
+        """Append a job to the queue and return its handle; `options` as for `Client.submit`."""
         return AsyncJobHandle(self, (await self.perform(jobs.submit(job, **options))).job)
 
     async def job(self, number: int) -> AsyncJobHandle:
-        """Return the handle of a job that somebody has submitted; raises `NotFound`."""
+        """Return the handle of a job in the queue or history; raises `NotFound`."""
         return AsyncJobHandle(self, await self.perform(jobs.known(number)))
 
     async def close(self) -> None:
-        """End all connections, and the twin that was started with this client."""
+        """Close all connections, and end the twin that was started with this client."""
         await super().close()
         if self._twin is not None:
             await asyncio.to_thread(self._twin.close)
 
     async def __aenter__(self) -> Self:
-        """Use it for a block."""
+        """Return the client, for use in a block."""
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        """Close it."""
+        """Close the client."""
         await self.close()
 
     def __repr__(self) -> str:

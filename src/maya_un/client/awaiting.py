@@ -1,4 +1,4 @@
-"""The driver that awaits: carries plans out with httpx and websockets in the running event loop."""
+"""The asynchronous driver: executes plans with httpx and websockets in the running event loop."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ T = TypeVar("T")
 
 
 class AwaitingDriver(Awaiting):
-    """Carries plans out against the service that `find` finds, whose certificate `trust` checks; for one event loop."""
+    """Executes plans against the service that `find` finds; `trust` checks its certificate. For one event loop."""
 
     def __init__(self, find: Finder, trust: ssl.SSLContext) -> None:
         self._find = find
@@ -54,7 +54,7 @@ class AwaitingDriver(Awaiting):
             return "nowhere: nothing is running"
 
     async def perform(self, plan: Plan[T]) -> T:
-        """Return what a plan comes to; what interrupts it is thrown into it, so that it can clean up."""
+        """Return the result of a plan; an interruption is raised in the plan, so that it can clean up."""
         course: PlanRunner[T] = PlanRunner(plan)
         async with AsyncExitStack() as lines:
             while (step := course.step) is not None:
@@ -62,7 +62,7 @@ class AwaitingDriver(Awaiting):
         return course.result
 
     async def iterate(self, source: StreamPlan[T]) -> AsyncIterator[T]:
-        """Yield the items of a source as they come."""
+        """Yield the items of a source as they arrive."""
         course: PlanRunner[None] = PlanRunner(source)
         with closing(course):
             async with AsyncExitStack() as lines:
@@ -74,14 +74,14 @@ class AwaitingDriver(Awaiting):
                         await self._advance(course, step, lines)
 
     async def close(self) -> None:
-        """End all connections."""
+        """Close all connections."""
         await self._http.aclose()
         await self._urgent.aclose()
 
     async def _advance(self, course: PlanRunner[Any], step: Step | Emit[Any], lines: AsyncExitStack) -> None:
         try:
             answer = await self._carry_out(step, lines)
-        except BaseException as error:  # noqa: BLE001 - the plan says what becomes of it
+        except BaseException as error:  # noqa: BLE001 - the plan handles it
             course.failed(error)
         else:
             course.answered(answer)
@@ -117,7 +117,7 @@ class AwaitingDriver(Awaiting):
 
     @asynccontextmanager
     async def _connected(self, service: ServiceAddress, path: str) -> AsyncIterator[ClientConnection]:
-        """Open a websocket for a block; in a loop that ends there is no time left to take leave, then it is cut."""
+        """Open a websocket for a block; cut it at the end if the ending loop leaves no time for a closing handshake."""
         socket = await connect(
             transport.stream_url(service, path),
             ssl=self._trust if service.url.startswith("https") else None,

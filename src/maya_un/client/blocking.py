@@ -1,4 +1,4 @@
-"""The driver that blocks: carries plans out with httpx and websockets, in whatever thread asks."""
+"""The blocking driver: executes plans with httpx and websockets in the calling thread."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ T = TypeVar("T")
 
 
 class BlockingDriver(Blocking):
-    """Carries plans out against the service that `find` finds, whose certificate `trust` checks.
+    """Executes plans against the service that `find` finds; `trust` checks its certificate.
 
-    Threads may share it. It works inside a running event loop too, as in a notebook, because it needs none.
+    Threads may share it. It needs no event loop, so it also works inside a running one, as in a notebook.
     """
 
     def __init__(self, find: Finder, trust: ssl.SSLContext, held: HeldLease | None = None) -> None:
@@ -58,7 +58,7 @@ class BlockingDriver(Blocking):
             return "nowhere: nothing is running"
 
     def perform(self, plan: Plan[T]) -> T:
-        """Return what a plan comes to; what interrupts it is thrown into it, so that it can clean up."""
+        """Return the result of a plan; an interruption is raised in the plan, so that it can clean up."""
         course: PlanRunner[T] = PlanRunner(plan)
         with ExitStack() as lines:
             while (step := course.step) is not None:
@@ -66,7 +66,7 @@ class BlockingDriver(Blocking):
         return course.result
 
     def iterate(self, source: StreamPlan[T]) -> Iterator[T]:
-        """Yield the items of a source as they come."""
+        """Yield the items of a source as they arrive."""
         course: PlanRunner[None] = PlanRunner(source)
         with closing(course), ExitStack() as lines:
             while (step := course.step) is not None:
@@ -77,7 +77,7 @@ class BlockingDriver(Blocking):
                     self._advance(course, step, lines)
 
     def close(self) -> None:
-        """End all connections; whoever rests is told at once."""
+        """Close all connections; a thread that sleeps in a plan raises `ServiceNotAnswering` at once."""
         self._closed.set()
         self._http.close()
         self._urgent.close()
@@ -85,7 +85,7 @@ class BlockingDriver(Blocking):
     def _advance(self, course: PlanRunner[Any], step: Step | Emit[Any], lines: ExitStack) -> None:
         try:
             answer = self._carry_out(step, lines)
-        except BaseException as error:  # noqa: BLE001 - the plan says what becomes of it
+        except BaseException as error:  # noqa: BLE001 - the plan handles it
             course.failed(error)
         else:
             course.answered(answer)
@@ -106,7 +106,7 @@ class BlockingDriver(Blocking):
                 return None
 
     def beside(self) -> BlockingDriver:
-        """Return a driver with connections of its own, that shows the same lease."""
+        """Return a driver with separate connections and the same lease."""
         return BlockingDriver(self._find, self._trust, self.held)
 
     def _ask(self, request: Request[T]) -> T:

@@ -1,4 +1,4 @@
-"""`maya_un.Client`: a running Maya from Python, one call after the other."""
+"""`maya_un.Client`: the blocking client of a running Maya."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from maya_un.client.twin import FAST, TwinProcess
 class Client(RobotVerbs, BlockingDriver):
     """A running Maya, twin or robot, over HTTP and websocket. Units are m, rad, s.
 
-    It finds the `maya up` of this user and shows his token; `url` and `token` name others, as $MAYA_URL and $MAYA_TOKEN
-    do. `ca` is the file with the certificate of a service that has one of its own. `queue`, `history`, `poses`,
-    `pallets`, `zones`, `users`, `recordings` and `lease` are its resources. Errors are the leaves of `maya_un.errors`
-    that the robot raised. Nothing is asked before the first call.
+    By default it connects to the `maya up` of this user with that user's token; `url` and `token`, or $MAYA_URL and
+    $MAYA_TOKEN, select another service. `ca` is the certificate file of a service with a self-signed certificate.
+    `queue`, `history`, `poses`, `pallets`, `zones`, `users`, `recordings` and `lease` are its resources. Methods raise
+    the errors of `maya_un.errors` that the robot raised. No request is sent before the first call.
     """
 
     def __init__(
@@ -59,10 +59,10 @@ class Client(RobotVerbs, BlockingDriver):
         table: JobLike | None = None,
         parts: Mapping[str, Sequence[float]] | None = None,
     ) -> Self:
-        """Start a twin of one's own and return the client of it; it ends when this is closed, or this program ends.
+        """Start a twin and return its client; the twin ends when the client is closed, or when this program ends.
 
         It runs `speed` times as fast as the machine. `table` is a job whose parts stand on its table; or name them:
-        `parts={"cube": (0.5, 1.1)}`. `seed` draws where it powers up. Raises what starting raises.
+        `parts={"cube": (0.5, 1.1)}`. `seed` determines its position at power-up. Raises the errors of its start.
         """
         twin = TwinProcess(speed=speed, seed=seed, table=table, parts=parts)
         client = cls(twin.service.url, token="")
@@ -70,29 +70,29 @@ class Client(RobotVerbs, BlockingDriver):
         return client
 
     def submit(self, job: JobLike, **options: Unpack[jobs.SubmitOptions]) -> JobHandle:
-        """Append a job to the queue, and return what it can be waited for by.
+        """Append a job to the queue and return its handle.
 
         `options` are priority (-100 to 100), held, depends_on (numbers of jobs), notes, on_failure ("continue" or
-        "pause"), retries, stepwise. However often the connection breaks, it is submitted once.
+        "pause"), retries, stepwise. The job is submitted once, even if the connection breaks.
         """
         return JobHandle(self, self.perform(jobs.submit(job, **options)).job)
 
     def job(self, number: int) -> JobHandle:
-        """Return the handle of a job that somebody has submitted; raises `NotFound`."""
+        """Return the handle of a job in the queue or history; raises `NotFound`."""
         return JobHandle(self, self.perform(jobs.known(number)))
 
     def close(self) -> None:
-        """End all connections, and the twin that was started with this client."""
+        """Close all connections, and end the twin that was started with this client."""
         super().close()
         if self._twin is not None:
             self._twin.close()
 
     def __enter__(self) -> Self:
-        """Use it for a block."""
+        """Return the client, for use in a block."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close it."""
+        """Close the client."""
         self.close()
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""Jobs as a client takes them: plain data, a file, or one built step by step."""
+"""Jobs as arguments of a client: plain data, a file, or a builder."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Steps = tuple[Any, ...]
 
 @dataclass(frozen=True, slots=True)
 class JobBuilder(PrimitiveSteps):
-    """A job built step by step; every method returns a new one, so that a beginning may be used twice.
+    """A job built step by step; every method returns a new builder, so a common beginning can be reused.
 
-    `JobBuilder("one cube").part("cube", 0.5, 1.1).home().pick("cube").place([1.1, 0.5])`. Nothing is checked before it
-    is submitted or previewed.
+    `JobBuilder("one cube").part("cube", 0.5, 1.1).home().pick("cube").place([1.1, 0.5])`. The job is checked only when
+    it is submitted or previewed.
     """
 
     name: str = "job"
@@ -46,30 +46,30 @@ class JobBuilder(PrimitiveSteps):
         return replace(self, pallets={**self.pallets, name: grid})
 
     def for_each(self, pallet: str, steps: JobBuilder) -> Self:
-        """Do the steps of another builder for every cell of a pallet; in them `tray[each]` is that cell."""
+        """Do the steps of another builder for every cell of a pallet; in them `tray[each]` is the current cell."""
         return self.step({"for_each": pallet, "do": list(steps.steps)})
 
     def repeat(self, rounds: int) -> Self:
-        """Do all steps so many times."""
+        """Do all steps `rounds` times."""
         return replace(self, rounds=rounds)
 
     def step(self, step: str | Mapping[str, Any]) -> Self:
-        """Add a step as a job file has it."""
+        """Add a step in the format of a job file."""
         return replace(self, steps=(*self.steps, step))
 
     def body(self) -> dict[str, Any]:
-        """Return the job as plain data, as a job file has it."""
+        """Return the job as plain data in the format of a job file."""
         named = {"parts": self.parts, "places": self.places, "pallets": self.pallets}
         filled = {key: dict(value) for key, value in named.items() if value}
         return {"name": self.name, **filled, "steps": list(self.steps), "repeat": self.rounds}
 
 
 JobLike: TypeAlias = "Mapping[str, Any] | JobBuilder | Job | str | os.PathLike[str]"
-"""A job: plain data as in a job file, one that was built, one that was parsed, or the file."""
+"""A job: plain data in the format of a job file, a builder, a parsed job, or the path of a job file."""
 
 
 def body_of(job: JobLike) -> dict[str, Any]:
-    """Return a job as plain data; raises `FileUnreadable` and `InvalidJob` for what a file says."""
+    """Return a job as plain data; raises `FileUnreadable` and `InvalidJob` for a bad file."""
     if isinstance(job, JobBuilder):
         return job.body()
     if isinstance(job, Mapping):

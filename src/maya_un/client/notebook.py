@@ -28,7 +28,7 @@ def state(state: State) -> str:
 
 
 def status(status: Status) -> str:
-    """Return the state of the machine, and what it is doing."""
+    """Return the state of the machine and its current work."""
     rows = [("robot", "the twin" if status.address == "sim" else status.address)]
     if status.progress is not None:
         rows.append(("under way", f"{status.progress.phase}, {status.progress.fraction:.0%}"))
@@ -37,7 +37,7 @@ def status(status: Status) -> str:
 
 
 def report(report: JobReport) -> str:
-    """Return a job, step by step."""
+    """Return the report of a job as a table of its steps."""
     head = f"Job {report.id}, {report.name}: {report.state}{_code(report.code)}"
     rows = [
         (str(step.index), step.step, f"{step.state}{_code(step.code)}", _time(step.predicted), _time(step.duration))
@@ -48,7 +48,7 @@ def report(report: JobReport) -> str:
 
 
 def preview(preview: JobPreview) -> str:
-    """Return what a job would be, step by step, and why it would be refused."""
+    """Return the preview of a job as a table of its steps, and the reason for a refusal."""
     rows = [(str(step.index), step.step, _time(step.duration), _height(step.lowest)) for step in preview.steps]
     table = _table(("", "step", "takes [s]", "lowest [m]"), rows, right=(0, 2, 3))
     refusal = preview.refusal
@@ -59,14 +59,14 @@ def preview(preview: JobPreview) -> str:
 
 
 def queue(queue: QueueView) -> str:
-    """Return the queue: what is under way, then what waits."""
+    """Return the queue: the running job, then the waiting jobs."""
     head = f"The queue is {queue.mode}" + (f" ({queue.reason}, by {queue.by})" if queue.reason else "")
     under_way = () if queue.running is None else (queue.running,)
     return _titled(head, lines((*under_way, *queue.waiting)))
 
 
 def lines(lines: Iterable[JobLine]) -> str:
-    """Return jobs, one a line."""
+    """Return a table with one job per line."""
     rows = [
         (str(job.id), job.name, f"{job.state}{_code(job.code)}", job.owner, f"{job.done}/{job.steps}", _time(job.eta))
         for job in lines
@@ -75,7 +75,7 @@ def lines(lines: Iterable[JobLine]) -> str:
 
 
 def reach(reach: Reach) -> str:
-    """Return whether a point can be reached, and how far from every limit."""
+    """Return whether a point is reachable, and its margin to every limit."""
     if reach.joints is None:
         nearest = "nothing" if reach.nearest is None else point(reach.nearest)
         return _pairs([("reachable", "no"), ("because", reach.reason or ""), ("nearest", nearest)])
@@ -84,12 +84,12 @@ def reach(reach: Reach) -> str:
 
 
 def joints(joints: Joints) -> str:
-    """Return joints for people."""
+    """Return joints as text in degrees and mm."""
     return f"a {degrees(joints.a):.2f}°, b {joints.b * 1e3:.1f} mm, c {joints.c * 1e3:.1f} mm"
 
 
 def point(point: Point) -> str:
-    """Return a point for people."""
+    """Return a point as text in mm."""
     return ", ".join(f"{name} {value * 1e3:.1f} mm" for name, value in zip("xyz", point, strict=True))
 
 
@@ -149,11 +149,11 @@ LOOKS: dict[type, Callable[[Any], str]] = {
     QueueView: queue,
     Reach: reach,
 }
-"""Kinds of messages, and what makes HTML of them."""
+"""The function that returns the HTML of each type of message."""
 
 
 def register() -> None:
-    """Have the notebook that this runs in, if any, show messages as tables."""
+    """Register the HTML tables in the IPython shell that this runs in, if any."""
     shells = sys.modules.get("IPython")
     shell = None if shells is None else shells.get_ipython()
     if shell is None:

@@ -1,7 +1,7 @@
-"""All operations of the service by their names, and the request of one of them for given parameters.
+"""All operations of the service by name, and the request of an operation for given parameters.
 
-They are the functions of `maya_un.client.requests`, which are generated from the routes. So a new operation is here
-without a line of code.
+The operations are the functions of `maya_un.client.requests`, which are generated from the routes. So this module needs
+no change for a new operation.
 """
 
 from __future__ import annotations
@@ -17,20 +17,22 @@ from maya_un.errors import InvalidRequest
 Operation = Callable[..., Request[Any]]
 
 _KINDS: dict[str, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (int, float), "bool": (bool,)}
-"""The types of Python that JSON has for the annotation of a parameter."""
+"""The Python types that JSON values of an annotated parameter have."""
 
 
 def operations() -> dict[str, Operation]:
-    """Return the operations by name, in the order of the reference page. Each of them answers in JSON."""
+    """Return the operations by name, in the order of the reference page.
+
+    Only those that answer in JSON are included.
+    """
     found = {name: one for name, one in vars(requests).items() if inspect.isfunction(one)}
     return {name: one for name, one in found.items() if one.__module__ == requests.__name__ and _answers_json(one)}
 
 
 def request_of(name: str, values: Mapping[str, Any]) -> Request[Any]:
-    """Return the request of the operation `name` for parameters as JSON has them. The service checks their values.
+    """Return the request of the operation `name` for parameters with JSON values. The service checks the values.
 
-    Raises `InvalidRequest` for an unknown operation, a parameter that it does not have or lacks, and one of another
-    type.
+    Raises `InvalidRequest` for an unknown operation, an unknown or missing parameter, and a value of the wrong type.
     """
     operation = operations().get(name)
     if operation is None:

@@ -1,4 +1,4 @@
-"""Pictures of jobs that nobody has carried out yet."""
+"""Pictures of jobs before they are carried out."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
     from maya_un.plots.job import MotionPhase
 
 SAMPLES = 60
-"""Samples drawn of every motion: enough for the eye, and a picture of some 100 kB."""
+"""Samples per motion: enough for a smooth curve, in a picture of some 100 kB."""
 
 _MANY = 12
-"""With more phases than this a picture names the steps instead."""
+"""With more phases than this, a picture names the steps instead."""
 
 
 class Picture:
-    """A figure that a notebook shows by itself; `figure` is matplotlib's."""
+    """A figure that a notebook displays automatically; `figure` is a matplotlib figure."""
 
     def __init__(self, figure: Figure) -> None:
         self.figure = figure
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write it; the ending says as what: .svg, .png or .pdf. Raises `InvalidValue` and `FileUnwritable`."""
-        from maya_un.plots import style  # noqa: PLC0415 - matplotlib takes its time, and few clients draw
+        """Save the picture as .svg, .png or .pdf, by the ending; raises `InvalidValue` and `FileUnwritable`."""
+        from maya_un.plots import style  # noqa: PLC0415 - matplotlib loads slowly, and few clients draw
 
         style.save(self.figure, Path(path))
 
@@ -50,9 +50,9 @@ class Picture:
 
 
 def plot(job: JobLike, *, samples: int = SAMPLES) -> Plan[Picture]:
-    """Return a picture of a job from where the robot is: axes over time against their limits, the gripper's way.
+    """Return a picture of a job from the current position: axes over time with limits, and the gripper's path.
 
-    Nothing moves. Every motion is drawn of so many `samples`. Raises `InvalidJob` where nothing of it can move.
+    Nothing moves. Each motion is drawn with `samples` samples. Raises `InvalidJob` if the job contains no motion.
     """
     from maya_un.kinematics.workspace import Workspace  # noqa: PLC0415 - few clients draw
 
@@ -63,7 +63,7 @@ def plot(job: JobLike, *, samples: int = SAMPLES) -> Plan[Picture]:
 
 
 def figure(title: str, inspection: JobInspection, config: Config, workspace: Workspace) -> Figure:
-    """Return the figure of a job; raises `InvalidJob` where nothing moves."""
+    """Return the figure of a job; raises `InvalidJob` if the job contains no motion."""
     import numpy as np  # noqa: PLC0415 - as above
 
     from maya_un.plots.job import job_figure  # noqa: PLC0415 - as above
@@ -81,7 +81,7 @@ def figure(title: str, inspection: JobInspection, config: Config, workspace: Wor
 
 
 def phases(inspection: JobInspection) -> Sequence[MotionPhase]:
-    """Return the stretches to name in a picture: the phases of a job, or its steps where there are many phases."""
+    """Return the intervals to name in a picture: the phases of a job, or its steps if there are too many phases."""
     from maya_un.plots.job import MotionPhase  # noqa: PLC0415 - as above
 
     bands = [band for band in inspection.bands if band.end > band.start]

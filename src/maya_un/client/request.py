@@ -16,7 +16,7 @@ Scalar = str | int | float | bool | None
 
 
 class Answer(NamedTuple):
-    """The type of an answer, named and not imported: `many` stands for a list of it."""
+    """The type of an answer as module and name, to be imported late; with `many`, the answer is a list of it."""
 
     module: str
     name: str
@@ -29,7 +29,7 @@ class Answer(NamedTuple):
 
 
 NOTHING = type(None)
-"""The answer is not read."""
+"""The content of the answer is ignored."""
 
 DATA: type[dict[str, Any]] = dict
 """The answer is read as JSON."""
@@ -39,9 +39,9 @@ class Request(Generic[T]):
     """A request, and the type of its `answer`; a plan of a single step.
 
     Values of the `query` that are None are left out. `timeout` [s] is the longest wait for the answer. `key` is the
-    idempotency key: the same key with the same request is the same request; it becomes a header, so `InvalidValue` is
-    raised for one that is not printable ASCII. An `urgent` request has a connection of its own, so that it waits for no
-    other.
+    idempotency key: a repeated request with the same key is carried out once. The key is sent as a header, so a key
+    that is not printable ASCII raises `InvalidValue`. An `urgent` request uses a separate connection, so it waits for
+    no other.
     """
 
     __slots__ = ("answer", "body", "key", "method", "path", "query", "timeout", "urgent")
@@ -58,7 +58,7 @@ class Request(Generic[T]):
         urgent: bool = False,
     ) -> None:
         if key and not (key.isascii() and key.isprintable() and key == key.strip()):
-            from maya_un.errors import InvalidValue  # noqa: PLC0415  # the command line starts without it
+            from maya_un.errors import InvalidValue  # noqa: PLC0415  # not needed at the start of the command line
 
             raise InvalidValue(
                 key="key", value=repr(key), reason="it must be printable ASCII, without spaces around it"
@@ -82,18 +82,18 @@ class Request(Generic[T]):
         return self.path + ("?" + urlencode(pairs, errors="surrogatepass") if pairs else "")
 
     def within(self, timeout: float) -> Request[T]:
-        """Return the same request with another longest wait for the answer [s]."""
+        """Return the same request with another timeout of the answer [s]."""
         return self._copy(timeout, self.urgent)
 
     def urgently(self) -> Request[T]:
-        """Return the same request, to be sent over a connection of its own."""
+        """Return the same request, to be sent over a separate connection."""
         return self._copy(self.timeout, urgent=True)
 
     def _copy(self, timeout: float, urgent: bool) -> Request[T]:
         return Request(self.method, self.path, self.answer, self.query, self.body, timeout, self.key, urgent)
 
     def __iter__(self) -> Generator[Request[T], Any, T]:
-        """Ask, and return the answer."""
+        """Send the request, and return its answer."""
         return (yield self)
 
     def __repr__(self) -> str:
@@ -101,24 +101,24 @@ class Request(Generic[T]):
 
 
 def get(path: str, answer: type[T], timeout: float = TIMEOUT, **query: Scalar | Sequence[Scalar]) -> Request[T]:
-    """Return the request to read `path`."""
+    """Return the request that reads `path`."""
     return Request("GET", path, answer, query, timeout=timeout)
 
 
 def quoted(name: str) -> str:
     """Return a name as a part of a path; any character is allowed, and any name but "" is one part of the path."""
-    if name in {".", ".."}:  # httpx would take them for steps of the path
+    if name in {".", ".."}:  # httpx would interpret them as path segments
         return "%2E" * len(name)
     return quote(name, safe="", errors="surrogatepass")
 
 
 def changed(pairs: Mapping[str, tuple[Any, Any]]) -> dict[str, Any]:
-    """Return the values that differ from their defaults; `pairs` are of a value and its default."""
+    """Return the values that differ from their defaults; `pairs` contains tuples of value and default."""
     return {key: value for key, (value, default) in pairs.items() if not _same(value, default)}
 
 
 def _same(value: object, default: object) -> bool:
-    """Return whether a value is its default; True is not 1, and a list may be an empty tuple."""
+    """Return whether a value equals its default; True differs from 1, but an empty list equals an empty tuple."""
     if default == ():
         return isinstance(value, Sequence) and not value
     return type(value) is type(default) and value == default

@@ -627,7 +627,7 @@ def revoke_token(token: str) -> Request[None]:
 
 
 def recordings() -> Request[list[Kept]]:
-    """Return the recordings that are kept, newest first."""
+    """Return the stored recordings, newest first."""
     return Request("GET", "/v1/recordings", Answer("maya_un.schema.robot", "Kept", many=True))
 
 

@@ -66,32 +66,32 @@ class ZoneVerbs(methods.ZonesMethods):
 
 
 class Resource(Blocking):
-    """A resource of a client that blocks."""
+    """A resource of a blocking client."""
 
     def __init__(self, client: Blocking) -> None:
         self._client = client
 
     def perform(self, plan: Plan[T]) -> T:
-        """Carry a plan out and return its result; raises what the plan raises."""
+        """Execute a plan and return its result; raises what the plan raises."""
         return self._client.perform(plan)
 
     def iterate(self, source: StreamPlan[T]) -> Iterator[T]:
-        """Yield the items of a source as they come."""
+        """Yield the items of a source as they arrive."""
         return self._client.iterate(source)
 
 
 class AsyncResource(Awaiting):
-    """A resource of a client that awaits."""
+    """A resource of an asynchronous client."""
 
     def __init__(self, client: Awaiting) -> None:
         self._client = client
 
     async def perform(self, plan: Plan[T]) -> T:
-        """Carry a plan out and return its result; raises what the plan raises."""
+        """Execute a plan and return its result; raises what the plan raises."""
         return await self._client.perform(plan)
 
     def iterate(self, source: StreamPlan[T]) -> AsyncIterator[T]:
-        """Yield the items of a source as they come."""
+        """Yield the items of a source as they arrive."""
         return self._client.iterate(source)
 
 
@@ -156,7 +156,7 @@ JobResult = TypeVar("JobResult")
 
 
 class JobVerb(Described, Generic[JobParameters, JobResult]):
-    """A verb about a job, as a method of its handle, which knows the number."""
+    """A verb about a job as a method of its handle, which supplies the job number."""
 
     def __init__(self, describe: Callable[Concatenate[int, JobParameters], Plan[JobResult]]) -> None:
         super().__init__(describe, given=1)
@@ -171,7 +171,7 @@ class JobVerb(Described, Generic[JobParameters, JobResult]):
         self, handle: AsyncJobHandle, owner: type[object]
     ) -> Callable[JobParameters, Coroutine[Any, Any, JobResult]]: ...
     def __get__(self, handle: JobHandle | AsyncJobHandle | None, owner: type[object]) -> Any:
-        """Return the method of a handle, or of the class the verb itself."""
+        """Return the bound method of a handle, or the verb itself for the class."""
         return self if handle is None else self.bound(partial(self.describe, handle.id), handle.client.perform)
 
 
@@ -196,7 +196,7 @@ class _Job:
 
 
 class JobHandle(_Job):
-    """A job of a `Client`. Iterating over it yields its `JobReport` now, and whenever something of it goes on."""
+    """A job of a `Client`. Iterating over it yields its `JobReport` now and after each change."""
 
     def __init__(self, client: Blocking, job: JobAccepted) -> None:
         super().__init__(job)
@@ -206,7 +206,7 @@ class JobHandle(_Job):
         return self.client.iterate(jobs.progress(self.id))
 
     def again(self, *, from_step: int | None = None) -> JobHandle:
-        """Queue the job once more, as a new one, from a step (from 1) on: the first that was not done."""
+        """Queue the job again as a new job, from `from_step` (from 1), by default the first step not done."""
         line = self.client.perform(requests.repeat_job(self.id, from_step=from_step))
         return JobHandle(self.client, JobAccepted(line.id, line.name, line.steps))
 
@@ -215,7 +215,7 @@ class JobHandle(_Job):
 
 
 class AsyncJobHandle(_Job):
-    """A job of an `AsyncClient`. Iterating over it yields its `JobReport` now, and whenever something of it goes on."""
+    """A job of an `AsyncClient`. Iterating over it yields its `JobReport` now and after each change."""
 
     def __init__(self, client: Awaiting, job: JobAccepted) -> None:
         super().__init__(job)
@@ -225,13 +225,13 @@ class AsyncJobHandle(_Job):
         return self.client.iterate(jobs.progress(self.id))
 
     async def again(self, *, from_step: int | None = None) -> AsyncJobHandle:
-        """Queue the job once more, as a new one, from a step (from 1) on: the first that was not done."""
+        """Queue the job again as a new job, from `from_step` (from 1), by default the first step not done."""
         line = await self.client.perform(requests.repeat_job(self.id, from_step=from_step))
         return AsyncJobHandle(self.client, JobAccepted(line.id, line.name, line.steps))
 
 
 class Lease(LeaseMethods, Resource):
-    """The control lease: `with client.lease(note="calibration"): ...` drives while the block runs."""
+    """The control lease: `with client.lease(note="calibration"): ...` holds it while the block runs."""
 
     def __init__(self, client: BlockingDriver) -> None:
         super().__init__(client)
@@ -239,10 +239,10 @@ class Lease(LeaseMethods, Resource):
 
     @contextmanager
     def __call__(self, note: str = "", *, force: bool = False) -> Iterator[LeaseTaken]:
-        """Drive while the block runs; with `force` also where somebody else does.
+        """Hold the lease while the block runs; `force` takes it from another holder.
 
-        A thread renews the lease. Once it is lost, the next thing that is asked for inside raises `LeaseLost`, or the
-        end of the block does. Raises `LeaseHeld`, `NotAllowed`.
+        A thread renews the lease. After a loss of the lease, the next request in the block, or the end of the block,
+        raises `LeaseLost`. Raises `LeaseHeld`, `NotAllowed`.
         """
         held = self._driver.held
         taken = self.perform(requests.take_lease(note=note, force=force))
@@ -257,7 +257,7 @@ class Lease(LeaseMethods, Resource):
             keeper.close()
             thread.join()
             try:
-                with suppress(MayaError):  # it is lost, or ends by itself
+                with suppress(MayaError):  # the lease is lost, or will expire
                     self.perform(resources.give_back())
             finally:
                 held.end()
@@ -269,7 +269,7 @@ def _keep(keeper: BlockingDriver, taken: LeaseTaken) -> None:
 
 
 class AsyncLease(LeaseMethods, AsyncResource):
-    """The control lease: `async with client.lease(note="calibration"): ...` drives while the block runs."""
+    """The control lease: `async with client.lease(note="calibration"): ...` holds it while the block runs."""
 
     def __init__(self, client: AwaitingDriver) -> None:
         super().__init__(client)
@@ -277,10 +277,10 @@ class AsyncLease(LeaseMethods, AsyncResource):
 
     @asynccontextmanager
     async def __call__(self, note: str = "", *, force: bool = False) -> AsyncIterator[LeaseTaken]:
-        """Drive while the block runs; with `force` also where somebody else does.
+        """Hold the lease while the block runs; `force` takes it from another holder.
 
-        A task renews the lease. Once it is lost, the next thing that is asked for inside raises `LeaseLost`, or the end
-        of the block does. Raises `LeaseHeld`, `NotAllowed`.
+        A task renews the lease. After a loss of the lease, the next request in the block, or the end of the block,
+        raises `LeaseLost`. Raises `LeaseHeld`, `NotAllowed`.
         """
         held = self._driver.held
         taken = await self.perform(requests.take_lease(note=note, force=force))
@@ -293,7 +293,7 @@ class AsyncLease(LeaseMethods, AsyncResource):
             keeper.cancel()
             await asyncio.wait({keeper})
             try:
-                with suppress(MayaError):  # it is lost, or ends by itself
+                with suppress(MayaError):  # the lease is lost, or will expire
                     await self.perform(resources.give_back())
             finally:
                 held.end()

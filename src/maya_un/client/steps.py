@@ -1,7 +1,7 @@
-"""Plans of the client: their steps, the plan runner, retry, and the methods made of plans.
+"""Plans of the client: their steps, the plan runner, retry, and methods made from plans.
 
-A plan is a generator: it yields steps, is sent their answers, and returns what the verb answers. A driver that blocks
-and one that awaits carry out the same plans, so that nothing about the service is said twice.
+A plan is a generator: it yields steps, receives their answers, and returns the result. A blocking and an asynchronous
+driver execute the same plans, so each request to the service is described only once.
 """
 
 from __future__ import annotations
@@ -21,36 +21,36 @@ T_co = TypeVar("T_co", covariant=True)
 
 @dataclass(frozen=True, slots=True)
 class Sleep:
-    """Let so many seconds of real time pass."""
+    """Sleep for `seconds` of real time."""
 
     seconds: float
 
     def __iter__(self) -> Generator[Sleep, Any, None]:
-        """Rest."""
+        """Yield this step."""
         yield self
 
 
 @dataclass(frozen=True, slots=True)
 class ReadClock:
-    """Look at a clock that only goes forth [s, real time]."""
+    """Read a monotonic clock [s, real time]."""
 
     def __iter__(self) -> Generator[ReadClock, Any, float]:
-        """Look."""
+        """Yield this step, and return the time."""
         return (yield self)
 
 
 Line = NewType("Line", object)
-"""An open websocket, whatever the driver has for one."""
+"""An open websocket of a driver."""
 
 
 @dataclass(frozen=True, slots=True)
 class Connect:
-    """Open the websocket at `path`; it is closed when the plan is over, or dials again."""
+    """Open the websocket at `path`; it is closed at the end of the plan, or when the plan connects again."""
 
     path: str
 
     def __iter__(self) -> Generator[Connect, Any, Line]:
-        """Dial."""
+        """Yield this step, and return the websocket."""
         return (yield self)
 
 
@@ -62,46 +62,46 @@ class Send:
     message: Mapping[str, object]
 
     def __iter__(self) -> Generator[Send, Any, None]:
-        """Say it."""
+        """Yield this step."""
         yield self
 
 
 @dataclass(frozen=True, slots=True)
 class Receive:
-    """Wait for the next message of a websocket, with `now` only for one that is there: None where there is none."""
+    """Wait for the next message of a websocket; with `now`, return None if no message has arrived yet."""
 
     line: Line
     now: bool = False
 
     def __iter__(self) -> Generator[Receive, Any, str | bytes | None]:
-        """Listen."""
+        """Yield this step, and return the message."""
         return (yield self)
 
 
 @dataclass(frozen=True, slots=True)
 class Emit(Generic[T]):
-    """Hand a value to whoever iterates over the plan."""
+    """Pass a value to the iterator over the plan."""
 
     value: T
 
 
 Step = Request[Any] | Sleep | ReadClock | Connect | Send | Receive
-"""The steps that every driver carries out."""
+"""The steps that every driver executes."""
 
 
 class Plan(Protocol[T_co]):
-    """Steps in order, and what they come to."""
+    """A sequence of steps with a result."""
 
     def __iter__(self) -> Generator[Step, Any, T_co]:
-        """Begin."""
+        """Start the plan."""
         ...
 
 
 class StreamPlan(Protocol[T]):
-    """Steps in order, and items between them."""
+    """A sequence of steps that emits items."""
 
     def __iter__(self) -> Generator[Step | Emit[T], Any, None]:
-        """Begin."""
+        """Start the plan."""
         ...
 
 
@@ -109,7 +109,7 @@ RunnerResult = TypeVar("RunnerResult")
 
 
 class PlanRunner(Generic[RunnerResult]):
-    """Walks through a plan; whoever carries it out says after each `step` what came of it, until that is None."""
+    """Runs a plan; the driver passes the outcome of each `step` to `answered` or `failed`, until `step` is None."""
 
     def __init__(self, plan: Plan[RunnerResult] | StreamPlan[Any]) -> None:
         self._steps: Generator[Any, Any, Any] = iter(plan)
@@ -123,15 +123,15 @@ class PlanRunner(Generic[RunnerResult]):
         return cast("RunnerResult", self._result)
 
     def answered(self, answer: object) -> None:
-        """Go on with the answer to the step; raises what the plan raises."""
+        """Continue with the answer to the step; raises what the plan raises."""
         self._go(lambda: self._steps.send(answer))
 
     def failed(self, error: BaseException) -> None:
-        """Go on where the plan has something to do about the error of its step; raises what it does not handle."""
+        """Raise the error of the step in the plan, and continue if the plan handles it; else raise it here."""
         self._go(lambda: self._steps.throw(error))
 
     def close(self) -> None:
-        """End it where it stands."""
+        """End the plan at its current step."""
         self._steps.close()
 
     def _go(self, on: Callable[[], Any]) -> None:
@@ -145,16 +145,16 @@ class PlanRunner(Generic[RunnerResult]):
 Retried = TypeVar("Retried")
 
 RETRY_TIMEOUT = 20.0
-"""Total time to wait for a service that does not answer [s]; a `maya up` restarts in less."""
+"""Total waiting time for a service that does not answer [s]; a restart of `maya up` takes less."""
 
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.05, 2.0
-"""The first rest, and the longest [s]; each is twice the one before."""
+"""The first and the longest pause [s]; each pause is twice the previous one."""
 
 
 def persistently(
     request: Request[Retried], patience: float = RETRY_TIMEOUT
 ) -> Generator[Request[Retried] | Sleep, Any, Retried]:
-    """Ask, and ask again where no answer came, until so much time was rested; raises what the last try raised.
+    """Send a request, and repeat it without an answer until the pauses add up to `patience` [s]; raises the last error.
 
     For requests that only read, and for those with an idempotency key.
     """
@@ -186,31 +186,31 @@ VerbResult = TypeVar("VerbResult")
 
 
 class Blocking(ABC):
-    """A driver that carries plans out and returns when they are done."""
+    """A driver that executes plans and returns when they are done."""
 
     @abstractmethod
     def perform(self, plan: Plan[VerbResult]) -> VerbResult:
-        """Return what a plan comes to; raises what it raises."""
+        """Return the result of a plan; raises what the plan raises."""
 
     @abstractmethod
     def iterate(self, source: StreamPlan[VerbResult]) -> Iterator[VerbResult]:
-        """Yield the items of a plan as they come."""
+        """Yield the items of a plan as they arrive."""
 
 
 class Awaiting(ABC):
-    """A driver that carries plans out in an event loop."""
+    """A driver that executes plans in an event loop."""
 
     @abstractmethod
     async def perform(self, plan: Plan[VerbResult]) -> VerbResult:
-        """Return what a plan comes to; raises what it raises."""
+        """Return the result of a plan; raises what the plan raises."""
 
     @abstractmethod
     def iterate(self, source: StreamPlan[VerbResult]) -> AsyncIterator[VerbResult]:
-        """Yield the items of a plan as they come."""
+        """Yield the items of a plan as they arrive."""
 
 
 class Described:
-    """The common part of methods: docstrings and arguments, as help shows them."""
+    """The common part of methods: docstring and signature for `help`."""
 
     def __init__(self, describe: Callable[..., Any], given: int = 0) -> None:
         self.__doc__ = describe.__doc__
@@ -218,7 +218,7 @@ class Described:
         self.__signature__ = _signature(describe, given)
 
     def bound(self, described: Callable[..., Any], carry_out: Callable[[Any], Any]) -> Callable[..., Any]:
-        """Return the method that has a plan carried out."""
+        """Return a method that executes the plan of its arguments."""
 
         def method(*args: Any, **kwargs: Any) -> Any:
             return carry_out(described(*args, **kwargs))
@@ -229,14 +229,14 @@ class Described:
 
 
 def _signature(describe: Callable[..., Any], given: int) -> inspect.Signature:
-    """Return the arguments without those that are given, and what a plan comes to instead of the plan."""
+    """Return the signature without the given parameters, with the result of the plan as return type."""
     whole = inspect.signature(describe)
     inner = str(whole.return_annotation).partition("[")[2].removesuffix("]")
     return whole.replace(parameters=list(whole.parameters.values())[given:], return_annotation=inner or None)
 
 
 class Verb(Described, Generic[VerbParameters, VerbResult]):
-    """A method of a client: on one that blocks it returns the answer, on one that awaits a coroutine of it."""
+    """A method of a client: a blocking client returns the answer, an asynchronous client a coroutine."""
 
     def __init__(self, describe: Callable[VerbParameters, Plan[VerbResult]]) -> None:
         super().__init__(describe)
@@ -251,12 +251,12 @@ class Verb(Described, Generic[VerbParameters, VerbResult]):
         self, client: Awaiting, owner: type[object]
     ) -> Callable[VerbParameters, Coroutine[Any, Any, VerbResult]]: ...
     def __get__(self, client: Blocking | Awaiting | None, owner: type[object]) -> Any:
-        """Return the method of a client, or of the class the verb itself."""
+        """Return the bound method of a client, or the verb itself for the class."""
         return self if client is None else self.bound(self.describe, client.perform)
 
 
 class Stream(Described, Generic[VerbParameters, VerbResult]):
-    """Like `Verb`, of what is iterated over."""
+    """Like `Verb`, for plans that emit items."""
 
     def __init__(self, describe: Callable[VerbParameters, StreamPlan[VerbResult]]) -> None:
         super().__init__(describe)
@@ -269,5 +269,5 @@ class Stream(Described, Generic[VerbParameters, VerbResult]):
     @overload
     def __get__(self, client: Awaiting, owner: type[object]) -> Callable[VerbParameters, AsyncIterator[VerbResult]]: ...
     def __get__(self, client: Blocking | Awaiting | None, owner: type[object]) -> Any:
-        """Return the method of a client, or of the class the stream itself."""
+        """Return the bound method of a client, or the stream itself for the class."""
         return self if client is None else self.bound(self.describe, client.iterate)

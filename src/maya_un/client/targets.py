@@ -1,4 +1,4 @@
-"""Places, joints and states as the users of a client write them."""
+"""Places, joints and states in the notation of a client's users."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Spot = str | Sequence[float]
 
 
 def spot(first: Spot | float, second: float | None, third: float | None) -> str | list[float]:
-    """Return a place however it was said: by its name, as numbers, as a sequence of them; raises `InvalidValue`."""
+    """Return a place given as a name, as separate numbers or as a sequence of numbers; raises `InvalidValue`."""
     rest = [number for number in (second, third) if number is not None]
     if not isinstance(first, int | float):
         if rest:
@@ -21,12 +21,12 @@ def spot(first: Spot | float, second: float | None, third: float | None) -> str 
 
 
 def plain(spot: Spot) -> str | list[float]:
-    """Return a place as JSON has it."""
+    """Return a place as JSON data."""
     return spot if isinstance(spot, str) else list(spot)
 
 
 def joints(goal: Spot) -> str | dict[str, float]:
-    """Return a taught pose, or joints a, b, c (rad, m, m), as the step of a job has them."""
+    """Return a taught pose, or joints a, b, c (rad, m, m), in the format of a job step."""
     return goal if isinstance(goal, str) else dict(zip("abc", goal, strict=True))
 
 

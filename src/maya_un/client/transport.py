@@ -34,7 +34,7 @@ from maya_un.errors import (
 
 @dataclass(frozen=True, slots=True)
 class ServiceAddress:
-    """The service's address, like "http://127.0.0.1:4133", and what to show there: a token, a control lease.
+    """The service's address, like "http://127.0.0.1:4133", and the credentials for it: a token, a control lease.
 
     Both are "" for none.
     """
@@ -45,14 +45,14 @@ class ServiceAddress:
 
 
 Finder = Callable[[], ServiceAddress]
-"""Looks up the address of the service; a restarted `maya up` may have another port."""
+"""Returns the address of the service; a restarted `maya up` may have another port."""
 
 
 def finder(url: str | None, token: str | None) -> Finder:
-    """Return what finds the service: at `url`, else $MAYA_URL, else wherever this user's `maya up` runs now.
+    """Return a function that finds the service: at `url`, else $MAYA_URL, else the running `maya up` of this user.
 
-    The token is `token`, else this user's (`maya_un.credentials`); a lease that was taken in the shell is shown, too.
-    Raises `InvalidValue` for what is no http or https address; to find raises `ServiceNotRunning`.
+    The token is `token`, else this user's (`maya_un.credentials`); a lease taken in the shell is included. Raises
+    `InvalidValue` for an address that is not http or https; the returned function raises `ServiceNotRunning`.
     """
     named = url or os.environ.get("MAYA_URL")
     checked = _checked(named) if named else None
@@ -85,9 +85,9 @@ def _checked(url: str) -> str:
 
 
 def trusted(ca: str | os.PathLike[str] | None) -> ssl.SSLContext:
-    """Return what checks the service's certificate: the system's authorities, or those of the file `ca` alone.
+    """Return the TLS context that verifies the service by the system's authorities, or by the file `ca` alone.
 
-    Raises `InvalidValue` for a file that holds none.
+    Raises `InvalidValue` for a file without certificates.
     """
     try:
         return ssl.create_default_context(cafile=None if ca is None else os.fspath(ca))
@@ -96,7 +96,7 @@ def trusted(ca: str | os.PathLike[str] | None) -> ssl.SSLContext:
 
 
 class HeldLease:
-    """The lease that a client shows, "" while it holds none."""
+    """The lease that a client sends, "" while it holds none."""
 
     def __init__(self) -> None:
         self.id = ""
@@ -104,26 +104,26 @@ class HeldLease:
 
     @property
     def missed(self) -> bool:
-        """Whether it was lost and nobody has been told yet."""
+        """Whether the lease was lost, and `require` has not raised the error yet."""
         return self._lost is not None
 
     def begin(self, lease: str) -> None:
-        """Show `lease` from now on."""
+        """Send `lease` from now on."""
         self.id = lease
         self._lost = None
 
     def end(self) -> None:
-        """Show none any more."""
+        """Send no lease from now on."""
         self.id = ""
         self._lost = None
 
     def lose(self, error: LeaseLost) -> None:
-        """Note that it is lost; it is shown until the end, so that nothing is done in another's name."""
+        """Record the loss of the lease. Requests still carry it until `end`, so that none runs under another lease."""
         if self.id:
             self._lost = error
 
     def require(self) -> None:
-        """Raise `LeaseLost`, once, where it was lost."""
+        """Raise `LeaseLost` once after a loss of the lease."""
         lost, self._lost = self._lost, None
         if lost is not None:
             raise lost
@@ -132,13 +132,13 @@ class HeldLease:
 T = TypeVar("T")
 
 VERSION_HEADER = "Maya"
-"""Every answer of ours has it, so that somebody else at an old port is found out."""
+"""Every answer of a Maya service has this header; it reveals another program that answers at an old port."""
 
 _NOBODY = "somebody else answers in its place"
 
 
 class EncodedRequest(NamedTuple):
-    """A request as it goes over the wire."""
+    """A request in the form in which it is sent."""
 
     url: str
     headers: dict[str, str]
@@ -146,12 +146,12 @@ class EncodedRequest(NamedTuple):
 
 
 def identity(token: str) -> dict[str, str]:
-    """Return the headers of somebody who shows this token, "" for none."""
+    """Return the header that carries a token, {} for ""."""
     return {"Authorization": f"Bearer {token}"} if token else {}
 
 
 def encoded(request: Request[Any], service: ServiceAddress, lease: str) -> EncodedRequest:
-    """Return a request with this control lease, "" for none but that of the service."""
+    """Return an encoded request with this control lease; for "", with the lease of `service`, if any."""
     headers = {"Accept": "application/json", **identity(service.token)}
     if lease or service.lease:
         headers["Maya-Lease"] = lease or service.lease
@@ -165,9 +165,9 @@ def encoded(request: Request[Any], service: ServiceAddress, lease: str) -> Encod
 
 
 def decoded(request: Request[T], status: int, headers: Mapping[str, str], content: bytes) -> T:
-    """Return what an answer says.
+    """Return the content of an answer.
 
-    Raises the service's own refusal as the error it is, and `ServiceNotAnswering` for the answer of somebody else.
+    Raises the error that the service answered, and `ServiceNotAnswering` for the answer of another program.
     """
     if VERSION_HEADER not in headers:
         raise ServiceNotAnswering(reason=_NOBODY)
@@ -190,7 +190,7 @@ def stream_url(service: ServiceAddress, path: str) -> str:
 
 
 def decoded_message(text: str | bytes) -> dict[str, Any]:
-    """Return a message of the websocket; raises the error that it is, and `ServiceNotAnswering` for what is none."""
+    """Return a message of the websocket; raises the error in it, or `ServiceNotAnswering` for an invalid message."""
     try:
         found: dict[str, Any] = json.loads(text)
         if found["type"] != "error":
@@ -202,7 +202,7 @@ def decoded_message(text: str | bytes) -> dict[str, Any]:
 
 
 def refusal(content: bytes) -> MayaError:
-    """Return the error that the content of an answer describes (problem+json)."""
+    """Return the error that an answer contains (problem+json)."""
     try:
         problem: dict[str, Any] = json.loads(content)
         return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))
@@ -212,24 +212,24 @@ def refusal(content: bytes) -> MayaError:
 
 @cache
 def adapter(kind: type[T] | Answer) -> TypeAdapter[T]:
-    """Return what reads values of a kind from JSON."""
+    """Return the parser of JSON values of a type."""
     return TypeAdapter(kind.load() if isinstance(kind, Answer) else kind)
 
 
 def as_error(code: int, message: str) -> MayaError:
-    """Return the error of a report, which has its code and its sentence but not its details.
+    """Return the error of a report, which contains its code and its message but not its details.
 
-    One that is not known here is `ServiceNotAnswering`, with the sentence as its reason.
+    For an unknown code it is `ServiceNotAnswering`, with the message as its reason.
     """
     return from_sentence(code, message) if code in by_code() else ServiceNotAnswering(reason=message)
 
 
 @contextmanager
 def translated() -> Iterator[None]:
-    """Raise `ServiceNotRunning` where nobody listens, `ServiceNotAnswering` where no answer comes.
+    """Raise `ServiceNotRunning` if the connection is refused, `ServiceNotAnswering` if no answer arrives.
 
-    Raises `CertificateRefused` where no secure connection comes about: nothing was sent, and the robot is as it was. A
-    websocket that is refused raises why.
+    Raises `CertificateRefused` if no secure connection is established: then nothing was sent. A refused websocket
+    raises the error in its answer.
     """
     try:
         yield
@@ -250,7 +250,7 @@ def _refused(error: BaseException) -> bool:
 
 
 def _secret_reason(error: BaseException) -> str:
-    """Return what is wrong with a certificate, as OpenSSL says it."""
+    """Return the reason why a certificate was rejected, from OpenSSL."""
     found = [one.verify_message for one in _causes(error) if isinstance(one, ssl.SSLCertVerificationError)]
     return found[0] if found else str(error)
 

@@ -1,4 +1,4 @@
-"""A twin of one's own: the whole stack with its service, in a process that ends with this one."""
+"""A private twin: the whole stack with its service, in a process that ends with this one."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from maya_un.client.transport import ServiceAddress
 from maya_un.errors import InternalError, from_notice
 
 FAST = 50.0
-"""How many times as fast as the machine a twin runs where nothing is said."""
+"""Default speed of a twin: it runs this many times as fast as the machine."""
 
 PATIENCE = 30.0
-"""A twin that is asked to end and is not over after so long is killed [s]."""
+"""A twin that has not ended within this time is killed [s]."""
 
 
 class TwinProcess:
-    """`maya up` on a twin, in a process of its own that ends with this one, however this one ends.
+    """`maya up` on a twin, in a separate process that ends with this one, even after a crash.
 
-    The configuration and the taught places are copies of this user's, so that the twin is what the robot is and
-    nothing of his is changed. Queue and history are empty, and gone afterwards. `table` is a job whose parts stand on
-    the table, or the parts by name: x, y and perhaps z [m]. `speed` is how many times as fast as the machine it runs,
-    `seed` draws where it powers up.
+    The configuration and the taught places are copies of this user's, so the twin matches the robot, and the user's
+    files stay unchanged. Queue and history start empty and are deleted at the end. `table` is a job whose parts stand
+    on the table; `parts` gives them by name: x, y and perhaps z [m]. The twin runs `speed` times as fast as the
+    machine; `seed` determines its position at power-up.
     """
 
     def __init__(
@@ -54,11 +54,11 @@ class TwinProcess:
 
     @property
     def pid(self) -> int:
-        """The number of its process."""
+        """The id of the twin's process."""
         return self._process.pid
 
     def close(self) -> None:
-        """End the twin and forget its files; once is enough."""
+        """End the twin and delete its files; further calls do nothing."""
         if self._over:
             return
         self._over = True
@@ -84,8 +84,8 @@ class TwinProcess:
         )
 
     def _copied(self) -> Path:
-        """Copy the configuration in force, and the taught places beside it; return where the copy is."""
-        from maya_un.config import default_path  # noqa: PLC0415 - only a twin of one's own needs the configuration
+        """Copy the current configuration and the taught places; return the path of the copied configuration."""
+        from maya_un.config import default_path  # noqa: PLC0415 - only a private twin needs the configuration
 
         named = os.environ.get("MAYA_CONFIG")
         original = Path(named) if named else default_path()
@@ -108,7 +108,7 @@ class TwinProcess:
         return ["--table", str(file)]
 
     def _announced(self) -> str:
-        """Return the URL that it prints once it is ready; raises why it could not start."""
+        """Return the URL that the twin prints when it is ready; raises the error of its start."""
         assert self._process.stdout is not None
         said = ""
         for line in self._process.stdout:

@@ -1,8 +1,8 @@
-"""The agent of one robot: takes commands from supervisors, hands them to the robot, and reports back.
+"""The agent of one robot: forwards commands of supervisors to the robot, and its reports to them.
 
-Commands go to the robot in the order in which they came, the next one when the robot has accepted the last. Whichever
-side is lost, the agent connects again and sends what was not answered again. The robot's journal recognises ids, so
-nothing runs twice.
+The agent sends commands in the order of their arrival, each one after the robot has accepted the previous one. After a
+lost connection on either side, it connects again and repeats the messages that were not answered. The robot's journal
+recognises ids, so no command runs twice.
 """
 
 from __future__ import annotations
@@ -28,24 +28,26 @@ from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError,
 from maya_un.steps.text import RobotIdentity, StepEnd, content_of, id_of, read
 
 LONGEST = 65_536
-"""Bytes of a command; a longer one is refused unread."""
+"""Maximum length of a command [bytes]; the agent refuses a longer one unread."""
 
 _PATIENCE = 0.25
-"""A command that the robot does not accept within this time is sent again [s], later after twice as long."""
+"""The agent repeats a command that the robot has not accepted within this time [s]; each further wait is twice as long.
+"""
 
 _LONGEST_PATIENCE = 5.0
 
 _REMEMBERED = 1000
-"""So many results that were sent are recognised if the robot sends them again; so many of unknown steps wait."""
+"""Maximum number of sent results that the agent recognises if the robot repeats them, and of results of unknown steps.
+"""
 
 
 @dataclass(slots=True)
 class _Pending:
-    """A command whose result was not sent: `report` is the robot's latest, `sent` tells whether that was sent on.
+    """A command whose result was not sent: `report` is the robot's latest, `sent` is True if it was forwarded.
 
-    `keys` are those of its deliveries in this connection: it may come several times, and each gets the result.
-    `content` is the part that the journal compares, as JSON text. `text` and `content` are "" while only the robot
-    knows the command.
+    `keys` are those of its deliveries in this connection: a command may arrive several times, and each delivery gets
+    the result. `content` is the part that the journal compares, as JSON text. `text` and `content` are "" while only
+    the robot knows the command.
     """
 
     text: str
@@ -60,7 +62,7 @@ class _Pending:
 
 
 class Agent:
-    """Carries commands and reports between a robot and its supervisors while `run` runs. `name` is the robot's.
+    """Agent that carries commands and reports between robot `name` and its supervisors while `run` runs.
 
     `date` returns the date (ISO 8601, UTC); `rng` draws the pauses between attempts.
     """
@@ -106,7 +108,7 @@ class Agent:
     def _failed(self, side: str) -> Callable[[MayaError], None]:
         def failed(error: MayaError) -> None:
             self._troubles[side] = error
-            if isinstance(error, SessionTakenOver):  # the other robot gets what this one has not accepted
+            if isinstance(error, SessionTakenOver):  # the other robot gets the commands that this one has not accepted
                 self._forget(lambda one: one.report is None)
 
         return failed
@@ -121,7 +123,7 @@ class Agent:
         self._replaced.clear()
         async with self._transport.connected(self._name, self._journal) as channel:
             self._troubles["supervisors"] = None
-            self._refused.clear()  # those commands come again, under other keys
+            self._refused.clear()  # these commands arrive again, under other keys
             for one in self._pending.values():
                 one.keys.clear()
                 one.sent = one.report is None
@@ -133,7 +135,7 @@ class Agent:
             self._take(await channel.receive())
 
     def _take(self, command: SupervisorCommand) -> None:
-        """Note a command for the robot; refuse an unreadable one, or one with the id of another pending one."""
+        """Register a command for the robot; refuse an unreadable one, or one with the id of another pending command."""
         try:
             id_, data = self._understood(command)
         except MayaError as error:
@@ -151,7 +153,7 @@ class Agent:
             self._reports.set()
 
     def _refuse(self, command: SupervisorCommand, id_: str | None, error: MayaError, data: dict[str, Any]) -> None:
-        """Refuse a command without the robot; the refusal must not pass for the result of a pending command."""
+        """Refuse a command without the robot; the refusal must not look like the result of a pending command."""
         if id_ in self._pending:
             result = StepEnd.refused(id_, KeyReused(key=id_), self._date(), content=content_of(data))
         else:
@@ -160,7 +162,7 @@ class Agent:
         self._reports.set()
 
     def _understood(self, command: SupervisorCommand) -> tuple[str, dict[str, Any]]:
-        """Return the id of a command, and its data as the robot gets them; raises the `MayaError` that refuses it."""
+        """Return the id of a command and its data as sent to the robot; raises the `MayaError` that refuses it."""
         if len(command.text) > LONGEST:
             raise InvalidMessage(name="the step", reason=f"it has more than {LONGEST} bytes")
         try:
@@ -173,7 +175,7 @@ class Agent:
                 raise InvalidRequest(key="id", reason="it is missing; without one a command could run twice")
             id_ = data["id"] = command.id
         if data.get("robot") is None:
-            data["robot"] = self._name  # the robot itself refuses it if it is another one
+            data["robot"] = self._name  # the robot itself refuses a step for another robot
         if "command" not in data and self._transport.default_command is not None:
             data["command"] = self._transport.default_command
         return id_, data
@@ -200,7 +202,7 @@ class Agent:
         if ended:
             one.keys = [key for key in one.keys if key not in keys]
         if one.report is not report or (ended and one.keys):
-            return  # a newer one, or the command again, came meanwhile
+            return  # a newer report, or the same command again, arrived meanwhile
         one.sent = True
         if ended and self._pending.get(id_) is one:
             self._remember(id_, report.text)
@@ -232,7 +234,7 @@ class Agent:
                 await self._commands.wait()
 
     async def _hand_over(self, link: RosbridgeLink, id_: str) -> None:
-        """Send a command to the robot until the robot has accepted or answered it, or it is no longer this robot's."""
+        """Send a command until the robot accepts or answers it, or it is no longer pending for this robot."""
         patience = _PATIENCE
         while (one := self._pending.get(id_)) is not None and one.report is None:
             await link.send(one.text)
@@ -261,10 +263,10 @@ class Agent:
                     here.set()
 
     def _meet(self, robot: RobotIdentity) -> None:
-        """Note which robot is there; raises `WrongRobot` for one with another name.
+        """Record the identity of the robot; raises `WrongRobot` for another name than this agent's.
 
-        A new journal does not know the steps of the last one. Their commands come again, and the transport decides
-        about them.
+        A new journal does not know the steps of the previous one. Their commands arrive again, and the transport
+        decides whether they run.
         """
         if robot.name != self._name:
             raise WrongRobot(url=self._robot.where, found=robot.name, name=self._name)
@@ -275,7 +277,7 @@ class Agent:
         self._met.set()
 
     def _note(self, report: Report) -> None:
-        """Note what the robot reports of a step."""
+        """Record a report of the robot about a step."""
         assert report.id is not None
         one = self._pending.get(report.id)
         if _of_other_content(report, one):
@@ -283,7 +285,7 @@ class Agent:
         if one is None:
             if report.kind is not ReportKind.RESULT or self._sent.get(report.id) == report.text:
                 return
-            one = self._pending[report.id] = _Pending("", "")  # of an earlier run, or of no supervisor
+            one = self._pending[report.id] = _Pending("", "")  # from an earlier run, or from no supervisor
             self._forget_unknown()
         if not one.ended:
             one.report, one.sent = report, False
@@ -293,7 +295,7 @@ class Agent:
     def _forget_unknown(self) -> None:
         """Forget the oldest results of steps that no supervisor sent to this program, if there are too many.
 
-        If one is a supervisor's, its command comes again, and the robot's journal knows its result.
+        If a supervisor did send such a step, its command arrives again, and the robot's journal has its result.
         """
         unknown = [id_ for id_, one in self._pending.items() if not one.text]
         for id_ in unknown[:-_REMEMBERED]:
@@ -311,7 +313,7 @@ def _compared(data: dict[str, Any]) -> str:
 
 
 def _of_other_content(report: Report, one: _Pending | None) -> bool:
-    """Tell whether a report refuses a command of another program that used the id of this command."""
+    """Return whether a report refuses a command of another program that used the id of this command."""
     content = json.loads(report.text).get("content") if report.kind is ReportKind.RESULT else None
     return content is not None and (one is None or json.dumps(content, sort_keys=True) != one.content)
 

@@ -1,8 +1,9 @@
-"""Requests to a Firebase Realtime Database over REST, with sign-in and server-sent events.
+"""Client of a Firebase Realtime Database over REST, with sign-in and server-sent events.
 
-A user signs in with e-mail and password at Google's Identity Toolkit, and gets an ID token for an hour. The token is
-refreshed before it ends. FIREBASE_AUTH_EMULATOR_HOST moves both addresses, as in Firebase's own libraries. There is no
-sign-in by service account: it would give the robot all rights, and needs signatures by a library more.
+A user signs in with e-mail and password at Google's Identity Toolkit and gets an ID token that is valid for an hour.
+The client refreshes it before it expires. FIREBASE_AUTH_EMULATOR_HOST moves both addresses, as in Firebase's own
+libraries. There is no sign-in by service account: it would give the robot all rights, and needs another library for
+signatures.
 """
 
 from __future__ import annotations
@@ -23,35 +24,35 @@ from maya_un.coms.settings import where_of
 from maya_un.errors import SupervisorsNotReached
 
 _EARLY = 60.0
-"""A token is refreshed so long before it ends [s]."""
+"""The client refreshes a token this long before it expires [s]."""
 
 _TOOLKIT = "identitytoolkit.googleapis.com"
 _TOKENS = "securetoken.googleapis.com"
 
 
 class NoToken(Exception):
-    """No token can be had; the text says why, without a credential."""
+    """No token is available; the text gives the reason, without a credential."""
 
 
 class TokenSource(Protocol):
-    """The source of the tokens."""
+    """A source of tokens."""
 
     @property
     def secrets(self) -> tuple[str, ...]:
-        """Secrets that must not be shown."""
+        """Secrets that must not appear in messages."""
         ...
 
     async def token(self, http: httpx.AsyncClient) -> str:
-        """Return the token to show now, "" for none; raises `NoToken`, `httpx.HTTPError`."""
+        """Return the token to send now, "" for none; raises `NoToken`, `httpx.HTTPError`."""
         ...
 
     def refused(self) -> bool:
-        """Note that the database refused the token; return whether another one can be had."""
+        """Record that the database refused the token; return whether another token is available."""
         ...
 
 
 class FixedToken:
-    """A token that does not change: a database secret, or one that another program made; "" for none."""
+    """A constant token: a database secret, or a token that another program issued; "" for none."""
 
     def __init__(self, token: str) -> None:
         self._token = token
@@ -67,7 +68,7 @@ class FixedToken:
         return self._token
 
     def refused(self) -> bool:
-        """Return that there is no other."""
+        """Return False: no other token is available."""
         return False
 
 
@@ -90,14 +91,14 @@ class FirebaseUser:
         return tuple(secret for secret in found if secret)
 
     async def token(self, http: httpx.AsyncClient) -> str:
-        """Return the ID token; signs in or refreshes if that is due."""
+        """Return the ID token; sign in or refresh first if necessary."""
         async with self._one:
             if not self._id_token or asyncio.get_running_loop().time() > self._ends - _EARLY:
                 await self._renew(http)
             return self._id_token
 
     def refused(self) -> bool:
-        """Let the next request get another token."""
+        """Discard the token, so that the next request gets a new one; return True."""
         self._id_token = ""
         return True
 
@@ -126,7 +127,7 @@ class FirebaseUser:
 
 
 def message_of(body: bytes) -> str:
-    """Return the sentence in an error of Firebase, a short one."""
+    """Return the message in an error of Firebase, at most 200 characters."""
     try:
         found = json.loads(body)["error"]
         text = found["message"] if isinstance(found, dict) else found
@@ -142,7 +143,7 @@ def _url(host: str, path: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ServerSentEvent:
-    """An event; `whole` is False if its data had more than the bound, and then `data` is not to be used."""
+    """A server-sent event; if its data exceeded the limit, `whole` is False and `data` must not be used."""
 
     name: str
     data: bytes
@@ -169,7 +170,7 @@ async def events(chunks: AsyncIterator[bytes], most: int) -> AsyncGenerator[Serv
 
 
 async def _lines(chunks: AsyncIterator[bytes], most: int) -> AsyncGenerator[tuple[bytes, bool]]:
-    """Yield each line up to `most` bytes, and whether that is all of it."""
+    """Yield each line up to `most` bytes, and whether it is complete."""
     line, complete = bytearray(), True
     async for chunk in chunks:
         first, *others = chunk.split(b"\n")
@@ -181,7 +182,7 @@ async def _lines(chunks: AsyncIterator[bytes], most: int) -> AsyncGenerator[tupl
 
 
 def _add(line: bytearray, part: bytes, most: int) -> bool:
-    """Append what fits; return whether that is all."""
+    """Append the bytes that fit; return whether all did."""
     room = most - len(line)
     line += part[:room]
     return len(part) <= room
@@ -191,15 +192,15 @@ _MOST_REDIRECTS = 5
 _UNAUTHORISED = 401
 _CHANGED = 412
 _MOST_READ = 10_000
-"""Bytes that are read of an answer to a write, or of an error."""
+"""Maximum number of bytes read from an answer to a write, or from an error."""
 
 _TAGGED = {"X-Firebase-ETag": "true"}
 
-logging.getLogger("httpx").setLevel(logging.WARNING)  # below that it writes addresses, which hold the token
+logging.getLogger("httpx").setLevel(logging.WARNING)  # below that level it logs URLs, which contain the token
 
 
 class Database:
-    """A database at a URL, or a part of it; `patience` is for an answer [s], `silence` for a stream [s]."""
+    """A database at a URL, or a part of it; `patience` is the timeout of an answer, `silence` that of a stream [s]."""
 
     def __init__(self, url: str, credentials: TokenSource, patience: float, silence: float) -> None:
         parts = urlsplit(url)
@@ -211,7 +212,7 @@ class Database:
 
     @property
     def where(self) -> str:
-        """Its address without credentials."""
+        """The address without credentials."""
         return self._base
 
     async def close(self) -> None:
@@ -219,24 +220,24 @@ class Database:
         await self._http.aclose()
 
     async def read(self, path: tuple[str, ...], most: int, **query: str) -> bytes:
-        """Return the JSON text at a path; of a longer one, the first `most` + 1 bytes."""
+        """Return the JSON text at a path; if it is longer than `most` bytes, return its first `most` + 1 bytes."""
         async with self._answer("GET", path, query) as answer:
             return await self._start_of(answer, most + 1)
 
     async def write(self, method: str, path: tuple[str, ...], value: object) -> None:
-        """Write a value at a path (PUT), or several below it at once (PATCH)."""
+        """Write a value at a path (PUT), or several values below the path at once (PATCH)."""
         async with self._answer(method, path, {"print": "silent"}, json.dumps(value)) as answer:
             await self._start_of(answer)
 
     async def read_tagged(self, path: tuple[str, ...], most: int) -> tuple[bytes, str | None]:
-        """Return the JSON text at a path, as `read` does, and the tag of this state."""
+        """Return the JSON text at a path, as `read` does, and the ETag of this state."""
         async with self._answer("GET", path, {}, headers=_TAGGED) as answer:
             return await self._start_of(answer, most + 1), answer.headers.get("etag")
 
     async def write_if(self, path: tuple[str, ...], value: object, tag: str, most: int) -> tuple[bool, str | None]:
-        """Write a value at a path if its state still has this tag; return whether, and its new tag.
+        """Write a value at a path if its ETag is still `tag`; return whether the write succeeded, and the new ETag.
 
-        The answer holds the value. At most so many bytes of it are read.
+        The answer contains the value; at most `most` + 1 bytes of the answer are read.
         """
         headers = {**_TAGGED, "if-match": tag}
         async with self._answer("PUT", path, {}, json.dumps(value), headers=headers, accepted={_CHANGED}) as answer:
@@ -269,9 +270,9 @@ class Database:
         headers: Mapping[str, str] | None = None,
         accepted: Collection[int] = (),
     ) -> AsyncIterator[httpx.Response]:
-        """Send a request and yield its answer; raises `SupervisorsNotReached` for one that is no success.
+        """Send a request and yield its answer; raises `SupervisorsNotReached` for an unsuccessful one.
 
-        `accepted` are the other states of HTTP that the caller wants to see.
+        `accepted` are further HTTP status codes that the caller handles.
         """
         if headers is None:
             headers = {"Accept": "text/event-stream"} if stream else {}
@@ -316,19 +317,19 @@ class Database:
         raise SupervisorsNotReached(where=self.where, reason=f"it redirects more than {_MOST_REDIRECTS} times")
 
     def _redirected(self, url: str, location: str) -> str:
-        """Return where a redirect leads; refuses one from https to http, which would show the token to everybody."""
+        """Return the target of a redirect; refuse one from https to http, which would expose the token."""
         target = urljoin(url, location)
         if urlsplit(url).scheme == "https" and urlsplit(target).scheme != "https":
             raise SupervisorsNotReached(where=self.where, reason="it redirects to an address without TLS")
         return target
 
     async def _refuse(self, answer: httpx.Response, asked: str) -> NoReturn:
-        """Raise for an answer that is no success."""
+        """Raise `SupervisorsNotReached` for an unsuccessful answer to the request `asked`."""
         reason = f"it answers {asked} with {answer.status_code}: {message_of(await self._start_of(answer))}"
         raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
 
     async def _start_of(self, answer: httpx.Response, most: int = _MOST_READ) -> bytes:
-        """Return the first bytes of an answer. If the whole answer is read, its connection serves the next request."""
+        """Return the first bytes of an answer. Reading it to the end lets its connection serve the next request."""
         body = bytearray()
         async for chunk in self._chunks(answer):
             body += chunk[: most - len(body)]
@@ -337,7 +338,7 @@ class Database:
         return bytes(body)
 
     def _fail(self, error: Exception) -> NoReturn:
-        """Raise for a request that got no answer, without what an error may hold of its address."""
+        """Raise `SupervisorsNotReached` for a request without an answer; secrets in the text of `error` are masked."""
         reason = "it does not answer in time" if isinstance(error, httpx.TimeoutException) else str(error)
         raise SupervisorsNotReached(where=self.where, reason=self._plain(reason or type(error).__name__)) from None
 
@@ -348,7 +349,7 @@ class Database:
 
 
 def data_of(text: bytes) -> Any:
-    """Return JSON text as data; raises `ValueError` for what is none or is nested too deep."""
+    """Return JSON text as data; raises `ValueError` for text that is not JSON or is nested too deep."""
     try:
         return json.loads(text)
     except RecursionError as error:

@@ -1,7 +1,6 @@
 """Supervisors by Firestore over REST: firestore://PROJECT.
 
-Firestore's own library would bring gRPC. REST reports no changes, so a caller asks again until a document
-exists. FIRESTORE_EMULATOR_HOST changes the address, as in Google's own libraries.
+Firestore's own library requires gRPC. FIRESTORE_EMULATOR_HOST changes the address, as in Google's own libraries.
 
     /robots/ROBOT                  {"database_url"?, "default_command"?}; read once at each connect
     /robots/ROBOT/commands/KEY     {"command", "args", "id"?, "robot"?, "deadline"?}; a supervisor adds it
@@ -10,9 +9,9 @@ exists. FIRESTORE_EMULATOR_HOST changes the address, as in Google's own librarie
     /robots/ROBOT/state/presence   {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
     /robots/ROBOT/state/session    which robot of this name is served, and which commands were taken: see session.py
 
-If the robot's document names a Realtime Database, that carries the steps, and nothing else of Firestore is used. A
-command without an id has its KEY as id. REST reports no changes, so this module asks for commands every `INTERVAL`. A
-result is written only if its command still exists: Firestore checks that in the same commit.
+If the robot's document names a Realtime Database, that database carries the steps, and Firestore is used for nothing
+else. A command without an id has its KEY as id. REST does not report changes, so this module queries commands every
+`INTERVAL`. A result is written only if its command still exists: Firestore checks that in the same commit.
 """
 
 from __future__ import annotations
@@ -38,13 +37,13 @@ from maya_un.errors import InvalidRequest, MayaError, SupervisorsNotReached
 from maya_un.steps.text import id_of
 
 LONGEST_DOCUMENT = 1 << 20
-"""Bytes of an answer that are read; Firestore itself keeps no longer document."""
+"""Maximum number of bytes read from an answer; Firestore itself stores no longer document."""
 
 _LONGEST_ENTRY = 10_000
-"""Bytes of an answer that a document needs in a list of keys, at most: a key has up to 1500 bytes, some as \\uXXXX."""
+"""Maximum size of a document in a list of keys [bytes]: a key has up to 1500 bytes, some of them as \\uXXXX."""
 
 _PATIENCE = 10.0
-"""For the answer to a request [s]."""
+"""Timeout of the answer to a request [s]."""
 
 _NOT_FOUND = 404
 _INVALID = 400
@@ -56,7 +55,7 @@ Path = tuple[str, ...]
 
 
 class Documents:
-    """The documents of a project; `where` is its address as people may read it."""
+    """The documents of a project; `where` is its address without credentials."""
 
     def __init__(self, project: str, where: str, tokens: TokenSource) -> None:
         emulator = os.environ.get("FIRESTORE_EMULATOR_HOST")
@@ -72,11 +71,11 @@ class Documents:
         await self._http.aclose()
 
     async def read(self, path: Path) -> dict[str, Any] | None:
-        """Return a document as data, None if there is none; raises `ValueError` for one that is too long."""
+        """Return a document as data, None if it does not exist; raises `ValueError` if it is too long."""
         return (await self.read_dated(path))[0]
 
     async def read_dated(self, path: Path) -> tuple[dict[str, Any] | None, str]:
-        """Return a document as `read` does, and the date of its last change, "" if there is none."""
+        """Return a document as `read` does, and the date of its last change, "" if it does not exist."""
         async with self._answer("GET", "/" + "/".join(quote(part, safe="") for part in path)) as answer:
             if answer.status_code == _NOT_FOUND:
                 await _beginning(answer)  # a connection serves the next request after its answer is read to the end
@@ -86,7 +85,7 @@ class Documents:
         return fields, str(document.get("updateTime", ""))
 
     async def keys(self, path: Path, most: int) -> list[str]:
-        """Return the keys of at most so many documents of a collection, in the order of their creation."""
+        """Return the keys of at most `most` documents of a collection, in the order of their creation."""
         query = {"from": [{"collectionId": path[-1]}], "select": {"fields": [{"fieldPath": "__name__"}]}, "limit": most}
         parent = "/".join(quote(part, safe="") for part in path[:-1])
         async with self._answer("POST", f"/{parent}:runQuery", {"structuredQuery": query}) as answer:
@@ -99,10 +98,10 @@ class Documents:
         return [key for _, key in sorted(dated)]
 
     async def commit(self, *writes: dict[str, Any], needed: Path | None = None) -> bool:
-        """Write all or nothing; return False if a document that must be there is not.
+        """Write all or nothing; return False if a precondition failed, as for a document that must exist and does not.
 
-        If security rules allow the commit only while the `needed` document is there, they refuse it before Firestore
-        looks for that document.
+        Security rules may allow the commit only while the `needed` document exists. Then they refuse it (403) before
+        Firestore checks the precondition; this also returns False.
         """
         accepted = () if needed is None else (_FORBIDDEN,)
         async with self._answer("POST", ":commit", {"writes": writes}, accepted) as answer:
@@ -116,9 +115,9 @@ class Documents:
             return answer.is_success
 
     async def swap(self, path: Path, data: Mapping[str, Any], date: str) -> str | None:
-        """Write a document if its last change has still this date ("": if there is none).
+        """Write a document if the date of its last change is still `date` ("": if it does not exist).
 
-        Return the new date, None if somebody else changed it.
+        Return the new date, None if another program changed the document.
         """
         before: dict[str, Any] = {"updateTime": date} if date else {"exists": False}
         writes = [self.put(path, data) | {"currentDocument": before}]
@@ -145,7 +144,7 @@ class Documents:
         return {"delete": self._name(path)} | ({"currentDocument": {"exists": True}} if there else {})
 
     def error(self, reason: str) -> SupervisorsNotReached:
-        """Return the error for a reason; credentials in the reason are hidden."""
+        """Return the error for a reason; credentials in the reason are masked."""
         for secret in self._tokens.secrets:
             reason = reason.replace(secret, "***")
         return SupervisorsNotReached(where=self.where, reason=reason)
@@ -157,9 +156,9 @@ class Documents:
     async def _answer(
         self, method: str, path: str, body: object = None, accepted: tuple[int, ...] = ()
     ) -> AsyncIterator[httpx.Response]:
-        """Send a request and yield its answer, also 404 (not found) and those of `accepted`.
+        """Send a request and yield its answer, including 404 (not found) and the status codes in `accepted`.
 
-        Raises `SupervisorsNotReached` otherwise.
+        Raises `SupervisorsNotReached` for any other unsuccessful answer.
         """
         answer = None
         try:
@@ -185,7 +184,7 @@ class Documents:
         return await self._http.send(request, stream=True)
 
     async def _read(self, answer: httpx.Response, longest: int = LONGEST_DOCUMENT) -> Any:
-        """Return an answer as data; raises `ValueError` for one that is longer than so many bytes, or not JSON."""
+        """Return an answer as data; raises `ValueError` if it is longer than `longest` bytes or not JSON."""
         if answer.status_code == _NOT_FOUND:
             raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
         text = await _beginning(answer, longest)
@@ -195,7 +194,7 @@ class Documents:
 
 
 async def _beginning(answer: httpx.Response, longest: int = LONGEST_DOCUMENT) -> bytes:
-    """Return a body; of a body longer than `longest`, return one byte more than that."""
+    """Return a body; of a body longer than `longest` bytes, return the first `longest` + 1 bytes."""
     found = bytearray()
     async for chunk in answer.aiter_bytes():
         found += chunk[: longest + 1 - len(found)]
@@ -205,7 +204,7 @@ async def _beginning(answer: httpx.Response, longest: int = LONGEST_DOCUMENT) ->
 
 
 def _date(text: str) -> tuple[str, str]:
-    """Return a date of Firestore as a key for sorting: it has 0 to 9 digits after the seconds."""
+    """Return a date of Firestore, which has 0 to 9 digits after the seconds, as a key for sorting."""
     seconds, _, rest = text.removesuffix("Z").partition(".")
     return seconds, rest.ljust(9, "0")
 
@@ -242,15 +241,15 @@ def _value(data: Any) -> dict[str, Any]:
 
 
 INTERVAL = 0.5
-"""Pause between two queries for commands while there are none [s]; a query costs a read, so a day 172 800 reads.
+"""Pause between two queries while no command is open [s]; each query costs one read, 172 800 reads a day.
 
-It is shorter than `maya_un.steps.text.QUIET`: the robot refuses a command that was there before a stop
-only if the command reaches the robot within that time after the stop.
+It is shorter than `maya_un.steps.text.QUIET`: the robot refuses a command from before a stop only if the command
+arrives within that time after the stop.
 """
 
 
 class Firestore:
-    """The Firestore of a project at firestore://PROJECT; `default_command` is known after the first connect.
+    """The Firestore of a project at firestore://PROJECT; `default_command` is available after the first connect.
 
     `interval` and `heartbeat` are in seconds.
     """
@@ -269,7 +268,7 @@ class Firestore:
 
     @property
     def where(self) -> str:
-        """Its address without credentials."""
+        """The address without credentials."""
         return self._where
 
     @asynccontextmanager
@@ -324,7 +323,7 @@ class _FirestoreSession:
         return self._documents.where
 
     async def read(self) -> Any:
-        """Return it, and note the date of its last change."""
+        """Return the entry, and store the date of its last change."""
         try:
             found, self._date = await self._documents.read_dated(self._path)
         except (AttributeError, RecursionError, TypeError, ValueError) as error:
@@ -332,7 +331,7 @@ class _FirestoreSession:
         return found
 
     async def swap(self, data: Mapping[str, Any]) -> bool:
-        """Write it if its last change still has the date."""
+        """Write the entry if the date of its last change is still the stored one; return whether that succeeded."""
         if self._date is None:
             return False
         self._date = await self._documents.swap(self._path, data, self._date)
@@ -340,7 +339,7 @@ class _FirestoreSession:
 
 
 class _FirestoreChannel:
-    """A connection to Firestore: it delivers the open commands and writes reports of them."""
+    """A connection to Firestore: it delivers the open commands and writes their reports."""
 
     def __init__(self, documents: Documents, path: tuple[str, ...], interval: float, claims: SessionClaims) -> None:
         self._documents = documents
@@ -401,13 +400,13 @@ class _FirestoreChannel:
         before = set(self._ids)
         keys = await self._documents.keys((*self._path, "commands"), MOST_AT_ONCE)
         for key in before - set(keys):
-            self._close(key)  # somebody removed it
+            self._close(key)  # another program removed the command
         if len(keys) < MOST_AT_ONCE:
             self._claims.keep_only(keys)
         self._waiting = [key for key in keys if key not in self._ids]
 
     async def _delivered(self, key: str) -> SupervisorCommand | None:
-        """Return a command and note that it is delivered; None if it is no longer there."""
+        """Return a command and record its delivery; None if it no longer exists."""
         try:
             data = await self._documents.read((*self._path, "commands", key))
         except (AttributeError, RecursionError, TypeError, ValueError):  # too long, or no document
@@ -427,7 +426,7 @@ class _FirestoreChannel:
 
 
 async def _identity(documents: Documents, path: tuple[str, ...]) -> dict[str, object]:
-    """Return the document of a robot; raises `SupervisorsNotReached` if there is none."""
+    """Return the document of a robot; raises `SupervisorsNotReached` if it does not exist or cannot be read."""
     try:
         found = await documents.read(path)
     except (AttributeError, RecursionError, TypeError, ValueError) as error:

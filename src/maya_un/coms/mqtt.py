@@ -5,7 +5,7 @@
     maya/v1/ROBOT/results      results; also at the command's ResponseTopic, with its CorrelationData
     maya/v1/ROBOT/connection   retained: ONLINE, OFFLINE, CONNECTION_BROKEN (the last will; words of VDA 5050)
 
-A command is acknowledged to the broker when its result is with the broker, so that it comes again after a crash.
+A command is acknowledged only after the broker has its result, so the broker delivers the command again after a crash.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ from maya_un.http import dates
 VERSION = "maya/v1"
 
 SESSION = 7 * 24 * 3600
-"""The broker keeps messages for a client that is away for so long [s]."""
+"""The broker stores messages for a disconnected client for this time [s]."""
 
 _KEEPALIVE = 5
-"""A silent connection ends after one and a half of this [s]."""
+"""Keepalive interval [s]; a silent connection ends after one and a half intervals."""
 
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
 
 
 def topic(robot: str, name: str) -> str:
-    """Return a topic of a robot; raises `InvalidValue` for a name that no topic can have."""
+    """Return a topic of a robot; raises `InvalidValue` for a name that is invalid in a topic."""
     if not robot or not robot.isprintable() or set(robot) & set("/+#"):
         raise InvalidValue(key="NAME", value=robot, reason="over MQTT it must not be empty or contain /, + or #")
     return f"{VERSION}/{robot}/{name}"
@@ -54,7 +54,7 @@ def topic(robot: str, name: str) -> str:
 class Credentials:
     """The credentials for a broker: user and password, or a client certificate with its key (files in PEM).
 
-    `authority` is a file in PEM with the certificates that sign the broker's, "" for those of the system.
+    `authority` is a file in PEM with the certificates that sign the broker's certificate, "" for those of the system.
     """
 
     user: str = ""
@@ -76,13 +76,13 @@ class Credentials:
 
 
 class PublishRefused(aiomqtt.MqttError):
-    """The broker does not carry a message: its rules forbid it, or no message can have that topic."""
+    """The broker rejects a message: its rules forbid it, or the topic is invalid."""
 
 
 class BrokerClient(aiomqtt.Client):
-    """A client that acknowledges messages when it is told to, and learns that the broker refused one.
+    """A client with manual acknowledgement, whose publish raises an error if the broker refused the message.
 
-    aiomqtt has no public way to either; paho below it has. One publish at a time.
+    aiomqtt has no public interface for either; paho below it has. Publish one message at a time.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
@@ -91,13 +91,13 @@ class BrokerClient(aiomqtt.Client):
         self._answer: ReasonCode | None = None
 
     def acknowledge(self, message: aiomqtt.Message) -> None:
-        """Tell the broker that a message is dealt with."""
+        """Acknowledge a handled message to the broker."""
         self._client.ack(message.mid, message.qos)
 
     async def publish_checked(
         self, where: str, text: str, properties: Properties | None = None, *, retain: bool = False
     ) -> bool:
-        """Publish with QoS 1; return whether anybody subscribes. Raises `PublishRefused`."""
+        """Publish with QoS 1; return whether the topic has a subscriber. Raises `PublishRefused`."""
         self._answer = None
         try:
             await self.publish(where, text, 1, retain, properties)
@@ -114,7 +114,7 @@ class BrokerClient(aiomqtt.Client):
 
 
 _NOBODY = 16
-"""The reason code of MQTT 5 for a message that nobody subscribes to."""
+"""The reason code of MQTT 5 for a message without subscribers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,14 +126,14 @@ class Broker:
 
     @property
     def where(self) -> str:
-        """Its address without credentials."""
+        """The address without credentials."""
         return where_of(self.url)
 
     @asynccontextmanager
     async def connected(
         self, identifier: str, will: aiomqtt.Will | None = None, session: int = SESSION
     ) -> AsyncIterator[BrokerClient]:
-        """Connect and go on with the session of this name, which ends `session` seconds after the connection.
+        """Connect and resume the session of this name, which expires `session` seconds after the connection.
 
         Raises `SupervisorsNotReached`.
         """
@@ -143,7 +143,7 @@ class Broker:
 
     @contextmanager
     def reached(self) -> Iterator[None]:
-        """Turn errors of the connection into `SupervisorsNotReached`."""
+        """Convert errors of the connection into `SupervisorsNotReached`."""
         try:
             yield
         except aiomqtt.MqttError as error:
@@ -182,16 +182,17 @@ class Mqtt:
 
     @property
     def where(self) -> str:
-        """Its address without credentials."""
+        """The address without credentials."""
         return self.broker.where
 
     @asynccontextmanager
     async def connected(self, robot: str, journal: str) -> AsyncIterator[_MqttChannel]:
-        """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that no topic can have.
+        """Connect and subscribe; raises `SupervisorsNotReached`, `InvalidValue` for a name that is invalid in a topic.
 
         If a second robot connects under this name, the first one raises `SessionTakenOver` when it connects again. Not
-        every broker says why it closed a connection, so a robot checks who is online before it connects again. An
-        earlier session does not count: after a crash the broker may still report that of this robot's last run.
+        every broker reports why it closed a connection, so a robot checks who is online before it connects again. At
+        the first connect it does not check: after a crash the broker may still report the session of this robot's last
+        run.
         """
         del journal
         commands, connection = topic(robot, "commands"), topic(robot, "connection")
@@ -211,7 +212,7 @@ class Mqtt:
         """Raise `SessionTakenOver` if a later robot is online under this name."""
         async with self.broker.connected(f"maya-look-{uuid4().hex}", session=0) as client:
             with self.broker.reached():
-                for _ in range(2):  # the answer to the second comes after the retained message
+                for _ in range(2):  # the answer to the second subscription arrives after the retained message
                     await client.subscribe(connection)
                 while len(client.messages):
                     found = _presence(await anext(client.messages))
@@ -220,7 +221,7 @@ class Mqtt:
 
 
 _AS_THEY_COME = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
-"""Without retained commands: they would come at each connect, and nothing moves because the robot connects."""
+"""No retained commands: the broker would send them at each connect, and connecting must not move the robot."""
 
 
 def _connection(state: str, session: str | None = None) -> str:
@@ -255,7 +256,7 @@ class _MqttChannel:
         return SupervisorCommand(key, _bytes(message.payload), _correlation(message))
 
     async def send(self, report: Report) -> None:
-        """Publish a report; acknowledge the command behind its result."""
+        """Publish a report; after a result, acknowledge its command."""
         ended = report.kind is ReportKind.RESULT
         with self._broker.reached():
             await self._client.publish_checked(topic(self._robot, "results" if ended else "progress"), report.text)
@@ -265,7 +266,7 @@ class _MqttChannel:
                 self._client.acknowledge(message)
 
     async def _answer(self, message: aiomqtt.Message, report: Report) -> None:
-        """Publish a result where its command asks for it, but not on topics of robots: it could pass for theirs."""
+        """Publish a result at its command's ResponseTopic, but not on a robot's topic, where it could mislead."""
         where = getattr(message.properties, "ResponseTopic", None)
         if where is None or where.startswith(f"{VERSION}/"):
             return
@@ -284,7 +285,7 @@ def _bytes(payload: object) -> bytes:
 
 
 def _correlation(message: aiomqtt.Message) -> str | None:
-    """Return the correlation data of a message as an id, None if it has none that can be one."""
+    """Return the correlation data of a message as an id, None if it has none that is a valid id."""
     found = getattr(message.properties, "CorrelationData", None)
     try:
         text = found.decode() if isinstance(found, bytes) else ""

@@ -1,4 +1,4 @@
-"""The robot's side: /step_robot, /step_command, /step_status and /step_result by any rosbridge."""
+"""The robot's side: /step_robot, /step_command, /step_status and /step_result over any rosbridge."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from maya_un.errors import RobotNotReached
 from maya_un.steps.text import COMMAND_TOPIC, RESULT_TOPIC, ROBOT_TOPIC, STATUS_TOPIC, TEXT_TYPE, RobotIdentity
 
 LONGEST = 1 << 20
-"""Bytes of a message from rosbridge."""
+"""Maximum length of a message from rosbridge [bytes]."""
 
 _PING = 5.0
-"""A silent connection is asked for a sign of life after so long [s], and ends after twice that."""
+"""Interval of pings and timeout of their answer [s]; an unanswered connection ends after both."""
 
 
 class RosbridgeLink:
     """A connection to a rosbridge. The methods raise `RobotNotReached` when it has ended.
 
-    It asks which robot is there. Reports of the robot come after `prepare` only.
+    `ask` subscribes to the robot's identity. Reports of the robot arrive after `prepare` only.
     """
 
     def __init__(self, socket: ClientConnection, url: str, prefix: str) -> None:
@@ -35,11 +35,11 @@ class RosbridgeLink:
         self._prefix = prefix
 
     async def ask(self) -> None:
-        """Ask which robot is there; `receive` returns its identity, and that of one that replaces it."""
+        """Subscribe to the robot's identity; `receive` returns it, and that of a robot that replaces this one."""
         await self._say("subscribe", ROBOT_TOPIC, type=TEXT_TYPE, queue_length=0)
 
     async def prepare(self) -> None:
-        """Advertise commands and subscribe to what comes back."""
+        """Advertise commands and subscribe to their states and results."""
         await self._say("advertise", COMMAND_TOPIC, type=TEXT_TYPE)
         for topic in (STATUS_TOPIC, RESULT_TOPIC):
             await self._say("subscribe", topic, type=TEXT_TYPE, queue_length=0)
@@ -49,7 +49,7 @@ class RosbridgeLink:
         await self._say("publish", COMMAND_TOPIC, msg={"data": text})
 
     async def receive(self) -> Report | RobotIdentity | str:
-        """Return the next report, which robot is there, or the text of a refusal by the rosbridge itself."""
+        """Return the next report, the identity of the robot, or the text of an error of the rosbridge itself."""
         while True:
             try:
                 message = json.loads(await self._socket.recv())
@@ -68,7 +68,7 @@ class RosbridgeLink:
 
 @dataclass(frozen=True, slots=True)
 class Rosbridge:
-    """The address of the robot's rosbridge. `token` is sent there if not empty; `namespace` precedes the topics."""
+    """The address of the robot's rosbridge; `token` is sent to it if not empty, `namespace` precedes the topics."""
 
     url: str
     token: str = ""
@@ -76,7 +76,7 @@ class Rosbridge:
 
     @property
     def where(self) -> str:
-        """Its address without credentials."""
+        """The address without credentials."""
         return where_of(self.url)
 
     @asynccontextmanager
@@ -92,7 +92,7 @@ class Rosbridge:
                 ping_interval=_PING,
                 ping_timeout=_PING,
             )
-        except (OSError, ValueError, WebSocketException) as error:  # ValueError: a port or name that none can be
+        except (OSError, ValueError, WebSocketException) as error:  # ValueError: an invalid port or name
             raise RobotNotReached(url=self.where, reason=str(error).replace(self.url, self.where)) from None
         async with socket:
             link = RosbridgeLink(socket, self.where, self.namespace.rstrip("/"))
@@ -101,7 +101,7 @@ class Rosbridge:
 
 
 def _read(message: dict[str, Any], prefix: str) -> Report | RobotIdentity | str | None:
-    """Return what a message of rosbridge tells, None if it tells nothing of steps or the robot."""
+    """Return the content of a rosbridge message, None if it concerns neither steps nor the robot."""
     if message.get("op") == "status":
         return str(message.get("msg", "")) if message.get("level") == "error" else None
     try:

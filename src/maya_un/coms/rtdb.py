@@ -2,15 +2,15 @@
 
     /robots/ROBOT/commands/KEY   {"command", "args", "id"?, "robot"?, "deadline"?}; a supervisor pushes it in one write
     /robots/ROBOT/progress/KEY   {"id", "state", "date"}: the step is accepted or begins; removed with its command
-    /robots/ROBOT/results/KEY    the result; written and the command removed in one write, so nobody sees half of it
+    /robots/ROBOT/results/KEY    the result; it is written and its command removed in one write
     /robots/ROBOT/presence       {"state": "ONLINE" or "OFFLINE", "at": the server's time}, every 10 s
     /robots/ROBOT/session        which robot of this name is served, and which commands were taken: see session.py
     /robots/ROBOT/document       {"default_command"?}: what a step without a command means
 
-A command's id is its KEY if it has none. The database keeps a command until its result is there, and sends all open
-ones after each connect. So a result is written only while its command is open: what was answered before a connection
-broke is not answered again. A command is delivered after it is claimed with an ETag in the session, so that of two
-robots with one name only one gets it. The database drops null and empty values: a result without `error` has none.
+A command without an id has its KEY as id. The database stores a command until its result is written, and sends all open
+commands after each connect. A result is written only while its command is open, so no command is answered twice after a
+lost connection. Before delivery, a command is claimed in the session with an ETag, so only one of two robots with the
+same name gets it. The database drops null and empty values: a result without `error` has none.
 """
 
 from __future__ import annotations
@@ -34,29 +34,29 @@ from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SessionTaken
 from maya_un.steps.text import id_of
 
 HEARTBEAT = 10.0
-"""Presence is written so often [s]."""
+"""Interval at which presence is written [s]."""
 
 _SILENCE = 45.0
-"""A stream without an event for so long has ended [s]; the database sends one every 30 s."""
+"""A stream without an event for this time has ended [s]; the database sends one every 30 s."""
 
 _PATIENCE = 10.0
-"""For the answer to a request [s]."""
+"""Timeout of the answer to a request [s]."""
 
 FAREWELL = 1.0
-"""Longest wait for the last word to the database [s]."""
+"""Longest wait for the final write to the database [s]."""
 
 _LONGEST_EVENT = 1 << 20
-"""Bytes of an event; the commands of a longer one are read one by one."""
+"""Maximum size of an event [bytes]; the commands of a longer one are read one by one."""
 
 MOST_AT_ONCE = 1000
-"""Commands that are delivered and not answered: as many as the robot lets wait."""
+"""Maximum number of commands that are delivered and not answered: the capacity of the robot's queue of steps."""
 
 _FORBIDDEN = frozenset(".$#[]/")
 _LIMIT = 1 << 31
 
 
 def robot_path(robot: str) -> tuple[str, ...]:
-    """Return the path of a robot; raises `InvalidValue` for a name that no key can be."""
+    """Return the path of a robot; raises `InvalidValue` for a name that is invalid as a key."""
     if not robot or not robot.isprintable() or set(robot) & _FORBIDDEN:
         reason = "in a Realtime Database it must not be empty or contain . $ # [ ] or /"
         raise InvalidValue(key="NAME", value=robot, reason=reason)
@@ -64,9 +64,9 @@ def robot_path(robot: str) -> tuple[str, ...]:
 
 
 class Rtdb:
-    """A database at an http:// or https:// URL; raises `InvalidValue` for one that holds credentials or needs TLS.
+    """A database at an http:// or https:// URL; raises `InvalidValue` for one that contains credentials or needs TLS.
 
-    `default_command` is known after the first connect. `heartbeat` and `silence` are in seconds. `session` is by
+    `default_command` is available after the first connect. `heartbeat` and `silence` are in seconds. `session` is by
     default a new one.
     """
 
@@ -90,12 +90,12 @@ class Rtdb:
 
     @property
     def where(self) -> str:
-        """Its address without credentials."""
+        """The address without credentials."""
         return where_of(self._url).rstrip("/")
 
     @asynccontextmanager
     async def connected(self, robot: str, journal: str) -> AsyncIterator[_RtdbChannel]:
-        """Connect; raises `SupervisorsNotReached`, `SessionTakenOver`, `InvalidValue` for a name that no key can be."""
+        """Connect; raises `SupervisorsNotReached`, `SessionTakenOver`, `InvalidValue` for an invalid robot name."""
         path = robot_path(robot)
         database = Database(self._url, self._credentials, _PATIENCE, self._silence)
         try:
@@ -128,7 +128,7 @@ class _RtdbSession:
         return self._database.where
 
     async def read(self) -> Any:
-        """Return it, and note its ETag."""
+        """Return the entry, and store its ETag."""
         text, self._tag = await self._database.read_tagged(self._path, _LONGEST_EVENT)
         try:
             found = data_of(text)
@@ -137,7 +137,7 @@ class _RtdbSession:
         return (found | {"claims": _children(found.get("claims"))}) if isinstance(found, dict) else None
 
     async def swap(self, data: Mapping[str, Any]) -> bool:
-        """Write it if it still has the ETag."""
+        """Write the entry if its ETag is still the stored one; return whether that succeeded."""
         if self._tag is None:
             return False
         written, self._tag = await self._database.write_if(self._path, data, self._tag, _LONGEST_EVENT)
@@ -153,7 +153,7 @@ class _WaitingCommand:
 
 
 class _RtdbChannel:
-    """A connection to a database: the open commands as its stream tells them, and what is written about them."""
+    """A connection to a database: it receives open commands from a stream, and writes their progress and results."""
 
     def __init__(self, database: Database, path: tuple[str, ...], claims: SessionClaims) -> None:
         self._database = database
@@ -161,7 +161,7 @@ class _RtdbChannel:
         self._claims = claims
         self._waiting: dict[str, _WaitingCommand] = {}
         self._ids: dict[str, str | None] = {}  # of the commands that are delivered and not answered, by key
-        self._answered: set[str] = set()  # keys of commands that are removed with their result just now
+        self._answered: set[str] = set()  # keys of commands whose removal, with their result, is in progress
         self._changed = asyncio.Event()
         self._error: MayaError | None = None
 
@@ -193,7 +193,7 @@ class _RtdbChannel:
             await self.send(self._claims.refusal(command, self._ids[key]))
 
     async def send(self, report: Report) -> None:
-        """Write a report, and remove the command of a result. A command that is no longer open was answered before."""
+        """Write a report; with a result, remove its command. Do nothing for a command that is no longer open."""
         key = report.key if self._is_open(report.key) else self._key_of(report.id)
         if key is None:
             return
@@ -202,7 +202,7 @@ class _RtdbChannel:
             changes = {f"results/{key}": data, f"progress/{key}": None, f"commands/{key}": None}
             self._answered.add(key)
             await self._database.write("PATCH", self._path, changes)
-            if key in self._answered:  # otherwise the stream told so before, and another command may have the key now
+            if key in self._answered:  # else the stream removed it first, and another command may use the key
                 self._close(key)
             self._changed.set()
         else:
@@ -214,7 +214,7 @@ class _RtdbChannel:
             await self.apply_next(heard)
 
     async def apply_next(self, heard: AsyncIterator[ServerSentEvent]) -> None:
-        """Note what the next event tells; raises `SupervisorsNotReached` if it is the end."""
+        """Apply the next event of the stream; raises `SupervisorsNotReached` if the event ends the stream."""
         event = await anext(heard, None)
         if event is None:
             raise SupervisorsNotReached(where=self._database.where, reason="it ended the stream of commands")
@@ -238,7 +238,7 @@ class _RtdbChannel:
             self._put(path, value)
 
     def _put(self, path: tuple[str, ...], value: object) -> None:
-        """Note that the value at a path below the commands is another now."""
+        """Apply a new value at a path below the commands."""
         if not path:
             found = _children(value)
             self._keep_only(set(found))
@@ -249,7 +249,7 @@ class _RtdbChannel:
         if value is None:
             if not deeper:
                 self._close(key)
-        elif not self._is_open(key):  # of a part of a command, the whole is read when its turn comes
+        elif not self._is_open(key):  # of a partly changed command, the whole is read before its delivery
             self._waiting[key] = _WaitingCommand() if deeper else _WaitingCommand(_id(key, value), _text(value))
 
     def _keep_only(self, keys: set[str]) -> None:
@@ -267,7 +267,7 @@ class _RtdbChannel:
         return key in self._waiting or key in self._ids
 
     async def _read_keys(self) -> None:
-        """Note which commands there are, after an event that was too long."""
+        """Read the keys of the open commands, after an event that was too long."""
         text = await self._database.read((*self._path, "commands"), _LONGEST_EVENT, shallow="true")
         try:
             keys = _children(data_of(text))
@@ -283,7 +283,7 @@ class _RtdbChannel:
         return next(iter(self._waiting), None) if len(self._ids) < MOST_AT_ONCE else None
 
     async def _delivered(self, key: str) -> SupervisorCommand | None:
-        """Return a command and note that it is delivered; None if it is no longer open."""
+        """Return a command and record its delivery; None if it is no longer open."""
         waiting = one = self._waiting[key]
         if one.text is None:
             one = _read(key, await self._database.read((*self._path, "commands", key), LONGEST))
@@ -309,7 +309,7 @@ _ENDS = {
 
 
 def _check(url: str, where: str, credentials: TokenSource) -> None:
-    """Raise `InvalidValue` for an address that holds credentials, or would show them to the network."""
+    """Raise `InvalidValue` for an address that contains credentials, or would expose them on the network."""
     parts = urlsplit(url)
     if "@" in parts.netloc or parse_qs(parts.query).keys() - {"ns"}:
         reason = "it must hold no credentials: put them into MAYA_COMS_USER and MAYA_COMS_PASSWORD"
@@ -335,7 +335,7 @@ async def _set_presence(database: Database, path: tuple[str, ...], state: str) -
 
 
 async def beat_with(claims: SessionClaims, set_presence: Callable[[str], Awaitable[None]], period: float) -> None:
-    """Write every `period` seconds that the robot is online; raises `SessionTakenOver` if another one is."""
+    """Write presence every `period` seconds; raises `SessionTakenOver` if another robot has taken the session."""
     while True:
         await asyncio.sleep(period)
         await claims.require()
@@ -344,7 +344,7 @@ async def beat_with(claims: SessionClaims, set_presence: Callable[[str], Awaitab
 
 @asynccontextmanager
 async def leaving(claims: SessionClaims, set_presence: Callable[[str], Awaitable[None]]) -> AsyncIterator[None]:
-    """At the end of the block write that the robot is offline, if that can be done soon.
+    """Write at the end of the block that the robot is offline, if that succeeds within `FAREWELL`.
 
     If the connection was lost or another robot has the name now, write nothing.
     """
@@ -365,7 +365,7 @@ async def _leave(claims: SessionClaims, set_presence: Callable[[str], Awaitable[
 
 @asynccontextmanager
 async def beside(fail: Callable[[MayaError], None], *work: Callable[[], Awaitable[None]]) -> AsyncIterator[None]:
-    """Do work while the block runs; `fail` ends the channel at the first error."""
+    """Run work concurrently with the block; `fail` ends the channel at the first error."""
 
     async def guarded(one: Callable[[], Awaitable[None]]) -> None:
         try:
@@ -387,14 +387,14 @@ def _parts(path: str) -> tuple[str, ...]:
 
 
 def _children(value: object) -> dict[str, Any]:
-    """Return the children of a value by their keys; the database tells keys 0, 1, … as an array."""
+    """Return the children of a value by their keys; the database sends keys 0, 1, … as an array."""
     if isinstance(value, list):
         value = {str(index): child for index, child in enumerate(value)}
     return {key: child for key, child in value.items() if child is not None} if isinstance(value, dict) else {}
 
 
 def _order(key: str) -> tuple[bool, int, str]:
-    """Order keys as the database does: whole numbers of 32 bits first, then the others as text."""
+    """Return a sort key for the order of the database: whole numbers of 32 bits first, then the others as text."""
     digits = key.removeprefix("-")
     if digits.isascii() and digits.isdigit() and str(int(key[:12])) == key and -_LIMIT <= int(key) < _LIMIT:
         return (False, int(key), "")
@@ -402,12 +402,12 @@ def _order(key: str) -> tuple[bool, int, str]:
 
 
 def _text(value: object) -> bytes:
-    """Return a command as JSON text, the same after each connect; a string is such text already."""
+    """Return a command as JSON text, identical after each connect; a string is JSON text already."""
     return (value if isinstance(value, str) else json.dumps(value, sort_keys=True)).encode(errors="replace")
 
 
 def _read(key: str, text: bytes) -> _WaitingCommand:
-    """Return a command of this JSON text; it has none if there is no command."""
+    """Return the command in a JSON text; for null, one without id and text."""
     try:
         value = data_of(text)
     except ValueError:
@@ -424,7 +424,7 @@ def _id(key: str, value: object) -> str | None:
 
 
 def as_id(key: str) -> str | None:
-    """Return a key as an id, None for one that cannot be one."""
+    """Return a key as an id, None if it is no valid id."""
     with suppress(InvalidRequest):
         return id_of({"id": key})
     return None

@@ -1,7 +1,7 @@
-"""JSON Schemas (draft 2020-12) of everything that crosses between supervisors and robots, version 1.
+"""JSON Schemas (draft 2020-12) of all messages between supervisors and robots, version 1.
 
-Fields may be added within a version, so readers ignore those that they do not know. A new version has new topics.
-`docs/reference/schemas` holds them as files.
+Fields may be added within a version, so readers ignore unknown fields. A new version has new topics.
+`docs/reference/schemas` contains the schemas as files.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from maya_un.steps.text import LONGEST_ID, StepState
 from maya_un.values import FARTHEST
 
 CONNECTIONS = ("ONLINE", "OFFLINE", "CONNECTION_BROKEN")
-"""The states of a robot's connection, in the words of VDA 5050."""
+"""The states of a robot's connection, in the terms of VDA 5050."""
 
 _ID = {"type": "string", "minLength": 1, "maxLength": LONGEST_ID, "description": "names the step; used once"}
 _DATE = {
@@ -40,7 +40,7 @@ def _schema(name: str, about: str, properties: dict[str, Any], required: list[st
 
 
 def _args_of(command: str, argument: Argument) -> dict[str, Any]:
-    """Return what follows from the name of a command."""
+    """Return the condition on `args` for a command."""
     needed = argument.numbers
     args = {"properties": {name: _value(argument, name) for name in needed}, "required": list(needed)}
     then = {"properties": {"args": args}} | ({"required": ["args"]} if needed else {})
@@ -106,4 +106,4 @@ SCHEMAS: dict[str, dict[str, Any]] = {
         ["connection"],
     ),
 }
-"""The schemas by the last word of their topic."""
+"""The schemas by the last level of their topic."""

@@ -1,4 +1,4 @@
-"""Selection of the transport that a URL names."""
+"""Selection of the transport for a URL."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def transport_of(settings: AgentSettings) -> SupervisorTransport:
-    """Return the transport to the supervisors; raises `InvalidValue` for a URL that means none."""
+    """Return the transport to the supervisors; raises `InvalidValue` for a URL without a transport."""
     scheme = _scheme(settings.supervisors)
     if scheme in {"mqtt", "mqtts"}:
-        from maya_un.coms.mqtt import Mqtt  # noqa: PLC0415 - each transport brings a library of its own
+        from maya_un.coms.mqtt import Mqtt  # noqa: PLC0415 - each transport imports a library of its own
 
         return Mqtt(broker_of(settings))
     if scheme in {"http", "https"}:
@@ -43,7 +43,7 @@ def broker_of(settings: AgentSettings, url: str | None = None) -> Broker:
     if _scheme(url) not in {"mqtt", "mqtts"}:
         reason = "it must be the address of an MQTT broker, like mqtt://localhost:1883"
         raise InvalidValue(key="MAYA_COMS_URL", value=where_of(url), reason=reason)
-    if urlsplit(url).password is not None:  # everybody on this computer sees a command line
+    if urlsplit(url).password is not None:  # every user of this computer can see a command line
         reason = "it must hold no password: put that into MAYA_COMS_PASSWORD_FILE"
         raise InvalidValue(key="MAYA_COMS_URL", value=where_of(url), reason=reason)
     shown = Credentials(
@@ -53,7 +53,7 @@ def broker_of(settings: AgentSettings, url: str | None = None) -> Broker:
 
 
 def _tokens_of(settings: AgentSettings) -> TokenSource:
-    """Return what a Realtime Database is shown: a user with a password, or a token, which stands as a password."""
+    """Return the credentials for a Firebase database: those of a user, or a token, which is set as the password."""
     from maya_un.coms.database import FirebaseUser, FixedToken  # noqa: PLC0415
 
     if not settings.user:

@@ -1,4 +1,4 @@
-"""The HTTP server of the manual: POST /connect, POST /disconnect, GET /status, on loopback."""
+"""HTTP server specified by the manual: POST /connect, POST /disconnect, GET /status, on loopback."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _EDGE = OriginPolicy()
 
 
 class AgentSwitch:
-    """Connects an agent and disconnects it; idle at first. `made` makes the agent of the robot `name`.
+    """Connects and disconnects an agent; idle at first. `made` returns the agent of the robot `name`.
 
-    `password_in_clear` tells whether it sends its password unencrypted.
+    `password_in_clear` is True if the agent sends its password unencrypted.
     """
 
     def __init__(self, made: Callable[[], Agent], name: str, *, password_in_clear: bool = False) -> None:
@@ -38,13 +38,13 @@ class AgentSwitch:
         self._running: asyncio.Task[None] | None = None
 
     def connect(self) -> None:
-        """Connect; changes nothing if it is connected. Raises the `MayaError` for which no agent can be made."""
+        """Connect, unless an agent is running. Raises the `MayaError` that prevented the making of the agent."""
         if self._running is None or self._running.done():
             self._agent = self._made()
             self._running = asyncio.get_running_loop().create_task(self._agent.run(), name="agent")
 
     async def disconnect(self) -> None:
-        """Disconnect; the step under way goes on, and its result is sent after the next connect."""
+        """Disconnect; the current step continues, and its result is sent after the next connect."""
         running, self._running, self._agent = self._running, None, None
         if running is not None:
             running.cancel()
@@ -52,7 +52,7 @@ class AgentSwitch:
                 await running
 
     def status(self) -> dict[str, Any]:
-        """Return how it is, as JSON data."""
+        """Return the state, as JSON data."""
         if self._agent is None or self._running is None:
             return {"state": "idle", "name": self._name}
         status = self._agent.status()
@@ -61,11 +61,11 @@ class AgentSwitch:
 
 
 class _AgentServer(uvicorn.Server):
-    """Ends at Ctrl-C and SIGTERM; uvicorn's own way raises them again before anything could be closed."""
+    """Server that ends at Ctrl-C and SIGTERM; uvicorn would raise the signal again before connections are closed."""
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """End when a signal comes."""
+        """End the server at SIGINT or SIGTERM."""
         loop = asyncio.get_running_loop()
         for kind in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(kind, self._end)
@@ -76,7 +76,7 @@ class _AgentServer(uvicorn.Server):
 
 
 def application(switch: AgentSwitch) -> Starlette:
-    """Return the application."""
+    """Return the Starlette application."""
 
     async def connect(_: Request) -> Response:
         try:
@@ -111,7 +111,7 @@ async def serve(switch: AgentSwitch, listener: socket.socket) -> None:
 
 
 async def _from_here(request: Request, answer: Callable[[Request], Awaitable[Response]]) -> Response:
-    """Refuse pages from elsewhere, which a browser on this machine could show."""
+    """Refuse requests of web pages of other origins, which a browser on this computer could show."""
     refusal = _EDGE.refusal(request.headers, local=True)
     return await answer(request) if refusal is None else _problem(refusal)
 

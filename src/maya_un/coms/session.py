@@ -1,11 +1,12 @@
-"""Which robot a database serves under a name, and which commands it took.
+"""The session of a database: which robot it serves under a name, and which commands that robot has claimed.
 
     {"id", "host", "claims": {KEY: JOURNAL}}
 
-The entry belongs to the session that began last. Before a session hands a command to its robot, it claims the command:
-it adds the command's key and the journal of its robot to the entry. Every write holds only if nobody else has written
-the entry since. So no session claims a command after another one has begun, and every session sees the claims of all
-before it. It does not hand over what another journal may know. No clock and no heartbeat decides this.
+The entry belongs to the session that started last. Before a session sends a command to its robot, it claims the
+command: it adds the command's key and the journal of its robot to the entry. A write succeeds only if no other program
+has written the entry since it was read. So no session claims a command after another one has started, and every session
+sees the claims of all earlier ones. A session does not send commands that another journal may contain. This depends on
+no clock and no heartbeat.
 """
 
 from __future__ import annotations
@@ -23,14 +24,15 @@ from maya_un.http import dates
 from maya_un.steps.text import StepEnd
 
 _LONGEST_KEY = 64
-"""Characters of a key that stands in the entry as it is; Firestore allows 1500 bytes, and 1 MiB for all claims."""
+"""Maximum length of a key that is stored unchanged [characters]; Firestore allows 1500 bytes, and 1 MiB for all claims.
+"""
 
 _MOST_ATTEMPTS = 20
-"""Attempts to write the entry before the connection ends, so that the next attempts come after a pause."""
+"""Attempts to write the entry before the connection ends, so that the next attempts follow after a pause."""
 
 
 class SessionRecord(Protocol):
-    """A place in the database at `where` that can be changed if nobody else changed it."""
+    """An entry in the database at `where`, with compare-and-swap."""
 
     @property
     def where(self) -> str:
@@ -38,16 +40,16 @@ class SessionRecord(Protocol):
         ...
 
     async def read(self) -> Any:
-        """Return its data, None if there are none."""
+        """Return the data of the entry, None if it has none."""
         ...
 
     async def swap(self, data: Mapping[str, Any]) -> bool:
-        """Write data; return False, and write nothing, if they may have changed since this object saw them last."""
+        """Write data and return True; if the stored data may have changed since the last call, only return False."""
         ...
 
 
 class SupervisorSession:
-    """The session of a program at the database at `where`. It outlives the connections of the program."""
+    """The session of a program in the database at `where`. It outlives the connections of the program."""
 
     def __init__(self, where: str) -> None:
         self.id = uuid4().hex
@@ -55,10 +57,11 @@ class SupervisorSession:
         self._begun: set[str] = set()
 
     async def begin(self, entry: SessionRecord, robot: str, journal: str) -> SessionClaims:
-        """Begin, or go on after a lost connection; raises `SessionTakenOver` if a later session has begun meanwhile.
+        """Start the session, or resume it after a lost connection.
 
-        The session of an earlier program ends by this. After a crash it may be that of this robot, so nobody waits for
-        it. Raises `SupervisorsNotReached` if others change the entry all the time.
+        This ends the session of an earlier program at once: after a crash it may be the earlier session of this robot.
+        Raises `SessionTakenOver` if a later session has started meanwhile, `SupervisorsNotReached` if other programs
+        change the entry at every attempt.
         """
         claims = SessionClaims(self, entry, robot, journal)
         for _ in range(_MOST_ATTEMPTS):
@@ -70,7 +73,7 @@ class SupervisorSession:
 
 
 class SessionClaims:
-    """The commands that were claimed, as a connection of a session sees them."""
+    """The claimed commands, as known to one connection of a session."""
 
     def __init__(self, session: SupervisorSession, entry: SessionRecord, robot: str, journal: str) -> None:
         self._session = session
@@ -78,14 +81,14 @@ class SessionClaims:
         self._robot = robot
         self._journal = journal
         self._claims: dict[str, str] = {}
-        self._ended: set[str] = set()  # claims that the entry may still have, of commands that are gone
+        self._ended: set[str] = set()  # claims of closed commands that the entry may still contain
         self._is_lost = False
         self._turn = asyncio.Lock()
 
     async def claim(self, keys: Collection[str]) -> None:
-        """Claim commands that nobody claimed.
+        """Claim commands that no session has claimed.
 
-        Raises `SessionTakenOver`, and `SupervisorsNotReached` if others change the entry all the time.
+        Raises `SessionTakenOver`, and `SupervisorsNotReached` if other programs change the entry at every attempt.
         """
         wanted = set(map(_short, keys))
         async with self._turn:
@@ -97,11 +100,11 @@ class SessionClaims:
             raise _contested(self._entry)
 
     def forget(self, key: str) -> None:
-        """Note that a command is gone. If another one comes with its key, the claim is not of that one."""
+        """Record that a command is closed. Its claim does not apply to a later command with the same key."""
         self._forget({_short(key)})
 
     def keep_only(self, keys: Collection[str]) -> None:
-        """Note that no other commands are open than these."""
+        """Record that no other commands than these are open."""
         self._forget(self._claims.keys() - set(map(_short, keys)))
 
     def _forget(self, gone: Set[str]) -> None:
@@ -109,20 +112,20 @@ class SessionClaims:
         self._ended |= gone
 
     def __contains__(self, key: str) -> bool:
-        """Tell whether somebody claimed a command."""
+        """Return whether a session has claimed a command."""
         return _short(key) in self._claims
 
     def is_elsewhere(self, key: str) -> bool:
-        """Tell whether another journal may know a command."""
+        """Return whether another journal may contain a command."""
         return self._claims.get(_short(key), self._journal) != self._journal
 
     def refusal(self, command: SupervisorCommand, id_: str | None) -> Report:
-        """Return the result of a command that another journal may know."""
+        """Return the result that refuses a command which another journal may contain."""
         result = StepEnd.refused(id_, StepTakenElsewhere(name=self._robot), dates.now())
         return Report(id_, ReportKind.RESULT, result.text, command.key)
 
     async def require(self) -> str | None:
-        """Read the entry, as `read` does; raises `SessionTakenOver` if a later session has begun."""
+        """Read the entry, as `read` does; raises `SessionTakenOver` if a later session has started."""
         async with self._turn:
             return self._check(await self.read())
 
@@ -133,7 +136,7 @@ class SessionClaims:
         return holder
 
     async def read(self) -> str | None:
-        """Read the entry; return the id of the session that it belongs to, None if there is none."""
+        """Read the entry; return the id of its session, None if it has none."""
         found = await self._entry.read()
         claims = found.get("claims") if isinstance(found, dict) else None
         claims = claims if isinstance(claims, dict) else {}
@@ -143,9 +146,9 @@ class SessionClaims:
         return holder if isinstance(holder, str) else None
 
     async def write(self, claims: dict[str, str] | None = None) -> bool:
-        """Write the entry, by default with the claims that it has; return whether nobody else wrote it before.
+        """Write the entry, by default with the known claims; return whether no other program wrote it before.
 
-        Raises `SessionTakenOver` if that is known.
+        Raises `SessionTakenOver` if a later session is known to have started.
         """
         self._check(self._session.id)
         before = frozenset(self._ended)
@@ -164,7 +167,7 @@ def _contested(entry: SessionRecord) -> SupervisorsNotReached:
 
 
 def _short(key: str) -> str:
-    """Return a key as it stands in the entry: a digest of a long one."""
+    """Return a key as stored in the entry: a long one as its digest."""
     if len(key) <= _LONGEST_KEY:
         return key
     return f"sha256-{hashlib.sha256(key.encode(errors='surrogatepass')).hexdigest()}"

@@ -1,7 +1,7 @@
 """Settings of `maya coms` from its environment and its options.
 
-The manual names PORT, IP and NAME. A password or token stands in a file or in the environment, never in a URL that is
-shown: `where_of` leaves out what stands before the @ and after the question mark.
+The manual names PORT, IP and NAME. A password or token is in a file or in the environment, never in a displayed URL:
+`where_of` removes the part before the @ and the part after the question mark.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _MOST_BYTES = 4096
 class AgentSettings:
     """Addresses of the server, of the robot's rosbridge and of its supervisors, and the robot's name.
 
-    `supervisors` is a URL, "" if none is set: mqtt://, mqtts://, or that of a Realtime Database (http:// or https://).
-    `user` and `password`, or a client certificate with its key, are shown there, `token` to the rosbridge. `authority`
-    is a file with the certificates that sign the server's, "" for those of the system. `api_key` is of the Firebase
-    project where `user` signs in.
+    `supervisors` is a URL, "" if none is set: mqtt://, mqtts://, that of a Realtime Database (http:// or https://), or
+    firestore://. The agent sends `user` and `password`, or a client certificate with its key, to this server, and
+    `token` to the rosbridge. `authority` is a file with the certificates that sign the server's certificate, "" for
+    those of the system. `api_key` belongs to the Firebase project where `user` signs in.
     """
 
     port: int = PORT
@@ -47,7 +47,7 @@ class AgentSettings:
 
 
 def from_environment(environment: Mapping[str, str] = os.environ) -> AgentSettings:
-    """Return the settings that the environment holds; raises `InvalidValue` for a bad one."""
+    """Return the settings from the environment; raises `InvalidValue` for an invalid one."""
     password = environment.get("MAYA_COMS_PASSWORD", "")
     named = environment.get("MAYA_COMS_PASSWORD_FILE")
     if named:
@@ -69,7 +69,7 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> AgentSettin
 
 
 def password_warning(settings: AgentSettings) -> str | None:
-    """Return a warning if the supervisors' server gets the password unencrypted over a network, else None."""
+    """Return a warning if the password goes to the supervisors' server unencrypted over a network, else None."""
     parts = urlsplit(settings.supervisors)
     near = parts.hostname in {"localhost", "::1"} or (parts.hostname or "").startswith("127.")
     if not settings.password or parts.scheme not in {"mqtt", "http"} or near:
@@ -79,7 +79,7 @@ def password_warning(settings: AgentSettings) -> str | None:
 
 
 def where_of(url: str) -> str:
-    """Return a URL without user, password and query; "" for what is no URL."""
+    """Return a URL without user, password, query and fragment; "" for an invalid URL."""
     try:
         parts = urlsplit(url)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The interface of a transport (commands in, reports out), and how its connection is kept."""
+"""The interface of a transport (commands in, reports out), and the loop that keeps a connection open."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_un.errors import MayaError, SessionTakenOver
 
 
 class ReportKind(StrEnum):
-    """The content of a report about a step: a state, or its result."""
+    """Kind of a report about a step: a state, or its result."""
 
     ACCEPTED = "accepted"
     EXECUTING = "executing"
@@ -23,7 +23,7 @@ class ReportKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SupervisorCommand:
-    """A command as it arrived: `text` is JSON in UTF-8, `key` names this delivery within the connection.
+    """A command as received: `text` is JSON in UTF-8, `key` names this delivery within the connection.
 
     `id` is the id of a command whose text has none; None if the transport knows none either.
     """
@@ -35,7 +35,7 @@ class SupervisorCommand:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The state or result of step `id` as JSON text; the id is None if its command had none that could be read.
+    """The state or result of step `id` as JSON text; `id` is None if its command had no readable id.
 
     `key` is that of the command's delivery, None if none is known.
     """
@@ -47,39 +47,39 @@ class Report:
 
 
 class SupervisorChannel(Protocol):
-    """A connection to the supervisors of one robot. Both methods raise `SupervisorsLost` when it has ended."""
+    """A connection to the supervisors of one robot. Both methods raise `SupervisorsNotReached` when it has ended."""
 
     async def receive(self) -> SupervisorCommand:
         """Return the next command. Until its result is sent, a later connection delivers it again."""
         ...
 
     async def send(self, report: Report) -> None:
-        """Send a report; returns when the other side has it. A result is the end of its command."""
+        """Send a report; return when the other side has received it. A result ends its command."""
         ...
 
 
 class SupervisorTransport(Protocol):
-    """A way to the supervisors."""
+    """A transport to the supervisors."""
 
     @property
     def where(self) -> str:
-        """Its address, as people may read it: without credentials."""
+        """The address without credentials."""
         ...
 
     @property
     def default_command(self) -> str | None:
-        """The command that a step without one means, as the robot's document says; None if it says nothing."""
+        """The default command of a step without one, from the robot's document; None if the document defines none."""
         ...
 
     @property
     def needs_journal(self) -> bool:
-        """Whether it must know the robot's journal to connect, because it claims commands for it."""
+        """Whether a connection requires the id of the robot's journal, because it claims commands for that journal."""
         ...
 
     def connected(self, robot: str, journal: str) -> AbstractAsyncContextManager[SupervisorChannel]:
-        """Connect for the robot of this name, whose steps are in this journal; raises `SupervisorsLost` if that fails.
+        """Connect for the robot of this name; `journal` is the id of the journal of its steps.
 
-        `SessionTakenOver` if another robot has the name now.
+        Raises `SupervisorsNotReached`, and `SessionTakenOver` if another robot has taken the name.
         """
         ...
 
@@ -88,7 +88,7 @@ FIRST_PAUSE = 0.1
 """Pause after the first failure [s]."""
 
 LONGEST_PAUSE = 10.0
-"""[s]"""
+"""Longest pause between attempts [s]."""
 
 _AGAIN = 0.5
 """A task that does not end after its cancellation is cancelled again after this time [s]."""
@@ -98,12 +98,13 @@ GOOD = 5.0
 
 
 async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError], None], rng: Random) -> None:
-    """Call `use` again and again, and `failed` with each `MayaError` that it raises; ends only by being cancelled.
+    """Call `use` repeatedly, and `failed` with each `MayaError` that it raises, until cancelled.
 
-    After `SessionTakenOver` it does not call `use` again: two programs with the same name would take the session from
-    each other for ever, and both would carry out commands.
+    After `SessionTakenOver` it does not call `use` again: two programs with the same name would otherwise take the
+    session from each other endlessly, and both would carry out commands.
 
-    The pauses double, and each is drawn from its upper half, so that many clients of a server do not come together.
+    The pause doubles after each attempt and is reduced at random by up to half, so that clients of a server do not
+    reconnect all at once.
     """
     loop, pause = asyncio.get_running_loop(), FIRST_PAUSE
     while True:
@@ -111,7 +112,7 @@ async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError],
         try:
             await use()
         except MayaError as error:
-            if being_cancelled():  # the error of closing the connection stands before the cancellation
+            if being_cancelled():  # closing the connection raised this error in place of the cancellation
                 raise asyncio.CancelledError from error
             failed(error)
             if isinstance(error, SessionTakenOver):  # the other program would lose the session to this one in turn
@@ -123,13 +124,13 @@ async def keep(use: Callable[[], Awaitable[None]], failed: Callable[[MayaError],
 
 
 def being_cancelled() -> bool:
-    """Tell whether somebody cancelled the task that runs now."""
+    """Return whether the current task is being cancelled."""
     task = asyncio.current_task()
     return task is not None and task.cancelling() > 0
 
 
 async def first_to_end(*work: Awaitable[Any]) -> None:
-    """Run coroutines beside each other until one ends, then cancel the others; raises what it raises."""
+    """Run coroutines concurrently until one ends, then cancel the others; raises its exception, if any."""
     tasks = [asyncio.ensure_future(one) for one in work]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

@@ -1,1 +1,1 @@
-"""HTTP and the websocket: they translate between requests and the service, and decide nothing."""
+"""HTTP and the websocket: they map requests to the service, and contain no application logic."""

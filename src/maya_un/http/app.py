@@ -1,4 +1,4 @@
-"""The HTTP interface, version 1: paths to methods of the Service, one to one."""
+"""The HTTP interface, version 1: maps paths one to one to methods of the Service."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from maya_un.http.stream.server import add_stream
 
 
 def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metrics | None = None) -> FastAPI:
-    """Return the application that hands every request to the service behind `bridge`.
+    """Return the application that passes every request to the service behind `bridge`.
 
-    `edge` says whom it lets in, `metrics` count. Every error, ours or the framework's, is answered as problem+json with
-    its code.
+    `edge` decides which requests are accepted; `metrics` counts them. Every error, Maya's or the framework's, is
+    answered as problem+json with its code.
     """
-    # A redirect from the path of an empty name to that of the list would look like success to a client.
+    # Without a name, a path would be redirected to that of the list, which a client would take for success.
     app = FastAPI(
         title="Maya-UN", version=__version__, docs_url=None, redoc_url=None, openapi_url=None, redirect_slashes=False
     )

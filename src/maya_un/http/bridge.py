@@ -21,16 +21,16 @@ from maya_un.service.service import Gate, Service
 from maya_un.values import Point
 
 SHARE = 0.2
-"""The share of the loop's time for all readers of the past together."""
+"""Fraction of the loop's time for all readers of the past together."""
 
 LONGEST_PAUSE = 0.25
-"""After a turn the next begins no later than this [s]; a turn may have taken long because others took the time."""
+"""Longest pause after a turn [s]; a turn may have taken long because of other tasks of the loop."""
 
 
 class LoopShare:
-    """Gives turns, one after the other in the order asked for; behind each the loop is left to others for a while.
+    """Gives turns in the order of requests, with a pause after each turn that leaves the loop to other tasks.
 
-    The longer a turn took, the longer the pause, so that all of them have `share` of the time.
+    The pause is proportional to the duration of the turn, so that all turns together take `share` of the time.
     """
 
     def __init__(self, share: float = SHARE) -> None:
@@ -40,7 +40,7 @@ class LoopShare:
 
     @asynccontextmanager
     async def turn(self) -> AsyncIterator[None]:
-        """Wait for a turn, which lasts as long as the block; nobody is to be waited for in it who may never answer."""
+        """Wait for a turn, which lasts as long as the block; the block must not wait for anything unbounded."""
         loop = asyncio.get_running_loop()
         async with self._turn:
             await asyncio.sleep(self._free_at - loop.time())
@@ -56,12 +56,12 @@ T = TypeVar("T")
 
 
 class Bridge:
-    """Passes requests through the `gate` to `service`, which lives in `loop`; answers come in the caller's loop.
+    """Passes requests through the `gate` to `service`, which runs in `loop`; answers arrive in the caller's loop.
 
-    Neither loop ever blocks on the other. `callers` tell who asks. Without a gate and callers it is for a service that
-    nobody shares: everybody is `LOCAL`, and no audit log is kept. `parts` tells where the twin's parts stand by its own
-    record; a real machine has none. `journal` is what keeps the queue, where it is to be looked at. `past` is what all
-    readers of the past together take of the server's loop. `missing` names the missing layers, in any thread.
+    Neither loop ever blocks on the other. `callers` identifies callers. Without a gate and callers, the service has a
+    single user: every caller is `LOCAL`, and no audit log is written. `parts` returns the positions of the twin's
+    parts; it is None on a real machine. `journal` is the stored queue, for its health. `past` limits the share of the
+    server's loop for all readers of the past together. `missing` returns the errors of missing layers, in any thread.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Bridge:
         stopping: bool,
         alone: Caller = LOCAL,
     ) -> Caller:
-        """Return who shows these headers; arguments and what is raised are those of `Callers.resolve`."""
+        """Return the caller with these headers; arguments and errors are those of `Callers.resolve`."""
         callers = self._callers
         if callers is None:
             return replace(alone, lease=lease)
@@ -103,7 +103,7 @@ class Bridge:
         )
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each caller with the current role, or the error if the rights have ended."""
+        """Return each caller with the current role, or the error that ended the caller's rights."""
         callers = self._callers
         if callers is None:
             return list(asked)
@@ -114,7 +114,7 @@ class Bridge:
         return await self.within(looked_at)
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` in the running loop after each change of users and tokens; return a function to end this."""
+        """Call `listener` in the running loop after each change of users or tokens; return a function to end this."""
         callers, here = self._callers, asyncio.get_running_loop()
         if callers is None:
             return _nothing
@@ -137,7 +137,7 @@ class Bridge:
     async def call(
         self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], subject: str = ""
     ) -> T:
-        """Return the answer to `work` of `caller`, carried out in the stack's loop; raises what it and the gate raise.
+        """Return the result of `work` for `caller` in the stack's loop; raises its errors and those of the gate.
 
         `subject` is the subject in the audit log. Cancelling the caller cancels the request.
         """
@@ -150,7 +150,7 @@ class Bridge:
     async def carry(
         self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], subject: str = ""
     ) -> T:
-        """Return as `call` does; a cancellation returns when the request has ended, a motion when it is at rest."""
+        """Return as `call` does; a cancellation takes effect when the request has ended, for a motion at rest."""
         begun: list[asyncio.Future[T]] = []
         left = False
 
@@ -173,11 +173,11 @@ class Bridge:
         return begun[0].result()
 
     async def asked(self, work: Callable[[Service], Awaitable[T]]) -> T:
-        """Return the answer to a request that needs no caller, like signing in, past the gate."""
+        """Return the result of a request without a caller, like signing in; it bypasses the gate."""
         return await self.within(lambda: work(self._service))
 
     async def within(self, work: Callable[[], Awaitable[T]]) -> T:
-        """Return what `work` answers in the stack's loop, past the gate: for what no caller asked for."""
+        """Return the result of `work` in the stack's loop; it bypasses the gate, for work without a caller."""
 
         async def carried_out() -> T:
             return await work()
@@ -187,9 +187,10 @@ class Bridge:
     async def events(
         self, caller: Caller, since: int, patience: float = 0.0, run: int | None = None, limit: int = MOST_EVENTS
     ) -> list[EventMessage]:
-        """Return events of a `run`, of the present without one, numbered above `since`; of both, the first `limit`.
+        """Return events of a `run` numbered above `since`, at most `limit`; `run` None is the current run.
 
-        If the present run has none yet, wait up to `patience` [s, real time] for one. Raises `EventsForgotten`.
+        If the current run has no such event yet, wait up to `patience` [s, real time] for one. Raises
+        `EventsForgotten`.
         """
 
         async def past(service: Service) -> list[EventMessage]:
@@ -212,7 +213,7 @@ class Bridge:
 
 
 def _nothing() -> None:
-    """End nothing."""
+    """Do nothing: there is no listener to remove."""
 
 
 def _unwatched(service: Service) -> Gate:

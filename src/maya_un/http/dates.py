@@ -1,4 +1,4 @@
-"""Dates: an edge says when something was taught, for nothing below it looks at a clock."""
+"""The clock for dates; only interfaces read it, and pass dates to the modules below them."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from datetime import UTC, datetime, timedelta
 
 
 def now() -> str:
-    """Return date and time as a taught place carries them (ISO 8601, UTC)."""
+    """Return the current date and time (ISO 8601, UTC), as stored with taught places."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def epoch() -> float:
-    """Return the seconds since 1970-01-01 00:00 UTC, as messages of a graph are stamped with."""
+    """Return the seconds since 1970-01-01 00:00 UTC, as in the time stamps of ROS messages."""
     return datetime.now(UTC).timestamp()
 
 
 def after(seconds: float) -> str:
-    """Return the date in so many seconds, in the same form."""
+    """Return the date `seconds` from now, in the form of `now`."""
     return (datetime.now(UTC) + timedelta(seconds=seconds)).isoformat(timespec="seconds")

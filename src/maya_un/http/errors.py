@@ -1,7 +1,4 @@
-"""Which language a client reads.
-
-Errors as answers: problem+json (RFC 9457) with our stable code, words and details.
-"""
+"""Errors as answers: problem+json (RFC 9457) with a stable code, message and details, in the client's language."""
 
 from __future__ import annotations
 
@@ -37,7 +34,7 @@ _DEFAULT = "en"
 
 
 def language_of(headers: Mapping[str, str]) -> str:
-    """Return the language that Accept-Language wants most of those that we have, English where it wants none."""
+    """Return the supported language that Accept-Language prefers, English by default."""
     best, most = _DEFAULT, 0.0
     for choice in headers.get("accept-language", "").split(","):
         name, _, rest = choice.partition(";")
@@ -60,7 +57,7 @@ _CONFLICTS = {
     *(1010, 2103, 2104, 2105, 2106, 2108, 2111, 2112, 2201, 2202, 3001, 3002),
     *(4011, 4012, 4014, 4015, 4022, 4103, 4104, 4105),
 }
-"""Refusals because of how things stand just now, not because of what was asked."""
+"""Codes of refusals because of the current state, not because of the content of the request."""
 
 _STATUSES = {
     NotFound: HTTPStatus.NOT_FOUND,
@@ -78,7 +75,7 @@ _STATUSES = {
 
 
 AGAIN = 1
-"""`Retry-After` of a refusal by the worker processes [s]: a computation ends at any time."""
+"""`Retry-After` of a refusal by the worker processes [s]: a computation may end at any time."""
 
 
 def status_of(kind: type[MayaError]) -> int:
@@ -91,7 +88,7 @@ def status_of(kind: type[MayaError]) -> int:
 
 
 def problem(error: MayaError, language: str = "en", status: int | None = None) -> Response:
-    """Return `error` as an answer; `status` where HTTP has a better one than the error's own."""
+    """Return `error` as an answer; `status` replaces the error's HTTP status if given."""
     chosen = status_of(type(error)) if status is None else status
     body = {
         "type": f"urn:maya:error:{error.code}",
@@ -110,7 +107,7 @@ def problem(error: MayaError, language: str = "en", status: int | None = None) -
 
 
 def _wait(error: MayaError) -> object | None:
-    """Return after how many seconds a client may try again, None if waiting does not help."""
+    """Return the time after which a client may try again [s], None if waiting does not help."""
     if isinstance(error, TooManyRequests):
         return error.details["wait"]
     return AGAIN if isinstance(error, TooMuchAsked | WorkerFailed) else None
@@ -119,7 +116,7 @@ def _wait(error: MayaError) -> object | None:
 def _encoded(body: Mapping[str, object]) -> bytes:
     try:
         return to_json(body, fallback=str, inf_nan_mode="strings")
-    except PydanticSerializationError:  # half a character in a name; JSON can escape what UTF-8 cannot hold
+    except PydanticSerializationError:  # a lone surrogate in a name; JSON can escape it, UTF-8 cannot encode it
         return json.dumps(body, default=str).encode("ascii")
 
 
@@ -136,7 +133,7 @@ async def on_maya_error(request: Request, error: Exception) -> Response:
 
 
 async def on_validation_error(request: Request, error: Exception) -> Response:
-    """Answer a path or query value of the wrong kind."""
+    """Answer an invalid value in the path or query."""
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"])
@@ -144,7 +141,7 @@ async def on_validation_error(request: Request, error: Exception) -> Response:
 
 
 async def on_http_error(request: Request, error: Exception) -> Response:
-    """Answer an unknown path or method, and what may be asked of a path (OPTIONS)."""
+    """Answer an unknown path or method, or the request for the allowed methods of a path (OPTIONS)."""
     assert isinstance(error, HTTPException)
     methods = _methods(request)
     if methods and request.method == "OPTIONS":
@@ -158,7 +155,7 @@ async def on_http_error(request: Request, error: Exception) -> Response:
 
 
 def _methods(request: Request) -> str:
-    """Return what may be asked of the path of a request, "" where there is no such path."""
+    """Return the allowed methods of the path of a request, "" for an unknown path."""
     found: set[str] = set()
     for route in request.app.routes:
         if isinstance(route, Route) and route.matches(request.scope)[0] is not Match.NONE:

@@ -1,8 +1,7 @@
-"""One exchange: the request, its caller by token or session, and the answer.
+"""Request and answer of every route.
 
-Authentication: the source of a request, its caller, and the rights of open connections.
-
-Input and output of every route: path numbers, bodies read as messages, answers as JSON.
+Authentication: the source of a request, its caller by token or session, and the rights of open connections. Input and
+output: path numbers, bodies parsed as messages, answers as JSON.
 """
 
 from __future__ import annotations
@@ -26,23 +25,23 @@ from maya_un.schema.encoding import to_json
 from maya_un.service.access.operations import STOPPING, Caller, Operation
 
 LEASE = "Maya-Lease"
-"""The header that shows the control lease."""
+"""The header that carries the control lease."""
 
 CALLER = "maya_caller"
-"""The key of the caller in the ASGI scope of a request that another edge of this process makes."""
+"""The key of the caller in the ASGI scope of a request from another interface of this process."""
 
 _FORWARDED = ("forwarded", "x-forwarded-for", "x-real-ip")
 
 
 def source_of(connection: HTTPConnection) -> str:
-    """Return the address that a request came from, as the audit log has it."""
+    """Return the address from which a request came, as in the audit log."""
     return "" if connection.client is None else connection.client.host
 
 
 def is_local(connection: HTTPConnection) -> bool:
-    """Tell whether a request was made on this machine.
+    """Return whether a request was made on this computer.
 
-    One that says it was forwarded was not: a proxy on this machine hands on what comes from anywhere.
+    A request with a header of forwarding does not count: a proxy on this computer may forward requests from anywhere.
     """
     if any(name in connection.headers for name in _FORWARDED):
         return False
@@ -53,7 +52,7 @@ def is_local(connection: HTTPConnection) -> bool:
 
 
 async def caller_of(connection: HTTPConnection, bridge: Bridge, operations: tuple[Operation, ...]) -> Caller:
-    """Return who asks for one of `operations`; raises `NotSignedIn` and `TooManyRequests`."""
+    """Return the caller of a request for one of `operations`; raises `NotSignedIn` and `TooManyRequests`."""
     known: Caller | None = connection.scope.get(CALLER)
     if known is not None:
         return known
@@ -74,7 +73,7 @@ class RightsSource(Protocol):
     """Source of rights; implemented by `http.bridge.Bridge`."""
 
     async def current(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each caller with the current role, or the error if the rights have ended."""
+        """Return each caller with the current role, or the error that ended the caller's rights."""
         ...
 
     def heard_by(self, listener: Callable[[], None]) -> Callable[[], None]:
@@ -86,12 +85,12 @@ Who = Callable[[], Caller | None]
 """Returns the caller of a connection, None while unknown."""
 
 Changed = Callable[[Caller | MayaError], None]
-"""Called with the caller and the present rights, or the error if they have ended."""
+"""Called with the caller and the current rights, or with the error that ended them."""
 
 
 @dataclass(slots=True, eq=False)
 class _Watched:
-    """A connection."""
+    """A watched connection."""
 
     who: Who
     changed: Changed
@@ -107,7 +106,7 @@ class Rights:
         self._news = asyncio.Event()
 
     def __len__(self) -> int:
-        """Return how many connections are looked at."""
+        """Return the number of watched connections."""
         return len(self._watched)
 
     @contextmanager
@@ -115,7 +114,7 @@ class Rights:
         """Call `changed` after each change of the rights of the caller `who`, while the block runs."""
         one = _Watched(who, changed)
         self._watched.append(one)
-        self._news.set()  # its rights may have ended while it came
+        self._news.set()  # the rights may have ended before it was watched
         if self._looking is None:
             self._looking = asyncio.get_running_loop().create_task(self._look(), name="rights of connections")
         try:
@@ -140,7 +139,7 @@ class Rights:
                 self._news.clear()
                 try:
                     await self._look_once()
-                except Exception as defect:  # noqa: BLE001 - nobody awaits this; it is looked again all the same
+                except Exception as defect:  # noqa: BLE001 - no code awaits this task; the next check follows anyway
                     written_down(defect)
         finally:
             end()
@@ -163,13 +162,13 @@ JobNumber = Annotated[int, Path(ge=1, le=MOST, description="number of a job")]
 
 
 LONG = 16_384
-"""Longest body that is parsed in the loop [bytes]; only bodies with jobs may be longer."""
+"""Longest body that is parsed in the loop [bytes]; only bodies that may contain a job can be longer."""
 
 
 class BodyReader:
-    """Reads the object that a request carries as one of `kinds`; a route depends on it by `sent`.
+    """Parses the object in a request's body as one of `kinds`; a route declares it with `sent`.
 
-    `choose` tells which kind an object is where there are several. With `optional` no body means an empty object.
+    With several kinds, `choose` returns the kind of an object. With `optional`, an empty body means an empty object.
     """
 
     def __init__(self, *kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool) -> None:
@@ -179,7 +178,7 @@ class BodyReader:
         self._adapters: dict[type, TypeAdapter[Any]] = {kind: TypeAdapter(kind) for kind in kinds}
 
     async def __call__(self, request: Request) -> Any:
-        """Return what the request carries; raises `InvalidRequest` and `InvalidValue`."""
+        """Return the parsed body; raises `InvalidRequest` and `InvalidValue`."""
         body = await request.body()
         if not body.strip() and self.optional:
             body = b"{}"
@@ -192,7 +191,7 @@ class BodyReader:
 
 
 def refusal(error: ValidationError) -> MayaError:
-    """Return our error for the first flaw that pydantic found."""
+    """Return Maya's error for the first error that pydantic found."""
     first = error.errors(include_url=False)[0]
     key = ".".join(str(part) for part in first["loc"]) or "body"
     match first["type"]:
@@ -206,12 +205,12 @@ def refusal(error: ValidationError) -> MayaError:
 
 
 def sent(*kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool = False) -> Any:
-    """Return the dependency of a route on the message that its request carries."""
+    """Return the dependency of a route on the message in its request's body."""
     return Depends(BodyReader(*kinds, choose=choose, optional=optional), use_cache=False)
 
 
 class RawBody:
-    """Hands on what a request carries, for whoever understands it; `schema` describes it."""
+    """Base of bodies that are not parsed as a message; `schema` describes the body."""
 
     def __init__(self, schema: Mapping[str, Any]) -> None:
         self.schema = schema
@@ -221,7 +220,7 @@ class ParsedBody(RawBody):
     """Parses the object of a request; a worker parses one longer than `LONG`."""
 
     async def __call__(self, request: Request) -> dict[str, Any]:
-        """Return what the request carries; raises `InvalidRequest`."""
+        """Return the body as an object; raises `InvalidRequest`."""
         body = await request.body()
         if len(body) <= LONG:
             return decode_object(body)
@@ -244,7 +243,7 @@ def sent_long(schema: Mapping[str, Any]) -> Any:
 
 
 def sent_as_written(schema: Mapping[str, Any]) -> Any:
-    """Return the dependency of a route on an object that is read further in."""
+    """Return the dependency of a route on an object that the service parses further."""
     return Depends(ParsedBody(schema), use_cache=False)
 
 

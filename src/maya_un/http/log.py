@@ -1,7 +1,7 @@
-"""The log: bounded files of JSON lines, lines for people, and the handler of unexpected errors.
+"""The log: bounded files of JSON lines, readable lines on the screen, and the handler of unexpected errors.
 
-{"time": "2026-11-21T19:30:00.123Z", "level": "info", "logger": "maya.http", "message": "POST /v1/stop 200",
-"request": "4f1c22-17", "code": 0, …}
+{"time": "2026-11-21T19:30:00.123Z", "level": "info", "logger": "maya.http", "message": "POST /v1/stop 200", "request":
+"4f1c22-17", "code": 0, …}
 """
 
 from __future__ import annotations
@@ -29,44 +29,44 @@ if TYPE_CHECKING:
     from asyncio import AbstractEventLoop
 
 ROOT = "maya"
-"""The logger above all of ours."""
+"""The parent of all loggers of Maya."""
 
 MOST_BYTES = 5_000_000
-"""A file of this length is closed, and a new one is begun."""
+"""Length of a file at which a new one is started [bytes]."""
 
 MOST_FILES = 4
-"""So many older files are kept beside it: maya.log.1 and so on."""
+"""Number of older files that are stored beside it: maya.log.1 and so on."""
 
 MOST_LINES = 10_000
-"""So many lines wait to be written at most."""
+"""Maximum number of lines that wait to be written."""
 
 LAST_WORDS = 2.0
-"""How long the end waits for what is still to be written [s]."""
+"""Longest wait for unwritten lines at the end of the log [s]."""
 
 
 def log_path() -> Path:
-    """Return the log's place: maya.log in the folder of state."""
+    """Return the path of the log: maya.log in the state folder."""
     return state_folder() / "maya.log"
 
 
 def note(logger: str, level: int, message: str, **fields: object) -> None:
-    """Write a line; `fields` are keys of their own in the file."""
+    """Write a line; `fields` are additional keys in the file."""
     logging.getLogger(f"{ROOT}.{logger}").log(level, message, extra={"fields": fields})
 
 
 def level_of(kind: str) -> int:
-    """Return how grave an event of a kind is; phases and single motions are for those who want everything."""
+    """Return the log level of a kind of event; phases and single motions have a level below the default."""
     return DECLARED.get(kind, Event).level
 
 
 def note_event(event: Event) -> None:
-    """Write what happened to the robot; phases and single motions only where everything is wanted."""
+    """Write an event of the robot at its level; phases and single motions are written only at a lower log level."""
     facts = {"seq": event.seq, "kind": event.kind, "code": event.code, "detail": dict(event.detail)}
     note("events", event.level, str(event), **facts)
 
 
 def note_defect(error: BaseException) -> str:
-    """Write a defect with its traceback, also where no log is kept just now; return "", or why it cannot be written."""
+    """Write a defect with its traceback, even while no log is open; return "", or the reason why that failed."""
     record = logging.LogRecord(f"{ROOT}.defect", logging.ERROR, "", 0, f"{type(error).__name__}: {error}", None, None)
     record.exc_info = (type(error), error, error.__traceback__)
     for handler in logging.getLogger(ROOT).handlers:
@@ -81,7 +81,7 @@ def note_defect(error: BaseException) -> str:
 
 @contextmanager
 def kept(*, people: bool = True) -> Iterator[None]:
-    """Keep a log while the block runs; with `people` the error line has warnings too, under systemd everything."""
+    """Keep a log while the block runs; with `people`, also write warnings to stderr, under systemd all messages."""
     logger = logging.getLogger(ROOT)
     slot = _LogWriter(LogFile.opened(), _for_people() if people else None)
     logger.setLevel(logging.INFO)
@@ -95,7 +95,7 @@ def kept(*, people: bool = True) -> Iterator[None]:
 
 
 def hand_over(name: str) -> None:
-    """Have what a library's logger complains of written to our log; without a handler it would go to the screen."""
+    """Redirect the errors of a library's logger to this log; without a handler they would appear on the screen."""
     logger = logging.getLogger(name)
     logger.propagate = False
     if not logger.handlers:
@@ -103,7 +103,7 @@ def hand_over(name: str) -> None:
 
 
 class LogFile(RotatingFileHandler):
-    """The file. A failed write is no second error: `refusal` says why."""
+    """The log file. A failed write raises no error: `refusal` is its reason."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(
@@ -114,31 +114,31 @@ class LogFile(RotatingFileHandler):
 
     @classmethod
     def opened(cls) -> LogFile:
-        """Return the log at its place, in a folder that is made where it is not there."""
+        """Return the log at its path; its folder is created if it does not exist."""
         with suppress(MayaError):
             own_state_folder()
         return cls(log_path())
 
     def _open(self) -> TextIOWrapper:
-        """Open the file for its owner alone; no link is followed."""
+        """Open the file with access for its owner alone, without following links."""
         descriptor = private_opener(self.baseFilename, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         return os.fdopen(descriptor, "a", encoding=self.encoding, errors=self.errors)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a line, or remember why not."""
+        """Write a line, or store the reason why it failed in `refusal`."""
         self.refusal = ""
         super().emit(record)
 
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - the library's name
-        """Remember why a line cannot be written."""
+        """Store the reason why a line cannot be written."""
         error = sys.exception()
         self.refusal = getattr(error, "strerror", None) or str(error)
 
 
 class _LogWriter(logging.Handler):
-    """Takes lines and has a thread write them: whoever has something to say never waits for a disk or a terminal.
+    """Queues lines for a writing thread, so that no caller waits for a disk or a terminal.
 
-    If there are more messages than can be written, the rest is lost.
+    If the queue is full, further lines are lost.
     """
 
     def __init__(self, file: LogFile, people: logging.Handler | None) -> None:
@@ -151,12 +151,12 @@ class _LogWriter(logging.Handler):
         self._writer.start()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Take a line."""
+        """Queue a line."""
         with suppress(queue.Full):
             self._lines.put_nowait(record)
 
     def close(self) -> None:
-        """Write what was said; a terminal that takes nothing is not waited for."""
+        """Write the queued lines; wait at most `LAST_WORDS` for a blocked terminal."""
         with suppress(queue.Full):
             self._lines.put(None, timeout=LAST_WORDS)
         self._writer.join(LAST_WORDS)
@@ -189,17 +189,17 @@ class _AsJson(logging.Formatter):
 
 class _AsSentence(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
-        """Return a line for people."""
+        """Return a line as readable text."""
         code = _fields(record).get("code")
         told = f"{_date(record)} {record.levelname.lower()} {record.name}: {record.getMessage()}"
         return f"{told} ({code})" if code else told
 
 
 class _FromLibraries(logging.Handler):
-    """Writes a library's defects down; a request that was cut short at the end is none."""
+    """Writes defects of a library to the log; a request cut short at the end is not a defect."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a defect down."""
+        """Write a defect to the log."""
         defect = record.exc_info[1] if record.exc_info else None
         if isinstance(defect, Exception):
             note_defect(defect)
@@ -207,7 +207,7 @@ class _FromLibraries(logging.Handler):
 
 class _Screen(logging.StreamHandler[TextIO]):
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - the library's name
-        """Do nothing: then nobody is there to be told."""
+        """Do nothing: stderr is closed, so the error cannot be shown."""
 
 
 def _for_people() -> logging.Handler:
@@ -227,7 +227,7 @@ def _date(record: logging.LogRecord) -> str:
 
 
 def keep_quiet(loop: AbstractEventLoop) -> None:
-    """Have what fails in `loop` with nobody waiting for it written to the log, instead of thrown at the screen."""
+    """Write errors in `loop` that no code awaits to the log, instead of to the screen."""
     loop.set_exception_handler(lambda _, context: _unawaited(context))
 
 

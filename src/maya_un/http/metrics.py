@@ -19,7 +19,7 @@ CONTENT_TYPE = CONTENT_TYPE_LATEST
 """The content type of `Metrics.text`."""
 
 LOOK = 0.5
-"""How often the loop is looked at [s, real time]."""
+"""Period of the measurement of the loop's lag [s, real time]."""
 
 _FAST = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
 _SLOW = (*_FAST, 20.0, 60.0)
@@ -27,17 +27,17 @@ _ENDED = frozenset(state.value for state in TaskState if state.ended)
 
 
 class JournalHealth(NamedTuple):
-    """How the journal is: why it cannot be written, "" where it can, and how often it was."""
+    """State of the journal: the reason why it cannot be written, "" if it can, and the number of commits."""
 
     failing: str = ""
     commits: int = 0
 
 
 class Metrics:
-    """Counts for one server; any thread may count."""
+    """Metrics of one server; any thread may count."""
 
     def __init__(self) -> None:
-        disable_created_metrics()  # a date beside every count, which nobody asks for
+        disable_created_metrics()  # a date for every count, which no one needs
         self._registry = registry = CollectorRegistry()
         requests = ("method", "path", "status")
         self._requests = Counter("maya_http_requests", "Requests answered", requests, registry=registry)
@@ -72,7 +72,7 @@ class Metrics:
         self._run = Gauge("maya_run", "How often this program was started on its journal", registry=registry)
 
     def answered(self, method: str, path: str, status: int, seconds: float) -> None:
-        """Count a request; `path` is that of the route, as it is declared."""
+        """Count an answered request; `path` is the declared path of its route."""
         self._requests.labels(method, path, str(status)).inc()
         self._times.labels(path).observe(seconds)
 
@@ -90,9 +90,9 @@ class Metrics:
                 pass
 
     def timer(self, speed: float) -> Callable[[str, bytes], None]:
-        """Return a tap of the link in the running loop, whose clock runs `speed` times as fast: it times the replies.
+        """Return a tap of the link that measures reply times; the clock of the running loop is `speed` times real time.
 
-        Of several commands on their way the first is timed.
+        Of several commands without a reply, the first is timed.
         """
         clock = asyncio.get_running_loop().time
         sent: float | None = None
@@ -108,7 +108,7 @@ class Metrics:
         return tap
 
     async def watch_loop(self, speed: float) -> None:
-        """Observe how late the running loop is, whose clock runs `speed` times as fast, until cancelled."""
+        """Measure the lag of the running loop, whose clock is `speed` times real time, until cancelled."""
         loop = asyncio.get_running_loop()
         while True:
             due = loop.time() + LOOK * speed
@@ -116,7 +116,7 @@ class Metrics:
             self._lag.observe(max(0.0, loop.time() - due) / speed)
 
     def text(self, status: Status, queue: QueueView, storage: JournalHealth) -> bytes:
-        """Return everything as Prometheus reads it."""
+        """Return all metrics in the text format of Prometheus."""
         state = status.state
         _one_of(self._mode, tuple(Mode), state.mode)
         self._homed.set(state.homed)

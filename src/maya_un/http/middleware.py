@@ -1,8 +1,6 @@
-"""Checks before every request: origin, size, rate, time and language.
+"""Checks before every request: origin, size, rate and time; unexpected errors; the access log.
 
-The origin policy: host names, web pages that may send commands, and request rates.
-
-Checks before every request: access, bounded bodies, unexpected errors; and the access log.
+The origin policy defines host names, web pages that may send commands, and request rates.
 """
 
 from __future__ import annotations
@@ -39,14 +37,14 @@ _MOST_SOURCES = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """So many requests a second in the long run, and `burst` at once."""
+    """A rate limit: `per_second` requests in the long run, and `burst` at once."""
 
     per_second: float
     burst: float
 
 
 class Buckets:
-    """The buckets of all sources. A source whose bucket is full again is forgotten."""
+    """The token buckets of all sources. A source whose bucket is full again is forgotten."""
 
     def __init__(self, rate: Rate) -> None:
         self._rate = rate
@@ -68,25 +66,25 @@ class Buckets:
             raise TooManyRequests(limit=round(burst), seconds=seconds, wait=wait)
         self._left[name] = (left - 1.0, now)
         if len(self._left) > _MOST_SOURCES:
-            del self._left[next(iter(self._left))]  # the source of the oldest request has the most in its bucket
+            del self._left[next(iter(self._left))]  # the source of the oldest request has the fullest bucket
 
 
 LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
-"""Names of this machine's loopback."""
+"""Names of this computer's loopback interface."""
 
 NEAR = Rate(500.0, 2000.0)
-"""How often this machine's own clients may ask."""
+"""Rate limit of the clients on this computer."""
 
 FAR = Rate(50.0, 200.0)
-"""How often each other machine may ask."""
+"""Rate limit of each other computer."""
 
 
 @dataclass(frozen=True, slots=True)
 class OriginPolicy:
-    """Names and pages that are allowed besides this machine's own clients by a name of loopback.
+    """Host names and web pages that are allowed besides clients on this computer that use a loopback name.
 
-    `remote` says that the service is open to other machines: then its addresses and `hosts` are allowed names, too.
-    Pages of `origins` (like https://panel.example.org) may send commands from a browser.
+    With `remote`, the service is open to other computers: then IP addresses and `hosts` are allowed names, too. Pages
+    of `origins` (like https://panel.example.org) may send commands from a browser.
     """
 
     remote: bool = False
@@ -96,9 +94,10 @@ class OriginPolicy:
     far: Rate = FAR
 
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
-        """Return why a request is refused for how it calls this machine, or for the page it comes from.
+        """Return the error for a forbidden Host or Origin header, None if both are allowed.
 
-        A page from another site could reach the service through a browser that may, under its own host name.
+        Otherwise a page of another site could reach the service through a browser with access, under that site's host
+        name.
         """
         host = _split(f"//{headers.get('host', '')}")
         if host is None or not self._is_ours(host.hostname or ""):
@@ -127,7 +126,7 @@ class OriginPolicy:
 
 
 def origin_of(url: str) -> str:
-    """Return a page's origin as a browser sends it, of what an administrator wrote; raises `InvalidValue`."""
+    """Return the origin in a URL in the form that a browser sends; raises `InvalidValue` if the URL has other parts."""
     page = _split(url)
     plain = page is not None and page.scheme in {"http", "https"} and page.hostname
     if page is None or not plain or page.path.strip("/") or page.query or page.fragment or page.username:
@@ -138,7 +137,7 @@ def origin_of(url: str) -> str:
 
 
 def host_of(origin: str) -> str:
-    """Return the name in an origin."""
+    """Return the host name in an origin."""
     return urlsplit(origin).hostname or ""
 
 
@@ -154,13 +153,13 @@ def _split(url: str) -> SplitResult | None:
     try:
         found = urlsplit(url)
         _ = found.hostname, found.port
-    except ValueError:  # brackets that do not close, a port that is none
+    except ValueError:  # unbalanced brackets, or an invalid port
         return None
     return found
 
 
 NOWHERE = "-"
-"""The path, as it is counted, of requests that no route takes."""
+"""The path in the metrics for requests without a route."""
 
 _LOOKING = frozenset({"GET", "HEAD", "OPTIONS"})
 _UNSAID = frozenset({HTTPStatus.TOO_MANY_REQUESTS})
@@ -169,7 +168,7 @@ _LONGEST = 200
 
 
 class AccessLogEntry:
-    """Follows one request from its beginning."""
+    """Records one request from its start, for the metrics and the log."""
 
     def __init__(self, scope: Scope, metrics: Metrics) -> None:
         self._scope = scope
@@ -180,7 +179,7 @@ class AccessLogEntry:
         self._status = HTTPStatus.INTERNAL_SERVER_ERROR.value
 
     def watching(self, send: Send) -> Send:
-        """Return a `send` that takes notice of the answer."""
+        """Return a `send` that records the answer."""
 
         async def sent(message: Message) -> None:
             await send(message)
@@ -223,16 +222,16 @@ def _declared(route: BaseRoute | None) -> str:
 
 
 BODY_LIMIT = 1_000_000
-"""Longest body of a request that may carry a job [bytes]; the longest job has about half of it."""
+"""Longest body of a request that may contain a job [bytes]; the longest job has about half of it."""
 
 _JOBS = ("/v1/jobs", "/v1/preview", "/v1/inspect")
-"""Paths whose body may carry a job; other bodies may have `LONG` bytes, and are parsed at once."""
+"""Paths whose body may contain a job; other bodies are limited to `LONG` bytes and parsed at once."""
 
 BODY_PATIENCE = 20.0
-"""How long a body may take to arrive [s, real time]."""
+"""Time limit for the arrival of a body [s, real time]."""
 
 UNLIMITED = frozenset({"/v1/stop", "/v1/abort"})
-"""Paths that may be asked for however often: stopping must always work."""
+"""Paths without a rate limit: stopping must always work."""
 
 _PREFLIGHT = {
     "Access-Control-Allow-Methods": "GET, POST, PUT, PATCH, DELETE",
@@ -246,13 +245,13 @@ _FULL = InvalidRequest(key="connection", reason="there are too many; stop and ab
 
 
 class _GoneError(Exception):
-    """The client went away before it had said everything."""
+    """The client disconnected before it had sent the whole body."""
 
 
 class RequestGuard:
     """ASGI middleware around the whole application, for HTTP and websockets alike.
 
-    Every answer tells by the header `Maya` that it is ours, and by `Maya-Request` how the log names it.
+    The header `Maya` of every answer identifies the service; `Maya-Request` is the id of the request in the log.
     """
 
     def __init__(self, app: ASGIApp, edge: OriginPolicy, metrics: Metrics) -> None:
@@ -263,7 +262,7 @@ class RequestGuard:
         self._names = (f"{secrets.token_hex(3)}-{number}" for number in itertools.count(1))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Check one request, hand it on, and answer for whatever nobody foresaw."""
+        """Check one request, pass it on, and answer unexpected errors."""
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
@@ -331,7 +330,7 @@ class RequestGuard:
 
         try:
             await self._app(scope, receive, watched)
-        except Exception as error:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the rest
+        except Exception as error:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the traceback
             crash = written_down(error)
             if not started:
                 await problem(crash, language_of(Headers(scope=scope)))(scope, receive, send)
@@ -341,7 +340,7 @@ _STARTS = {"http.response.start", "websocket.http.response.start", "websocket.ac
 
 
 def _marked(send: Send, name: str, origin: str | None) -> Send:
-    """Return a `send` that adds what every answer has; `origin` is the page that may read it, None for none."""
+    """Return a `send` that adds the common headers; `origin` is the page that may read the answer, None for none."""
 
     async def sent(message: Message) -> None:
         if message["type"] in _STARTS:
@@ -361,7 +360,7 @@ def _marked(send: Send, name: str, origin: str | None) -> Send:
 
 
 def _bodiless(send: Send) -> Send:
-    """Return a `send` that leaves the body out, as the answer to HEAD does."""
+    """Return a `send` that omits the body, for the answer to HEAD."""
 
     async def sent(message: Message) -> None:
         if message["type"] == "http.response.body":
@@ -372,7 +371,7 @@ def _bodiless(send: Send) -> Send:
 
 
 async def _whole_body(receive: Receive, most: int) -> bytes | None:
-    """Return a request's body, None for one of more than `most` bytes."""
+    """Return a request's body, None if it is longer than `most` bytes."""
     body = bytearray()
     while True:
         message = await receive()

@@ -46,7 +46,7 @@ _TEXT: dict[str, Any] = {"type": "string", "minLength": 1, "maxLength": 64}
 
 
 def _numbers(names: str, least: int) -> dict[str, Any]:
-    """Return the schema of an array of so many numbers, or of an object that has them by name."""
+    """Return the schema of an array of `least` or more numbers, or of an object with them by name."""
     array = {"type": "array", "items": _NUMBER, "minItems": least, "maxItems": len(names)}
     by_name = {
         "type": "object",
@@ -58,10 +58,10 @@ def _numbers(names: str, least: int) -> dict[str, Any]:
 
 
 POINT = {**_numbers("xyz", 2), "description": "x, y and z [m]; z is the cell's grasp height where it is left out"}
-"""A place."""
+"""Schema of a place."""
 
 JOINTS = {**_numbers("abc", 3), "description": "a [rad], b and c [m]"}
-"""Joints."""
+"""Schema of joints."""
 
 
 def _object(properties: dict[str, Any], description: str) -> dict[str, Any]:
@@ -100,7 +100,7 @@ TASK: dict[str, Any] = {
     "description": "One primitive: a step of a job by itself.",
     "oneOf": [_task(primitive) for primitive in PRIMITIVES.values()],
 }
-"""One primitive."""
+"""Schema of one primitive."""
 
 
 def _step(argument: Argument) -> dict[str, Any]:
@@ -126,7 +126,7 @@ def _job() -> dict[str, Any]:
 
 
 JOB = _job()
-"""A job."""
+"""Schema of a job."""
 
 
 def _changes() -> dict[str, Any]:
@@ -144,11 +144,11 @@ def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
 
 
 CHANGES = _changes()
-"""Changes of a job."""
+"""Schema of the changes of a job."""
 
 
 def _zone() -> dict[str, Any]:
-    """Return the schema of a zone that somebody sends: its name is that of the path."""
+    """Return the schema of a zone in a request, without the name, which is in the path."""
     schema = TypeAdapter(ZoneConfig).json_schema(ref_template=REFERENCE.format(model="{model}Request"))
     kinds = {f"{name}Request": kind for name, kind in schema["$defs"].items()}
     for kind in kinds.values():
@@ -157,10 +157,10 @@ def _zone() -> dict[str, Any]:
 
 
 ZONE = _zone()
-"""A zone."""
+"""Schema of a zone."""
 
 GRID = TypeAdapter(Grid).json_schema(ref_template=REFERENCE)
-"""A pallet."""
+"""Schema of a pallet."""
 
 
 Json = dict[str, Any]
@@ -200,7 +200,7 @@ _BINARY: Json = {"type": "string", "format": "binary"}
 
 
 def document(app: FastAPI) -> Json:
-    """Return the document of an application; the same one every time."""
+    """Return the OpenAPI document of an application; it is built once."""
     known: Json | None = getattr(app.state, "openapi", None)
     if known is None:
         known = app.state.openapi = _Document(app).whole()
@@ -208,13 +208,13 @@ def document(app: FastAPI) -> Json:
 
 
 def ruled(app: FastAPI) -> list[tuple[APIRoute, RouteRule]]:
-    """Return all routes with what is known of them."""
+    """Return all routes with their rules."""
     rules: Mapping[Callable[..., Any], RouteRule] = app.state.rules
     return [(route, rules[route.endpoint]) for route in app.routes if isinstance(route, APIRoute)]
 
 
 def refusals(route: APIRoute, rule: RouteRule) -> list[type[MayaError]]:
-    """Return every kind of error that a route may answer as `status_of` has it."""
+    """Return every kind of error that a route may answer with the status of `status_of`."""
     kinds: list[type[MayaError]] = [InvalidRequest, *rule.refuses]
     if rule.operations:
         kinds += [NotSignedIn, NotAllowed]
@@ -232,7 +232,7 @@ def refusals(route: APIRoute, rule: RouteRule) -> list[type[MayaError]]:
 
 
 class _Document:
-    """A document while it is put together."""
+    """Builder of a document."""
 
     def __init__(self, app: FastAPI) -> None:
         self._app = app
@@ -241,7 +241,7 @@ class _Document:
         self._of = self._described()
 
     def whole(self) -> Json:
-        """Return all of it."""
+        """Return the whole document."""
         found = get_openapi(
             title="Maya-UN", version=self._app.version, description=_ABOUT, routes=[route for route, _ in self._ruled]
         )
@@ -252,7 +252,7 @@ class _Document:
         return found
 
     def _described(self) -> dict[tuple[str, JsonSchemaMode], Json]:
-        """Return the schema of every message by its kind, and keep those that they refer to."""
+        """Return the schema of every message by its kind and mode, and store the schemas that they refer to."""
         inputs: list[tuple[str, JsonSchemaMode, TypeAdapter[Any]]] = [
             (str(kind), mode, TypeAdapter(kind)) for _, rule in self._ruled for kind, mode in _messages(rule)
         ]
@@ -299,7 +299,7 @@ class _Document:
     def _problems(self, route: APIRoute, rule: RouteRule) -> Json:
         by_status: dict[int, list[type[MayaError]]] = {HTTPStatus.FORBIDDEN: [InvalidRequest]}
         if "{" in route.path:
-            by_status[HTTPStatus.NOT_FOUND] = [InvalidRequest]  # a name that breaks the line is no path
+            by_status[HTTPStatus.NOT_FOUND] = [InvalidRequest]  # a name with a line break matches no path
         for kind in refusals(route, rule):
             by_status.setdefault(int(status_of(kind)), []).append(kind)
         for status in (HTTPStatus.REQUEST_TIMEOUT, HTTPStatus.REQUEST_ENTITY_TOO_LARGE):

@@ -1,7 +1,7 @@
-"""HTTP connections: their limits, and requests with an ambiguous end refused (RFC 9112).
+"""HTTP connections: their limits, and the refusal of requests with an ambiguous end (RFC 9112).
 
-If a proxy before the service finds another end, it takes data of one client for the request of another. h11 refuses
-most such requests; this module refuses those that h11 repairs or leaves to the server.
+If a proxy in front of the service finds another end, data of one client become part of another client's request. h11
+refuses most such requests; this module refuses those that h11 repairs or leaves to the server.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _VERSIONS = frozenset({b"1.0", b"1.1"})
 
 
 class StrictConnection(h11.Connection):
-    """The server's side of a connection by HTTP/1; `next_event` raises `RemoteProtocolError` for doubtful heads too."""
+    """Server side of an HTTP/1 connection; `next_event` also raises `RemoteProtocolError` for a doubtful head."""
 
     def __init__(self, our_role: type[h11.CLIENT] | type[h11.SERVER], longest_head: int) -> None:
         super().__init__(our_role, longest_head)
@@ -50,13 +50,13 @@ class StrictConnection(h11.Connection):
         return event
 
     def start_next_cycle(self) -> None:
-        """Begin with the next request."""
+        """Start with the next request."""
         super().start_next_cycle()
         self._head = bytearray(self.trailing_data[0])
 
 
 def doubtful(head: bytes, version: bytes) -> str:
-    """Return why the head of a request, of this version of HTTP, is refused; "" where it is not."""
+    """Return the reason to refuse the head of a request of this HTTP version, "" for none."""
     lines = head.removesuffix(b"\r\n\r\n").split(b"\r\n")
     fields = [(name.lower(), value.strip()) for name, _, value in (line.partition(b":") for line in lines[1:])]
     often, values = Counter(name for name, _ in fields), dict(fields)
@@ -76,23 +76,23 @@ def doubtful(head: bytes, version: bytes) -> str:
 
 
 HEAD_PATIENCE = 10.0
-"""How long the head of a request may take to arrive [s, real time]."""
+"""Time limit for the head of a request [s, real time]."""
 
 LONGEST_HEAD = 65_536
 """Longest head of a request [bytes]."""
 
 STOP_PATIENCE = 2.0
-"""How long the head of a request may take on such a connection [s, real time]."""
+"""Time limit for the head of a request on a connection without a slot [s, real time]."""
 
 STOPS_ONLY = "stops only"
-"""In the state of a request that came without a place: it is answered where it says stop or abort."""
+"""Key in the state of a request without a connection slot; only stop and abort are answered."""
 
 
 class ConnectionSlots:
-    """The free connections of a listener: `most` in all, `most_each` of one address, within a `share` of descriptors.
+    """The connection slots of a listener: `most` in all, `most_each` per address, within a `share` of the descriptors.
 
-    `without` has connections beyond these numbers, admitted for a stop, oldest first; if the share is used up, a new
-    one ends the oldest.
+    `without` contains connections without a slot, oldest first, which may only send a stop or abort. If their share is
+    used up, a new one ends the oldest.
     """
 
     def __init__(self, most: int, most_each: int, share: DescriptorShare = ALL) -> None:
@@ -104,7 +104,7 @@ class ConnectionSlots:
         self.without: dict[BoundedProtocol, None] = {}
 
     def take(self, address: str, descriptor: int = 0) -> bool:
-        """Take a place; return whether a place and a descriptor were free."""
+        """Take a slot; return whether a slot and a descriptor were free."""
         if self._taken.total() >= self._most or self._taken[address] >= self._most_each:
             return False
         if descriptor >= self.share.full:
@@ -113,7 +113,7 @@ class ConnectionSlots:
         return True
 
     def end_oldest(self) -> None:
-        """End the oldest connection without a place."""
+        """End the oldest connection without a slot."""
         oldest = next(iter(self.without))
         del self.without[oldest]
         oldest.transport.abort()
@@ -121,14 +121,14 @@ class ConnectionSlots:
             self.refusals.add()
 
     def give_back(self, address: str) -> None:
-        """Give a place back."""
+        """Release a slot."""
         self._taken[address] -= 1
         if not self._taken[address]:
             del self._taken[address]
 
 
 class BoundedProtocol(H11Protocol):
-    """Takes a place while it lasts, and is cut where a request does not come to its point."""
+    """Takes a slot while it is open, and is cut if the head of a request arrives too slowly."""
 
     def __init__(
         self,
@@ -145,7 +145,7 @@ class BoundedProtocol(H11Protocol):
         self._late: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a place; where none is left, stay for a stop."""
+        """Take a slot; without a free one, accept only a stop or abort."""
         super().connection_made(transport)
         address = self.client[0] if self.client else ""
         connection = transport.get_extra_info("socket")
@@ -161,12 +161,12 @@ class BoundedProtocol(H11Protocol):
         self._await_head(STOP_PATIENCE)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Give the place back."""
+        """Release the slot."""
         self._leave()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Read on; a request that has begun must come to its point soon."""
+        """Read data; the head of a started request must arrive within the time limit."""
         if self._late is None and self.conn.their_state is h11.IDLE:
             self._await_head(HEAD_PATIENCE if self._place is not None else STOP_PATIENCE)
         super().data_received(data)
@@ -174,12 +174,12 @@ class BoundedProtocol(H11Protocol):
             self._head_came()
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        """Give the place back: how many read the stream is bounded there."""
+        """Release the slot: the stream has its own limit of readers."""
         self._leave()
         super().handle_websocket_upgrade(event)
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse bytes that are no request, with our code, too."""
+        """Refuse bytes that are not a valid request, as problem+json."""
         refusal = InvalidRequest(key="request", reason="it is not HTTP as the standard has it")
         body = bytes(problem(refusal, status=HTTPStatus.BAD_REQUEST).body)
         headers = [

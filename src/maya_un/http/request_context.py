@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 class RequestContext:
-    """Asks the service on behalf of `caller` for what the route is for; `subject` says in the audit log about what."""
+    """Calls the service for `caller` with the operations of the route; `subject` is that of the audit log."""
 
     def __init__(
         self, request: Request, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...], subject: str
@@ -31,10 +31,10 @@ class RequestContext:
         self.caller = caller
 
     async def __call__(self, work: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
-        """Return what `work` answers.
+        """Return the result of `work`.
 
-        It is asked for as the first of `operations`, without any of all that the route is for, which the caller's role
-        includes; where it includes none, as the last, which is refused.
+        It is called as the first of `operations`, by default all operations of the route, that the caller's role
+        includes; if the role includes none, as the last, which is refused.
         """
         of = operations or self._operations
         chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
@@ -58,7 +58,7 @@ class RequestContext:
             await asyncio.wait({asked, left})
 
     async def while_allowed(self, answer: Awaitable[T], operation: Operation) -> T:
-        """Return an answer that takes long; raises `NotSignedIn`, `NotAllowed` when the caller's rights end before."""
+        """Return a slow answer; raises `NotSignedIn` or `NotAllowed` if the caller's rights end before."""
         asked = asyncio.ensure_future(answer)
         ended: asyncio.Future[MayaError] = asyncio.get_running_loop().create_future()
 
@@ -84,7 +84,7 @@ class RequestContext:
 
 
 def _refusal(now: Caller | MayaError, operation: Operation) -> MayaError | None:
-    """Return why a caller may not do something any more, None if he may."""
+    """Return the error that now refuses an operation to a caller, None if it is still allowed."""
     if isinstance(now, MayaError):
         return now
     try:
@@ -101,17 +101,17 @@ async def _asking(request: Request) -> RequestContext:
     request.state.who = caller.name
     subject = _subject(request)
     if not any(allowed(caller.role, operation) for operation in rule.operations):
-        await bridge.call(caller, rule.operations[-1], _nothing, subject)  # refused there, before anything is read
+        await bridge.call(caller, rule.operations[-1], _nothing, subject)  # refused before the body is read
     _refuse_unknown(request, rule)
     return RequestContext(request, bridge, caller, rule.operations, subject)
 
 
 async def _nothing(_service: Service) -> None:
-    """Ask for nothing."""
+    """Do nothing."""
 
 
 def _subject(request: Request) -> str:
-    """Return what a request is about, where its path names it: "job 17"."""
+    """Return the subject of a request from its path, like "job 17"; "" if the path names none."""
     return " ".join(f"{kind} {name}" for kind, name in request.path_params.items())
 
 

@@ -22,7 +22,7 @@ SOON = 10.0
 """Longest wait for an ordinary answer [s]."""
 
 AT_REST = 120.0
-"""Longest wait for an answer that comes when the robot is at rest, or is computed from a long job [s]."""
+"""Longest wait for an answer that is sent when the robot is at rest, or is computed from a long job [s]."""
 
 LONGEST_MOTION = 3600.0
 """Longest wait for the answer to a motion [s]."""
@@ -41,12 +41,12 @@ class RouteParameter(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RouteRule:
-    """Metadata of a route: its operations, most powerful first; none for a route that is open to everybody.
+    """Metadata of a route: its operations, most powerful first; none for a route without authentication.
 
-    `takes` reads its body, `gives` is the kind of its answer, with `status` or one of `also`. `options` are the
-    parameters of its query and its idempotency key by name; `refuses` lists errors that it answers besides those that
-    every route has. `client` is the method of the Python client, like "queue.pause", "" for none; `patience` is the
-    longest time until the answer [s].
+    `takes` parses the body, `gives` is the type of the answer, with `status` or one of `also`. `options` are the
+    parameters of its query and its idempotency key by name; `refuses` lists errors that it answers besides those of
+    every route. `client` is the method of the Python client, like "queue.pause", "" for none; `patience` is the longest
+    time until the answer [s].
     """
 
     operations: tuple[Operation, ...]
@@ -63,7 +63,7 @@ class RouteRule:
 
     @property
     def query(self) -> list[str]:
-        """The names that the query of a request may have, in order."""
+        """The names allowed in the query of a request, sorted."""
         return sorted(name for name, option in self.options.items() if not option.header)
 
 
@@ -91,7 +91,7 @@ class Routes:
     ) -> Callable[[Handler], Handler]:
         """Return the decorator that adds a handler; its name is the operation id of generated clients.
 
-        `examples` are bodies of requests by what they show. The Python client is generated from the arguments
+        `examples` are request bodies by description. The Python client is generated from the arguments
         (scripts/gen_client.py).
         """
 
@@ -141,6 +141,6 @@ def _reader_of(handler: Callable[..., Any]) -> BodyReader | RawBody | None:
 
 
 def rule_of(request: Request) -> RouteRule:
-    """Return the rule of the route that a request goes to."""
+    """Return the rule of the route that serves a request."""
     rules: dict[Callable[..., Any], RouteRule] = request.app.state.rules
     return rules[request.scope["endpoint"]]

@@ -1,8 +1,7 @@
 """The thread of the HTTP server, and the sockets that it listens on.
 
-The listening sockets: loopback always, another address on request, with or without TLS.
-
-The HTTP server in a thread of its own, with an ordinary event loop: its timeouts are real seconds.
+The server listens on loopback, and on request on another address, with or without TLS. Its thread has an ordinary event
+loop, so its timeouts are real seconds.
 """
 
 from __future__ import annotations
@@ -30,21 +29,21 @@ from maya_un.http.stream.messages import StreamWire
 LOOPBACK = "127.0.0.1"
 
 PORT = 4133
-"""The usual port of the HTTP listener on loopback."""
+"""The default port of the HTTP listener on loopback."""
 
 LOCAL_CONNECTIONS = 512
-"""Connections of this machine's own clients at a time."""
+"""Maximum number of simultaneous connections from this computer."""
 
 REMOTE_CONNECTIONS = 256
-"""Connections of other machines at a time: whatever they do, some are left for whoever says stop here."""
+"""Maximum number of simultaneous connections from other computers; it leaves descriptors free for a local stop."""
 
 REMOTE_CONNECTIONS_EACH = 32
-"""Connections of one other machine at a time."""
+"""Maximum number of simultaneous connections from one other computer."""
 
 
 @dataclass(frozen=True, slots=True)
 class ListeningSocket:
-    """A socket that listens, how many connections it takes, in all and of each address, and its TLS, None without."""
+    """A listening socket, the maximum number of its connections, in all and per address, and its TLS context."""
 
     socket: socket.socket
     most: int = LOCAL_CONNECTIONS
@@ -53,21 +52,21 @@ class ListeningSocket:
 
     @property
     def url(self) -> str:
-        """Its address."""
+        """The URL of the socket."""
         host, port = self.socket.getsockname()[:2]
         name = f"[{host}]" if ":" in host else host
         return f"{'http' if self.tls is None else 'https'}://{name}:{port}"
 
 
 def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
-    """Return a listening place (`port` 0: any free one); raises `AddressInUse`, `InvalidValue` for no such `host`."""
+    """Return a listening socket (`port` 0: any free one); raises `AddressInUse`, `InvalidValue` for a bad `host`."""
     address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
     except (OSError, UnicodeError) as error:
         raise InvalidValue(key="--listen", value=address, reason="there is no such address") from error
     family, kind, protocol, _, place = found[0]
-    listener = socket.socket(family, kind, protocol)  # TCP by name: else asyncio leaves Nagle's wait of 40 ms on
+    listener = socket.socket(family, kind, protocol)  # TCP is explicit, else asyncio leaves Nagle's delay of 40 ms on
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind(place)
@@ -84,12 +83,12 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
 
 
 def far_socket(host: str, port: int, tls: ssl.SSLContext | None) -> ListeningSocket:
-    """Return a listener for other machines; raises as `bound_socket` does."""
+    """Return a listener for other computers; raises as `bound_socket` does."""
     return ListeningSocket(bound_socket(port, host), REMOTE_CONNECTIONS, REMOTE_CONNECTIONS_EACH, tls)
 
 
 def tls_of(certificate: Path, key: Path) -> ssl.SSLContext:
-    """Return what TLS needs (1.2 and newer); raises `FileUnreadable` for files that are none or do not fit."""
+    """Return the TLS context (1.2 and newer); raises `FileUnreadable` for files that are invalid or do not match."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     for path in (certificate, key):
@@ -104,7 +103,7 @@ def tls_of(certificate: Path, key: Path) -> ssl.SSLContext:
 
 
 def _refused() -> str:
-    """Give no password: nobody is asked for one when a service starts."""
+    """Refuse an encrypted key: no one can enter a password when a service starts."""
     raise ValueError("the key needs a password; keep one without, readable for this user only")
 
 
@@ -114,7 +113,7 @@ _STARTED = 10.0
 
 
 class _HttpServer(uvicorn.Server):
-    """Reports when it listens, accepts with our own listener, and leaves signals to the main thread."""
+    """Server that reports when it listens, uses Maya's listener, and leaves signals to the main thread."""
 
     def __init__(self, app: FastAPI, listener: ListeningSocket, share: DescriptorShare) -> None:
         self._places = ConnectionSlots(listener.most, listener.most_each, share)
@@ -123,7 +122,7 @@ class _HttpServer(uvicorn.Server):
         self.listening = threading.Event()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start to listen; uvicorn's own server would use up the descriptors (decision 29)."""
+        """Start to listen; uvicorn's listener would use up the descriptors (decision 29)."""
         await super().startup([])
 
         def connected() -> BoundedProtocol:
@@ -153,11 +152,11 @@ def _configured(app: FastAPI, listener: ListeningSocket, places: ConnectionSlots
 
 
 Beside = Callable[[], AbstractAsyncContextManager[object]]
-"""Other contexts of the server's loop, open from before it listens until it has ended."""
+"""Further contexts in the server's loop, open from before it listens until it has ended."""
 
 
 class _Thread(threading.Thread):
-    """Serves; what went wrong before it listened is in `failure`."""
+    """Thread that serves; `failure` is the error that ended it, if any."""
 
     def __init__(self, servers: list[_HttpServer], beside: Beside) -> None:
         super().__init__(name="maya-http", daemon=True)
@@ -166,11 +165,11 @@ class _Thread(threading.Thread):
         self.failure: BaseException | None = None
 
     def run(self) -> None:
-        """Serve until all servers should exit."""
+        """Serve until all servers have ended."""
         try:
             with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
                 runner.run(self._serve())
-        except BaseException as failure:  # noqa: BLE001 - whoever started this raises it
+        except BaseException as failure:  # noqa: BLE001 - the code that started the thread raises it
             self.failure = failure
         finally:
             for server in self._servers:
@@ -185,9 +184,9 @@ class _Thread(threading.Thread):
 async def served(
     app: FastAPI, near: socket.socket | ListeningSocket, *far: ListeningSocket, beside: Beside = nullcontext
 ) -> AsyncIterator[str]:
-    """Serve `app` at `near` (loopback) and at listeners for other machines while the block runs; yields near's URL.
+    """Serve `app` at `near` (loopback) and at listeners for other computers while the block runs; yields near's URL.
 
-    The calling loop goes on while the thread starts and ends. Raises what `beside` raises when it opens.
+    The calling loop continues while the thread starts and ends. Raises what `beside` raises when it opens.
     """
     hand_over("uvicorn.error")
     first = near if isinstance(near, ListeningSocket) else ListeningSocket(near)

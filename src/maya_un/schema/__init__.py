@@ -1,1 +1,1 @@
-"""The messages of the service: types only, which import nothing but other plain values."""
+"""The messages of the service: only types, which import only other plain values."""

@@ -1,4 +1,4 @@
-"""The bodies of requests, and answers that only acknowledge them: frozen dataclasses in SI units without other keys."""
+"""The bodies of requests, and answers that only acknowledge them: frozen dataclasses in SI units without extra keys."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ONLY_THESE = ConfigDict(extra="forbid")
 
 
 Axis = Annotated[str, WithJsonSchema({"enum": list(JOG_AXES)})]
-"""Which are known is told where they are read."""
+"""The known axes are checked when the body is used."""
 
 
 Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full speed")]
@@ -42,7 +42,7 @@ Yes = Annotated[bool, Strict(), WithJsonSchema({"const": True})]
 
 
 No = Annotated[bool, Strict(), WithJsonSchema({"const": False})]
-"""`Literal[True]` would take 1 as well."""
+"""A strict bool, because `Literal[True]` would also accept 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class JogRelease:
 
 
 def kind_of_jog(body: Mapping[str, Any]) -> type:
-    """Return which of the three jogs an object is meant as."""
+    """Return the type of a jog request."""
     if "hold" not in body:
         return JogBy
     return JogRelease if body["hold"] is False else JogHold
@@ -95,7 +95,7 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Pausing:
-    """When the queue is to pause: after the step under way, or now, holding that on its path."""
+    """When the queue pauses: after the running step, or now, with the step held on its path."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     when: Literal["after step", "now"] = "after step"
@@ -103,7 +103,7 @@ class Pausing:
 
 @dataclass(frozen=True, slots=True)
 class Moving:
-    """The new place of a job in the queue: `before` or `after` another, or `to` an end of it; one of the three."""
+    """The new position of a job in the queue: one of `before` or `after` another job, or `to` an end."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     before: int | None = None
@@ -130,16 +130,16 @@ class Recovering:
 
 
 LONGEST = 12 * 3600.0
-"""Longest time for which a lease is taken without being renewed [s]."""
+"""Longest time for which a lease is valid without being renewed [s]."""
 
 
 PATIENCE = 10.0
-"""A lease that is not renewed for so long ends [s, real time]."""
+"""A lease that is not renewed within this time ends [s, real time]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Taking:
-    """How the lease is taken: with a note, renewed within `patience` [s], with `force` from whoever holds it."""
+    """Request of the lease: a note, the renewal time `patience` [s], and `force` to take it from its holder."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     note: Annotated[str, Field(max_length=200)] = ""
@@ -149,7 +149,7 @@ class Taking:
 
 @dataclass(frozen=True, slots=True)
 class Offering:
-    """To whom the lease is offered, by name."""
+    """The name of the user to whom the lease is offered."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     to: str
@@ -189,7 +189,7 @@ class UserChange:
 
 @dataclass(frozen=True, slots=True)
 class TokenRequest:
-    """A token to be made: what it is for, and when it ends (a date in UTC; "" for never)."""
+    """Request of a token: its purpose, and its end (a date in UTC; "" for never)."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     note: Annotated[str, Field(max_length=200)] = ""
@@ -205,35 +205,35 @@ class Name:
 
 
 class Acknowledgement:
-    """Base of answers that say no more than the status does; methods of the Python client return None for them."""
+    """Base of answers without further content; the methods of the Python client return None for them."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Released(Acknowledgement):
-    """The held jog was let go."""
+    """The held jog was released."""
 
     released: Literal[True] = True
 
 
 @dataclass(frozen=True, slots=True)
 class Resumed(Acknowledgement):
-    """Motion goes on."""
+    """Motion continues."""
 
     resumed: Literal[True] = True
 
 
 @dataclass(frozen=True, slots=True)
 class Aborted(Acknowledgement):
-    """The axes stand."""
+    """Motion was aborted."""
 
     aborted: Literal[True] = True
 
 
 @dataclass(frozen=True, slots=True)
 class Recovered(Acknowledgement):
-    """There is no fault any more."""
+    """The fault is cleared."""
 
     recovered: Literal[True] = True
 

@@ -14,9 +14,9 @@ from maya_un.values import Joints, Point, State
 class TaskState(StrEnum):
     """The state of a job or a step.
 
-    `held` waits for a person: it was put aside, is a proposal, or depends on what failed. `paused` was begun and goes
-    on when somebody says so. `interrupted` was under way when this program ended; a person says what becomes of it.
-    `skipped` is for steps only.
+    `held` waits for a person: it was held, is a proposal, or depends on a failed job. `paused` has started and
+    continues after `resume`. `interrupted` was running when this program ended; a person decides about it. `skipped` is
+    for steps only.
     """
 
     QUEUED = "queued"
@@ -31,7 +31,7 @@ class TaskState(StrEnum):
 
     @property
     def ended(self) -> bool:
-        """Whether nothing follows."""
+        """Whether this state is final."""
         return not TRANSITIONS[self]
 
 
@@ -54,13 +54,13 @@ TRANSITIONS: dict[TaskState, frozenset[TaskState]] = {
 }
 """States that may follow a state, for jobs and steps.
 
-A queued step fails when the check of the whole job refuses it. An interrupted step is queued again to be redone, or
-done if a person says that it was.
+A queued step fails if the check of the whole job refuses it. An interrupted step is queued again to be redone, or is
+done if a person confirms it.
 """
 
 
 def advance(old: TaskState, new: TaskState) -> TaskState:
-    """Return `new`; raises `ValueError` where it may not follow `old`, which is a defect of ours."""
+    """Return `new`; raises `ValueError`, an internal defect, if it may not follow `old`."""
     if new not in TRANSITIONS[old]:
         raise ValueError(f"{new} cannot follow {old}")
     return new
@@ -74,7 +74,7 @@ class OnFailure(StrEnum):
 
 
 class QueueMode(StrEnum):
-    """Whether jobs begin: `pausing` lets the step under way end first, `paused` begins nothing."""
+    """Whether jobs start: `pausing` finishes the running step first, `paused` starts nothing."""
 
     RUNNING = "running"
     PAUSING = "pausing"
@@ -85,11 +85,10 @@ class QueueMode(StrEnum):
 class JobLine:
     """One line of the queue or of its history.
 
-    `position` is its place among those that wait, from 1, None for others. `done` of `steps` are done, over all
-    rounds. `predicted` and `duration` are what it was to take and took [s, the robot's time], homings left out of the
-    first; `eta` is when it will have ended, from now [s, the robot's time]: None where nobody knows, or the queue is
-    paused. Dates are ISO 8601 in UTC, "" where there is none. A `direct` one begins at
-    once, though the queue is paused.
+    `position` is the place among the waiting jobs, from 1, None for others. `done` of `steps` are done, over all
+    rounds. `predicted` and `duration` are the predicted and actual duration [s, the robot's time], the first without
+    homings; `eta` is the time until the end [s, the robot's time], None if it is unknown or the queue is paused. Dates
+    are ISO 8601 in UTC, "" for none. A `direct` job starts at once, even if the queue is paused.
     """
 
     id: int
@@ -121,7 +120,7 @@ class JobLine:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A choice for an interrupted job; with `needs_answer` the person also says whether the gripper holds a part."""
+    """A choice for an interrupted job; `needs_answer` means that it requires whether the gripper holds a part."""
 
     name: str
     meaning: str
@@ -130,11 +129,11 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Recovery:
-    """An interrupted job that waits for a person.
+    """An interrupted job that waits for a decision.
 
-    `index` and `step` name the step that was under way and `phase` the last that it was known to begin, 0 and "" where
-    it stood between two steps. `since` is when it was found. `holding` is what the machine tells of the gripper now:
-    False where it is open, None where only a person can see; `state` is where the machine is.
+    `index` and `step` name the interrupted step and `phase` its last known phase, 0 and "" between two steps. `since`
+    is the date when the interruption was found. `holding` is the gripper state known to the machine: False if it is
+    open, None if only a person can see it. `state` is the state of the machine.
     """
 
     job: int
@@ -150,11 +149,11 @@ class Recovery:
 
 @dataclass(frozen=True, slots=True)
 class QueueView:
-    """The queue now: its mode, with who paused it, why and since when; what is under way, the first that wait.
+    """The queue now: its mode, by whom, why and since when it is paused; the running job and the first waiting ones.
 
-    `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` has the number
-    of jobs that have not ended, by state. `finish_at` is the date when all of them that are predicted will have ended;
-    what is held does not count. It is `estimated` where a homing is among them, whose time nobody knows before.
+    `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` is the number
+    of jobs that have not ended, by state. `finish_at` is the date when all predicted jobs will have ended, without held
+    ones. It is `estimated` if a homing is among them, whose duration is unknown in advance.
     """
 
     mode: QueueMode
@@ -171,11 +170,11 @@ class QueueView:
 
 @dataclass(frozen=True, slots=True)
 class StepResult:
-    """One step: what was predicted, what it took, where it ended.
+    """One step: predicted and actual duration, and where it ended.
 
-    `index` counts from 1 over all rounds, `key` is its place in the job. `code` is 0, or the error's; durations in s;
-    `end_counts` are encoder counts, `end_point` is in m; both None until the step has ended somewhere. `phase` is the
-    last that it was known to begin.
+    `index` counts from 1 over all rounds, `key` is its place in the job. `code` is 0, or the error's; durations are in
+    s. `end_counts` are encoder counts, `end_point` is in m; both are None until the step has ended at a known position.
+    `phase` is the last known phase.
     """
 
     index: int
@@ -195,12 +194,12 @@ class StepResult:
 class JobReport:
     """One job: its state, its steps' results, predicted and actual duration [s].
 
-    `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound
-    the gripper point over the whole job as checked [m], None where that was in an earlier run, and where the job has
-    ended before its first step. `parts` tells where the job has put its named parts [m], None for those that it has not
-    put down, or let go where nobody knows. `remarks` say what of its pallets is out of shape; they are used as they
-    are. `line` is how it stands in the queue, with its owner, dates and options. `version` is another where its steps
-    are changed, or the places that they name.
+    `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound the
+    gripper point over the whole checked job [m], None if it was checked in an earlier run, or ended before its first
+    step. `parts` contains the positions where the job has put its named parts [m], None for parts that it has not put
+    down, or released at an unknown position. `remarks` describe deviations of its pallets, which are used nevertheless.
+    `line` is its line of the queue, with its owner, dates and options. `version` changes with its steps and the places
+    that they name.
     """
 
     id: int
@@ -221,7 +220,7 @@ class JobReport:
 
 @dataclass(frozen=True, slots=True)
 class JobAccepted:
-    """A job is in the queue under the number `id`, with so many `steps` over all rounds and cells."""
+    """A job was accepted under the number `id`, with the number of its `steps` over all rounds and cells."""
 
     id: int
     name: str
@@ -230,11 +229,11 @@ class JobAccepted:
 
 @dataclass(frozen=True, slots=True)
 class TaughtPose:
-    """Position of the gripper on the day `taught` (as the one who taught it wrote it; ISO 8601 by ours).
+    """Position of the gripper; `taught` is the date of teaching, as written by its program (ISO 8601 by Maya).
 
-    `joints` (rad, m, m) are what was taught. `point` [m] is what they come to with the constants in force: where
-    those have been corrected since, the same lengths of line still lead to the same place of the real table, and the
-    point as it was computed then does not. None where lines of these lengths cannot meet.
+    `joints` (rad, m, m) are the taught values. `point` [m] is computed from them with the current constants: after a
+    correction of the constants, the same line lengths still lead to the same place on the real table, whereas a
+    previously computed point does not. It is None if lines of these lengths cannot meet.
     """
 
     name: str
@@ -245,10 +244,10 @@ class TaughtPose:
 
 @dataclass(frozen=True, slots=True)
 class PalletInfo:
-    """A taught pallet: cells (1, 1), (1, columns), (rows, 1) and (rows, columns) [m], None where they span none now.
+    """A taught pallet: cells (1, 1), (1, columns), (rows, 1) and (rows, columns) [m], None without a valid grid.
 
-    `flatness` is how far its corners lie from a plane [m], `squareness` how far its angles are from right ones
-    [rad]; `remarks` say in words what of that, or of its corners, is not as it should be.
+    `flatness` is the deviation of its corners from a plane [m], `squareness` that of its angles from right angles
+    [rad]; `remarks` describe deviations that are too large, and invalid corners.
     """
 
     name: str

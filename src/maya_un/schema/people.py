@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class LeaseView:
-    """The driver: name, source, time since the start [s], note; "" and 0 if nobody drives.
+    """The driver: name, source, time since the start [s], note; "" and 0 without a driver.
 
     An `implicit` lease lasts as long as one command or job. `expires_in` [s] is None if nothing has to be renewed.
     `yours` means that the caller holds it, under the lease in the request.
@@ -36,7 +36,7 @@ class LeaseTaken:
 
 @dataclass(frozen=True, slots=True)
 class TokenLine:
-    """A token as it is listed: never its secret. Dates are in UTC; `expires` and `used` are "" for never."""
+    """A token without its secret. Dates are in UTC; `expires` and `used` are "" for never."""
 
     id: str
     user: str
@@ -50,7 +50,7 @@ class TokenLine:
 
 @dataclass(frozen=True, slots=True)
 class UserLine:
-    """A user: his role, since when, whether he has a password, how many tokens are valid, when he was seen last."""
+    """A user: role, date of creation, whether a password is set, number of valid tokens, date of last use."""
 
     name: str
     role: str
@@ -62,7 +62,7 @@ class UserLine:
 
 @dataclass(frozen=True, slots=True)
 class NewToken:
-    """A token that was just made; `token` is shown now and never again."""
+    """A new token; `token` is shown now and never again."""
 
     id: str
     user: str
@@ -74,7 +74,7 @@ class NewToken:
 
 @dataclass(frozen=True, slots=True)
 class Me:
-    """The caller: name, role, token, source. `users` says whether users exist."""
+    """The caller: name, role, token, source. `users` is True if users exist."""
 
     name: str
     role: str

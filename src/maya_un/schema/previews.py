@@ -1,4 +1,4 @@
-"""Jobs and places as computed before anything moves, as messages. Units are m, rad, s."""
+"""Jobs and places as computed before any motion, as messages. Units are m, rad, s."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from maya_un.values import Joints, Notice, Point
 
 
 class PhasePreview(NamedTuple):
-    """Name and duration [s] of one phase; the duration of a homing is not known before."""
+    """Name and duration [s] of one phase; the duration of a homing is unknown in advance."""
 
     name: str
     duration: float | None
@@ -31,7 +31,7 @@ class StepPreview:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """The first step that would be refused, and why."""
+    """The first step that would be refused, and the reason."""
 
     index: int
     key: str
@@ -67,7 +67,7 @@ class Band:
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
-    """The least margin of a job to a limit or, with `zone`, a zone of that `name`: in which step, at which time [s]."""
+    """The smallest margin of a job to a limit or, with `zone`, to a zone of that `name`; its step and time [s]."""
 
     name: str
     margin: float
@@ -89,9 +89,9 @@ class Samples:
 
 @dataclass(frozen=True, slots=True)
 class JobInspection:
-    """A job in detail. A homing counts as no time, because nobody knows it before.
+    """A job in detail. A homing counts as no time, because its duration is unknown in advance.
 
-    `stop_time` [s] and `stop_distance` [m] are those of the longest stop; both are 0 where nothing moves.
+    `stop_time` [s] and `stop_distance` [m] are those of the longest stop; both are 0 without motion.
     """
 
     preview: JobPreview
@@ -104,7 +104,7 @@ class JobInspection:
 
 @dataclass(frozen=True, slots=True)
 class Distance:
-    """How far a place is from a `limit`, in its `unit` ("m", "rad" or "load"); `zone` is the name of one, else ""."""
+    """The margin of a place to a `limit`, in its `unit` ("m", "rad" or "load"); `zone` is its name if it is a zone."""
 
     limit: str
     zone: str
@@ -114,7 +114,7 @@ class Distance:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """A `limit` that a place breaks by `excess`, in its `unit` ("m", "rad" or "load"), in words; `zone` as above."""
+    """A `limit` that a place exceeds by `excess`, in its `unit` ("m", "rad" or "load"); `zone` as in `Distance`."""
 
     limit: str
     zone: str
@@ -125,11 +125,11 @@ class Broken:
 
 @dataclass(frozen=True, slots=True)
 class Reach:
-    """Whether a point can be reached; by which joints (rad, m, m), or why not and where instead [m].
+    """Whether a point is reachable: by which joints (rad, m, m), or why not, and the nearest reachable point [m].
 
-    Of a point that can be reached it tells the `margins` to every limit and the `tensions` of lines b and c in
-    multiples of the load, of another all limits that it has `broken`; `reason` is the first of them. `nearest` is None
-    where the zones leave nothing.
+    A reachable point has the `margins` to every limit and the `tensions` of lines b and c in multiples of the load;
+    another point has all limits that it has `broken`, the first of which is the `reason`. `nearest` is None if the
+    zones leave no reachable point.
     """
 
     reachable: bool

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """Everything about now: the machine, the motion under way, the queue.
+    """The current status: the machine, the running motion, the queue.
 
     `address` is the controller's, "sim" for the twin; `speed` is the speed of the twin's clock, 1 on a machine.
     `holding` is None if unknown. `last_event` is the number of the newest event. `run` counts the starts of the
-    program; each start numbers its events from 1. `jobs` has the running job and the first waiting ones. `queue` tells
-    whether jobs begin, and `reason` why not.
+    program; each start numbers its events from 1. `jobs` has the running job and the first waiting ones. `queue` is the
+    mode of the queue, `reason` why it is paused.
     """
 
     version: str
@@ -38,7 +38,7 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class EventMessage:
-    """An event as edges send it: number, loop time [s], kind, code (0 where none), details."""
+    """An event as interfaces send it: number, loop time [s], kind, code (0 for none), details."""
 
     seq: int
     time: float
@@ -48,16 +48,16 @@ class EventMessage:
 
     @classmethod
     def of(cls, event: Event) -> EventMessage:
-        """Return the message for an event; details that are not plain become text."""
+        """Return the message for an event; details of other types become text."""
         detail = {key: plain(value) for key, value in event.detail.items()}
         return cls(event.seq, event.time, event.kind, event.code, detail)
 
 
 @dataclass(frozen=True, slots=True)
 class Jogged:
-    """How far a jog goes along its `axis` (rad or m, signed).
+    """Distance of a jog along its `axis` (rad or m, signed).
 
-    `limit` is the name of what ends it before the distance asked for, "" where nothing does; `reason` says it in words.
+    `limit` is the name of the limit that shortens the requested distance, "" for none; `reason` describes it.
     """
 
     axis: str
@@ -81,7 +81,7 @@ class HeldJog:
 
 
 def plain(value: object) -> str | int | float | bool | None:
-    """Return a detail of an event as an edge sends it: what is not plain becomes text."""
+    """Return a detail of an event as interfaces send it: values of other types become text."""
     return value if value is None or isinstance(value, str | int | float | bool) else str(value)
 
 
@@ -112,7 +112,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """The server lives."""
+    """The server is running."""
 
     status: Literal["ok"]
     version: str

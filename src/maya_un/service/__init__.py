@@ -1,1 +1,1 @@
-"""The service: every edge calls the methods of `service.service.Service` and shows the types of `schema`."""
+"""The service: every interface calls the methods of `service.service.Service` and sends the types of `schema`."""

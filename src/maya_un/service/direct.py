@@ -1,10 +1,10 @@
-"""Direct commands for callers who do not queue: one at a time, held jogs included.
+"""Direct commands, which bypass the queue: one at a time, including held jogs.
 
-It is one planned motion to the border of the workspace, so that it is bounded and slows down before it. After its end
-by the border, another user's stop or a fault, it does not begin again until the key is released.
+A held jog is one planned motion to the border of the workspace, so it is bounded and decelerates before the border.
+After its end by the border, another user's stop or a fault, it does not start again until the key is released.
 
-The queue waits meanwhile: a job begins when the direct command has ended. A command is refused with `Busy` while a job
-or another command is running. Callers have passed the gate by `Operation.COMMAND`.
+The queue waits: a job starts when the direct command has ended. A command is refused with `Busy` while a job or another
+command is running. Callers have passed the gate by `Operation.COMMAND`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from maya_un.schema.robot import HeldJog, Jogged
 from maya_un.values import Joints
 
 PATIENCE = 0.5
-"""A held jog that is not renewed for so long stops [s]."""
+"""A held jog that is not renewed within this time stops [s]."""
 
 _REFUSED_WITHIN = 0.05
 _ROUNDING = 1e-6
@@ -41,7 +41,7 @@ class _Key(NamedTuple):
 
 
 class HeldJogs:
-    """At most one held jog of a controller; renewed within `patience` [s, the loop's] it goes on."""
+    """At most one held jog of a controller; it continues while it is renewed within `patience` [s, loop time]."""
 
     def __init__(self, controller: Controller, patience: float = PATIENCE) -> None:
         self._controller = controller
@@ -55,9 +55,10 @@ class HeldJogs:
         self._turn = asyncio.Lock()
 
     async def hold(self, axis: str, direction: int, speed: float) -> HeldJog:
-        """Begin a held jog, or renew it; another axis, direction or speed lets the one before come to rest first.
+        """Start a held jog, or renew it; for another axis, direction or speed, the previous jog first comes to rest.
 
-        Answers as soon as it moves. Raises what motion raises, `InvalidValue` for a direction other than 1 and -1.
+        Returns as soon as it moves. Raises the errors of a motion, and `InvalidValue` for a direction other than 1 and
+        -1.
         """
         if direction not in (1, -1):
             raise InvalidValue(key="direction", value=direction, reason="it must be 1 or -1")
@@ -73,7 +74,7 @@ class HeldJogs:
         return self._answer(key)
 
     async def release(self) -> None:
-        """Let go: stop on the path and return at rest; where nothing is held, nothing happens."""
+        """End the held jog: stop on the path and return at rest; do nothing without a held jog."""
         self._key = None
         if self._watch is not None:
             self._watch.cancel()
@@ -83,7 +84,7 @@ class HeldJogs:
             await asyncio.wait({self._task})
 
     def halt(self) -> None:
-        """Begin to stop on the path; a key that is still held begins nothing new until it has been let go."""
+        """Start braking on the path; a key that is still held starts no new jog until it is released."""
         self._halted = True
         self._brake()
 
@@ -92,7 +93,7 @@ class HeldJogs:
             self._task.cancel()
 
     async def _begin(self, key: _Key) -> None:
-        """Begin once the jog before is at rest, unless there was a halt, or the key was let go or changed meanwhile."""
+        """Start the jog when the previous one is at rest, unless it was halted, or the key was released or changed."""
         async with self._turn:
             if self._task is not None:
                 await asyncio.wait({self._task})
@@ -102,13 +103,13 @@ class HeldJogs:
             self._task = asyncio.get_running_loop().create_task(jog, name="held jog")
             self._task.add_done_callback(_retrieved)
             self._moved = key
-            # A refusal comes without any wait for the machine to move.
+            # A refusal is raised before any waiting for motion.
             await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
             if key == self._key:
                 self._renew()
 
     def _answer(self, key: _Key) -> HeldJog:
-        """Return how the jog of a key stands; raises what ended it unless that is the border."""
+        """Return the state of a key's jog; raises the error that ended it, unless the border did."""
         task = self._task
         if task is None or key != self._moved or task.cancelling() or task.cancelled():
             return HeldJog(key.axis, key.direction, moving=False)
@@ -124,7 +125,7 @@ class HeldJogs:
             self._watch = loop.call_at(self._until, self._expired)
 
     def _expired(self) -> None:
-        """Stop what was not renewed, or look again when it is due."""
+        """Stop a jog that was not renewed, or set the timer again."""
         loop = asyncio.get_running_loop()
         self._watch = None
         if loop.time() < self._until - _ROUNDING:
@@ -135,13 +136,13 @@ class HeldJogs:
 
 
 def _retrieved(task: asyncio.Task[Jogged]) -> None:
-    """Take notice of how a jog ended; whoever renews it is told, and nobody else asks."""
+    """Retrieve the error of a jog; a renewal raises a `MayaError`, other errors go to the loop's exception handler."""
     if not task.cancelled() and not isinstance(task.exception(), MayaError | None):
         task.get_loop().call_exception_handler({"message": "a held jog failed", "exception": task.exception()})
 
 
 class DirectCommands:
-    """Carries out direct commands past the queue of `process`; `halt_jogs` stops held jogs.
+    """Carries out direct commands, which bypass the queue of `process`; `halt_jogs` stops held jogs.
 
     Every command raises the errors of its layer. Cancelling it stops on the path.
     """
@@ -165,15 +166,15 @@ class DirectCommands:
             raise Busy(doing=self._doing)
 
     async def home(self) -> None:
-        """Find the switches, define the counts, measure the strokes."""
+        """Home: find the switches, define the counts, measure the strokes."""
         await self._do("home", self._controller.home())
 
     async def move(self, target: Joints) -> None:
-        """Go to `target` (rad, m, m), straight in the joints."""
+        """Go to `target` (rad, m, m), in a straight line in joint space."""
         await self._do("move", self._controller.move(target))
 
     async def follow(self, path: Route, *, speed: float = 1.0, on_via: OnVia | None = None) -> None:
-        """Go along `path`, whose first point is where the robot is."""
+        """Go along `path`, whose first point is the current position."""
         await self._do("follow", self._controller.follow(path, speed=speed, on_via=on_via))
 
     async def gripper(self, open_: bool) -> None:
@@ -185,14 +186,14 @@ class DirectCommands:
         await self._do("output", self._controller.output(number, on=on))
 
     async def primitive(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
-        """Do a primitive, and tell its phases."""
+        """Carry out a primitive; `on_phase` is called for each phase."""
         await self._do(primitive.command, self._robot.run(primitive, on_phase))
 
     async def end_all(self) -> None:
         """Cancel every movement (of a job, a direct command, a homing or a jog) and all waiting jobs.
 
-        It brakes at once; this returns when the robot is at rest and the queue is empty. A job that an earlier end of
-        the program interrupted still waits for a person. Raises `StorageFailed`.
+        Braking starts at once; this returns when the robot is at rest and the queue is empty. A job that was
+        interrupted by an earlier end of the program still waits for a decision. Raises `StorageFailed`.
         """
         self._process.end_running()
         self._halt_jogs()

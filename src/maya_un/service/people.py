@@ -1,8 +1,7 @@
 """Operations of users and tokens, and of the control lease.
 
-Users and their tokens for the service. Secrets are shown once, where they are made; only their hashes are kept.
-
-The control lease for the service: taking, offering and releasing it; a held motion ends with it.
+Secrets are shown once, when they are created; only their hashes are stored. The control lease can be taken, offered and
+released; a held jog ends with it.
 """
 
 from __future__ import annotations
@@ -22,13 +21,13 @@ from maya_un.service.access.operations import LOCAL, RESERVED, Caller, Operation
 from maya_un.service.access.users import Change, Token, User
 
 SESSION = 12 * 3600.0
-"""How long somebody who signed in with a password stays so [s]."""
+"""Duration of a session [s]."""
 
 MOST_TOKENS = 100
-"""Tokens of one user."""
+"""Maximum number of tokens of one user."""
 
 MOST_SESSIONS = 20
-"""Sessions of one user; the oldest gives way."""
+"""Maximum number of sessions of one user; a new one ends the oldest."""
 
 _NAME = re.compile(r"[a-z][a-z0-9._-]{0,31}", re.ASCII)
 _DATE = re.compile(
@@ -38,11 +37,11 @@ _PASSWORD = range(12, 257)
 _DIFFERENT = 5
 
 OnEnded = Callable[[str, str, str], None]
-"""Told that a token is valid no more, or with "" that a user may not drive any more: token, name, why."""
+"""Called when a token, or with "" the right of a user to drive, has ended: token, name, reason."""
 
 
 class UserService:
-    """Keeps the users of an `entrance`; `ended` is told of whose rights end."""
+    """Manages the users of an `entrance`; `ended` is called when rights end."""
 
     def __init__(self, entrance: AccessControl, ended: OnEnded) -> None:
         self._register = entrance.register
@@ -52,7 +51,7 @@ class UserService:
         self._ended = ended
 
     async def me(self, by: Caller) -> Me:
-        """Return who asks."""
+        """Return the caller."""
         return Me(by.name, by.role.word, by.token, by.source, bool(self._register.users))
 
     async def list(self) -> list[UserLine]:
@@ -60,7 +59,7 @@ class UserService:
         return [self._line(user) for _, user in sorted(self._register.users.items())]
 
     async def add(self, name: str, role: str, password: str | None = None) -> NewToken:
-        """Add a user and return his first token; the first user is an administrator.
+        """Add a user and return the user's first token; the first user must be an administrator.
 
         Raises `InvalidValue`, `StorageFailed`.
         """
@@ -83,9 +82,9 @@ class UserService:
     ) -> UserLine:
         """Change the role of a user, or the password ("" for none), which ends all sessions.
 
-        An administrator does; others change a password of their own, and say the `old` one, so that a stolen token is
-        not enough. The last administrator stays one. Raises `UnknownName`, `NotAllowed`, `NotSignedIn` for a wrong old
-        password, `TooManyRequests`, `InvalidValue`, `StorageFailed`.
+        Administrators change any user. Others change only their own password, and must give the `old` one, so that a
+        stolen token is not sufficient. The last administrator cannot lose this role. Raises `UnknownName`,
+        `NotAllowed`, `NotSignedIn` for a wrong old password, `TooManyRequests`, `InvalidValue`, `StorageFailed`.
         """
         if role is not None or name != by.name:
             require(by, Operation.USERS)
@@ -114,7 +113,7 @@ class UserService:
             await self._register.change(Change(without_users=(name,)))
 
     async def tokens(self, name: str, by: Caller) -> list[TokenLine]:
-        """Return the tokens of a user, oldest first: one's own, or as an administrator anybody's.
+        """Return the tokens of a user, oldest first; only administrators may read those of others.
 
         Raises `UnknownName`, `NotAllowed`.
         """
@@ -124,10 +123,10 @@ class UserService:
         return [self._token_line(token) for token in self._register.of(name)]
 
     async def token(self, name: str, *, note: str = "", expires: str = "", by: Caller) -> NewToken:
-        """Make a token for a user; `expires` is a date in UTC, or a date and time, "" for never.
+        """Create a token for a user; `expires` is a date in UTC, or a date and time, "" for never.
 
-        An administrator makes them for everybody; others one more for themselves, which lasts no longer than the one
-        they show. Raises `UnknownName`, `NotAllowed`, `InvalidValue`, `StorageFailed`.
+        Administrators create tokens for any user; others for themselves, valid no longer than the token of the request.
+        Raises `UnknownName`, `NotAllowed`, `InvalidValue`, `StorageFailed`.
         """
         until = self._date(expires)
         require_note(note)
@@ -145,10 +144,10 @@ class UserService:
             return await self._give(user, note, until)
 
     async def revoke(self, token: str, by: Caller) -> None:
-        """Make a token invalid at once, by its id: one's own, or as an administrator anybody's.
+        """Revoke a token at once, by its id; only administrators may revoke those of others.
 
-        Raises `NotFound`, the same where it is somebody else's, and `StorageFailed`: then it is invalid all the same
-        until the next start.
+        Raises `NotFound`, also for a token of another user, and `StorageFailed`; then the token is still invalid until
+        the next start.
         """
         async with self._register.turn:
             found = self._register.tokens.get(token)
@@ -158,7 +157,7 @@ class UserService:
             await self._register.change(Change(without_tokens=(token,)))
 
     async def sign_in(self, name: str, password: str, source: str) -> NewToken:
-        """Return a token for a session; raises `NotSignedIn` whatever was wrong, `TooManyRequests`, `StorageFailed`."""
+        """Return a session token; raises `NotSignedIn` for any wrong credential, `TooManyRequests`, `StorageFailed`."""
         user = await self._callers.signed_in(name, password, source)
         async with self._register.turn:
             if self._register.users.get(name) is not user:
@@ -168,7 +167,7 @@ class UserService:
             return await self._give(user, source, self._calendar.after(SESSION), session=True, instead_of=spare)
 
     async def sign_out(self, by: Caller) -> None:
-        """End the session, or revoke the token, that was shown; raises `NotFound` where none was, `StorageFailed`."""
+        """Revoke the token of the request; raises `NotFound` for a request without one, `StorageFailed`."""
         await self.revoke(by.token, by)
 
     async def _give(
@@ -181,7 +180,7 @@ class UserService:
         new: bool = False,
         instead_of: tuple[str, ...] = (),
     ) -> NewToken:
-        """Make a token, keep it, and take it for known."""
+        """Create a token, store it, and record it as verified."""
         shown = callers.new()
         while shown.id in self._register.tokens:
             shown = callers.new()
@@ -207,13 +206,13 @@ class UserService:
         return user
 
     def _require_another_admin(self, user: User) -> None:
-        """Raise `NotAllowed` where `user` is the only administrator: nobody could undo it."""
+        """Raise `NotAllowed` if `user` is the only administrator, because no one could reverse the change."""
         admins = [name for name, one in self._register.users.items() if one.role is Role.ADMIN]
         if admins == [user.name]:
             raise NotAllowed(who=user.name, role="the last administrator", operation="this", needed="another one first")
 
     def _date(self, text: str) -> str:
-        """Return a date as it is kept; raises `InvalidValue` for what is none, or is past."""
+        """Return a date as it is stored; raises `InvalidValue` for an invalid or a past date."""
         found = _DATE.fullmatch(text)
         if text and found is None:
             reason = "it is a date in UTC, like 2027-01-31 or 2027-01-31T12:00:00Z"
@@ -237,7 +236,7 @@ class UserService:
 
 
 def checked_name(name: str) -> str:
-    """Return what a user can be called; raises `InvalidValue` for anything else."""
+    """Return a valid user name; raises `InvalidValue` for an invalid one."""
     if _NAME.fullmatch(name) is None or name in RESERVED:
         reason = "it has up to 32 of a to z, 0 to 9, . _ and -, begins with a letter, and is not kept for ourselves"
         raise InvalidValue(key="name", value=repr(name), reason=reason)
@@ -245,9 +244,9 @@ def checked_name(name: str) -> str:
 
 
 class LeaseService:
-    """Asks and changes the lease of an `entrance`.
+    """Reads and changes the lease of an `entrance`.
 
-    `halt` stops held jogs: it is called whenever somebody else drives, or nobody.
+    `halt` stops held jogs: it is called whenever the driver changes.
     """
 
     def __init__(self, entrance: AccessControl, halt: Callable[[], None]) -> None:
@@ -259,7 +258,7 @@ class LeaseService:
         lease.on_change.insert(0, self._changed)
 
     async def view(self, by: Caller) -> LeaseView:
-        """Return who drives now."""
+        """Return the current driver."""
         lease, holder = self._lease, self._lease.holder
         nobody = LeaseHolder("", "", 0.0)
         shown = holder or nobody
@@ -276,11 +275,11 @@ class LeaseService:
         )
 
     async def take(self, by: Caller, *, note: str = "", patience: float = PATIENCE, force: bool = False) -> LeaseTaken:
-        """Become the driver, for as long as it is renewed within `patience` [s, real time].
+        """Take the lease; it lasts while it is renewed within `patience` [s, real time].
 
-        An operator takes the free lease; a student takes one that an operator offers. With `force`, users take their
-        own lease again, operators take back a lent one, and administrators take it from anybody; the activity of the
-        former driver ends. Raises `LeaseHeld`, `NotAllowed`, `InvalidValue`.
+        Operators take the free lease; students take one that an operator offers. With `force`, users take their own
+        lease again, operators take back a lent one, and administrators take it from anyone; the activity of the former
+        driver ends. Raises `LeaseHeld`, `NotAllowed`, `InvalidValue`.
         """
         require_note(note)
         if not (isfinite(patience) and 1.0 <= patience <= LONGEST):
@@ -296,19 +295,19 @@ class LeaseService:
         return LeaseTaken(taken.id, taken.name, taken.note, patience)
 
     async def renew(self, by: Caller) -> LeaseView:
-        """Say that one is still there; raises `LeaseLost`, `LeaseNeeded`, `LeaseHeld`."""
+        """Renew the lease; raises `LeaseLost`, `LeaseNeeded`, `LeaseHeld`."""
         self._lease.renew(by.lease, by.name)
         return await self.view(by)
 
     async def release(self, by: Caller, *, lost: bool = False) -> LeaseView:
-        """Give it back, or with `lost` end it because nobody hears from its holder any more; raises as `renew`."""
+        """Release the lease, or with `lost` end it as expired, if its holder disconnected. Raises as `renew` does."""
         self._lease.release(by.lease, by.name, lost=lost)
         return await self.view(by)
 
     async def offer(self, to: str, by: Caller) -> LeaseView:
-        """Let `to` take it within a minute: its holder does, or an operator while it is free or lent.
+        """Allow `to` to take the lease within a minute; for its holder, or for an operator while it is free or lent.
 
-        Raises `UnknownName`, `NotAllowed`, and `LeaseHeld` where it is somebody else's.
+        Raises `UnknownName`, `NotAllowed`, and `LeaseHeld` if another user holds it.
         """
         require(by, Operation.LEND)
         holder = self._lease.holder
@@ -321,17 +320,17 @@ class LeaseService:
         return await self.view(by)
 
     async def ask(self, by: Caller) -> LeaseView:
-        """Let everybody know that one would like to drive."""
+        """Publish that the caller wants to drive."""
         self._lease.ask(by.name)
         return await self.view(by)
 
     def rights_ended(self, token: str, name: str, why: str) -> None:
-        """End the lease that `name` holds, who may not drive any more; with a `token`, where he took it with that."""
+        """End the lease of `name`, who may no longer drive; with a `token`, only if the lease was taken with it."""
         if not token or token == self._token:
             self._lease.drop(name, why)
 
     def _require_power(self, by: Caller, holder: LeaseHolder) -> None:
-        """Raise `NotAllowed` where `by` may not take the lease from `holder`."""
+        """Raise `NotAllowed` if `by` may not take the lease from `holder`."""
         lent = bool(holder.lender) and by.role >= Role.OPERATOR
         if holder.name != by.name and not lent:
             require(by, Operation.BREAK)

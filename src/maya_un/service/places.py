@@ -17,7 +17,7 @@ from maya_un.values import Joints, Mode
 
 
 def zones_of(controller: Controller) -> list[AnyZone]:
-    """Return the zones in force."""
+    """Return the current zones."""
     return [written(zone) for zone in controller.zones]
 
 
@@ -36,7 +36,7 @@ def put_zone(controller: Controller, data: Mapping[str, object]) -> AnyZone:
 
 
 def drop_zone(controller: Controller, name: str) -> None:
-    """Keep out of a zone no longer; raises `NotFound`, and `Busy` while something moves."""
+    """Remove a keep-out zone; raises `NotFound`, and `Busy` during a motion."""
     left: list[Zone] = [zone for zone in controller.zones if zone.name != name]
     if len(left) == len(controller.zones):
         raise NotFound(what="zone", number=name)
@@ -47,7 +47,7 @@ _AT_REST = {Mode.IDLE, Mode.FAULT, Mode.NOT_HOMED}
 
 
 def at_rest(controller: Controller) -> Joints:
-    """Return where the robot stands (rad, m, m); raises `NotConnected`, `NotHomed`, and `Busy` while it moves."""
+    """Return the joints at rest (rad, m, m); raises `NotConnected`, `NotHomed`, and `Busy` while the robot moves."""
     state = controller.state
     if state.mode is Mode.DISCONNECTED:
         raise NotConnected
@@ -59,10 +59,10 @@ def at_rest(controller: Controller) -> Joints:
 
 
 class TeachingService:
-    """Asks and changes `book`.
+    """Reads and changes `book`.
 
-    `here` tells the joints of the place that is taught and raises why there is none; a corner without z is at
-    `grasp_height` [m]. Every method raises `FileUnreadable` for a book that cannot be understood, those that change it
+    `here` returns the joints of the place to teach, and raises an error if there is none. A corner without z is at
+    `grasp_height` [m]. Every method raises `FileUnreadable` for an invalid book; those that change it raise
     `FileUnwritable`.
     """
 
@@ -82,20 +82,20 @@ class TeachingService:
         return poses[name]
 
     def teach(self, name: str, date: str, *, replacing: bool = False) -> TaughtPose:
-        """Keep where the robot is, on `date`, under `name`.
+        """Store the current position under `name`, with the `date`.
 
-        Raises what `here` raises, `InvalidValue` for what is no name, and `NameTaken`; with `replacing` a pose of that
-        name gives way.
+        Raises what `here` raises, `InvalidValue` for an invalid name, and `NameTaken`; with `replacing`, it replaces a
+        pose of that name.
         """
         return self._book.teach(name, self._here(), date, replacing=replacing)
 
     def forget_pose(self, name: str) -> None:
-        """Remove a pose; raises `NotTaught`, and `InvalidValue` where it is the corner of a pallet."""
+        """Remove a pose; raises `NotTaught`, and `InvalidValue` if it is the corner of a pallet."""
         self.pose(name)
         self._book.forget(name)
 
     def rename_pose(self, old: str, new: str) -> TaughtPose:
-        """Give a pose another name; raises `NotTaught`, `NameTaken`, and `InvalidValue` for what is no name."""
+        """Rename a pose; raises `NotTaught`, `NameTaken`, and `InvalidValue` for an invalid name."""
         self.pose(old)
         self._book.rename(old, new)
         return self.pose(new)
@@ -111,10 +111,10 @@ class TeachingService:
         return self._told(pallets[name])
 
     def teach_pallet(self, name: str, grid: Mapping[str, object], date: str, *, replacing: bool = False) -> PalletInfo:
-        """Keep a pallet of `corners` (names of poses, or points), `rows` and `columns`, taught on `date`.
+        """Store a pallet of `corners` (names of poses, or points), `rows` and `columns`, taught on `date`.
 
-        Raises `InvalidRequest` for a key that is missing, extra or wrong, `InvalidValue` for corners that span no grid
-        and what is no name, and `NameTaken`; with `replacing` a pallet of that name gives way.
+        Raises `InvalidRequest` for a missing, extra or invalid key, `InvalidValue` for corners that span no grid and
+        for an invalid name, and `NameTaken`; with `replacing`, it replaces a pallet of that name.
         """
         self._book.teach_pallet(name, _grid(grid), date, self._grasp_height, replacing=replacing)
         return self.pallet(name)
@@ -125,7 +125,7 @@ class TeachingService:
         self._book.forget(name)
 
     def rename_pallet(self, old: str, new: str) -> PalletInfo:
-        """Give a pallet another name; raises `NotTaught`, `NameTaken`, and `InvalidValue` for what is no name."""
+        """Rename a pallet; raises `NotTaught`, `NameTaken`, and `InvalidValue` for an invalid name."""
         self.pallet(old)
         self._book.rename(old, new)
         return self.pallet(new)

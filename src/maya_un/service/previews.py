@@ -1,6 +1,6 @@
 """Previews of jobs, and whether points can be reached; nothing moves.
 
-A long job comes as the bytes of a request, and every answer is bytes. A worker parses, computes and serializes; only
+A long job arrives as the bytes of a request, and every answer is bytes. A worker parses, computes and serializes; only
 the bytes pass through this process. The worker serves all callers in turn.
 """
 
@@ -26,7 +26,7 @@ from maya_un.workers import Work, Workers
 
 
 def reach_of(workspace: Workspace, point: Point) -> Reach:
-    """Return the answer about `point` [m] in `workspace`."""
+    """Return the reachability of `point` [m] in `workspace`."""
     reasons = workspace.all_reasons(point)
     if reasons:
         broken = tuple(Broken(one.limit, one.zone, one.excess, one.unit, one.text) for one in reasons)
@@ -49,13 +49,13 @@ def _nearest(workspace: Workspace, point: Point) -> Point | None:
 T = TypeVar("T")
 
 MOST_SAMPLES = 10_000
-"""Most samples of one motion that a request may ask for."""
+"""Maximum number of samples per motion."""
 
 _PIECE = 1 << 18
 
 
 class PreviewService:
-    """Answers for a `controller`, in `workers` if there are any; `start` returns the start of a job.
+    """Computes previews for a `controller`, in `workers` if given; `start` returns the start of a job.
 
     Every method raises the errors of the computation (`InvalidJob`, `UnknownName`, `Unreachable` …), and with workers
     `TooMuchAsked`, `TakesTooLong`, `TooLarge` and `WorkerFailed`.
@@ -86,9 +86,9 @@ class PreviewService:
         return await self._told(by, preview, job, self._foresight.taught(), self._grasp_height, start)
 
     async def inspect(self, job: object, *, from_homed: bool = False, samples: int = 200, by: Caller = LOCAL) -> bytes:
-        """Return a `JobInspection` as JSON, of a job as for `preview`; every motion has so many `samples`, 2 to 10 000.
+        """Return a `JobInspection` as JSON, of a job as for `preview`, with `samples` per motion (2 to 10 000).
 
-        Raises `InvalidValue`, and `TooLarge` for more samples of all motions than `computation.MOST_SAMPLED`.
+        Raises `InvalidValue`, and `TooLarge` if all motions together have more than `computation.MOST_SAMPLED` samples.
         """
         require_samples(samples)
         start = self._start(from_homed)
@@ -115,7 +115,7 @@ class PreviewService:
         return await self._asked(by, ik, point)
 
     async def _told(self, by: Caller, work: Work[..., None], *args: object) -> bytes:
-        """Return the pieces of an answer, joined."""
+        """Return the joined pieces of an answer."""
         assert self._workers is not None
         answer = await self._workers.run(work, self._controller.workspace, *args, whose=_whose(by))
         return b"".join(answer.parts)
@@ -154,7 +154,7 @@ def inspect(*args: Any) -> Generator[Any, None, None]:
 
 
 def reach(workspace: Workspace, point: Point) -> Generator[None, None, Reach]:
-    """Return the answer about a point."""
+    """Return the reachability of a point."""
     yield
     return reach_of(workspace, point)
 

@@ -1,10 +1,7 @@
 """Operations of the queue and of its history.
 
-History for the service: ended jobs, reports, events, the audit log, and recordings.
-
-The queue for the service: views, pauses, order, and decisions about interrupted jobs.
-
-The gate has looked at everybody's role before; here is looked at whose job it is.
+History contains ended jobs, reports, events, the audit log, and recordings. The queue has views, pauses, order, and
+decisions about interrupted jobs. The gate has checked the caller's role; this module checks the owner of the job.
 """
 
 from __future__ import annotations
@@ -29,7 +26,7 @@ from maya_un.service.access.operations import LOCAL, Caller, Operation, Role, re
 
 
 class RecordingService:
-    """Asks the flight recorder; without one, or with one that keeps no files, there are no recordings."""
+    """Access to the flight recorder; without one, or with one that stores no files, no recordings exist."""
 
     def __init__(self, recorder: Recorder | None = None) -> None:
         self._recorder = recorder
@@ -40,9 +37,9 @@ class RecordingService:
         return [] if shelf is None else shelf.list()
 
     async def save(self, by: Caller = LOCAL) -> Kept:
-        """Save the last minutes now and return the line of the recording.
+        """Save the last minutes now and return the entry of the recording.
 
-        Raises `FileUnwritable`, and `InvalidRequest` where no recorder runs (`recorder.enabled`, dry runs).
+        Raises `FileUnwritable`, and `InvalidRequest` if no recorder runs (`recorder.enabled`, dry runs).
         """
         cause = SavingCause(message=f"asked by {by.name}")
         kept = None if self._recorder is None else await self._recorder.save("asked", cause)
@@ -59,11 +56,11 @@ class RecordingService:
 
 
 MOST_EVENTS = 1000
-"""So many events are answered at once."""
+"""Maximum number of events in one answer."""
 
 
 class HistoryService:
-    """Reads what the journal of `process` keeps, with what is under way as it is now, and the `events` in memory."""
+    """Reads the journal of `process`, with the current state of running jobs, and the `events` in memory."""
 
     def __init__(self, process: Process, events: EventLog) -> None:
         self._process = process
@@ -72,11 +69,11 @@ class HistoryService:
         self._events = events
 
     async def page(self, which: Filter) -> list[JobLine]:
-        """Return a page of jobs, newest first unless asked otherwise."""
+        """Return a page of jobs, in the order of the filter."""
         return await self._process.shown.page(which)
 
     async def job(self, number: int) -> JobReport:
-        """Return what is known of a job, also of one long ended; raises `NotFound`."""
+        """Return the report of a job, also of an ended one; raises `NotFound`."""
         return await self._process.shown.report(number)
 
     async def body(self, number: int) -> dict[str, Any]:
@@ -86,7 +83,7 @@ class HistoryService:
     async def events(self, run: int, above: int = 0, limit: int = MOST_EVENTS) -> list[EventMessage]:
         """Return events of a run numbered above `above`, oldest first; raises `EventsForgotten`.
 
-        Of a run that is over there may be none any more, then none are returned.
+        The events of an ended run may have been deleted; then none are returned.
         """
         limit = max(0, min(limit, MOST_EVENTS))
         if run == self._events.run and above + 1 >= self._events.oldest:
@@ -98,7 +95,7 @@ class HistoryService:
         return await self._slices.each(_message, rows)
 
     async def audit(self, below: int | None = None, limit: int = 100) -> list[AuditLine]:
-        """Return what was asked for and what came of it, newest first, numbered below `below`."""
+        """Return operations and their outcome, newest first, numbered below `below`."""
         rows = await self._journal.audit(below, max(0, min(limit, 1000)))
         return await self._slices.each(_line, rows)
 
@@ -117,9 +114,9 @@ _ENDS = ("first", "last")
 
 
 class QueueService:
-    """Asks and changes the queue of `process`; every method that changes it returns how that stands then.
+    """Reads and changes the queue of `process`; methods that change it return its new state.
 
-    A job of a user who is no operator is a proposal, unless the user drives with the `lease`.
+    A job of a user without the role operator is a proposal, unless the user holds the `lease`.
     """
 
     def __init__(self, process: Process, lease: ControlLease) -> None:
@@ -127,14 +124,14 @@ class QueueService:
         self._lease = lease
 
     def view(self) -> QueueView:
-        """Return the queue now, with the first 50 that wait."""
+        """Return the queue now, with the first 50 waiting jobs."""
         return self._process.shown.view()
 
     async def pause(self, by: Caller = LOCAL, *, when: str = "after step") -> QueueView:
-        """Begin nothing more: `when` is "after step", or "now" to brake on the path and hold the step under way too.
+        """Pause the queue: `when` is "after step", or "now" to brake on the path and hold the running step too.
 
         Raises `InvalidValue` for another `when`; for "now" `CannotPause` while the robot homes, `NotConnected` and
-        `Faulted`; `StorageFailed` where it cannot be written, and it is paused all the same.
+        `Faulted`; `StorageFailed` if the pause cannot be stored, but then it still takes effect.
         """
         if when not in _WHEN:
             raise InvalidValue(key="when", value=repr(when), reason=f"it must be {' or '.join(_WHEN)}")
@@ -142,12 +139,12 @@ class QueueService:
         return self.view()
 
     async def resume(self, by: Caller = LOCAL) -> QueueView:
-        """Go on, with the step that is held too; raises `AnswerNeeded` while an interrupted job waits for a choice."""
+        """Resume the queue and a held step; raises `AnswerNeeded` while an interrupted job waits for a decision."""
         await self._process.turns.resume(by.name)
         return self.view()
 
     async def step(self, by: Caller = LOCAL) -> QueueView:
-        """Do one step and pause; while the queue runs, pause after the step under way.
+        """Do one step and pause; while the queue runs, pause after the running step.
 
         Raises `AnswerNeeded` as `resume` does.
         """
@@ -155,21 +152,21 @@ class QueueService:
         return self.view()
 
     async def clear(self, by: Caller = LOCAL) -> QueueView:
-        """Cancel all jobs that wait, held ones too; what is under way goes on. Raises `StorageFailed`."""
-        del by  # the audit log has his name
+        """Cancel all waiting jobs, held ones included; the running job continues. Raises `StorageFailed`."""
+        del by  # the audit log contains the caller's name
         await self._process.clear()
         return self.view()
 
     async def hold(self, number: int, by: Caller = LOCAL) -> JobLine:
-        """Put a job aside that waits; raises `NotFound`, `WrongState`, `NotAllowed`."""
+        """Hold a waiting job; raises `NotFound`, `WrongState`, `NotAllowed`."""
         await self.require_over(number, Operation.CHANGE_JOB, by)
         await self._process.hold(number)
         return self._process.shown.line(number)
 
     async def release(self, number: int, by: Caller = LOCAL, *, version: str = "") -> JobLine:
-        """Let a job wait for its turn that was held; for a proposal that is the approval.
+        """Release a held job to the queue; for a proposal, this is the approval.
 
-        `version` is that of the report that was looked at: another job is not approved. Raises `NotFound`,
+        `version` is that of the report which the caller has seen: a changed job is not approved. Raises `NotFound`,
         `WrongState`, `NotAllowed`, `JobChanged`.
         """
 
@@ -197,10 +194,10 @@ class QueueService:
         to: str | None = None,
         by: Caller = LOCAL,
     ) -> JobLine:
-        """Put a job `before` or `after` another that waits, or `to` "first" or "last"; say one of the three.
+        """Move a job `before` or `after` another waiting job, or `to` "first" or "last"; give exactly one of the three.
 
-        It takes the priority that it needs there. Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`,
-        `NotAllowed`: others' jobs wait longer for it.
+        The job gets the priority that this position requires. Raises `NotFound`, `WrongState`, `InvalidRequest`,
+        `InvalidValue`, and `NotAllowed`, because jobs of other users then wait longer.
         """
         require(by, Operation.CHANGE_JOB)
         if sum(one is not None for one in (before, after, to)) != 1:
@@ -216,11 +213,11 @@ class QueueService:
         return self._process.shown.line(number)
 
     async def change(self, number: int, changes: Mapping[str, object], by: Caller = LOCAL) -> JobLine:
-        """Change a job that has not begun: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
+        """Change a job before its start: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
 
-        The steps of a paused or interrupted job that have not begun may be replaced. Raises `NotFound`,
-        `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. An approved job is a
-        proposal again if a student changes it.
+        In a paused or interrupted job, steps that have not started may be replaced. Raises `NotFound`, `WrongState`,
+        `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. An approved job becomes a proposal
+        again if a student changes it.
         """
         line = await self._process.shown.found_line(number)
         require_over(by, Operation.CHANGE_JOB, line.owner)
@@ -228,7 +225,7 @@ class QueueService:
         return self._process.shown.line(number)
 
     async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL) -> JobLine:
-        """Queue a job that has ended once more, as a new one, from a step (from 1) on: the first that was not done.
+        """Queue an ended job again as a new job, from `from_step` (from 1), by default the first step not done.
 
         Raises `NotFound`, `WrongState`, `InvalidValue`; `NotConnected` and `Faulted` while nothing can run.
         """
@@ -239,23 +236,23 @@ class QueueService:
     async def recover(
         self, choice: str, holding: bool | None = None, *, resume_queue: bool = True, by: Caller = LOCAL
     ) -> QueueView:
-        """Say what becomes of the interrupted job: resume, redo, skip or abort, and whether the gripper holds a part.
+        """Decide about the interrupted job: resume, redo, skip or abort; `holding`: whether the gripper holds a part.
 
-        The rest of the job is checked whole from the robot's position, and refused like a motion (`NotHomed`,
-        `PathRefused` and others); then it still waits. The queue goes on with `resume_queue`, though not by an abort.
-        Raises `NotFound` where there is none, `InvalidValue` for what is no choice or contradicts the machine,
-        `AnswerNeeded`.
+        The rest of the job is checked as a whole from the current position, and refused like a motion (`NotHomed`,
+        `PathRefused` and others); then the job still waits. With `resume_queue`, the queue continues, except after
+        abort. Raises `NotFound` without an interrupted job, `InvalidValue` for an unknown choice or an answer that
+        contradicts the machine, `AnswerNeeded`.
         """
         await self._process.recover(choice, holding, resume_queue=resume_queue, by=by.name)
         return self.view()
 
     def proposes(self, by: Caller) -> bool:
-        """Tell whether what `by` wants to be done waits for somebody who approves it."""
+        """Return whether a job of `by` needs approval."""
         holder = self._lease.holder
         drives = holder is not None and holder.name == by.name and not holder.implicit
-        return by.role < Role.OPERATOR and not drives  # that a job of his runs does not make him the driver
+        return by.role < Role.OPERATOR and not drives  # a user whose job is running does not thereby drive
 
     async def require_over(self, number: int, operation: Operation, by: Caller) -> None:
-        """Raise `NotAllowed` where `by` may not do this to the job, `NotFound` where there is none."""
+        """Raise `NotAllowed` if `by` may not perform the operation on the job, `NotFound` for an unknown job."""
         line = await self._process.shown.found_line(number)
         require_over(by, operation, line.owner)

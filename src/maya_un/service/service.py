@@ -1,12 +1,8 @@
-"""The service as every edge sees it, and the gate that checks each operation against the caller's role.
+"""The service behind every interface, and the gate that checks each operation. Units are m, rad, s.
 
-The service: what can be asked of a running Maya, by whatever edge. Units are m, rad, s.
-
-Raises leaves of `maya_un.errors`, never anything else; edges show code and sentence as they are.
-
-The gate before the service: every request names its operation, and passes only if role and lease allow it.
-
-Edges call the service through the gate and nowhere else; the audit log tells what was asked and what came of it.
+The service raises only errors of `maya_un.errors`; interfaces pass their code and message on unchanged. Interfaces call
+it through the gate: every request names its operation, and passes only if role and lease allow it. The audit log
+records the request and its outcome.
 """
 
 from __future__ import annotations
@@ -51,12 +47,12 @@ from maya_un.workers import Workers
 class Service:
     """The service of a robot.
 
-    `address` and `speed` are shown in `status`: where the machine is, how fast its clock runs. `teaching` asks and
-    changes the book of taught places, from which `process` recalls them; without a `book` it has an empty one. Requests
-    that move nothing are computed in `workers`, if there are any.
+    `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
+    book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
+    computed in `workers`, if given.
     """
 
-    def __init__(  # noqa: PLR0913 - every room of the service is a parameter
+    def __init__(  # noqa: PLR0913 - every part of the service is a parameter
         self,
         process: Process,
         robot: Robot,
@@ -97,13 +93,13 @@ class Service:
         options: JobOptions = DEFAULT_OPTIONS,
         key: str = "",
     ) -> JobAccepted:
-        """Append a job, which may be JSON, to the queue; when its turn comes, it is checked as a whole and starts.
+        """Append a job, which may be JSON, to the queue; before its start, it is checked as a whole.
 
-        It is stored when this returns. The same `key` and request of the same owner gets the existing job. A student's
-        job waits for approval, unless the student drives.
+        The job is stored when this returns. A repeated request with the same `key` and owner returns the existing job.
+        A student's job waits for approval, unless the student drives.
 
-        Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`,
-        `InvalidValue` for options out of range, `FileUnreadable` for a broken book of taught places that it needs, and
+        Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`, `InvalidValue`
+        for options out of range, `FileUnreadable` for an invalid book of taught places that the job needs, and
         `NotConnected` or `Faulted` while nothing can run.
         """
         number = await self._process.submit(job, self._asked(by, options, key))
@@ -119,7 +115,7 @@ class Service:
         options: JobOptions = DEFAULT_OPTIONS,
         key: str = "",
     ) -> JobReport:
-        """Append one primitive as a job of its own; with `wait`, return its report when it has ended.
+        """Append one primitive as a separate job; with `wait`, return its report when it has ended.
 
         Its target may be the name of a taught pose or the cell of a taught pallet, its joints the name of a pose.
 
@@ -131,7 +127,7 @@ class Service:
         return await (self._process.result(number) if wait else self._process.shown.report(number))
 
     def _rights_ended(self, token: str, name: str, why: str) -> None:
-        """End what somebody drives whose token ended, or without one, who may do less than before, and his queue."""
+        """End the lease of a user whose token ended; without a token, of one with fewer rights, and pause the job."""
         self.lease.rights_ended(token, name, why)
         if not token and name != LOCAL.name:
             self._process.owner_ended(name)
@@ -142,34 +138,34 @@ class Service:
     async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Jogged:
         """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m) at `speed` (0 to 1).
 
-        It goes as far as the workspace allows, slowing down before the border, and tells how far that was; with
-        `clip` false more than the workspace allows is refused. Raises `Busy` while a job runs, and what motion raises.
+        It moves as far as the workspace allows, decelerates before the border, and returns the distance; with `clip`
+        false, a longer distance is refused. Raises `Busy` while a job runs, and the errors of a motion.
         """
         self._require_no_job()
         return await self._controller.jog(axis, distance, speed=speed, clip=clip)
 
     async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0) -> HeldJog:
-        """Jog in `direction` (1 or -1) for as long as this is said again at least twice a second; answer at once.
+        """Jog in `direction` (1 or -1) while this is called again at least twice a second; return at once.
 
-        On a twin whose clock runs faster it counts in the time of whoever asks. Raises as `jog` does.
+        On a twin with a faster clock, this period is in real time. Raises as `jog` does.
         """
         self._require_no_job()
         return await self._held.hold(axis, direction, speed)
 
     async def jog_release(self) -> None:
-        """Stop a held jog on its path; where there is none, nothing happens."""
+        """Stop a held jog on its path; do nothing without one."""
         await self._held.release()
 
     async def check_storage(self) -> str:
-        """Return why the journal cannot be written, "" if it can; if not, the queue pauses."""
+        """Return the reason why the journal cannot be written, "" if it can; in that case, pause the queue."""
         return await self._process.check_storage()
 
     async def job(self, number: int) -> JobReport:
-        """Return what is known of a job now, also of one that ended long ago; raises `NotFound`."""
+        """Return the report of a job, also of one that ended long ago; raises `NotFound`."""
         return await self._process.shown.report(number)
 
     async def jobs(self) -> list[JobLine]:
-        """Return one line for every job that has not ended, or ended lately, in the order they came."""
+        """Return one line for every job that has not ended or ended recently, in order of submission."""
         return self._process.shown.lines()
 
     async def wait(self, number: int) -> JobReport:
@@ -177,7 +173,7 @@ class Service:
         return await self._process.result(number)
 
     async def cancel(self, number: int, *, by: Caller = LOCAL) -> JobReport:
-        """End a job early; one that runs stops on its path. Returns when it is at rest.
+        """Cancel a job; a running one stops on its path. Returns when it is at rest.
 
         Raises `NotFound`, `NotAllowed`, `StorageFailed`.
         """
@@ -185,7 +181,7 @@ class Service:
         return await self._process.cancel(number)
 
     async def stop(self) -> StopReport:
-        """Begin to brake at once; tell how long and how far it takes. The queue is paused where anything waits in it.
+        """Start braking at once; return the time and distance to rest. The queue is paused if jobs wait in it.
 
         Raises `NotConnected`; the queue is paused all the same.
         """
@@ -194,36 +190,36 @@ class Service:
         return await self._controller.stop()
 
     async def pause(self) -> StopReport:
-        """Brake on the path and hold all motion until `resume`; tell how long and how far it takes.
+        """Brake on the path and hold all motion until `resume`; return the time and distance to rest.
 
-        The job under way is paused and goes on from there; one between two motions is held before the next.
-        Raises `CannotPause` where nothing is under way, or a homing; `NotConnected`, `Faulted`.
+        The running job is paused and later continues from there; a job between two motions is held before the next.
+        Raises `CannotPause` without a running job and during homing; `NotConnected`, `Faulted`.
         """
         return await self._process.turns.pause_motion()
 
     async def resume(self) -> None:
-        """Go on after a pause of motion; raises `NotPaused`, `NotConnected`. The queue stays paused where it is."""
+        """Resume motion after a pause; raises `NotPaused`, `NotConnected`. A paused queue stays paused."""
         await self._process.turns.resume_motion()
 
     async def speed(self, ratio: float) -> None:
-        """Scale the speed of all motion, also of what is under way, by `ratio` (0.01 to 1); raises `InvalidValue`."""
+        """Scale the speed of all motion by `ratio` (0.01 to 1), also of the running motion; raises `InvalidValue`."""
         await self._controller.override(ratio)
 
     async def abort(self) -> None:
-        """Stop without deceleration, and pause the queue where anything waits in it; raises `NotConnected`."""
+        """Stop without deceleration, and pause the queue if jobs wait in it; raises `NotConnected`."""
         self._process.turns.halt(Stopped())
         self._held.halt()
         await self._controller.abort()
 
     async def recover(self, *, take_over: bool = False) -> None:
-        """Clear a fault once its cause is gone; moves nothing, starts nothing; raises `NothingToRecover`.
+        """Clear a fault after its cause is removed, without motion; raises `NothingToRecover`.
 
-        `take_over` takes the controller from another program that owns it; otherwise that raises `ControllerOwned`.
+        `take_over` takes the controller from another program that owns it; otherwise this raises `ControllerOwned`.
         """
         await self._controller.recover(take_over=take_over)
 
     async def status(self) -> Status:
-        """Return everything about now."""
+        """Return the current status."""
         jobs = self._process.shown.first_lines()
         mode = self._process.shown.mode
         return Status(
@@ -242,20 +238,20 @@ class Service:
         )
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
-        """Yield every event numbered above `seq`, those past first, then as they come; none is left out.
+        """Yield every event numbered above `seq` without gaps: first the past ones, then new ones as they occur.
 
-        The first has number 1. Raises `EventsForgotten`.
+        The first event has number 1. Raises `EventsForgotten`.
         """
         return self._controller.events.follow(seq)
 
     def watch(self) -> AsyncIterator[State]:
-        """Yield the state of the machine now and every newer one; a slow reader skips to the newest."""
+        """Yield the current state of the machine and every newer one; a slow reader skips to the newest."""
         return self._controller.watch()
 
     async def preview(self, job: Job | Mapping[str, object], *, from_homed: bool = False) -> JobPreview:
-        """Return what a job would be: times, heights, end counts, and the first refusal; sends nothing.
+        """Return the preview of a job: times, heights, end counts, and the first refusal; nothing moves.
 
-        It starts where the robot is, or with `from_homed` where homing leaves it. Raises `InvalidJob` and
+        It starts at the current position, or with `from_homed` at that after homing. Raises `InvalidJob` and
         `UnknownName`.
         """
         parsed = job if isinstance(job, Job) else Job.parse(job)
@@ -264,9 +260,9 @@ class Service:
     async def inspect(
         self, job: Job | Mapping[str, object], *, from_homed: bool = False, samples: int = 200
     ) -> JobInspection:
-        """Return a job in detail: its preview, profiles of the axes, least margins, longest stop; sends nothing.
+        """Return a job in detail: its preview, profiles of the axes, smallest margins, longest stop; nothing moves.
 
-        Every motion has so many `samples`, 2 to 10 000. Raises as `preview` does, and `InvalidValue`.
+        `samples` is the number per motion, 2 to 10 000. Raises as `preview` does, and `InvalidValue`.
         """
         require_samples(samples)
         parsed = job if isinstance(job, Job) else Job.parse(job)
@@ -285,24 +281,24 @@ class Service:
         return self._controller.workspace.require(point)
 
     def reach(self, point: Point) -> Reach:
-        """Tell whether `point` [m] can be reached, and if not why, and where the nearest reachable point is."""
+        """Return whether `point` [m] is reachable; if not, the reason and the nearest reachable point."""
         return reach_of(self._controller.workspace, point)
 
     async def zones(self) -> list[AnyZone]:
-        """Return the zones that the robot keeps out of, as they are written in the configuration."""
+        """Return the keep-out zones in the format of the configuration."""
         return zones_of(self._controller)
 
     async def set_zone(self, zone: Mapping[str, object]) -> AnyZone:
-        """Keep out of one more zone, for this run; it takes the place of one of its name.
+        """Add a keep-out zone for this run, or replace the zone with the same name.
 
-        It is taken also where the robot stands in it; then no motion is allowed before it is removed. Raises
-        `InvalidRequest` with the key that makes it none, and `Busy` while a job runs or something moves.
+        A zone that contains the robot is accepted; then no motion is allowed before it is removed. Raises
+        `InvalidRequest` with an invalid key, and `Busy` while a job runs or the robot moves.
         """
         self._require_no_job()
         return put_zone(self._controller, zone)
 
     async def remove_zone(self, name: str) -> None:
-        """Keep out of a zone no longer, for this run; raises `NotFound` and `Busy`."""
+        """Remove a keep-out zone for this run; raises `NotFound` and `Busy`."""
         self._require_no_job()
         drop_zone(self._controller, name)
 
@@ -319,14 +315,14 @@ class Service:
 T = TypeVar("T")
 
 OnAudit = Callable[[Caller, Operation, int, str], None]
-"""Told of every operation that passed or was refused, with 0 or the code of the error, and what it was about."""
+"""Called for every passed or refused operation, with the error code or 0, and its subject."""
 
 QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW})
 """Operations that the audit log leaves out, because they change nothing."""
 
 
 def unheard(_caller: Caller, _operation: Operation, _code: int, _detail: str) -> None:
-    """Keep no audit log: for a service that nobody shares."""
+    """Do nothing: a service without shared access has no audit log."""
 
 
 Current = Callable[[Caller], Caller]
@@ -339,7 +335,7 @@ def unchanged(caller: Caller) -> Caller:
 
 
 class Gate:
-    """Calls `service` for callers, as far as their role and the `lease` allow; `audit` records it.
+    """Calls `service` for callers, as far as their role and the `lease` allow; `audit` records each call.
 
     `current` returns the present rights of a caller, because the interface may have checked them earlier.
     """
@@ -355,9 +351,9 @@ class Gate:
     async def call(
         self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], detail: str = ""
     ) -> T:
-        """Return what `work` answers; `detail` says in the audit log what it is about ("job 17").
+        """Return the result of `work`; `detail` is its subject in the audit log ("job 17").
 
-        A request that drives ends with its lease: if another user takes the lease, if it expires, or if its holder is
+        A request that needs the lease ends with it: if another user takes the lease, if it expires, or if its holder is
         demoted or removed, the request is cancelled, and its motion stops on the path. Jobs differ: if the owner is
         demoted or removed, the running step is finished, then the queue pauses (`Process.owner_ended`).
 
@@ -383,7 +379,7 @@ class Gate:
                 self._audit(caller, operation, code, detail)
 
     async def _driven(self, caller: Caller, work: Callable[[Service], Awaitable[T]]) -> T:
-        """Carry out a request while the caller drives."""
+        """Carry out a request while the caller holds the lease."""
         shown = caller.lease
         if not shown and not caller.implicit:
             self._lease.require(shown, caller.name)

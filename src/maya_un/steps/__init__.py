@@ -1,1 +1,1 @@
-"""Steps of processes that supervisors drive: their commands, results, and the record of those done."""
+"""Steps of remote processes of supervisors: their commands, their results, and their journal."""

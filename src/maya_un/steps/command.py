@@ -1,4 +1,4 @@
-"""The step that a command of /step_command asks for: its primitive, the robot that it is for, its deadline."""
+"""The step in a command of /step_command: its primitive, its robot, its deadline."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ class StepCommand:
     deadline: str | None = None
 
     def expired(self, date: str) -> bool:
-        """Tell whether the deadline lies before `date` (ISO 8601, UTC)."""
+        """Return whether the deadline lies before `date` (ISO 8601, UTC)."""
         return self.deadline is not None and _instant(self.deadline) < _instant(date)
 
     @property
     def digest(self) -> str:
-        """Identity of its content; ignored fields do not count."""
+        """Hash of the content; ignored fields do not count."""
         return sha256(json.dumps(to_dict(self.primitive), sort_keys=True).encode()).hexdigest()
 
 
 def step_of(data: Mapping[str, Any], id_: str) -> StepCommand:
-    """Return the step that a command asks for.
+    """Return the step of a command.
 
-    Raises `InvalidRequest` for what is missing, `UnknownName` for a command that is none, `InvalidValue` for a value
-    that is not what it must be.
+    Raises `InvalidRequest` for a missing or malformed field, `UnknownName` for an unknown command, `InvalidValue` for
+    an invalid value.
     """
     command = data.get("command")
     if command is None:

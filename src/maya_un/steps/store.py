@@ -1,4 +1,4 @@
-"""Known steps, in a file that outlives this program: an id is carried out once, and never again."""
+"""Known steps, in a file that outlives this program: each id is carried out only once."""
 
 from __future__ import annotations
 
@@ -31,19 +31,20 @@ CREATE TABLE steps (
 ) WITHOUT ROWID
 """
 _IDENTITY = "CREATE TABLE IF NOT EXISTS identity (journal TEXT NOT NULL)"
-"""A journal differs from every other; programs that do not know this table leave it alone."""
+"""Each journal has a unique name; programs that do not know this table ignore it."""
 
 _TO_VERSION_2 = ("ALTER TABLE steps ADD COLUMN begun TEXT", "UPDATE steps SET begun = started")
-"""In version 1 a step was written down when it began."""
+"""In version 1 a step was stored when it started."""
 
 _COLUMNS = "id, digest, started, warnings, result, told, begun"
 
 
 @dataclass(frozen=True, slots=True)
 class StoredStep:
-    """A step as it is stored: `started` is the date of its acceptance, `begun` that of its begin, None before it.
+    """A step as stored: `started` is the date of its acceptance, `begun` that of its execution, None before it.
 
-    `result` is None while the step waits or runs, and if a program ended then.
+    `result` is None while the step waits or runs, and if the program ended meanwhile. `told` is True if the result was
+    delivered.
     """
 
     id: str
@@ -56,10 +57,10 @@ class StoredStep:
 
 
 class StepStore:
-    """Keeps steps in one file; what a coroutine wrote is on the disk when it returns.
+    """Stores steps in one file; when a method returns, its write is on the disk.
 
-    Every write raises `StorageFailed`, and then nothing of it was kept. `journal` names this file: no other file has
-    the same name, and a file that is lost takes it along.
+    Every write raises `StorageFailed`, and then nothing was stored. `journal` is the unique name of this file; a new
+    file gets a new name.
     """
 
     def __init__(self, path: Path, connection: sqlite3.Connection, lock: file.JournalLock, journal: str) -> None:
@@ -71,55 +72,55 @@ class StepStore:
 
     @classmethod
     async def open(cls, path: Path) -> StepStore:
-        """Open the file at `path`, or make it, and hold it until `close`.
+        """Open or create the file at `path`, and lock it until `close`.
 
         Raises `StorageInUse`, `StorageDamaged`, `StorageTooNew`, `FileNotOurs`, `FileUnwritable`.
         """
         return await asyncio.get_running_loop().run_in_executor(None, _open, path)
 
     async def find(self, id_: str) -> StoredStep | None:
-        """Return the step of an id, None where there was none."""
+        """Return the step with an id, None if it is unknown."""
         asked = f"SELECT {_COLUMNS} FROM steps WHERE id = ?"
         rows = await self._do(lambda connection: connection.execute(asked, (id_,)).fetchall())
         return _kept(rows[0]) if rows else None
 
     async def unfinished(self) -> list[StoredStep]:
-        """Return the steps without a result, and those whose result nobody was told, the oldest first."""
+        """Return the steps without a result, and those with an undelivered result, oldest first."""
         asked = f"SELECT {_COLUMNS} FROM steps WHERE result IS NULL OR NOT told ORDER BY started, id"
         return [_kept(row) for row in await self._do(lambda connection: connection.execute(asked).fetchall())]
 
     async def accept(
         self, id_: str, digest: str, started: str, warnings: tuple[str, ...], *, begins: bool = False
     ) -> None:
-        """Store a step that is accepted, and begins at once if it `begins`."""
+        """Store an accepted step; with `begins`, it also starts at once."""
         values = (id_, digest, started, json.dumps(warnings), started if begins else None)
         added = "INSERT INTO steps (id, digest, started, warnings, begun) VALUES (?, ?, ?, ?, ?)"
         await self._do(lambda connection: connection.execute(added, values))
 
     async def refuse(self, id_: str, digest: str, result: StepEnd) -> None:
-        """Store a step that never begins, with its result."""
+        """Store a step that never starts, with its result."""
         values = (id_, digest, result.started, json.dumps(result.warnings), _written(result))
         added = "INSERT INTO steps (id, digest, started, warnings, result) VALUES (?, ?, ?, ?, ?)"
         await self._do(lambda connection: connection.execute(added, values))
 
     async def begin(self, id_: str, date: str) -> None:
-        """Store that a step begins; this must be on the disk before anything moves."""
+        """Store that a step starts; this must be on the disk before any motion."""
         changed = "UPDATE steps SET begun = ? WHERE id = ?"
         await self._do(lambda connection: connection.execute(changed, (date, id_)))
 
     async def end(self, id_: str, result: StepEnd) -> None:
-        """Keep how a step ended."""
+        """Store the result of a step."""
         values = (_written(result), id_)
         await self._do(lambda connection: connection.execute("UPDATE steps SET result = ? WHERE id = ?", values))
 
     async def told(self, result: StepEnd) -> None:
-        """Keep that somebody was told how a step ended; a result that is not kept changes nothing."""
+        """Store that a result was delivered; a result that is not stored changes nothing."""
         values = (result.id, _written(result))
         changed = "UPDATE steps SET told = 1 WHERE id = ? AND result = ? AND NOT told"
         await self._do(lambda connection: connection.execute(changed, values))
 
     async def close(self) -> None:
-        """Close the file, and let the next one in."""
+        """Close and unlock the file."""
         try:
             await self._run(self._connection.close)
             self._thread.shutdown()
@@ -133,7 +134,7 @@ class StepStore:
             raise file.writing_error(error) from error
 
     async def _run(self, work: Callable[[], T]) -> T:
-        """Do `work` to its end, also where whoever waits is cancelled meanwhile."""
+        """Do `work` to its end, even if the caller is cancelled."""
         return await asyncio.shield(asyncio.get_running_loop().run_in_executor(self._thread, work))
 
 
@@ -157,7 +158,7 @@ def _open(path: Path) -> StepStore:
 
 
 def _require_ours(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise `FileNotOurs` or `StorageTooNew` for a file that is not for us to write to; an empty one is."""
+    """Raise `FileNotOurs` or `StorageTooNew` for a file that this program must not write; an empty file is accepted."""
     application, version = (
         connection.execute(f"PRAGMA {what}").fetchone()[0] for what in ("application_id", "user_version")
     )
@@ -169,7 +170,7 @@ def _require_ours(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _set_up(connection: sqlite3.Connection) -> None:
-    """Create the table, or bring it to this version, whole or not at all."""
+    """Create the table, or migrate it to this version, in one transaction."""
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     if version == _VERSION:
         return
@@ -182,7 +183,7 @@ def _set_up(connection: sqlite3.Connection) -> None:
 
 
 def _journal(connection: sqlite3.Connection) -> str:
-    """Return the name of this journal; a new one gets its name here."""
+    """Return the name of this journal; a new journal gets its name here."""
     connection.execute("BEGIN IMMEDIATE")
     connection.execute(_IDENTITY)
     connection.execute("INSERT INTO identity SELECT ? WHERE NOT EXISTS (SELECT 1 FROM identity)", (uuid4().hex,))

@@ -1,4 +1,4 @@
-"""The steps of a remote process as JSON text, their progress and their results, and which robot does them.
+"""The steps of a remote process as JSON text, their progress and their results, and the robot's identity.
 
     {"id": "7", "command": "pick", "args": {"x": 0.5, "y": 1.1, "z": 0.4}, "robot": "MAYA", "deadline": …}
     {"id": "7", "state": "executing", "date": …}
@@ -31,27 +31,27 @@ TEXT_TYPE = "std_msgs/String"
 """The ROS type of the four topics: JSON in a string."""
 
 QUIET = 1.5
-"""After a stop or a fault steps are refused until none has come for so long [s, real time].
+"""After a stop or a fault, steps are refused until none has arrived for this time [s, real time].
 
-The slowest way is Firestore's: a query each `coms.firestore.INTERVAL`, then two more requests before the robot gets a
-step. They may take 0.2 s each.
+The slowest transport is Firestore: a query each `coms.firestore.INTERVAL`, then two more requests before the robot gets
+a step. These may take 0.2 s each.
 """
 
 INTERRUPTED = "INTERRUPTED"
-"""The code of a step without a result when the program ended: nobody knows how far it came."""
+"""The code of a step without a result when the program ended: its progress is unknown."""
 
 LONGEST_ID = 200
-"""Characters of an id."""
+"""Maximum length of an id [characters]."""
 
 DEEPEST = 32
-"""Levels of nesting in a command: as many as a Realtime Database allows."""
+"""Maximum levels of nesting in a command: the limit of a Realtime Database."""
 
 _LONGEST_TEXT = 64
-"""Characters of a text in `content_of`."""
+"""Maximum length of a text in `content_of` [characters]."""
 
 
 ARGUMENTS = {name: primitive.argument.numbers for name, primitive in PRIMITIVES.items()}
-"""The commands, and what each needs."""
+"""The commands, and the arguments that each needs."""
 
 
 class StepState(StrEnum):
@@ -63,7 +63,7 @@ class StepState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class RobotIdentity:
-    """A robot: its name for supervisors, and which journal its steps are in."""
+    """A robot: its name for supervisors, and the journal of its steps."""
 
     name: str
     journal: str
@@ -76,7 +76,7 @@ class RobotIdentity:
 
 @dataclass(frozen=True, slots=True)
 class StepProgress:
-    """A step came into a state on a date (ISO 8601, UTC)."""
+    """The state of a step from a date on (ISO 8601, UTC)."""
 
     id: str
     state: StepState
@@ -90,11 +90,10 @@ class StepProgress:
 
 @dataclass(frozen=True, slots=True)
 class StepEnd:
-    """How a step ended, or why it was refused: `error` is a sentence and `code` ours, both None after success.
+    """The end of a step, or its refusal: `error` is a sentence, `code` a code of Maya; both are None after success.
 
-    `id` is None where the command had none that could be read. Dates are ISO 8601 in UTC. `content` is set
-    if another command has the same id (`content_of`): it shows the sender of the first command that another command was
-    refused.
+    `id` is None if the command had no readable id. Dates are ISO 8601 in UTC. `content` is set if another command has
+    the same id (`content_of`): it shows the sender of the first command that the other command was refused.
     """
 
     id: str | None
@@ -128,12 +127,12 @@ class StepEnd:
         warnings: tuple[str, ...] = (),
         content: dict[str, Any] | None = None,
     ) -> StepEnd:
-        """Return the result of a step of which nothing was done on `date`, for `error`."""
+        """Return the result of a step that was refused on `date`, because of `error`."""
         return cls(id_, str(error), str(error.code), date, date, warnings, content)
 
 
 def read(text: str) -> dict[str, Any]:
-    """Return a command as data; raises `InvalidMessage` for what is no JSON object."""
+    """Return a command as data; raises `InvalidMessage` if it is not a JSON object or is nested too deep."""
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -146,7 +145,7 @@ def read(text: str) -> dict[str, Any]:
 
 
 def _is_deeper(data: object, levels: int) -> bool:
-    """Tell whether data have more than so many levels; Python can read deeper JSON than it can write."""
+    """Return whether data have more than `levels` levels; Python can parse deeper JSON than it can write."""
     level = [data]
     for _ in range(levels + 1):
         below = [one.values() if isinstance(one, dict) else one for one in level if isinstance(one, dict | list)]
@@ -166,7 +165,7 @@ def content_of(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _plain(value: object) -> float | bool | str | None:
-    """Return a number as a float, a boolean as it is, the beginning of a text, None for anything else."""
+    """Return a number as a float, a boolean unchanged, the beginning of a text, None for anything else."""
     if isinstance(value, str):
         return value[:_LONGEST_TEXT]
     if isinstance(value, bool):

@@ -3,8 +3,8 @@
     async with Supervisor("mqtt://localhost") as lab:
         await lab.robot("MAYA").pick(0.5, 1.1, 0.4)
 
-`lab` is the connection, `step` one step of one robot, `process` a file of steps for several robots, `record` what was
-done of it, `running` carries it out.
+`lab` is the connection, `step` one step of one robot, and `process` a file of steps for several robots, with its
+record and its runner.
 """
 
 from maya_un.supervisor.lab import Event, Robot, Supervisor

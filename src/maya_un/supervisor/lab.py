@@ -1,7 +1,7 @@
-"""The connection of a supervisor: robots, their presence, the steps that they were sent.
+"""The connection of a supervisor: robots, their presence, and the steps sent to them.
 
-A step is published until its result is there: again after every reconnect, with the same id, which the robot's journal
-recognises. So nothing is lost and nothing runs twice, whichever side ends or is cut off.
+A step without a result is published again after every reconnect, with the same id, which the robot's journal
+recognises. So no step is lost or runs twice, whichever side ends or is disconnected.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from maya_un.supervisor.primitives import PrimitiveCommands
 from maya_un.supervisor.step import Step, check, command_text, progress_of, result_of
 
 ONLINE = "ONLINE"
-"""A robot is connected and takes commands."""
+"""A robot is connected and accepts commands."""
 
 DEADLINE = 60.0
-"""A step begins within this time, or never [s]."""
+"""A step must start within this time [s]; later it is refused."""
 
 _SHORT_SESSION = 300
-"""The broker keeps what is for a supervisor without a name for so long [s]."""
+"""The broker stores messages for a supervisor without a name for this time [s]."""
 
 _NO_RETAINED = 2
-"""Subscribe without getting retained messages again."""
+"""Subscription option: do not send retained messages again."""
 
 _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that a robot published, as JSON data; `kind` is connection, progress or results."""
+    """A message that a robot published, as JSON data; `kind` is connection, progress or results."""
 
     robot: str
     kind: str
@@ -55,12 +55,12 @@ class Event:
 class Supervisor:
     """Sends steps to the robots of a broker while the block runs.
 
-    `url` is the broker's, by default $MAYA_COMS_URL; credentials come from the environment, as those of `maya coms` do.
-    A supervisor with a `name` has a session that outlives it: results that come while it is away wait for it. No two
-    programs may use one name. `deadline` is the time within which a step must begin [s].
+    `url` is the broker's, by default $MAYA_COMS_URL; credentials are those of `maya coms`, from the environment. A
+    supervisor with a `name` has a session that outlives it: the broker stores results for it while it is disconnected.
+    No two programs may use one name. `deadline` is the time within which a step must start [s].
 
     It logs a warning if it sends the password to another computer without encryption. Entering raises
-    `SupervisorsNotReached` if the broker does not answer; later it connects again by itself.
+    `SupervisorsNotReached` if the broker does not answer; later it reconnects automatically.
     """
 
     def __init__(self, url: str | None = None, *, name: str | None = None, deadline: float = DEADLINE) -> None:
@@ -115,12 +115,12 @@ class Supervisor:
         return dict(sorted(self._presence.items()))
 
     def robot(self, name: str) -> Robot:
-        """Return the robot of this name, present or not; raises `InvalidValue` for a name that none can have."""
+        """Return the robot of this name, present or not; raises `InvalidValue` for an invalid name."""
         topic(name, "commands")
         return Robot(self, name)
 
     def send(self, id_: str, robot: str, text: str) -> Step:
-        """Send a command as it is written; the same one again is answered from the robot's journal."""
+        """Send a command unchanged; the robot's journal answers a repeated one."""
         step = self._steps.get(id_)
         if step is None:
             step = self._steps[id_] = self._unsent[id_] = Step(id_, robot, text)
@@ -129,7 +129,7 @@ class Supervisor:
         return step
 
     async def watch(self) -> AsyncIterator[Event]:
-        """Yield everything that robots publish from now on, the presence of each first."""
+        """Yield all messages that robots publish from now on, after the presence of each robot."""
         queue: asyncio.Queue[Event] = asyncio.Queue()
         for robot, state in self.robots.items():
             queue.put_nowait(Event(robot, "connection", {"connection": state}))
@@ -153,7 +153,7 @@ class Supervisor:
             await first_to_end(self._receive(client), self._send(client))
 
     async def _subscribe(self, client: BrokerClient) -> None:
-        """Subscribe, and take in the presence of all robots: the second answer comes behind what is retained."""
+        """Subscribe, and read the presence of all robots: the second answer arrives after the retained messages."""
         where = f"{VERSION}/+/connection"
         self._heard.clear()
         await client.subscribe(where)
@@ -172,7 +172,7 @@ class Supervisor:
             for watcher in tuple(self._watchers):
                 watcher(event)
         elif not message.payload:
-            self._presence.pop(message.topic.value.split("/")[2], None)  # a person removed what was retained
+            self._presence.pop(message.topic.value.split("/")[2], None)  # a person removed the retained message
         client.acknowledge(message)
 
     def _note(self, event: Event) -> None:
@@ -184,14 +184,14 @@ class Supervisor:
             return
         progress, result = progress_of(event.data), result_of(event.data)
         if result is not None:
-            if result.content is None or result.content == step.content:  # else it refuses another program's command
+            if result.content is None or result.content == step.content:  # else it refuses a command of another program
                 self._end(step, result)
         elif progress is not None:
             step.reported(progress)
 
     def _note_presence(self, robot: str, state: str) -> None:
         self._presence[robot] = state
-        if state == ONLINE:  # a command that came while the broker did not know the robot is lost
+        if state == ONLINE:  # a command sent before the broker knew the robot is lost
             self._unsent.update({id_: step for id_, step in self._steps.items() if step.robot == robot})
             self._work.set()
 
@@ -205,11 +205,11 @@ class Supervisor:
             await self._work.wait()
             self._work.clear()
             for name in self._wanted - self._heard:
-                # reports may be lost with the connection, and need not be acknowledged; results may not
+                # reports may be lost with the connection; results may not, and are acknowledged
                 await client.subscribe([(f"{VERSION}/{name}/progress", 0), (f"{VERSION}/{name}/results", 1)])
                 self._heard.add(name)
             for step in tuple(self._unsent.values()):
-                if step.robot in self._heard:  # else its result would be missed; another round sends it
+                if step.robot in self._heard:  # else its result would be missed; the next round sends it
                     await self._publish(client, step)
 
     async def _publish(self, client: BrokerClient, step: Step) -> None:
@@ -223,7 +223,7 @@ class Supervisor:
 class Robot(PrimitiveCommands):
     """One robot. Every method sends a step and returns it; await it for its result.
 
-    Coordinates are metres. `deadline` is the time within which the step must begin [s].
+    Coordinates are metres. `deadline` is the time within which the step must start [s].
     """
 
     def __init__(self, lab: Supervisor, name: str) -> None:
@@ -236,7 +236,7 @@ class Robot(PrimitiveCommands):
         return self._lab.robots.get(self.name)
 
     def do(self, command: str, *, deadline: float | None = None, **args: float) -> Step:
-        """Send a step; raises `UnknownName`, `InvalidRequest`, `InvalidValue` for one that no robot would begin."""
+        """Send a step; raises `UnknownName`, `InvalidRequest`, `InvalidValue` for one that every robot would refuse."""
         check(command, args)
         id_ = str(uuid4())
         until = self._lab.deadline if deadline is None else deadline
@@ -244,7 +244,7 @@ class Robot(PrimitiveCommands):
 
 
 def _event_of(message: aiomqtt.Message) -> Event | None:
-    """Return what a message tells, None for what is none of ours."""
+    """Return the event in a message, None for other messages."""
     parts = message.topic.value.split("/")
     try:
         data = json.loads(message.payload)

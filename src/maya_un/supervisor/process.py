@@ -3,7 +3,7 @@
 The file:
 
     name: hand over
-    deadline: 60            # a step begins within so many seconds after it was sent; optional
+    deadline: 60            # a step starts within so many seconds after it was sent; optional
     steps:
     - {id: fetch, robot: MAYA, command: pick, args: {x: 0.5, y: 1.1, z: 0.4}}
     - {id: give, robot: MAYA, command: place, args: {x: 0.3, y: 1.2, z: 0.4}, after: [fetch]}
@@ -61,7 +61,7 @@ _LONGEST_DEADLINE = 7 * 24 * 3600.0
 
 @dataclass(frozen=True, slots=True)
 class ProcessStep:
-    """A step of a process; it begins when the steps `after` which it comes have ended."""
+    """A step of a process; it starts when the steps in `after` have ended."""
 
     id: str
     robot: str
@@ -72,7 +72,7 @@ class ProcessStep:
 
 @dataclass(frozen=True, slots=True)
 class FleetProcess:
-    """Steps by id, in the order of the file. `deadline` is the time in which a step begins once it was sent [s]."""
+    """Steps by id, in the order of the file. `deadline` is the time from sending a step to its start [s]."""
 
     name: str
     steps: dict[str, ProcessStep]
@@ -80,19 +80,19 @@ class FleetProcess:
 
     @property
     def digest(self) -> str:
-        """The identity of a process, in the ids of its steps."""
+        """Hash of the steps of a process; it identifies the process in its record."""
         return sha256(json.dumps([asdict(step) for step in self.steps.values()]).encode()).hexdigest()
 
     def sorter(self) -> TopologicalSorter[str]:
-        """Return the graph of its steps."""
+        """Return the graph of the steps."""
         return TopologicalSorter({step.id: step.after for step in self.steps.values()})
 
 
 def load_process(path: Path) -> FleetProcess:
-    """Return the process of a YAML or JSON file; one without a name is called as the file.
+    """Return the process in a YAML or JSON file; its default name is that of the file.
 
-    Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidProcess` for anything in it by which it
-    could not be carried out to its end.
+    Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidProcess` for content that cannot be
+    carried out completely.
     """
     data = _mapping(read_document(path), "the file", {"steps"}, {"name", "deadline"})
     if not isinstance(data["steps"], list) or not data["steps"]:
@@ -178,7 +178,7 @@ class FailureDecision(StrEnum):
 
 
 class ProcessStepState(StrEnum):
-    """How far a step of a process has come."""
+    """The state of a step of a process."""
 
     WAITING = "waiting"
     SENT = "sent"
@@ -189,7 +189,7 @@ class ProcessStepState(StrEnum):
 
 @dataclass(slots=True)
 class StepEntry:
-    """The present data of a step: the id and text of its latest command, and its result."""
+    """The current data of a step: the id and text of its latest command, and its result."""
 
     state: ProcessStepState = ProcessStepState.WAITING
     id: str | None = None
@@ -208,19 +208,19 @@ class ProcessRecord:
         self.aborted = False
 
     def sent(self, step: str, id_: str, text: str) -> None:
-        """Note a command that is sent next."""
+        """Record a command before it is sent."""
         self._append({"step": step, "sent": id_, "text": text})
 
     def ended(self, step: str, result: StepEnd) -> None:
-        """Note a result."""
+        """Record a result."""
         self._append({"step": step, "result": json.loads(result.text)})
 
     def decided(self, step: str, decision: FailureDecision) -> None:
-        """Note what a person decided about a failed step."""
+        """Record the decision of a person about a failed step."""
         self._append({"step": step, "decision": decision.value})
 
     def abort(self) -> None:
-        """Note that a person ends the process."""
+        """Record that a person ends the process."""
         self._append({"decision": FailureDecision.ABORT.value})
 
     def require_not_aborted(self) -> None:
@@ -247,7 +247,7 @@ class ProcessRecord:
         self.apply(line)
 
     def apply(self, line: dict[str, Any]) -> None:
-        """Take in what a line says."""
+        """Apply a line of the record."""
         if line.get("decision") == FailureDecision.ABORT:
             self.aborted = True
             return
@@ -266,10 +266,10 @@ class ProcessRecord:
 
 @contextmanager
 def recorded(path: Path, process: FleetProcess, *, again: bool = False) -> Iterator[ProcessRecord]:
-    """Open the record of a process, or begin one; with `again` the old one is dropped.
+    """Open or create the record of a process; with `again`, delete the old one.
 
     Raises `ProcessChanged` for the record of another process, `StorageInUse` while another program uses it,
-    `FileUnreadable` for a file that is no record, `FileUnwritable`.
+    `FileUnreadable` for a file that is not a record, `FileUnwritable`.
     """
     descriptor = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
     try:
@@ -301,7 +301,7 @@ def _lock(descriptor: int, path: Path) -> None:
 
 
 def _lines(descriptor: int, path: Path) -> list[dict[str, Any]]:
-    """Return what the lines say; cut off one that is not whole."""
+    """Return the lines as data; remove an incomplete last line."""
     with os.fdopen(os.dup(descriptor), "rb") as file:
         file.seek(0)
         data = file.read()
@@ -326,13 +326,13 @@ def _replay(record: ProcessRecord, lines: list[dict[str, Any]], path: Path) -> N
 
 
 Tell = Callable[[ProcessStep, StepProgress | StepEnd], None]
-"""Is told of every report and every result."""
+"""Called for every report and every result."""
 
 _OVER = frozenset({ProcessStepState.DONE, ProcessStepState.SKIPPED})
 
 
 class FleetProcessRunner:
-    """Carries out the process of a record over `lab`."""
+    """Carries out the process of a record through the supervisor `lab`."""
 
     def __init__(self, record: ProcessRecord, lab: Supervisor, tell: Tell | None = None) -> None:
         self._record = record
@@ -343,9 +343,9 @@ class FleetProcessRunner:
         self._busy: dict[str, asyncio.Task[None]] = {}
 
     async def run(self) -> None:
-        """Carry out all that is left.
+        """Carry out the remaining steps.
 
-        Raises `DecisionNeeded` if a failed step holds the rest back, `ProcessAborted` if a person ended the process.
+        Raises `DecisionNeeded` if a failed step blocks the rest, `ProcessAborted` if a person ended the process.
         """
         self._record.require_not_aborted()
         self._sorter.prepare()
@@ -362,7 +362,7 @@ class FleetProcessRunner:
             await asyncio.gather(*self._busy.values(), return_exceptions=True)
 
     def _begin(self) -> None:
-        """Begin every step that can begin."""
+        """Start every step that can start."""
         while found := self._sorter.get_ready():
             self._ready.extend(found)
             for id_ in found:
@@ -374,11 +374,11 @@ class FleetProcessRunner:
                 self._busy[step.robot] = asyncio.create_task(self._carry_out(step), name=f"step {id_}")
 
     def _rank(self, id_: str) -> tuple[bool, int]:
-        """Return the place of a step among those of its robot: sent ones first, then by the order of the file."""
+        """Return the rank of a step among those of its robot: sent steps first, then in the order of the file."""
         return self._record.entries[id_].state is not ProcessStepState.SENT, list(self._record.entries).index(id_)
 
     def _pass(self, id_: str) -> None:
-        """Let the steps after a step begin if it is over."""
+        """Release the steps after a step that is done or skipped."""
         if id_ in self._ready and self._record.entries[id_].state in _OVER:
             self._ready.remove(id_)
             self._sorter.done(id_)

@@ -1,4 +1,4 @@
-"""One step of one robot: its command, what the robot reports of it, its result."""
+"""One step of one robot: its command, the robot's reports, its result."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from maya_un.values import FARTHEST, WITHIN
 
 
 def check(command: str, args: Mapping[str, Any]) -> None:
-    """Raise `UnknownName`, `InvalidRequest` or `InvalidValue` for a command that no robot would begin."""
+    """Raise `UnknownName`, `InvalidRequest` or `InvalidValue` for a command that every robot would refuse."""
     needed = ARGUMENTS.get(command)
     if needed is None:
         raise UnknownName(name=command, known=", ".join(ARGUMENTS))
@@ -48,16 +48,16 @@ def _check_value(argument: Argument, name: str, value: object) -> None:
 
 
 def command_text(id_: str, robot: str, command: str, args: Mapping[str, Any], deadline: float) -> str:
-    """Return the JSON text of a command whose step must begin within `deadline` [s]."""
+    """Return the JSON text of a command whose step must start within `deadline` [s]."""
     until = datetime.now(UTC) + timedelta(seconds=deadline)
     data = {"id": id_, "command": command, "args": dict(args), "robot": robot, "deadline": until.isoformat()}
     return json.dumps(data)
 
 
 class Step:
-    """A step that was sent to a robot. Await it for its result; iterate over it for the robot's reports before that.
+    """A step for a robot. Await it for its result; iterate over it for the robot's reports before that.
 
-    It is carried out whether anybody awaits it or not. Awaiting raises the error by which the step failed.
+    It is carried out even if no code awaits it. Awaiting it raises the error with which the step failed.
     """
 
     def __init__(self, id_: str, robot: str, text: str) -> None:
@@ -84,11 +84,11 @@ class Step:
 
     @property
     def content(self) -> dict[str, Any]:
-        """The part of the command that the robot compares if the same id comes again."""
+        """The part of the command that the robot compares if it receives the same id again."""
         return content_of(json.loads(self.text))
 
     async def outcome(self) -> StepEnd:
-        """Return the result, that of a failed step too; raises `BrokerRefused` for a step that was never sent."""
+        """Return the result, also that of a failed step; raises `BrokerRefused` for a step that the broker refused."""
         ended = await asyncio.shield(self._ended)
         if isinstance(ended, MayaError):
             raise ended
@@ -101,20 +101,20 @@ class Step:
         return result
 
     def reported(self, progress: StepProgress) -> None:
-        """Note a report of the robot; a repeated one changes nothing."""
+        """Record a report of the robot; a repeated one changes nothing."""
         if progress.state not in {known.state for known in self._reports}:
             self._reports.append(progress)
             self._changed.set()
 
     def ended(self, how: StepEnd | MayaError) -> None:
-        """Note the result, or the error for which it could not be sent; only the first counts."""
+        """Record the result, or the error that prevented sending; only the first call counts."""
         if not self._ended.done():
             self._ended.set_result(how)
             self._changed.set()
 
 
 def error_of(result: StepEnd, robot: str) -> MayaError:
-    """Return the error of a failed step, with the robot's code and words."""
+    """Return the error of a failed step, with the robot's code and message."""
     error, code = result.error or "", result.code or ""
     if code == INTERRUPTED:
         return StepInterrupted(id=result.id, robot=robot)
@@ -124,7 +124,7 @@ def error_of(result: StepEnd, robot: str) -> MayaError:
 
 
 def progress_of(data: Mapping[str, Any]) -> StepProgress | None:
-    """Return what a robot reports, None for what is no report."""
+    """Return a report of a robot, None for other data."""
     try:
         return StepProgress(str(data["id"]), StepState(data["state"]), str(data["date"]))
     except (KeyError, ValueError):
@@ -132,7 +132,7 @@ def progress_of(data: Mapping[str, Any]) -> StepProgress | None:
 
 
 def result_of(data: Mapping[str, Any]) -> StepEnd | None:
-    """Return a result that a robot published, None for what is none."""
+    """Return a result that a robot published, None for other data."""
     try:
         error = None if data["success"] is True else str(data["error"])
         code = None if error is None else str(data["code"])

@@ -1,1 +1,1 @@
-"""`maya lease` and `maya user`: who drives, and who may what."""
+"""`maya lease` and `maya user`: the control lease, users and roles."""

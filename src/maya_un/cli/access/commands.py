@@ -1,4 +1,4 @@
-"""The commands about who drives and who may what: their arguments and their help."""
+"""The commands for the control lease and for users: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Lasts = Annotated[
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the commands under `app`; `how` is what all commands have in common."""
+    """Add the commands to `app`; `how` contains the options of all commands."""
     about = (
         "Show, take or hand over the control lease: the right to move the robot. One user has it at a time, "
         "the driver. Without a command, show the driver."

@@ -12,7 +12,10 @@ from maya_un.service.access import callers
 
 
 def keep_token(token: str) -> Path:
-    """Keep a token for all commands of this user, whole or not at all; raises `FileUnwritable`."""
+    """Store a token for all commands of this user, completely or not at all; return its file.
+
+    Raises `FileUnwritable`.
+    """
     place = credentials.token_file()
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -23,7 +26,7 @@ def keep_token(token: str) -> Path:
 
 
 def remove_token(void: Collection[str]) -> Path | None:
-    """Remove the token that is kept, if its id is one of `void`, and return where it was.
+    """Remove the stored token if its id is in `void`; return its former file, else None.
 
     Raises `FileUnwritable`.
     """
@@ -35,7 +38,7 @@ def remove_token(void: Collection[str]) -> Path | None:
         place.unlink()
     except FileNotFoundError:
         return None
-    except ValueError:  # it is no text, so it holds none of our tokens
+    except ValueError:  # not text, so it contains no token of Maya
         return None
     except OSError as error:
         raise FileUnwritable(path=place, reason=error.strerror or str(error)) from error
@@ -43,7 +46,7 @@ def remove_token(void: Collection[str]) -> Path | None:
 
 
 def set_aside() -> Path | None:
-    """Rename the file of the token that was kept before, if there is one, and return where it is now.
+    """Rename the file of the stored token, if it exists; return its new path.
 
     Raises `FileUnwritable`.
     """
@@ -59,5 +62,5 @@ def set_aside() -> Path | None:
 
 
 def keep_lease(lease: str, url: str) -> None:
-    """Keep a lease for the commands of this user; raises `FileUnwritable`."""
+    """Store a lease for the commands of this user; raises `FileUnwritable`."""
     runtime.write(credentials.LEASE_FILE, {"id": lease, "url": url})

@@ -1,7 +1,7 @@
-"""`maya lease`: who drives, taking the lease and handing it on.
+"""`maya lease`: show, take, release and offer the control lease.
 
-A lease that is taken serves all commands of this user. Without `--for` the command itself is the heartbeat: it renews
-the lease as long as it runs, so that a closed terminal or a lost connection frees the robot.
+All commands of this user use the lease. Without `--for`, the command itself renews the lease while it runs, so a closed
+terminal or a lost connection frees the robot.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from maya_un.client import requests
 from maya_un.errors import MayaError, ServiceNotAnswering
 
 HEARTBEAT = 2.0
-"""How often the lease is renewed [s]: a fifth of its patience, so that a few lost answers cost nothing."""
+"""Period of renewing the lease [s]: a fifth of its duration, so that a few lost answers do not matter."""
 
 _ANSWER = 2.0
-"""How long the service may take to answer a renewal [s]."""
+"""Longest wait for the answer to a renewal [s]."""
 
 _LINE = "\r\x1b[K"
 _UNITS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
@@ -35,15 +35,15 @@ _RELEASED = marked("You gave the lease back. Nobody drives now.")
 
 
 def show(settings: OutputSettings) -> int:
-    """Tell who drives; raises `ServiceNotRunning`."""
+    """Print the driver; raises `ServiceNotRunning`."""
     view = ServiceClient.find().ask(requests.lease())
     return output.answer(view, _described(view, settings.language), settings)
 
 
 def take(note: str, patience: float | None, settings: OutputSettings, *, force: bool) -> int:
-    """Become the driver: for `patience` [s] without being heard of, without one for as long as this runs.
+    """Take the lease for `patience` [s] without renewal; with None, for as long as this command runs.
 
-    Raises `LeaseHeld`, `NotAllowed`, and `LeaseLost` once somebody else has taken it.
+    Raises `LeaseHeld`, `NotAllowed`, and `LeaseLost` after another user has taken it.
     """
     client = ServiceClient.find()
     lasting: dict[str, float] = {} if patience is None else {"patience": patience}
@@ -65,7 +65,7 @@ def take(note: str, patience: float | None, settings: OutputSettings, *, force: 
 
 
 def release(settings: OutputSettings) -> int:
-    """Give the lease back; raises `LeaseNeeded` and its kin where none is held."""
+    """Release the lease; raises `LeaseNeeded` and related errors if it is not held."""
     held = credentials.held()
     view = ServiceClient.find().ask(requests.release_lease())
     if held is not None:
@@ -74,7 +74,7 @@ def release(settings: OutputSettings) -> int:
 
 
 def offer(name: str, settings: OutputSettings) -> int:
-    """Let `name` take the lease within a minute; raises `UnknownName`, `NotAllowed`, `LeaseHeld`."""
+    """Offer the lease to `name` for a minute; raises `UnknownName`, `NotAllowed`, `LeaseHeld`."""
     view = ServiceClient.find().ask(requests.offer_lease(name))
     return output.answer(
         view,
@@ -88,7 +88,7 @@ def offer(name: str, settings: OutputSettings) -> int:
 
 
 def ask(settings: OutputSettings) -> int:
-    """Let everybody know that one would like to drive."""
+    """Ask for the lease; all users see the request."""
     view = ServiceClient.find().ask(requests.ask_for_lease())
     return output.answer(
         view,
@@ -104,7 +104,7 @@ def ask(settings: OutputSettings) -> int:
 
 
 def _drive(client: ServiceClient, settings: OutputSettings) -> int:
-    """Renew the lease that the client shows until Ctrl-C, and give it back then."""
+    """Renew the lease of the client until Ctrl-C, then release it."""
     wait, left = threading.Event(), 0.0
     try:
         while True:
@@ -124,7 +124,7 @@ def _drive(client: ServiceClient, settings: OutputSettings) -> int:
     except KeyboardInterrupt:
         with suppress(MayaError):
             client.ask(requests.release_lease())
-        _tell("", settings)  # after it: the terminal may be gone
+        _tell("", settings)  # after the release, because the terminal may be closed
         if not settings.json:
             output.say(translate(_RELEASED, settings.language))
         return output.DONE
@@ -137,7 +137,7 @@ def _drive(client: ServiceClient, settings: OutputSettings) -> int:
 
 @contextmanager
 def _ended_like_by_hand() -> Iterator[None]:
-    """Have SIGTERM and a closed terminal end the block as Ctrl-C does."""
+    """Make SIGTERM and a closed terminal end the block as Ctrl-C does."""
     before = {kind: signal.signal(kind, signal.default_int_handler) for kind in (signal.SIGTERM, signal.SIGHUP)}
     try:
         yield
@@ -147,7 +147,7 @@ def _ended_like_by_hand() -> Iterator[None]:
 
 
 def _tell(line: str, settings: OutputSettings) -> None:
-    """Show how it stands in one line of a terminal, in the place of the one before."""
+    """Show the state in one line of a terminal, in place of the previous one."""
     if not settings.json and sys.stdout.isatty():
         print(f"{_LINE}{line}", end="", flush=True)
 
@@ -187,6 +187,6 @@ def _others(view: Mapping[str, Any], language: str) -> list[str]:
 
 
 def _lasts(seconds: float) -> str:
-    """Return a duration in the largest unit that it fills."""
+    """Return a duration in the largest unit of which it contains at least two."""
     unit, size = next(((unit, size) for unit, size in _UNITS if seconds >= 2 * size), ("s", 1.0))
     return f"{seconds / size:.0f} {unit}"

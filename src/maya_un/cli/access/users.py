@@ -1,11 +1,8 @@
-"""`maya user`: list, add, change and remove users and their tokens.
+"""`maya user`: list, add, change and remove users and their tokens. Secrets are shown once, and entered without echo.
 
-`maya user`: who may what. Secrets are shown once, and asked for without being shown.
-
-`maya user reset`: how the owner of the file gets in again when the administrator's token is lost.
-
-A user who may write the file of the queue could change it in any other way too, so this asks for nothing else. The
-service is down meanwhile: it holds the file's lock.
+`maya user reset` restores access for the owner of the queue's file if the administrator's token is lost. A user who may
+write this file could change it in any other way too, so the command requires no other right. The service must not run
+meanwhile, because it locks the file.
 """
 
 from __future__ import annotations
@@ -44,7 +41,7 @@ _ADMIN = "admin"
 
 
 def me(settings: OutputSettings) -> int:
-    """Tell as whom the running robot sees us; raises `NotSignedIn`, `ServiceNotRunning`."""
+    """Print the caller's identity at the running robot; raises `NotSignedIn`, `ServiceNotRunning`."""
     found = ServiceClient.find().ask(requests.me())
     return output.answer(
         found,
@@ -63,8 +60,8 @@ def me(settings: OutputSettings) -> int:
 def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: bool) -> int:
     """Add a user and show the first token; raises `InvalidValue`, `NotAllowed`.
 
-    The first user of all is an administrator at this machine, whose commands need the token from then on: it is kept,
-    and an old one of another robot or another time is set aside. Raises `FileUnwritable`.
+    The first user is an administrator on this computer, whose commands need the token from then on: it is stored, and
+    the file of an earlier token is renamed. Raises `FileUnwritable`.
     """
     client = ServiceClient.find()
     first = not client.ask(requests.me())["users"]
@@ -77,7 +74,7 @@ def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: b
 
 
 def _kept_first(token: str, language: str) -> str:
-    """Store the first token of all, and return a note for its owner."""
+    """Store the token of the first user, and return a note for that user."""
     aside = files.set_aside()
     said = [
         translate(
@@ -126,13 +123,16 @@ def listed(settings: OutputSettings) -> int:
 
 
 def change_role(name: str, role: RoleName, settings: OutputSettings) -> int:
-    """Give a user another role; raises `UnknownName`, and `NotAllowed` for the last administrator."""
+    """Change the role of a user; raises `UnknownName`, and `NotAllowed` for the last administrator."""
     changed = ServiceClient.find().ask(requests.change_user(name, role=role))
     return output.answer(changed, translate("{name} is {role}.", settings.language, **changed), settings)
 
 
 def change_password(name: str | None, settings: OutputSettings, *, none: bool) -> int:
-    """Give a user another password, or none; by default oneself. Raises `UnknownName`, `NotAllowed`, `NotSignedIn`."""
+    """Change or remove a user's password, by default the caller's.
+
+    Raises `UnknownName`, `NotAllowed`, `NotSignedIn`.
+    """
     client = ServiceClient.find()
     who = client.ask(requests.me())
     old = "" if who["role"] == _ADMIN else _asked(marked("Password now: "), settings.language)
@@ -154,7 +154,7 @@ def remove(name: str, settings: OutputSettings) -> int:
 
 
 def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: OutputSettings) -> int:
-    """Make one more token, by default for oneself, and show it; raises `UnknownName`, `NotAllowed`, `InvalidValue`."""
+    """Create a token, by default for the caller, and show it; raises `UnknownName`, `NotAllowed`, `InvalidValue`."""
     if expires and lasts is not None:
         raise InvalidCommandLine(reason="--expires and --for say the same", command="maya user token")
     if lasts is not None:
@@ -166,7 +166,7 @@ def make_token(name: str | None, note: str, expires: str, lasts: float | None, s
 
 
 def tokens(name: str | None, settings: OutputSettings) -> int:
-    """List the tokens of a user, by default one's own; raises `UnknownName`, `NotAllowed`."""
+    """List the tokens of a user, by default the caller's; raises `UnknownName`, `NotAllowed`."""
     client = ServiceClient.find()
     chosen = name or client.ask(requests.me())["name"]
     found = client.ask(requests.tokens(chosen))
@@ -179,7 +179,7 @@ def tokens(name: str | None, settings: OutputSettings) -> int:
 
 
 def revoke(token: str, settings: OutputSettings) -> int:
-    """Make a token invalid at once, by its id or the token itself; raises `NotFound`."""
+    """Revoke a token at once, by its id or the whole token; raises `NotFound`."""
     parts = token.split("_")
     name = parts[1] if len(parts) == 3 else token
     removed = ServiceClient.find().ask(requests.revoke_token(name))
@@ -205,7 +205,7 @@ def _tokens(found: Sequence[Mapping[str, Any]], language: str) -> str:
 
 
 def added_text(made: Mapping[str, Any], file: Path, language: str) -> str:
-    """Return the text about a new user and the new token, which belongs into `file`."""
+    """Return the text about a new user and the token, which is to be put into `file`."""
     added = translate("{user} is {role} now.", language, **made)
     return f"{added}\n{_secret(made, file, language)}"
 
@@ -241,7 +241,7 @@ def _in(seconds: float) -> str:
 
 
 def _new_password(language: str) -> str:
-    """Ask for a password, twice on a terminal; raises `InvalidValue` where the two differ."""
+    """Prompt for a password, twice on a terminal; raises `InvalidValue` if the two differ."""
     password = _asked(marked("New password (at least 12 characters): "), language)
     if sys.stdin.isatty() and _asked(marked("Once more: "), language) != password:
         raise InvalidValue(key="password", value="…", reason="the second one differs from the first")
@@ -249,16 +249,16 @@ def _new_password(language: str) -> str:
 
 
 def _asked(text: str, language: str) -> str:
-    """Ask for a secret without showing it; where there is no terminal, it is the next line of the input."""
+    """Prompt for a secret without echo; without a terminal, read the next line of the input."""
     if sys.stdin.isatty():
         return getpass(translate(text, language))
     return sys.stdin.readline().rstrip("\n")
 
 
 def reset(name: str, journal: str | None, settings: OutputSettings) -> int:
-    """Make `name` an administrator with a new token, beside whatever users there are; raises as `_in_file`.
+    """Make `name` an administrator with a new token, and keep other users; raises as `_in_file`.
 
-    `journal` is the file of the queue, None for the usual one.
+    `journal` is the file of the queue, None for the default file.
     """
     checked_name(name)
     shown = callers.new()
@@ -270,7 +270,7 @@ def reset(name: str, journal: str | None, settings: OutputSettings) -> int:
 
 
 def forget(journal: str | None, settings: OutputSettings) -> int:
-    """Forget all users and tokens in a file, and the token of this user if it was one of them.
+    """Delete all users and tokens in a file, and the token of this user if it was one of them.
 
     Raises as `_in_file`, and `FileUnwritable`.
     """
@@ -291,7 +291,7 @@ def forget(journal: str | None, settings: OutputSettings) -> int:
 
 
 async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Sequence[Token]], Change]) -> None:
-    """Change users and tokens in the file of the queue; raises `StorageInUse`, `StorageDamaged` and their kin."""
+    """Change users and tokens in the file of the queue; raises `StorageInUse`, `StorageDamaged` and related errors."""
     path = own_state_folder() / file.FILE_NAME if journal is None else Path(journal)
     file.require_place(path)
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -308,7 +308,7 @@ async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Seq
 
 
 def _administrator(name: str, shown: callers.PresentedToken, users: Sequence[User], kept: Sequence[Token]) -> Change:
-    """Return what makes `name` an administrator with this token and no other one; a password stays."""
+    """Return the change that makes `name` an administrator with only this token; the password does not change."""
     today = now()
     before = next((user for user in users if user.name == name), User(name, Role.ADMIN, today))
     token = Token(shown.id, name, Hasher().hash_now(shown.secret), "reset", today)

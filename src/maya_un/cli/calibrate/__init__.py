@@ -1,1 +1,1 @@
-"""`maya calibrate`: measured points in, constants of the machine out, and the way between."""
+"""`maya calibrate`: fit the machine's constants to measured points."""

@@ -23,17 +23,17 @@ _COMMAND = "maya calibrate"
 
 
 class _WithDefault(TyperGroup):
-    """A group whose own arguments go to its command `fit`: `maya calibrate FILE`."""
+    """A group that passes other arguments to its command `fit`: `maya calibrate FILE`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put `fit` in front of what names no command."""
+        """Insert `fit` before arguments that name no command."""
         if not args or (args[0] not in self.commands and args[0] != "--help"):
             args = ["fit", *args]
         return super().parse_args(ctx, args)
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put `calibrate` under `app`; `how` is what all commands have in common."""
+    """Add `calibrate` to `app`; `how` contains the options of all commands."""
     group = typer.Typer(
         cls=_WithDefault,
         add_completion=False,
@@ -81,7 +81,7 @@ def collect(
         int, typer.Option("--points", metavar="N", min=4, max=500, help="stop when FILE has this many points")
     ] = 20,
 ) -> int:
-    """Move to the poses that tell most, and ask you for the position of the gripper.
+    """Move to the most informative poses, and ask you for the position of the gripper.
 
     The robot that `maya up` runs moves. You measure the position at each pose. Enter s to skip a pose and q to quit.
     FILE already contains the points that you entered.

@@ -1,4 +1,4 @@
-"""`maya calibrate FILE`: fit, show, and on request write into the configuration or take back."""
+"""`maya calibrate FILE`: fit, show, and on request write into the configuration or revert."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from maya_un.kinematics.calibration import FITTED, WORDS, Calibration, FittedCon
 
 
 class FitOptions(NamedTuple):
-    """The options of a fit: constants to `hold`, whether to `apply`, a file for a picture, who is the author."""
+    """The options of a fit: constants to `hold`, whether to `apply`, a file for a picture, the author."""
 
     hold: Sequence[str] = ()
     apply: bool = False
@@ -54,12 +54,12 @@ def fit(file: str, options: FitOptions, settings: OutputSettings) -> int:
 
 
 def config_file(settings: OutputSettings) -> Path:
-    """Return the configuration file that is in force, whether it is there or not."""
+    """Return the path of the current configuration file, even if it does not exist."""
     return default_path() if settings.config is None else Path(settings.config)
 
 
 def revert(author: str | None, settings: OutputSettings) -> int:
-    """Take the last calibration back; raises `NothingToRevert`, `InvalidConfig`, `FileUnwritable`."""
+    """Revert the last calibration; raises `NothingToRevert`, `InvalidConfig`, `FileUnwritable`."""
     place = config_file(settings)
     step = history.revert(place, _now(), author or _user())
     text = translate(
@@ -116,10 +116,10 @@ def _history_row(step: history.HistoryStep, current: bool, language: str) -> lis
 
 
 def _measured(path: Path, config: Config, place: Path) -> points.PointFile:
-    """Return the points of a file as `config` counts them.
+    """Return the points of a file with the counts of `config`.
 
-    Points that are applied already were counted with the configuration before that; where the file itself does not
-    say at which counts the switches were, the history does.
+    Points of an applied calibration were counted with the configuration before it; if the file does not state the
+    counts of the switches, they are taken from the history.
     """
     measured = points.read(path, config)
     before = None if measured.datum is not None else history.before(place, measured.digest)
@@ -152,7 +152,7 @@ def _now() -> str:
 def _user() -> str:
     try:
         return getpass.getuser()
-    except (OSError, KeyError):  # nobody of that number is in the list of users
+    except (OSError, KeyError):  # the list of users does not contain this number
         return "unknown"
 
 
@@ -182,7 +182,7 @@ def _outcome(step: history.HistoryStep | None, place: Path, language: str, *, ap
 
 
 def as_data(found: Calibration) -> dict[str, Any]:
-    """Return a result as JSON has it: SI and counts, `error` one standard error, None where held."""
+    """Return a result as JSON data: SI and counts; `error` is one standard error, None for a held constant."""
     errors, difference = found.errors, found.line_difference
     return {
         "constants": [
@@ -208,7 +208,7 @@ def as_data(found: Calibration) -> dict[str, Any]:
 
 
 class _Unit(NamedTuple):
-    """How a constant is shown: the name of the unit, its size, digits behind the point."""
+    """The unit in which a constant is shown: its name, factor, and number of decimals."""
 
     name: str
     factor: float
@@ -228,7 +228,7 @@ _UNITS = dict.fromkeys(FITTED, _MM) | {
 
 
 def as_text(found: Calibration, language: str) -> str:
-    """Return a result for people: a table in mm and degrees with ± two standard errors, then what to know about it."""
+    """Return a result as text: a table in mm and degrees with ± two standard errors, and remarks."""
     head = (
         translate("constant", language),
         "",

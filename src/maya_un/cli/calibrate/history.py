@@ -1,8 +1,8 @@
-"""Calibrations put into the configuration file, and taken out again: every step is kept.
+"""Calibrations applied to the configuration file, and reverted: every step is stored.
 
-Beside `config.toml` lies the folder `config.calibrations` with one numbered JSON file a step. A step is written down
-as `next.json`, then the configuration changes, then the step gets its number. A command that is killed in
-between leaves a `next.json`. It is a step if the configuration has its values, else it never was.
+The folder `config.calibrations` beside `config.toml` contains one numbered JSON file per step. A step is first written
+as `next.json`, then the configuration changes, then the step gets its number. A command that is killed in between
+leaves a `next.json`. It counts as a step if the configuration has its values, else it is ignored.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ from maya_un.config.files import alone, edited, parse, replace, text_of, written
 from maya_un.errors import FileUnreadable, FileUnwritable, NothingToRevert
 
 Values = dict[str, float | None]
-"""Dotted keys of the configuration file and what stands there, None where nothing does."""
+"""Dotted keys of the configuration file and their values, None for a missing key."""
 
 
 class HistoryStep(BaseModel):
-    """One step: a calibration "applied", or the one numbered `reverts` "reverted".
+    """One step: a calibration "applied", or the calibration numbered `reverts` "reverted".
 
-    `date` is ISO 8601 in UTC, `points` the file measured and `digest` its SHA-256; `used` points of `measured` served,
-    with root mean squares [m] before and after. `before` and `after` are what the configuration file said.
+    `date` is ISO 8601 in UTC, `points` the file of measured points and `digest` its SHA-256. The fit used `used` of
+    `measured` points, with root mean square errors [m] before and after. `before` and `after` are the values in the
+    configuration file.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
@@ -48,12 +49,12 @@ class HistoryStep(BaseModel):
 
 
 def folder(config_file: Path) -> Path:
-    """Return where the steps of a configuration file are kept."""
+    """Return the folder with the steps of a configuration file."""
     return config_file.with_name(f"{config_file.stem}.calibrations")
 
 
 def steps(config_file: Path) -> list[HistoryStep]:
-    """Return all steps, oldest first; raises `FileUnreadable` for one that is damaged."""
+    """Return all steps, oldest first; raises `FileUnreadable` for a damaged one."""
     begun = _begun(config_file)
     found = [_read(path) for path in folder(config_file).glob("[0-9]*.json")]
     if begun is not None and begun.number not in {step.number for step in found} and _is_done(config_file, begun):
@@ -62,9 +63,9 @@ def steps(config_file: Path) -> list[HistoryStep]:
 
 
 def apply(config_file: Path, keys: Mapping[str, float], about: HistoryStep) -> HistoryStep:
-    """Write `keys` into the configuration file and the step, told by `about`, beside it; return the step.
+    """Write `keys` into the configuration file, and store the step, described by `about`; return the step.
 
-    Raises `InvalidConfig` where the result would be none, `FileUnreadable` and `FileUnwritable`; nothing is written
+    Raises `InvalidConfig` if the result would be invalid, `FileUnreadable` and `FileUnwritable`; nothing is written
     then.
     """
     with alone(config_file):
@@ -74,9 +75,9 @@ def apply(config_file: Path, keys: Mapping[str, float], about: HistoryStep) -> H
 
 
 def revert(config_file: Path, date: str, author: str) -> HistoryStep:
-    """Put back what stood in the configuration file before the last calibration; return the step.
+    """Restore the values of the configuration file before the last calibration; return the step.
 
-    Raises `NothingToRevert` where there is none, or where somebody has changed its values since, and as `apply`.
+    Raises `NothingToRevert` if there is no calibration, or if its values were changed since, and the errors of `apply`.
     """
     with alone(config_file):
         _settle(config_file)
@@ -86,7 +87,7 @@ def revert(config_file: Path, date: str, author: str) -> HistoryStep:
 
 
 def _last(config_file: Path) -> HistoryStep:
-    """Return the calibration that is in force; raises `NothingToRevert`."""
+    """Return the current calibration; raises `NothingToRevert`."""
     applied = in_force(steps(config_file))
     if not applied:
         raise NothingToRevert(path=config_file, reason="none is in force")
@@ -111,7 +112,7 @@ def _change(config_file: Path, step: HistoryStep) -> HistoryStep:
     try:
         replace(config_file, text)
     finally:
-        with suppress(FileUnwritable):  # the next who comes does it
+        with suppress(FileUnwritable):  # the next command does it
             _settle(config_file)
     return step
 
@@ -121,7 +122,7 @@ def _next(config_file: Path) -> Path:
 
 
 def _begun(config_file: Path) -> HistoryStep | None:
-    """Return the step that has no number yet, None where there is none; raises `FileUnreadable`."""
+    """Return the step without a number, None if there is none; raises `FileUnreadable`."""
     text_of(config_file)  # a path without a file has no steps beside it
     path = _next(config_file)
     return _read(path) if path.exists() else None
@@ -132,7 +133,7 @@ def _is_done(config_file: Path, step: HistoryStep) -> bool:
 
 
 def _settle(config_file: Path) -> None:
-    """Number the step that was begun where it was done, and drop it where it was not; raises `FileUnwritable`."""
+    """Number the unfinished step if the configuration has its values, else delete it; raises `FileUnwritable`."""
     begun = _begun(config_file)
     if begun is None:
         return
@@ -153,7 +154,7 @@ def _edited(text: str, values: Values, config_file: Path) -> str:
 
 
 def checked(text: str) -> Config:
-    """Return the configuration that a file with this text would be, whose workspace is not empty.
+    """Return the configuration in a text; its workspace is not empty.
 
     Raises `InvalidConfig`.
     """
@@ -177,7 +178,7 @@ def _at(said: Mapping[str, Any], key: str) -> float | None:
         if not isinstance(found, Mapping) or part not in found:
             return None
         found = cast("Mapping[str, Any]", found)[part]
-    return float(found) if isinstance(found, int | float) else nan  # no number is none that was applied
+    return float(found) if isinstance(found, int | float) else nan  # an applied value is always a number
 
 
 def _read(path: Path) -> HistoryStep:
@@ -192,16 +193,16 @@ def _read(path: Path) -> HistoryStep:
 
 
 def in_force(history: list[HistoryStep]) -> list[HistoryStep]:
-    """Return the calibrations that were not taken back, oldest first."""
+    """Return the calibrations that were not reverted, oldest first."""
     back = {step.reverts for step in history}
     return [step for step in history if step.action == "applied" and step.number not in back]
 
 
 def before(config_file: Path, digest: str) -> Config | None:
-    """Return the configuration with which the points of that fingerprint were measured.
+    """Return the configuration with which the points of this SHA-256 were measured.
 
-    It is the one before the calibration that applied them; None where none did, or it was taken back. Raises
-    `FileUnreadable` and `InvalidConfig`.
+    It is the configuration before the calibration that applied the points; None if no calibration did, or it was
+    reverted. Raises `FileUnreadable` and `InvalidConfig`.
     """
     applied = in_force(steps(config_file))
     first = next((place for place, step in enumerate(applied) if step.digest == digest), None)

@@ -1,13 +1,12 @@
-"""Points of a calibration: their file, and the tour that collects them.
+"""Points of a calibration: their file, and `maya calibrate collect FILE`, which collects them.
 
-Files of measured points: a table with commas, one row a point.
+A file of measured points is a comma-separated table with one row per point. The columns `a`, `b`, `c` (or `a_counts`,
+...) are encoder counts; `a_rad`, `b_m`, `c_m` are joints by the current configuration; `x`, `y`, `z` are the gripper
+point in metres, and `sigma` is the standard error of each of them [m]. A line `# datum A B C` contains the counts of
+the short-end switches after homing when the points were measured; if a calibration has moved them since, the counts are
+corrected.
 
-The columns `a`, `b`, `c` (or `a_counts`, ...) are encoder counts, `a_rad`, `b_m`, `c_m` are joints as the present
-configuration reads them; `x`, `y`, `z` are the gripper point in metres, `sigma` is what each of them may be off by [m].
-A line `# datum A B C` says at how many counts homing put the short-end switches when the points were measured; where
-a calibration has moved them since, the counts are moved along.
-
-`maya calibrate collect FILE`: the running robot goes from pose to pose, a person measures, the file grows.
+To collect points, the running robot moves from pose to pose, a person measures, and the program appends to the file.
 """
 
 from __future__ import annotations
@@ -55,16 +54,16 @@ Counts = tuple[int, int, int]
 """Encoder counts of a, b, c."""
 
 Datum = tuple[float, float, float]
-"""At how many counts the short-end switches of a, b, c are, by the configuration; homing takes whole ones."""
+"""Counts of the short-end switches of a, b, c by the configuration; homing rounds them to integers."""
 
 MOST_BYTES = 4_000_000
-"""Size of the largest file that is read: some fifty thousand points."""
+"""Maximum size of a file [bytes]: some fifty thousand points."""
 
 HEAD = ("a_counts", "b_counts", "c_counts", "x", "y", "z")
-"""The columns of a file that `maya calibrate collect` writes."""
+"""The columns of a file written by `maya calibrate collect`."""
 
 LONGEST = 10.0
-"""No line and no coordinate is longer [m]; what is, is in millimetres."""
+"""Maximum length of a line and of a coordinate [m]; larger values are probably in millimetres."""
 
 _JOINTS = {"a": "a_rad", "b": "b_m", "c": "c_m"}
 _PLACE = ("x", "y", "z")
@@ -74,7 +73,7 @@ _DATUM = re.compile(rf"#\s*datum{_NUMBER * 3}")
 
 @dataclass(frozen=True, slots=True)
 class PointFile:
-    """A file of points: what it says, `datum` if it names one, its head, and the fingerprint of its text."""
+    """A file of points: its observations, its `datum` if it has one, its header, and the SHA-256 of its text."""
 
     observations: Observations
     datum: Datum | None
@@ -82,7 +81,7 @@ class PointFile:
     digest: str
 
     def moved(self, way: Sequence[float]) -> PointFile:
-        """Return the same points with `way` added to their counts: the switches are at other counts now."""
+        """Return the same points with `way` added to their counts, after the switches have moved to other counts."""
         seen = self.observations
         counts = seen.counts + np.array(way)
         return replace(self, observations=Observations(counts, seen.points, seen.sigma, seen.rows))
@@ -96,14 +95,14 @@ def datum_of(config: Config) -> Datum:
 
 
 def between(then: Datum, now: Datum) -> Datum:
-    """Return how far the counts of the switches moved."""
+    """Return the change of the counts of the switches."""
     return now[0] - then[0], now[1] - then[1], now[2] - then[2]
 
 
 def read(path: Path, config: Config) -> PointFile:
-    """Return the points of a file, their counts as `config` counts.
+    """Return the points of a file, with the counts of `config`.
 
-    Raises `FileUnreadable`, and `InvalidValue` with row (the line of the file) and column of what is wrong.
+    Raises `FileUnreadable`, and `InvalidValue` with the row (line of the file) and column of the error.
     """
     data = _bytes(path)
     try:
@@ -143,7 +142,7 @@ def _three(found: re.Match[str]) -> Datum:
 
 
 class _PointTable:
-    """Rows under a head, told one by one what is wrong with them."""
+    """Rows below a header, with an error message for each invalid row."""
 
     def __init__(self, path: Path, config: Config, datum: Datum | None, line: int, head: Sequence[str]) -> None:
         self._path = path
@@ -156,7 +155,7 @@ class _PointTable:
             raise self._wrong(line, "a_rad", "", "a file with a datum holds counts")
 
     def observations(self, rows: Sequence[tuple[int, list[str]]]) -> Observations:
-        """Return the points of all rows; raises `FileUnreadable` where there are none."""
+        """Return the points of all rows; raises `FileUnreadable` without rows."""
         if not rows:
             raise FileUnreadable(path=self._path, reason="it holds no points below its head")
         read = [self._row(number, cells) for number, cells in rows]
@@ -172,7 +171,7 @@ class _PointTable:
         return InvalidValue(key=f"{self._path.name}, row {line}, column {column}", value=repr(value), reason=reason)
 
     def _understood(self, line: int) -> Mapping[str, str]:
-        """Return which column holds each axis; raises `InvalidValue` for a head that is not understood."""
+        """Return the column of each axis; raises `InvalidValue` for an invalid header."""
         known = {"a", "b", "c", *(f"{axis}_counts" for axis in AXES), *_JOINTS.values(), *_PLACE, "sigma"}
         for name in self._head:
             if name not in known or self._head.count(name) > 1:
@@ -221,7 +220,7 @@ class _PointTable:
         return value
 
     def _require_counts(self, line: int, largest: Sequence[float]) -> None:
-        """Refuse lengths that stand where counts are meant: a line is thousands of counts long."""
+        """Refuse lengths in columns of counts: a line is thousands of counts long."""
         column = self._columns["b"]
         if column not in _JOINTS.values() and largest[1] < 100.0 and largest[2] < 100.0:
             reason = "these look like lengths; call the columns a_rad, b_m, c_m"
@@ -244,10 +243,10 @@ _HEAD = "a,b,c,x,y,z and perhaps sigma (a_rad,b_m,c_m where they are joints)"
 
 
 class PointNotebook:
-    """A file of points that grows row by row; what was written is on the disk."""
+    """A file of points, to which rows are appended; when `add` returns, the row is on the disk."""
 
     def __init__(self, path: Path, config: Config) -> None:
-        """Open a file to go on with, or begin one; raises `FileUnwritable`."""
+        """Open a file to continue, or create it; raises `FileUnwritable`."""
         self._path = path
         datum = " ".join(f"{counts:.3f}" for counts in datum_of(config))
         if not is_there(path):
@@ -259,11 +258,11 @@ class PointNotebook:
             self._append("\n")
 
     def add(self, counts: Counts, place: Point) -> None:
-        """Write a point down; raises `FileUnwritable`."""
+        """Append a point; raises `FileUnwritable`."""
         self._append(",".join([*(str(count) for count in counts), *(f"{value:.6f}" for value in place)]) + "\n")
 
     def _append(self, text: str) -> None:
-        """Write text behind what there is, or nothing of it: half a row would be read as another number."""
+        """Append text, completely or not at all: half a row would be read as another number."""
         before = self._path.stat().st_size if is_there(self._path) else 0
         try:
             descriptor = open_own(writable_place(self._path), os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
@@ -278,34 +277,34 @@ class PointNotebook:
 
 
 def is_there(path: Path) -> bool:
-    """Tell whether there is something at a path; there is nothing where nothing can be."""
-    with suppress(OSError):  # a name that is too long, a folder that may not be looked into
+    """Return whether a path exists; False also for an impossible path."""
+    with suppress(OSError):  # a name that is too long, or a folder without read access
         return path.exists()
     return False
 
 
 def _ends_a_line(path: Path) -> bool:
-    """Tell whether a file ends with a whole line; one whose writer lost power may not."""
+    """Return whether a file ends with a complete line; after a power cut it may not."""
     return _bytes(path).endswith(b"\n")
 
 
 _FREE = tuple(name for name in FITTED if name != "gripper_height")
-"""Poses are chosen to tell these; Φ cannot be told."""
+"""The constants for which poses are chosen; Φ cannot be determined."""
 
 _SAME = 1e-6
-"""The service and this command agree about joints and places to so much (rad, m)."""
+"""Tolerance between the service's and this command's joints and points (rad, m)."""
 
 _WHOLE = 1.0
-"""Two data that differ by less [counts] are the same."""
+"""Data of switches that differ by less than this are equal [counts]."""
 
 MOST_OFF = 0.5
-"""No machine is so far from its configuration [m]; who says so has mixed up coordinates, signs or units."""
+"""Largest plausible deviation from the configuration [m]; a larger one means mixed-up coordinates or units."""
 
 _UNREACHED = {Unreachable.code, PathRefused.code}
 
 
 class _Quit(Exception):
-    """The person has had enough."""
+    """The person has quit."""
 
 
 class _Failed(Exception):
@@ -341,7 +340,7 @@ def collect(file: str, number: int, settings: OutputSettings) -> int:
 
 
 def _standing(client: ServiceClient, config: Config) -> Joints:
-    """Return where the robot stands; raises `NotHomed`, and `InvalidConfig` where it reckons with other constants."""
+    """Return the current joints; raises `NotHomed`, and `InvalidConfig` if the robot uses other constants."""
     state = client.ask(requests.status())["state"]
     if state["joints"] is None or state["point"] is None:
         raise NotHomed
@@ -354,7 +353,7 @@ def _standing(client: ServiceClient, config: Config) -> Joints:
 
 
 def _already(path: Path, config: Config) -> Floats:
-    """Return the joints of the points that a file holds, shape (n, 3); raises `InvalidValue` for a foreign one."""
+    """Return the joints of the points in a file, shape (n, 3); raises `InvalidValue` for a file of another origin."""
     if not is_there(path):
         return np.empty((0, 3))
     try:
@@ -371,13 +370,13 @@ def _already(path: Path, config: Config) -> Floats:
 
 
 def _holds_rows(path: Path) -> bool:
-    """Tell whether a file holds more than the head that this command writes."""
+    """Return whether a file contains more than the header that this command writes."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     return [line for line in lines if line.strip() and not line.startswith("#")] != [",".join(HEAD)]
 
 
 def _poses(config: Config, before: Floats, number: int, here: Joints) -> list[Joints]:
-    """Return the poses that tell most beside the points there are, in the order of travel."""
+    """Return the most informative poses in addition to the known points, in the order of travel."""
     grid = design.apart(design.grid(config), before)
     rows = design.information(config, grid, _FREE)
     known = design.information(config, before, _FREE)
@@ -387,7 +386,7 @@ def _poses(config: Config, before: Floats, number: int, here: Joints) -> list[Jo
 
 @dataclass(slots=True)
 class _Session:
-    """One round: drive, ask, write down."""
+    """One session: move, prompt, record."""
 
     client: ServiceClient
     config: Config
@@ -396,7 +395,7 @@ class _Session:
     written: int = 0
 
     def run(self, poses: Sequence[Joints], before: int, total: int) -> int:
-        """Go through the poses; return the exit code."""
+        """Move to all poses; return the exit code."""
         try:
             for number, pose in enumerate(poses, before + 1):
                 self._say(
@@ -416,7 +415,7 @@ class _Session:
         return output.DONE
 
     def _drive(self, pose: Joints) -> bool:
-        """Go to a pose, over the middle of the workspace where the straight way leaves it; tell whether it is there."""
+        """Go to a pose, via the middle of the workspace if the direct way leaves it; return whether it was reached."""
         width = self.config.geometry.width
         middle = Joints(pose.a, 0.75 * width, 0.65 * width)
         refusal = ""
@@ -429,7 +428,7 @@ class _Session:
         return False
 
     def _go(self, joints: Joints) -> str:
-        """Go straight to joints; return why it was refused, "" where it was done. Raises `_Failed`."""
+        """Go straight to joints; return the reason for a refusal, "" if done. Raises `_Failed`."""
         since = self.client.ask(requests.status())["last_event"]
         try:
             request = requests.task({"command": "move", "joints": list(joints)})
@@ -447,7 +446,7 @@ class _Session:
         raise _Failed(report)
 
     def _measure(self) -> None:
-        """Ask where the gripper is until the answer is understood, and write it down; raises `_Quit`."""
+        """Prompt for the gripper position until the input is valid, and record it; raises `_Quit`."""
         counts = self._counts()
         expected = Mechanism.of(self.config).fk(Units.of(self.config).to_joints(counts))
         self._say(marked("Measured x y z (in m, or like 812.5mm; s skips, q quits):"))
@@ -473,7 +472,7 @@ class _Session:
         return int(a), int(b), int(c)
 
     def _place(self, said: str, expected: Point) -> tuple[Point, float]:
-        """Return three lengths, and how far they are from what is expected [m]; raises `InvalidValue`."""
+        """Return three lengths, and their distance from the expected point [m]; raises `InvalidValue`."""
         words = said.replace(",", " ").split()
         if len(words) != 3:
             raise InvalidValue(key="x y z", value=repr(said), reason=f"three lengths are needed, here are {len(words)}")

@@ -1,1 +1,1 @@
-"""Scripts that let a shell complete what is typed; they know the commands by heart, so that a TAB starts nothing."""
+"""Completion scripts for shells; they contain all commands, so that completing a command starts no program."""

@@ -1,4 +1,4 @@
-"""The script for bash; zsh reads it too, through its own `bashcompinit`."""
+"""The completion script for bash; zsh uses it through `bashcompinit`."""
 
 from __future__ import annotations
 
@@ -80,12 +80,12 @@ def _words(commands: Iterable[CompletionCommand]) -> Iterator[tuple[str, str]]:
 
 
 def _is_function(name: str, words: list[str]) -> str:
-    """Return a function that tells whether it is given one of `words`."""
+    """Return a shell function that succeeds if its argument is one of `words`."""
     lines = " |\\\n        ".join(f'"{word}"' for word in words)
     return f'{name}() {{\n    case "$1" in\n        {lines}) return 0 ;;\n    esac\n    return 1\n}}\n'
 
 
 def _told_function(name: str, table: Iterable[tuple[str, str]]) -> str:
-    """Return a function that prints what belongs to its argument."""
+    """Return a shell function that prints the words for its argument."""
     lines = "\n".join(f'        "{key}") echo "{words}" ;;' for key, words in table)
     return f'{name}() {{\n    case "$1" in\n{lines}\n    esac\n}}\n'

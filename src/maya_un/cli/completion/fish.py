@@ -1,4 +1,4 @@
-"""The script for fish, with what each word means beside it."""
+"""The completion script for fish, with a description of each word."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _printed(word: str, about: str) -> str:
 
 
 def _function(name: str, table: Iterable[tuple[str, list[str]]]) -> str:
-    """Return a function that does what belongs to its first argument."""
+    """Return a shell function that runs the lines for its first argument."""
     cases = [
         "\n".join([f"        case {_quoted(key)}", *(f"            {line}" for line in lines)]) for key, lines in table
     ]

@@ -1,4 +1,4 @@
-"""The commands as a shell has to know them, read from the parser's own table."""
+"""The commands for shell completion, from the parser's table."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 FILES, JOBS, PLACES = "@files", "@jobs", "@places"
-"""Kinds of values that are no fixed words: names of files, numbers of jobs, names of taught places."""
+"""Kinds of variable values: file names, job numbers, names of taught places."""
 
 EVERYWHERE = {"--json": "", "--lang": "en es", "--config": FILES, "--help": ""}
-"""Options of every command; those without a value have none."""
+"""Options of every command, with the kind of their values, "" for none."""
 
 _FILES = {"FILE", "[FILE]", "SCRIPT", "OUT", "JOB"}
 _PLACES = {"NAME|X", "NAME|A", "[POSE]..."}
@@ -17,7 +17,7 @@ _ADDRESSES = {"HOST", "[HOST]", "HOST[:PORT]", "WHERE"}
 
 
 class CompletionOption(NamedTuple):
-    """An option: whether a value follows, and which: words, or one of the kinds above, "" where nobody knows."""
+    """An option: whether it takes a value, and which: words, or one of the kinds above, "" if unknown."""
 
     name: str
     valued: bool
@@ -26,7 +26,7 @@ class CompletionOption(NamedTuple):
 
 
 class CompletionCommand(NamedTuple):
-    """A command by its whole path, "maya job show": what may follow it; `arguments` has the values of each in turn."""
+    """A command by its path, like "maya job show", and its completions; `arguments` has the values of each argument."""
 
     path: str
     about: str
@@ -36,7 +36,7 @@ class CompletionCommand(NamedTuple):
 
 
 def commands(root: Any) -> list[CompletionCommand]:
-    """Return all commands below `root`, the parser's, and it first."""
+    """Return the root command of the parser and all commands below it."""
     return list(_walk(root, "maya"))
 
 
@@ -60,7 +60,7 @@ def _walk(command: Any, path: str) -> Iterator[CompletionCommand]:
 
 
 def _hurried() -> Iterator[tuple[str, str]]:
-    """Return the commands that go past the parser."""
+    """Yield the commands that bypass the parser."""
     yield "status", "Tell what the running robot is doing."
     yield "stop", "Stop the running robot: it decelerates along the path."
 
@@ -81,7 +81,7 @@ def _options(parameter: Any) -> Iterator[CompletionOption]:
 
 
 def _values(parameter: Any, where: str) -> str:
-    """Return what can stand in the place of a parameter of a command, or of an option, by its type and its metavar."""
+    """Return the values of a parameter or option by its type and metavar."""
     choices = getattr(parameter.type, "choices", None)
     if choices:
         return " ".join(str(choice) for choice in choices)

@@ -1,4 +1,4 @@
-"""Values that only the running robot knows: printed quickly, or not at all."""
+"""Completion values that only the running robot knows: printed fast, or not at all."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _VALUES: dict[str, tuple[Request[Any], str]] = {
 
 
 def run(arguments: list[str]) -> int:
-    """Print values of the kind that is asked for, one a line; nothing where nobody can be asked."""
+    """Print values of the requested kind, one per line; print nothing if the service cannot be reached."""
     if len(arguments) == 1 and arguments[0] in _VALUES:
         request, key = _VALUES[arguments[0]]
         with suppress(MayaError, KeyError, TypeError):

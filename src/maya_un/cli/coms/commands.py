@@ -10,7 +10,7 @@ from maya_un.cli.settings import OutputSettings
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the command under `app`; `how` is what all commands have in common."""
+    """Add the command to `app`; `how` contains the options of all commands."""
     app.command(**how)(coms)
 
 

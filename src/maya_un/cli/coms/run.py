@@ -1,8 +1,6 @@
-"""`maya coms`: connect a robot to its supervisors, in a process of its own.
+"""`maya coms`: connect a robot to its supervisors.
 
-`maya coms` beside `maya up`: a process of its own that ends with it.
-
-Serve `maya coms` until Ctrl-C or SIGTERM.
+It serves until Ctrl-C or SIGTERM. Started by `maya up`, it is a separate process that ends with `maya up`.
 """
 
 from __future__ import annotations
@@ -30,14 +28,14 @@ from maya_un.http import dates
 from maya_un.http.thread import bound_socket
 
 _PATIENCE = 5.0
-"""It may take so long to end [s]."""
+"""Longest wait for the end of the process [s]."""
 
 
 @contextmanager
 def coms_beside(rosbridge: str, config: ComsConfig) -> Iterator[None]:
-    """Run `maya coms` for the robot behind a rosbridge while the block runs, however the block ends.
+    """Run `maya coms` for the robot behind a rosbridge while the block runs, even if the block raises an error.
 
-    It is connected at once if MAYA_COMS_URL names the supervisors' server.
+    It connects at once if MAYA_COMS_URL names the supervisors' server.
     """
     port = urlsplit(config.server_address).port
     line = ["coms", "--rosbridge", rosbridge, "--name", config.name, "--port", str(80 if port is None else port)]
@@ -64,10 +62,10 @@ def coms(
     rosbridge: str | None,
     name: str | None,
 ) -> int:
-    """Serve; options outweigh the environment, and that outweighs the configuration.
+    """Serve; options override the environment, which overrides the configuration.
 
-    Raises `AddressInUse`, `InvalidValue` for a bad setting, and `FileUnreadable` and `InvalidConfig` if the name is in
-    neither of the first two.
+    Raises `AddressInUse`, `InvalidValue` for an invalid setting, and `FileUnreadable` and `InvalidConfig` if the name
+    is in neither of the first two.
     """
     found = environment.from_environment()
     if name is None and not os.environ.get("NAME"):

@@ -1,1 +1,1 @@
-"""`maya dmc`: the tools of `dmc`, with those that know the robot."""
+"""`maya dmc`: the tools of `dmc`, and tools specific to the robot."""

@@ -1,4 +1,4 @@
-"""The group `maya dmc`: the tools of `dmc`, with those that know the robot."""
+"""The group `maya dmc`: the tools of `dmc`, and tools specific to the robot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of
 
 
 def group(how: dict[str, Any], of_groups: dict[str, Any]) -> typer.Typer:
-    """Return the group; `how` and `of_groups` are the options that all commands and groups have."""
+    """Return the group; `how` and `of_groups` are the options of all commands and groups."""
     dmc = typer.Typer(**of_groups, help="Serve a virtual DMC-41x3, and use tools for any DMC-41x3.")
     tools.add_to(dmc, tools.OwnCommands((serve, fault), download, replay), how, of_groups)
     return dmc

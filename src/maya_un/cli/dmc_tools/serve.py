@@ -1,8 +1,6 @@
-"""`maya dmc serve` and `maya dmc fault`: a twin of Maya for other programs, and its faults.
+"""`maya dmc serve`: a virtual controller for other programs, with a record of its mechanics.
 
-`maya dmc fault`: start and end faults of a virtual controller that `maya dmc serve` runs.
-
-`maya dmc serve`: a virtual controller for other programs, with a record of its mechanics.
+`maya dmc fault` starts and ends faults of a virtual controller that `maya dmc serve` runs.
 """
 
 from __future__ import annotations
@@ -44,7 +42,7 @@ from maya_un.values import Point
 
 
 class ServedTwin(NamedTuple):
-    """A virtual controller that runs: its address, the port of its fault service, its process."""
+    """A running virtual controller: its address, the port of its fault service, its process."""
 
     host: str
     port: int
@@ -53,13 +51,13 @@ class ServedTwin(NamedTuple):
 
     @property
     def address(self) -> str:
-        """Its address, as people write it."""
+        """The address as HOST:PORT."""
         return f"{self.host}:{self.port}"
 
 
 @contextmanager
 def published(twin: ServedTwin) -> Iterator[None]:
-    """Let others find a twin while the block runs; raises `FileUnwritable`."""
+    """Publish a twin for other programs while the block runs; raises `FileUnwritable`."""
     name = _name(twin.pid)
     runtime.write(name, twin._asdict())
     try:
@@ -75,7 +73,7 @@ def served() -> list[ServedTwin]:
 
 
 def chosen(address: str | None) -> ServedTwin:
-    """Return the twin at HOST:PORT or at PORT, with None the only one; raises `TwinNotFound`."""
+    """Return the twin at HOST:PORT or PORT; for None, the only running one. Raises `TwinNotFound`."""
     twins = served()
     fitting = [twin for twin in twins if address in {None, twin.address, str(twin.port)}]
     if len(fitting) == 1:
@@ -112,7 +110,7 @@ def kinds(settings: OutputSettings) -> int:
 
 
 def check(name: str | None, pairs: Sequence[str], seconds: float | None, *, clear: bool, active: bool) -> None:
-    """Raise `InvalidCommandLine` where a part of the command line would not be heeded."""
+    """Raise `InvalidCommandLine` if a part of the command line would be ignored."""
     if active and (clear or name is not None):
         raise InvalidCommandLine(reason="--active cannot be combined with --clear or NAME", command=_FAULT_COMMAND)
     if (clear or name is None) and (pairs or seconds is not None):
@@ -122,7 +120,7 @@ def check(name: str | None, pairs: Sequence[str], seconds: float | None, *, clea
 
 
 def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | None, settings: OutputSettings) -> int:
-    """Begin a fault with parameters given as `name=value`, for some seconds or until cleared.
+    """Start a fault with parameters given as `name=value`, for some seconds or until cleared.
 
     Raises `UnknownName`, `InvalidValue`, `InvalidCommandLine`, `TwinNotFound`, `InvalidRequest`.
     """
@@ -146,7 +144,7 @@ def clear(name: str | None, twin: str | None, settings: OutputSettings) -> int:
 
 
 def active(twin: str | None, settings: OutputSettings) -> int:
-    """Print the faults that last; raises `TwinNotFound`."""
+    """Print the active faults; raises `TwinNotFound`."""
     return _told({}, twin, settings)
 
 
@@ -214,7 +212,7 @@ def _plain(value: Value) -> str:
 
 
 class LineFile:
-    """A regular file that lines are added to; each is with the system before `add` returns."""
+    """A regular file to which lines are appended; `add` returns after the system call of the write."""
 
     def __init__(self, path: str, descriptor: int) -> None:
         self._path = path
@@ -224,7 +222,7 @@ class LineFile:
     @classmethod
     @contextmanager
     def opened(cls, path: str) -> Iterator[LineFile]:
-        """Open a file for the length of the block; raises `FileUnwritable` also for what is no regular file."""
+        """Open a file while the block runs; raises `FileUnwritable`, also for a file that is not regular."""
         descriptor = open_own(Path(path), os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         try:
             yield cls(path, descriptor)
@@ -232,7 +230,7 @@ class LineFile:
             os.close(descriptor)
 
     def add(self, line: str) -> None:
-        """Add a line; write nothing after a failure, so that no line is missing in between."""
+        """Append a line; after a failure write nothing more, so that no line is missing in between."""
         data = line.encode("utf-8")
         try:
             while data and self._failure is None:
@@ -241,7 +239,7 @@ class LineFile:
             self._failure = error
 
     def check(self) -> None:
-        """Raise `FileUnwritable` where a line could not be written."""
+        """Raise `FileUnwritable` if a line could not be written."""
         if self._failure is not None:
             _refuse(self._path, self._failure.strerror or str(self._failure))
 
@@ -251,7 +249,7 @@ def _refuse(path: str, reason: str) -> NoReturn:
 
 
 class TwinRecord:
-    """The record of the mechanics of `twin`, written to `file` from now on."""
+    """The record of the mechanics of `twin`, written to `file`."""
 
     def __init__(self, twin: Twin, file: LineFile) -> None:
         self._controller = twin.controller
@@ -260,9 +258,9 @@ class TwinRecord:
         self._chronicle = MechanicsRecordWriter(twin.mechanics, file.add, born)
 
     async def keep(self, period: float) -> None:
-        """Write motion every `period` [s] until cancelled, and once more then.
+        """Record motion every `period` [s] until cancelled, and once more at the end.
 
-        Raises `FileUnwritable` once a line cannot be written.
+        Raises `FileUnwritable` when a line cannot be written.
         """
         try:
             while True:
@@ -299,7 +297,7 @@ class ServeOptions(NamedTuple):
 
 
 def serve(options: ServeOptions, settings: OutputSettings) -> int:
-    """Serve a virtual controller until Ctrl-C or SIGTERM; prints where it listens once it does.
+    """Serve a virtual controller until Ctrl-C or SIGTERM; prints its address when it listens.
 
     Raises `AddressInUse`, `FileUnwritable`, `InvalidCommandLine` and `InvalidValue`.
     """
@@ -361,7 +359,7 @@ async def _serve(
 
 
 async def _until(asked: asyncio.Event, work: Coroutine[None, None, None]) -> None:
-    """Wait for `asked` with `work` beside; raises what `work` raises."""
+    """Wait for `asked` while `work` runs; raises what `work` raises."""
     waiting, working = asyncio.create_task(asked.wait()), asyncio.create_task(work)
     try:
         await asyncio.wait((waiting, working), return_when=asyncio.FIRST_COMPLETED)

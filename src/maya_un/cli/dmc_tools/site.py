@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # every command of `maya` imports this module
 
 
 def guarded(file: str, settings: OutputSettings) -> ProgramSource:
-    """Return the program in a file with Maya's guard behind it; raises `FileUnreadable` and `GuardBlocked`."""
+    """Return the program in a file followed by Maya's guard; raises `FileUnreadable` and `GuardBlocked`."""
     from dmc41x3.cli.program import read
     from dmc41x3.language.transfer import program_lines
     from maya_un.cli.configure import configuration
@@ -57,7 +57,7 @@ class MayaSite:
             raise ControllerOwned(address=address, holder=holder)
 
     def history(self) -> Path:
-        """Return the file beside the log."""
+        """Return the path of the command history, beside the log."""
         from maya_un.http.log import log_path
 
         return log_path().with_name("dmc_history")

@@ -1,1 +1,1 @@
-"""Find faults and name remedies: it reads and asks, and never moves or changes anything."""
+"""`maya doctor`: find faults and show remedies; it only reads, and moves and changes nothing."""

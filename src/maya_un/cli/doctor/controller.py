@@ -1,4 +1,4 @@
-"""Checks of a controller on a handle of our own: questions only, nothing is set and nothing moves."""
+"""Checks of a controller over a separate handle: only queries; nothing is changed and nothing moves."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ PATIENCE = 2.0
 """Longest wait for the connection and for each answer [s]."""
 
 SPAN = 0.25
-"""How long the controller's clock is watched [s]."""
+"""Duration for which the controller's clock is observed [s]."""
 
 _ROUNDING = 0.01
-"""The controller shows a torque limit so much larger than it was set [V]."""
+"""Amount by which the controller's reported torque limit may exceed the set one [V]."""
 
 FEW = 2
-"""With so few handles free, whoever is cut off may not get in again."""
+"""With at most this many free handles, a disconnected program may not be able to reconnect."""
 
 THREADS = 8
 
@@ -38,7 +38,7 @@ _HANDLE = re.compile(r"IH([A-H])\s+(.*)")
 
 
 async def findings(address: str, config: Config, language: str) -> list[Finding]:
-    """Ask the controller at HOST or HOST:PORT."""
+    """Yield the results of all checks of the controller at HOST or HOST:PORT."""
     host, port = split(address)
     loop = asyncio.get_running_loop()
     try:
@@ -73,7 +73,7 @@ async def _asked(driver: Driver, address: str, config: Config, language: str, be
 
 
 async def _owner(driver: Driver, config: Config, _: str) -> AsyncIterator[Finding]:
-    """Tell which program owns it (decision 37); without one, also a low torque limit that a killed program left."""
+    """Check its owner (decision 37), and without one the torque limits, which a killed program may have left low."""
     holder = await living_owner(driver)
     if holder:
         yield ok("owner", "owned", holder=holder)
@@ -88,7 +88,7 @@ async def _owner(driver: Driver, config: Config, _: str) -> AsyncIterator[Findin
 
 
 async def _handles(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
-    """Tell who has its Ethernet handles (Galil DMC-41x3, commands TH and WH)."""
+    """Check the owners of its Ethernet handles (Galil DMC-41x3, commands TH and WH)."""
     lines = [found for line in (await driver.send("TH")).splitlines() if (found := _HANDLE.search(line))]
     own = (await driver.send("WH")).strip()
     taken = [(f"IH{line[1]}", line[2].strip()) for line in lines if "AVAILABLE" not in line[2]]
@@ -100,7 +100,7 @@ async def _handles(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]
 
 
 def _peer(what: str) -> str:
-    """Return the other end of a handle, as TH lists it, the way people write it."""
+    """Return the peer of a handle, as TH lists it, in the usual notation."""
     found = re.search(r"(TCP|UDP).*TO IP ADDRESS (\d+),(\d+),(\d+),(\d+) PORT (\d+)", what)
     return what if found is None else f"{found[1]} {found[2]}.{found[3]}.{found[4]}.{found[5]}:{found[6]}"
 
@@ -119,7 +119,7 @@ async def _record(driver: Driver, config: Config, language: str) -> AsyncIterato
 
 
 async def _level(driver: Driver, config: Config, _: str) -> AsyncIterator[Finding]:
-    """Compare at which level switches count as active (Galil DMC-41x3, command CN) with the configuration."""
+    """Compare the active level of the switches (Galil DMC-41x3, command CN) with the configuration."""
     wanted, found = config.wiring.limit_active_level, await driver.value("_CN0")
     if found == wanted:
         yield ok("limits", "level_same", found=f"{found:.0f}")
@@ -128,7 +128,7 @@ async def _level(driver: Driver, config: Config, _: str) -> AsyncIterator[Findin
 
 
 async def _program(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
-    """Tell which threads run (Galil DMC-41x3, operand _XQ: the line, -1 for none)."""
+    """Check which threads run (Galil DMC-41x3, operand _XQ: the line, -1 for none)."""
     lines = await driver.batch([f"MG _XQ{thread}" for thread in range(THREADS)])
     running = [str(thread) for thread, line in enumerate(lines) if parse_number(line) >= 0.0]
     if running:
@@ -138,13 +138,13 @@ async def _program(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]
 
 
 async def _memory(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
-    """Tell whether what is burned was sound at power-up (Galil DMC-41x3, operand _RS)."""
+    """Check whether the burned memory was intact at power-up (Galil DMC-41x3, operand _RS)."""
     found = await driver.value("_RS")
     yield warn("memory", "memory_damaged", found=found) if found else ok("memory", "memory_sound")
 
 
 async def _clock(driver: Driver, _: Config, __: str) -> AsyncIterator[Finding]:
-    """Watch its clock for a moment (Galil DMC-41x3, operands TIME and _TM)."""
+    """Measure the rate of its clock (Galil DMC-41x3, operands TIME and _TM)."""
     loop = asyncio.get_running_loop()
     period = await driver.value("_TM")
     first, began = await driver.value("TIME"), loop.time()

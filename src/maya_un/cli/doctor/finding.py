@@ -12,11 +12,11 @@ CheckName: TypeAlias = Literal[
     "handles", "limits", "program", "motors", "memory", "controller clock", "storage", "disk", "ports", "clock",
     "certificate", "ROS", "supervisors",
 ]  # fmt: skip
-"""Checks, by the names that the terminal and JSON show."""
+"""Names of checks in the terminal and in JSON."""
 
 
 class FindingOutcome(StrEnum):
-    """How it is: good, worth a look, or the reason why something does not work; `skipped` could not be looked at."""
+    """The outcome of a check: good, a warning, or a failure; `skipped` was not checked."""
 
     OK = "ok"
     WARN = "warn"
@@ -26,7 +26,7 @@ class FindingOutcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The result of a `check`; its sentence is the text under `key`, with `details` filled in."""
+    """The result of a `check`; its text is that under `key`, with `details` inserted."""
 
     check: CheckName
     outcome: FindingOutcome
@@ -35,20 +35,20 @@ class Finding:
 
 
 def ok(check: CheckName, key: str, **details: object) -> Finding:
-    """Return that all is well."""
+    """Return a good result."""
     return Finding(check, FindingOutcome.OK, key, details)
 
 
 def warn(check: CheckName, key: str, **details: object) -> Finding:
-    """Return what is worth a look."""
+    """Return a warning."""
     return Finding(check, FindingOutcome.WARN, key, details)
 
 
 def fail(check: CheckName, key: str, **details: object) -> Finding:
-    """Return what keeps something from working."""
+    """Return a failure."""
     return Finding(check, FindingOutcome.FAIL, key, details)
 
 
 def skipped(check: CheckName, key: str, **details: object) -> Finding:
-    """Return what could not be looked at, or does not matter here."""
+    """Return the result of a check that is impossible or irrelevant here."""
     return Finding(check, FindingOutcome.SKIPPED, key, details)

@@ -1,4 +1,4 @@
-"""Checks of this computer, without any robot: configuration, storage, ports and who listens on them."""
+"""Checks of this computer, without a robot: configuration, storage, ports and the programs that listen on them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _LISTENS = "0A"
 
 
 class ListeningProcess(NamedTuple):
-    """A process that listens; `pid` is 0 and `name` empty where it is another user's."""
+    """A process that listens; `pid` is 0 and `name` empty for a process of another user."""
 
     port: int
     pid: int
@@ -37,19 +37,19 @@ class ListeningProcess(NamedTuple):
 
     @property
     def who(self) -> str:
-        """The process as people know it."""
+        """The process as text."""
         return f"{self.name} (process {self.pid})" if self.pid else "a process of another user"
 
 
 def listeners(proc: Path = Path("/proc")) -> list[ListeningProcess]:
-    """Return who listens on TCP, by port; empty where the system does not tell."""
+    """Return the processes that listen on TCP, by port; none if the system does not list them."""
     ports = _ports(proc)
     owners = _owners(proc, set(ports.values()))
     return [ListeningProcess(port, *owners.get(inode, (0, ""))) for port, inode in sorted(ports.items())]
 
 
 def _ports(proc: Path) -> dict[int, str]:
-    """Return the inode of the socket that listens on each port."""
+    """Return the inode of the listening socket of each port."""
     found: dict[int, str] = {}
     for table in ("tcp", "tcp6"):
         try:
@@ -75,12 +75,12 @@ def _owners(proc: Path, inodes: set[str]) -> dict[str, tuple[int, str]]:
 
 
 def _open_files(process: Path) -> list[str]:
-    """Return what a process has open; nothing of another user's."""
+    """Return the open files of a process; none for a process of another user."""
     found: list[str] = []
     with suppress(OSError):
-        for link in os.listdir(process / "fd"):  # noqa: PTH208 - of every process there is
+        for link in os.listdir(process / "fd"):  # noqa: PTH208 - for every process
             with suppress(OSError):  # closed meanwhile
-                found.append(os.readlink(process / "fd" / link))  # noqa: PTH115 - no path: socket:[123]
+                found.append(os.readlink(process / "fd" / link))  # noqa: PTH115 - not a path: socket:[123]
     return found
 
 
@@ -95,14 +95,14 @@ def _name(process: Path) -> str:
 
 
 _LITTLE, _SHORT = 0.2, 2.0
-"""Room on the disk [GB]: with less than the first nothing can be kept soon, less than the second is worth a look."""
+"""Free disk space [GB] below which a check fails, because the disk is almost full, or warns."""
 
 _LAG = 60.0
-"""A clock that is so far behind what was written down was set back [s]."""
+"""A clock that is this much behind the newest stored event was set back [s]."""
 
 
 class KnownPort(NamedTuple):
-    """A port that programs around Maya use, and the names of programs that may well have it."""
+    """A port that programs around Maya use, and the names of programs that normally use it."""
 
     number: int
     use: str
@@ -116,18 +116,18 @@ PORTS = (
     KnownPort(9090, "rosbridge", ("rosbridge", "maya")),
     KnownPort(11311, "ROS master", ("rosmaster", "roscore", "roslaunch")),
 )
-"""The ports that are looked at."""
+"""The checked ports."""
 
 
 def config_file(settings: OutputSettings) -> Path | None:
-    """Return the configuration file in force, None where the manual's values hold."""
+    """Return the current configuration file, None if the manual's values apply."""
     named = settings.config or os.environ.get("MAYA_CONFIG")
     place = Path(named) if named else default_path()
     return place if named or place.exists() else None
 
 
 def config(settings: OutputSettings) -> Iterator[Finding]:
-    """Look whether the configuration in force is good."""
+    """Check whether the current configuration is valid."""
     place = config_file(settings)
     try:
         configuration(settings)
@@ -138,7 +138,7 @@ def config(settings: OutputSettings) -> Iterator[Finding]:
 
 
 def storage(settings: OutputSettings, *, served_by: int) -> Iterator[Finding]:
-    """Look at the file of the queue, whole where nobody uses it; `served_by` is the process that does, 0 for none."""
+    """Check the file of the queue, completely unless the process `served_by` uses it (0: no process)."""
     folder = state_folder()
     path = folder / file.FILE_NAME
     if not _writable(folder):
@@ -165,13 +165,13 @@ def _kept(path: Path, settings: OutputSettings) -> Finding:
 
 
 def _writable(folder: Path) -> bool:
-    """Tell whether a file can be made in a folder, or the folder itself, by the rights that stand there."""
+    """Return whether permissions allow creating a file in a folder, or the folder itself."""
     there = next(place for place in (folder, *folder.parents) if place.exists())
     return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
 
 
 def disk() -> Iterator[Finding]:
-    """Look how much room is left where the queue is kept."""
+    """Check the free space on the disk of the queue."""
     folder = state_folder()
     there = next(place for place in (folder, *folder.parents) if place.exists())
     free = shutil.disk_usage(there).free / 1e9
@@ -183,7 +183,7 @@ def disk() -> Iterator[Finding]:
 
 
 def ports(there: Sequence[ListeningProcess]) -> Iterator[Finding]:
-    """Look who has the ports that programs around Maya use."""
+    """Check which programs use the ports of programs around Maya."""
     running = runtime.find()
     for port in PORTS:
         held = next((one for one in there if one.port == port.number), None)
@@ -196,7 +196,7 @@ def ports(there: Sequence[ListeningProcess]) -> Iterator[Finding]:
 
 
 def clock(now: datetime | None = None, root: Path = Path("/")) -> Iterator[Finding]:
-    """Look who keeps the clock, and whether it was set back."""
+    """Check which service synchronises the clock, and whether the clock was set back."""
     behind = _newest() - (datetime.now(UTC) if now is None else now).timestamp()
     if behind > _LAG:
         yield fail("clock", "clock_back", seconds=behind)
@@ -211,7 +211,7 @@ def clock(now: datetime | None = None, root: Path = Path("/")) -> Iterator[Findi
 
 
 def _newest() -> float:
-    """Return the date of the newest event that was kept [s since 1970], 0 where there is none."""
+    """Return the date of the newest stored event [s since 1970], 0 without events."""
     with suppress(MayaError, ValueError):
         for _, row in history.newest_events(state_folder() / file.FILE_NAME, 1):
             return datetime.fromisoformat(row.date).timestamp()
@@ -219,7 +219,7 @@ def _newest() -> float:
 
 
 def coms(config: Config, language: str = "en") -> Iterator[Finding]:
-    """Ask `maya coms` whether it reaches the robot and the supervisors."""
+    """Check whether `maya coms` is connected to the robot and the supervisors."""
     url = config.coms.server_address
     try:
         status = httpx.get(f"{url}/status", timeout=1.0).json()
@@ -250,7 +250,7 @@ def coms(config: Config, language: str = "en") -> Iterator[Finding]:
 
 
 def ros() -> Iterator[Finding]:
-    """Look whether ROS is there, and its master."""
+    """Check whether ROS is installed, and whether its master answers."""
     installed = shutil.which("roscore") or Path("/opt/ros").is_dir()
     if not installed:
         yield skipped("ROS", "ros_none")

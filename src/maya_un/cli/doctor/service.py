@@ -23,14 +23,14 @@ CERTIFICATE_PATIENCE = 2.0
 """Longest wait for a handshake [s]."""
 
 SOON = 30.0
-"""A certificate that ends within so long is worth a look [days]."""
+"""A certificate that ends within this time causes a warning [days]."""
 
 _EXPIRED = 10
 """X509_V_ERR_CERT_HAS_EXPIRED."""
 
 
 def findings(there: Sequence[ListeningProcess], pid: int) -> Iterator[Finding]:
-    """Look at every port that process `pid` listens on with TLS."""
+    """Check every port on which process `pid` listens with TLS."""
     for port in sorted({one.port for one in there if one.pid == pid}):
         shown = _shown(port)
         if shown is not None:
@@ -38,7 +38,7 @@ def findings(there: Sequence[ListeningProcess], pid: int) -> Iterator[Finding]:
 
 
 def _shown(port: int) -> bytes | None:
-    """Return the certificate that is shown at a port of this machine (DER), None where TLS is not spoken."""
+    """Return the certificate at a port of this computer (DER), None without TLS."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
@@ -55,7 +55,7 @@ def _shown(port: int) -> bytes | None:
 
 
 def _addresses() -> list[str]:
-    """Return addresses of this machine for a listener that serves other machines."""
+    """Return addresses of this computer for a listener that serves other computers."""
     found = ["127.0.0.1"]
     with suppress(OSError):
         found += [str(one[4][0]) for one in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)]
@@ -76,7 +76,7 @@ def _judged(port: int, certificate: bytes) -> Finding:
 
 
 def _end(port: int, certificate: bytes) -> float:
-    """Return when a certificate ends [s since 1970], by trusting it alone; raises `SSLCertVerificationError`."""
+    """Return the end of a certificate [s since 1970], by trusting it alone; raises `SSLCertVerificationError`."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = False
     context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN
@@ -98,7 +98,7 @@ PATIENCE = 3.0
 
 
 class RunningService:
-    """The running service, once it was found to answer."""
+    """The running service, after it has answered."""
 
     def __init__(self, running: runtime.Running, client: ServiceClient, language: str) -> None:
         self.running = running
@@ -111,7 +111,7 @@ class RunningService:
         return cast("dict[str, Any]", answer) if isinstance(answer, dict) else {}
 
     def findings(self) -> Iterator[Finding]:
-        """Ask for everything."""
+        """Yield the results of all checks of the service."""
         yield ok("service", "service_runs", pid=self.running.pid, url=self.running.url)
         for look in (self._readiness, self._robot, self._lease, self._queue):
             try:
@@ -161,7 +161,7 @@ class RunningService:
 
 
 def limits(forward: list[bool], reverse: list[bool]) -> Finding:
-    """Return what is to be said of switches that are active, or not."""
+    """Return the result for active switches."""
     both = [axis for axis, plus, minus in zip("abc", forward, reverse, strict=True) if plus and minus]
     if both:
         return fail("limits", "limits_both", axes=", ".join(both))
@@ -173,7 +173,7 @@ def limits(forward: list[bool], reverse: list[bool]) -> Finding:
 
 
 def found(language: str) -> tuple[RunningService | None, list[Finding]]:
-    """Return the running service, or why there is none that could be asked."""
+    """Return the running service, or the reason why it cannot be checked."""
     running = runtime.find()
     if running is None:
         return None, [skipped("service", "service_none")]
@@ -193,7 +193,7 @@ def found(language: str) -> tuple[RunningService | None, list[Finding]]:
 
 
 def _marked(client: ServiceClient) -> bool:
-    """Tell whether who answers is ours: every answer of ours has the header `Maya`."""
+    """Return whether the answer comes from Maya: every answer of Maya has the header `Maya`."""
     connection = HTTPConnection(client.host, client.port, timeout=PATIENCE)
     try:
         connection.request("GET", requests.health().path)
@@ -203,7 +203,7 @@ def _marked(client: ServiceClient) -> bool:
 
 
 def _reasons(url: str, language: str) -> list[str]:
-    """Return the reason why commands are refused, in words."""
+    """Return the reasons why commands are refused, as text."""
     import json
 
     place = urlsplit(url)

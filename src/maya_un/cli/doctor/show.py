@@ -1,4 +1,4 @@
-"""`maya doctor`: every check in turn, printed as it is done."""
+"""`maya doctor`: run every check and print its result at once."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ _MARKS = {
 
 
 def doctor(address: str | None, settings: OutputSettings) -> int:
-    """Look at everything and say it; return 1 where something fails, else 0.
+    """Run all checks and print the results; return 1 if one fails, else 0.
 
-    The controller at `address` is asked by a handle of its own, and only while no service runs here; without an address
-    it is the configured one, where there is a configuration. Raises `InvalidValue` for what is no address.
+    The controller at `address` is checked over a separate handle, and only while no service runs here; without an
+    address, it is the configured one, if a configuration exists. Raises `InvalidValue` for an invalid address.
     """
     config = _config(settings)
     target = address if address is not None else REAL if host.config_file(settings) else None
@@ -47,7 +47,7 @@ def doctor(address: str | None, settings: OutputSettings) -> int:
 
 
 def _config(settings: OutputSettings) -> Config:
-    """Return the configuration in force, the manual's values where it is broken: a check of its own says so."""
+    """Return the current configuration, the manual's values if it is invalid; a separate check reports that."""
     try:
         return configuration(settings)
     except MayaError:
@@ -77,10 +77,10 @@ def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterat
 
 
 def _guarded(check: CheckName, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
-    """Go on with the next check where one fails in a way that nobody foresaw."""
+    """Continue with the next check if one fails unexpectedly."""
     try:
         yield from look()
-    except Exception as defect:  # noqa: BLE001 - one check that fails must not keep the others from helping
+    except Exception as defect:  # noqa: BLE001 - a defect in one check must not prevent the others
         written_down(defect)
         yield fail(check, "check_failed", reason=f"{type(defect).__name__}: {defect}")
 

@@ -1,4 +1,4 @@
-"""Texts of `maya doctor`: what each finding means, and what to do."""
+"""Texts of `maya doctor`: the meaning of each finding, and its remedy."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from maya_un.cli.doctor.finding import Finding
 
 
 class FindingText(NamedTuple):
-    """A sentence about the meaning of a finding, and one about what to do, "" for nothing."""
+    """A sentence with the meaning of a finding, and one with its remedy, "" for none."""
 
     meaning: str
     remedy: str = ""
@@ -212,10 +212,10 @@ def name(check: str, language: str) -> str:
 
 
 def meaning(finding: Finding, language: str) -> str:
-    """Return what a finding means, in one sentence."""
+    """Return the meaning of a finding, in one sentence."""
     return translate(_TEXTS[finding.key].meaning, language, **finding.details)
 
 
 def remedy(finding: Finding, language: str) -> str:
-    """Return what to do about it, "" for nothing."""
+    """Return the remedy of a finding, "" for none."""
     return translate(_TEXTS[finding.key].remedy, language, **finding.details)

@@ -1,4 +1,4 @@
-"""The commands about several robots: their arguments and their help."""
+"""The commands for several robots: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ StateFile = Annotated[
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the commands under `app`; `how` is what all commands have in common."""
+    """Add the commands to `app`; `how` contains the options of all commands."""
     fleet = typer.Typer(add_completion=False, rich_markup_mode=None, epilog=how["epilog"], help=_ABOUT + _CREDENTIALS)
     fleet.command("list", **how)(list_)
     for command in (watch, send, run):

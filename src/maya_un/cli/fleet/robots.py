@@ -77,7 +77,7 @@ def waiting_text(robot: str, state: str, language: str) -> str:
 
 
 def progress_text(robot: str, progress: StepProgress, language: str) -> str:
-    """Return a line about a step that a robot has begun or accepted."""
+    """Return a line about a step that a robot has accepted or started."""
     return translate(_PROGRESS[progress.state], language, robot=robot, id=progress.id)
 
 
@@ -100,7 +100,7 @@ _COMMAND = "maya fleet send"
 def send(
     robot: str, command: str, values: Sequence[str], url: str | None, deadline: str | None, settings: OutputSettings
 ) -> int:
-    """Send a step and wait for its result; raises the error by which it failed, and `UnknownName`."""
+    """Send a step and wait for its result; raises the error with which it failed, and `UnknownName`."""
     args = _args(command, values)
     check(command, args)
     until = DEADLINE if deadline is None else duration(deadline, "--deadline")

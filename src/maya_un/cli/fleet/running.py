@@ -1,4 +1,4 @@
-"""`maya fleet run`: carry out a process file, go on with an interrupted one, take a person's decisions."""
+"""`maya fleet run`: carry out a process file, continue an interrupted process, record decisions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from maya_un.supervisor.process import (
 
 
 class FleetRunOptions(NamedTuple):
-    """Options of `maya fleet run`; `state` is the file of finished steps, None for the usual one."""
+    """Options of `maya fleet run`; `state` is the file of finished steps, None for the default file."""
 
     file: str
     url: str | None = None
@@ -42,7 +42,7 @@ class FleetRunOptions(NamedTuple):
 
 
 def run(options: FleetRunOptions, settings: OutputSettings) -> int:
-    """Carry out a process and return the exit code; raises what its parts raise."""
+    """Carry out a process and return the exit code; raises the errors of its parts."""
     path = Path(options.file)
     process = load_process(path)
     if options.check:
@@ -58,7 +58,7 @@ def run(options: FleetRunOptions, settings: OutputSettings) -> int:
 
 
 def _decide(record: ProcessRecord, options: FleetRunOptions) -> None:
-    """Note what the command line says of failed steps; raises `UnknownName` for one that has not failed."""
+    """Record the decisions in the command line; raises `UnknownName` for a step that has not failed."""
     for name in (*options.retry, *options.skip):
         if name not in record.failed():
             raise UnknownName(name=name, known=", ".join(record.failed()) or "no failed step")
@@ -99,7 +99,7 @@ def _greet(record: ProcessRecord, settings: OutputSettings) -> None:
 
 
 def _carried_out(record: ProcessRecord, options: FleetRunOptions, settings: OutputSettings) -> MayaError | None:
-    """Carry out what is left, asking on a terminal; return why it ended before all steps were over."""
+    """Carry out the remaining steps, with prompts on a terminal; return the error that ended it early, or None."""
     while True:
         try:
             record.require_not_aborted()
@@ -131,7 +131,7 @@ async def _run(record: ProcessRecord, url: str | None, settings: OutputSettings)
 
 
 def _tell_absent(process: FleetProcess, lab: Supervisor, settings: OutputSettings) -> None:
-    """Say which robots are not connected; their steps wait for them."""
+    """Print the robots that are not connected; their steps wait for them."""
     for robot in dict.fromkeys(step.robot for step in process.steps.values()):
         state = lab.robots.get(robot, "unknown")
         if state != ONLINE and not settings.json:
@@ -148,7 +148,7 @@ def _tell(step: ProcessStep, report: StepProgress | StepEnd, settings: OutputSet
 
 
 def _ask(record: ProcessRecord, step: str, language: str) -> None:
-    """Ask what becomes of a failed step; raises `InvalidCommandLine` at the end of the input."""
+    """Prompt for the decision about a failed step; raises `InvalidCommandLine` at the end of the input."""
     while True:
         try:
             said = (
@@ -164,7 +164,7 @@ def _ask(record: ProcessRecord, step: str, language: str) -> None:
 
 
 def _concluded(record: ProcessRecord, error: MayaError | None, settings: OutputSettings, *, before: bool) -> int:
-    """Report how the process stands, and return the exit code."""
+    """Report the state of the process, and return the exit code."""
     if settings.json:
         output.emit(_report(record.process, record, error))
     elif error is not None:

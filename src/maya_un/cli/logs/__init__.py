@@ -1,1 +1,1 @@
-"""The past: events from the journal and lines from the log, whether `maya up` runs or not."""
+"""`maya logs`: events from the journal and lines from the log, even if `maya up` does not run."""

@@ -12,7 +12,7 @@ Level = Literal["debug", "info", "warning", "error", "critical"]
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the command under `app`; `how` is what all commands have in common."""
+    """Add the command to `app`; `how` contains the options of all commands."""
     app.command(**how)(logs)
 
 

@@ -1,8 +1,6 @@
-"""`maya logs`: events and log messages of the service, filtered and followed.
+"""`maya logs`: events and log messages of the service, filtered and followed, oldest first.
 
-Entries of the journal and the log, read while they are written.
-
-`maya logs`: what has happened, newest last; works from the files alone, and only reads them.
+It only reads the files of the journal and the log, also while they are written.
 """
 
 from __future__ import annotations
@@ -35,9 +33,9 @@ _SECONDS = {"s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
 
 def moment(text: str, now: datetime) -> str:
-    """Return the moment meant by 90s, 10m, 2h, 3d (so long before `now`) or a date (ISO 8601), in UTC as files have it.
+    """Return the time of 90s, 10m, 2h, 3d (before `now`) or of a date (ISO 8601), in UTC as in the files.
 
-    A date without a zone is this place's. Raises `InvalidValue`.
+    A date without a time zone is in local time. Raises `InvalidValue`.
     """
     ago = _AGO.fullmatch(text.strip())
     try:
@@ -52,15 +50,15 @@ def moment(text: str, now: datetime) -> str:
 
 
 LEVELS = ("debug", "info", "warning", "error", "critical")
-"""How grave something is, from the least."""
+"""Log levels, in ascending order."""
 
 
 @dataclass(frozen=True, slots=True)
 class LogEntry:
-    """An entry of `time` (ISO 8601, UTC, with milliseconds).
+    """An entry with `time` (ISO 8601, UTC, with milliseconds).
 
-    `kind` is an event's, or the part of the program that wrote a line of the log: http, defect. `code` is 0, or an
-    error's; `run` and `seq` are an event's numbers, 0 for others.
+    `kind` is that of an event, or the part of the program that wrote a line of the log: http, defect. `code` is 0 or
+    that of an error; `run` and `seq` are the numbers of an event, 0 for other entries.
     """
 
     time: str
@@ -74,7 +72,7 @@ class LogEntry:
 
 
 def of_event(row: EventRow) -> LogEntry:
-    """Return an event of the journal."""
+    """Return the entry for an event of the journal."""
     level = logging.getLevelName(level_of(row.kind)).lower()
     if row.code and level == "info":
         level = "warning"
@@ -85,7 +83,7 @@ def of_event(row: EventRow) -> LogEntry:
 
 
 def of_line(line: Mapping[str, Any]) -> LogEntry:
-    """Return a line of the log; raises `KeyError`, `TypeError` or `ValueError` for what is none."""
+    """Return the entry for a line of the log; raises `KeyError`, `TypeError` or `ValueError` for an invalid line."""
     known = {"time", "level", "logger", "message", "code"}
     kind = str(line["logger"]).rpartition(".")[2]
     detail = {key: value for key, value in line.items() if key not in known}
@@ -95,7 +93,7 @@ def of_line(line: Mapping[str, Any]) -> LogEntry:
 
 
 def _utc(date: str) -> str:
-    """Return a date in the form of all entries, or as it is where it is none."""
+    """Return a date in the form of all entries; an invalid date is unchanged."""
     try:
         return datetime.fromisoformat(date).astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
     except (ValueError, OverflowError):
@@ -103,11 +101,11 @@ def _utc(date: str) -> str:
 
 
 EVENTS = "maya.events"
-"""The logger of what the journal has as well."""
+"""The logger of events, which the journal also contains."""
 
 
 class LogReader:
-    """The lines of the log at `path`; `read` goes on where it was before, over the change to a new file too."""
+    """The lines of the log at `path`; each `read` continues after the previous one, also over a change of files."""
 
     def __init__(self, path: Path, *, events: bool = False) -> None:
         self._path = path
@@ -117,7 +115,7 @@ class LogReader:
         self._rest = b""
 
     def read(self) -> list[LogEntry]:
-        """Return what came since the last time, at first everything; raises `FileUnreadable`."""
+        """Return the entries since the previous call, at first all; raises `FileUnreadable`."""
         first = self._file == 0
         data = b"".join(self._older()) if first else b""
         data += self._newer()
@@ -126,7 +124,7 @@ class LogReader:
         return [entry for line in lines if (entry := self._entry(line)) is not None]
 
     def _older(self) -> Iterator[bytes]:
-        """Return the files that were begun since, oldest first."""
+        """Yield the contents of the older files, oldest first."""
         numbered = [path for path in self._path.parent.glob(f"{self._path.name}.*") if path.suffix[1:].isdigit()]
         for path in sorted(numbered, key=lambda path: -int(path.suffix[1:])):
             yield _content(path, 0)[0]
@@ -135,7 +133,7 @@ class LogReader:
         if not self._path.exists():
             return b""
         data, file = _content(self._path, self._place)
-        if self._file not in {0, file}:  # a new one was begun: what the old one got after the last look, then all of it
+        if self._file not in {0, file}:  # a new file was started: read the rest of the old one, then the new one
             rotated = self._path.with_name(f"{self._path.name}.1")
             rest, same = _content(rotated, self._place) if rotated.exists() else (b"", 0)
             begun, file = _content(self._path, 0)
@@ -147,7 +145,7 @@ class LogReader:
         return data
 
     def _entry(self, line: bytes) -> LogEntry | None:
-        """Return a line; one that is not ours, as of another program or cut off by a power cut, is left out."""
+        """Return a line as an entry; skip a line of another program, or one cut off by a power cut."""
         try:
             found: Any = json.loads(line)
             if not self._events and found["logger"] == EVENTS:
@@ -158,7 +156,7 @@ class LogReader:
 
 
 def _content(path: Path, place: int) -> tuple[bytes, int]:
-    """Return what stands in a file from `place` on, and which file that is."""
+    """Return the content of a file from `place` on, and the inode of the file."""
     try:
         with path.open("rb") as file:
             identity = path.stat().st_ino
@@ -169,10 +167,10 @@ def _content(path: Path, place: int) -> tuple[bytes, int]:
 
 
 MOST = 10_000
-"""Lines that can be asked for."""
+"""Maximum number of lines of one request."""
 
 LOOK = 0.3
-"""How often the files are looked at while they are followed [s]."""
+"""Period of reading the files while they are followed [s]."""
 
 KINDS = (*DECLARED, "defect", "http")
 """Kinds of entries: events, and parts of the program that write to the log; libraries may add others."""
@@ -181,9 +179,9 @@ _COLOURS = {"debug": "2", "warning": "33", "error": "31", "critical": "31;1"}
 
 
 class LogFilter(NamedTuple):
-    """Which entries: the newest `lines`, not older than `since`, of these `kinds` (all where there are none).
+    """Selection of entries: the newest `lines`, not older than `since`, of these `kinds` (empty: all).
 
-    `level` is the least grave that is shown.
+    `level` is the lowest level shown.
     """
 
     lines: int
@@ -192,14 +190,14 @@ class LogFilter(NamedTuple):
     level: str
 
     def has(self, entry: LogEntry) -> bool:
-        """Tell whether an entry is wanted."""
+        """Return whether the selection includes an entry."""
         grave = LEVELS.index(entry.level) if entry.level in LEVELS else len(LEVELS)
         alike = not self.kinds or entry.kind in self.kinds
         return alike and grave >= LEVELS.index(self.level) and entry.time >= self.since
 
 
 class LogSources:
-    """The journal and the log, read again and again; `trouble` says why one of them cannot be read, "" where it can."""
+    """The journal and the log, for repeated reading; `trouble` is the error of an unreadable journal, or None."""
 
     def __init__(self) -> None:
         self._journal = state_folder() / FILE_NAME
@@ -210,7 +208,7 @@ class LogSources:
         self._number = 0
 
     def read(self, most: int, since: str) -> list[LogEntry]:
-        """Return what came since the last time, oldest first, as if it stood in one file."""
+        """Return the entries since the previous call, merged, oldest first."""
         return sorted([*self._log.read(), *self._events(most, since)], key=lambda entry: entry.time)
 
     def _events(self, most: int, since: str) -> list[LogEntry]:
@@ -229,9 +227,9 @@ class LogSources:
 def show(
     wanted: LogFilter, settings: OutputSettings, *, follow: bool, wait: Callable[[float], object] = time.sleep
 ) -> int:
-    """Print entries, and with `follow` more as they come, until Ctrl-C; return the exit code.
+    """Print entries, and with `follow` new ones until Ctrl-C; return the exit code.
 
-    Raises `FileUnreadable` where there is neither a journal nor a log, and `UnknownName` for a kind that there is not.
+    Raises `FileUnreadable` if neither a journal nor a log exists, and `UnknownName` for an unknown kind.
     """
     sources = LogSources()
     entries = sources.read(MOST, wanted.since)
@@ -255,7 +253,7 @@ def show(
 
 
 def _require_known(kinds: Iterable[str], entries: Iterable[LogEntry]) -> None:
-    """Raise `UnknownName` for a kind that is none of ours, and that nothing has."""
+    """Raise `UnknownName` for a kind that neither Maya declares nor any entry has."""
     known = {*KINDS, *(entry.kind for entry in entries)}
     for kind in kinds:
         if kind not in known:
@@ -263,7 +261,7 @@ def _require_known(kinds: Iterable[str], entries: Iterable[LogEntry]) -> None:
 
 
 def wanted(lines: int, since: str | None, kinds: Sequence[str], level: str) -> LogFilter:
-    """Return what a command line asks for; raises `InvalidValue`."""
+    """Return the selection of a command line; raises `InvalidValue`."""
     begin = "" if since is None else moment(since, datetime.now(UTC))
     return LogFilter(lines if since is None else MOST, begin, tuple(kinds), level)
 
@@ -285,7 +283,7 @@ def _line(entry: LogEntry, language: str) -> str:
 
 
 def _said(entry: LogEntry, language: str) -> str:
-    """Return what an event says in a language; of what is not declared here, and of the log, the text."""
+    """Return the sentence of an event in a language; for an undeclared event or a log message, its text."""
     event = event_of(entry.kind, entry.detail)
     return event.report(language) if entry.seq and not isinstance(event, UnknownEvent) else entry.text
 

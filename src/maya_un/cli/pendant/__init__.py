@@ -1,1 +1,1 @@
-"""The pendant that `maya jog` opens on a terminal: keys move the robot by steps, and keep where it is under names."""
+"""The pendant that `maya jog` opens on a terminal: keys move the robot by steps, and teach poses."""

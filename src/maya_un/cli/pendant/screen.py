@@ -1,9 +1,4 @@
-"""The pendant on a screen: its picture, and its keyboard.
-
-The picture of the pendant: styled pieces of text, made of what is known of the robot.
-
-The pendant on a screen: the picture, the keys, and a line for the name of a pose.
-"""
+"""The pendant on a screen: the display, the keys, and an input line for the name of a pose."""
 
 from __future__ import annotations
 
@@ -38,16 +33,16 @@ Piece: TypeAlias = tuple[str, str]
 """A style and a text."""
 
 WARN = 0.02
-"""A limit nearer than this [m] is shown as one that is near."""
+"""A limit nearer than this [m] is highlighted."""
 
 SHOWN = 3
-"""How many of the limits are shown."""
+"""Maximum number of limits shown."""
 
 _ALIKE = {"idle": "", "moving": "class:moving", "homing": "class:moving", "stopping": "class:moving"}
 
 
 def drawn(session: PendantSession, language: str) -> list[Piece]:
-    """Return everything but the keys: mode and step, where the gripper is, the nearest limits, the notes."""
+    """Return all text except the keys: mode and step, the gripper position, the nearest limits, the notes."""
     pieces: list[Piece] = [
         ("class:head", "Maya   "),
         *_mode(session, language),
@@ -119,14 +114,17 @@ _STYLE = Style.from_dict(
 
 
 def jog(settings: OutputSettings) -> int:
-    """Move the running robot by keys until a person ends it; return the exit code. Raises `ServiceNotRunning`."""
+    """Move the running robot by keys until a person ends the session; return the exit code.
+
+    Raises `ServiceNotRunning`.
+    """
     client = ServiceClient.find()
     client.ask(requests.health())
     return asyncio.run(_Pendant(client, settings).show())
 
 
 class _Pendant:
-    """A session, and the application that shows it."""
+    """A session, and the application that displays it."""
 
     def __init__(self, client: ServiceClient, settings: OutputSettings) -> None:
         self._language = settings.language
@@ -142,7 +140,7 @@ class _Pendant:
         )
 
     async def show(self) -> int:
-        """Show it until it is ended; a step that is under way then is stopped."""
+        """Display the session until it is ended; a running step is then stopped."""
         watching = asyncio.create_task(self._session.watch())
         try:
             with on_end(lambda: self._end(output.DONE), signal.SIGTERM):
@@ -220,7 +218,7 @@ class _Pendant:
         event.app.layout.focus_previous()
 
     def _named(self, buffer: Buffer) -> bool:
-        """Teach the pose whose name was typed; `!` behind it has one of that name replaced."""
+        """Teach the pose with the typed name; a trailing `!` replaces an existing pose."""
         text = buffer.text.strip()
         if text:
             self._session.teach(text.removesuffix("!"), replacing=text.endswith("!"))

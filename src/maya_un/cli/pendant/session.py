@@ -1,10 +1,7 @@
-"""The session of the pendant: keys, steps, the nearest taught place, and held jogs.
+"""The session of the pendant, without a screen: keys, steps, distances to limits, and requests to the robot.
 
-Which key moves what, and how far.
-
-Which limit is the nearest: distances of different kinds, made comparable.
-
-A pendant without a screen: the robot that runs, asked and moved without ever waiting for it.
+Requests run in the background, so the session never waits for the robot. Distances of different kinds are made
+comparable to find the nearest limit.
 """
 
 from __future__ import annotations
@@ -30,7 +27,7 @@ AXES = "xyzrabc"
 
 
 class KeyStep(NamedTuple):
-    """How far one press of a key goes: `length` [m], of the boom `angle` [rad]."""
+    """Distance of one key press: `length` [m], for the boom `angle` [rad]."""
 
     length: float
     angle: float
@@ -45,7 +42,7 @@ STEPS = {
     "2": KeyStep(0.010, radians(1.0)),
     "3": KeyStep(0.050, radians(5.0)),
 }
-"""The steps, by the key that chooses each."""
+"""The steps, by the key that selects each."""
 
 _ARROWS = {
     "right": ("x", 1),
@@ -61,19 +58,19 @@ MOVES: dict[str, tuple[str, int]] = {
     **{axis.upper(): (axis, -1) for axis in AXES},
     **_ARROWS,
 }
-"""Axis and direction by the name of the key: a letter goes forth, its capital back."""
+"""Axis and direction by the name of the key: a letter moves forward, its capital back."""
 
 
 HEIGHT_OF_A_LOAD = 0.04
-"""How much higher the gripper may go for each multiple of the load that is left [m].
+"""Additional height of the gripper for each multiple of the load that remains [m].
 
-Between tension limits of 2 and 5 times the load the ceiling in the midst of the default machine rises from 1.94 to
-2.07 m. It only ranks the limits, so nothing hangs on its being exact.
+Between tension limits of 2 and 5 times the load, the ceiling in the middle of the default machine rises from 1.94 to
+2.07 m. The value only ranks the limits, so it need not be exact.
 """
 
 
 class LimitDistance(NamedTuple):
-    """How far it is to a limit or a zone called `name`: `margin` in its `unit` ("m", "rad" or "load"), `rank` in m."""
+    """Distance to the limit or zone `name`: `margin` in its `unit` ("m", "rad" or "load"), `rank` in m."""
 
     name: str
     margin: float
@@ -86,7 +83,7 @@ class LimitDistance(NamedTuple):
 
 
 def distances(workspace: Workspace, joints: Joints) -> list[LimitDistance]:
-    """Return how far joints (rad, m, m) are from every limit and zone, the nearest first."""
+    """Return the distances of joints (rad, m, m) to every limit and zone, nearest first."""
     return sorted(_distances(workspace, joints), key=lambda distance: distance.rank)
 
 
@@ -102,7 +99,7 @@ def _distances(workspace: Workspace, joints: Joints) -> Iterator[LimitDistance]:
 
 
 REFRESH = 0.2
-"""Time between two looks at the robot [s]."""
+"""Period of reading the robot's status [s]."""
 
 LONGEST_JOG = 600.0
 """Longest wait for one step [s]."""
@@ -113,9 +110,9 @@ _STOPPING = marked("Stopping: at rest within {seconds:.2f} s.")
 
 
 class PendantSession:
-    """Steps, stops and teaches; `status` is the robot's as JSON has it, `notes` what there was to say.
+    """Steps, stops and teaches; `status` is the robot's Status as JSON data, `notes` are messages for the person.
 
-    `trouble` is why the robot does not answer, empty where it does.
+    `trouble` is the reason why the robot does not answer, "" if it does.
     """
 
     def __init__(self, client: ServiceClient, workspace: Workspace, language: str) -> None:
@@ -131,7 +128,7 @@ class PendantSession:
 
     @property
     def stepping(self) -> bool:
-        """Whether a step is under way."""
+        """Whether a step is running."""
         return self._stepping is not None and not self._stepping.done()
 
     @property
@@ -141,34 +138,34 @@ class PendantSession:
         return None if joints is None else Joints(*joints)
 
     def nearest(self) -> list[LimitDistance]:
-        """Return the distances to all limits, the nearest first; none where nobody knows where the robot is."""
+        """Return the distances to all limits, nearest first; none if the position is unknown."""
         return [] if self.joints is None else distances(self._workspace, self.joints)
 
     def say(self, text: str, **details: object) -> None:
-        """Note a text, translated and with its details."""
+        """Add a translated text with its details to the notes."""
         self.notes.append(translate(text, self._language, **details))
 
     def move(self, axis: str, direction: int) -> None:
-        """Go one step along an axis, as far as the workspace allows; while one is under way nothing happens."""
+        """Move one step along an axis, as far as the workspace allows; do nothing while a step is running."""
         if not self.stepping:
             self._stepping = self._spawn(self._move(axis, direction * STEPS[self.step].of(axis)))
 
     def stop(self) -> None:
-        """Stop the robot, whatever it does."""
+        """Stop the robot in any state."""
         self._spawn(self._stop())
 
     def teach(self, name: str, *, replacing: bool = False) -> None:
-        """Keep where the robot is under a name."""
+        """Store the current position under a name."""
         self._spawn(self._teach(name, replacing))
 
     async def watch(self) -> None:
-        """Keep the status true; runs until it is cancelled."""
+        """Update the status periodically until cancelled."""
         while True:
             await self.look()
             await asyncio.sleep(REFRESH)
 
     async def look(self) -> None:
-        """Ask for the status once."""
+        """Read the status once."""
         try:
             self.status = await asyncio.to_thread(self._client.ask, requests.status(), _ANSWER)
             self.trouble = ""
@@ -176,13 +173,13 @@ class PendantSession:
             self.trouble = error.text(self._language)
 
     async def close(self) -> None:
-        """Stop a step that is under way, and wait until all has been answered."""
+        """Stop a running step, and wait until all requests are answered."""
         if self.stepping:
             self.stop()
         await self.settled()
 
     async def settled(self) -> None:
-        """Wait until all that was asked for has been answered."""
+        """Wait until all requests are answered."""
         while self._beside:
             await asyncio.wait(self._beside)
 
@@ -205,7 +202,7 @@ class PendantSession:
         self.say(_STOPPING if report["was_moving"] else marked("Nothing was moving."), seconds=report["duration"])
 
     async def _stop_directly(self, error: MayaError) -> None:
-        """Tell the controller itself, where the service does not answer and there is a controller to tell."""
+        """Stop the controller directly if the service does not answer and a controller exists."""
         running = runtime.find()
         try:
             if running is None or running.controller is None:

@@ -1,1 +1,1 @@
-"""`maya teach`, `maya poses`, `maya pallets` and `maya zones`: places that people name."""
+"""`maya teach`, `maya poses`, `maya pallets` and `maya zones`: taught places and zones."""

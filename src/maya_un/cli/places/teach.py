@@ -1,7 +1,7 @@
 """Taught places: `maya teach`, `maya poses`, `maya teach-pallet`, `maya pallets`.
 
-The robot that runs is asked, because it knows where it is and its book is the one its jobs are read with; without one
-everything but teaching a pose is done in the book beside the configuration.
+Requests go to the running robot, which knows its position and uses its book for jobs. Without a running robot,
+everything except teaching a pose is done in the book beside the configuration.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from maya_un.service.places import TeachingService
 
 
 class PalletRequest(NamedTuple):
-    """A pallet as asked for; without corners they are asked for one after the other."""
+    """A requested pallet; without corners, a person is prompted for each of them."""
 
     name: str
     rows: int
@@ -37,13 +37,13 @@ class PalletRequest(NamedTuple):
 
 
 def teach(name: str, settings: OutputSettings, *, replacing: bool) -> int:
-    """Keep where the running robot is under `name`; raises `ServiceNotRunning` and what the service refuses."""
+    """Store the running robot's position under `name`; raises `ServiceNotRunning` and the errors of the service."""
     pose = _taught(ServiceClient.find(), name, replacing)
     return output.answer(pose, _said(pose, settings.language), settings)
 
 
 def keep(client: ServiceClient, name: str, language: str, replacing: bool) -> str:
-    """Keep where the robot behind `client` is under `name`, and return what to say of it; raises as `teach`."""
+    """Store the position of the robot behind `client` under `name`, and return a message; raises as `teach`."""
     return _said(_taught(client, name, replacing), language)
 
 
@@ -54,7 +54,7 @@ def poses(settings: OutputSettings) -> int:
 
 
 def remove(what: str, name: str, settings: OutputSettings) -> int:
-    """Forget a pose or a pallet; raises `NotTaught`, and `InvalidValue` for the corner of a pallet."""
+    """Delete a pose or a pallet; raises `NotTaught`, and `InvalidValue` for the corner of a pallet."""
     forget = TeachingService.forget_pose if what == "poses" else TeachingService.forget_pallet
     request = requests.forget(name) if what == "poses" else requests.forget_pallet(name)
     _asked(settings, lambda client: client.ask(request), lambda book: forget(book, name))
@@ -62,7 +62,7 @@ def remove(what: str, name: str, settings: OutputSettings) -> int:
 
 
 def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:
-    """Give a pose or a pallet another name; raises `NotTaught`, `NameTaken` and `InvalidValue`."""
+    """Rename a pose or a pallet; raises `NotTaught`, `NameTaken` and `InvalidValue`."""
     change = TeachingService.rename_pose if what == "poses" else TeachingService.rename_pallet
     request = requests.rename(old, new) if what == "poses" else requests.rename_pallet(old, new)
     value = _asked(settings, lambda client: client.ask(request), lambda book: change(book, old, new))
@@ -80,9 +80,9 @@ def pallets(settings: OutputSettings) -> int:
 
 
 def teach_pallet(grid: PalletRequest, settings: OutputSettings, *, replacing: bool) -> int:
-    """Keep a grid under its name; without corners, ask to drive to each of them and keep them as poses of their own.
+    """Store a pallet under its name; without corners, prompt for each corner and store it as a pose.
 
-    Raises what teaching poses raises, and `InvalidValue` for corners that span no grid.
+    Raises the errors of teaching poses, and `InvalidValue` for corners that span no grid.
     """
     try:
         check_counts(grid.rows, grid.columns, len(grid.corners) or 4)
@@ -99,9 +99,9 @@ def teach_pallet(grid: PalletRequest, settings: OutputSettings, *, replacing: bo
 
 
 def _driven_to(grid: PalletRequest, settings: OutputSettings, replacing: bool) -> list[str]:
-    """Return the names of the poses that a person has driven to and confirmed; an empty line takes the place as it is.
+    """Return the names of the poses at the corners; for an empty line, the current position is taught as a pose.
 
-    A line with a name takes that pose instead; `-` leaves out the last corner of four, which three imply.
+    A line with a name selects that pose instead; `-` omits the last of four corners, which three corners imply.
     """
     client = ServiceClient.find()
     _require_free(client, checked_name(grid.name), replacing)
@@ -130,20 +130,20 @@ def _driven_to(grid: PalletRequest, settings: OutputSettings, replacing: bool) -
 
 
 def _require_free(client: ServiceClient, name: str, replacing: bool) -> None:
-    """Raise `NameTaken` before anybody has driven anywhere."""
+    """Raise `NameTaken` before a person moves the robot."""
     known = (place["name"] for request in (requests.poses(), requests.pallets()) for place in client.ask(request))
     if not replacing and name in known:
         raise NameTaken(name=name)
 
 
 def _corners(grid: PalletRequest) -> list[tuple[int, int]]:
-    """Return the cells at the corners of a grid, in the order in which one reads, each once."""
+    """Return the cells at the corners of a grid in reading order, each once."""
     cells = ((1, 1), (1, grid.columns), (grid.rows, 1), (grid.rows, grid.columns))
     return list(dict.fromkeys(cells))
 
 
 def _heard(question: str) -> str:
-    """Return the line that a person types, without a word on standard output; the end of input ends the command."""
+    """Return a line typed by a person, with the prompt on standard error; the end of input ends the command."""
     print(question, file=sys.stderr, end=" ", flush=True)
     try:
         return input().strip()
@@ -163,7 +163,7 @@ def _taught(client: ServiceClient, name: str, replacing: bool) -> dict[str, Any]
 def _asked(
     settings: OutputSettings, there: Callable[[ServiceClient], Any], here: Callable[[TeachingService], object]
 ) -> Any:
-    """Return what the running robot answers, without one what the book beside the configuration does."""
+    """Return the answer of the running robot, or without one that of the book beside the configuration."""
     client = ServiceClient.running()
     if client is not None:
         return there(client)

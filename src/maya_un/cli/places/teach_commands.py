@@ -13,7 +13,7 @@ Replace = Annotated[bool, typer.Option("--replace", help="replace an existing na
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the commands under `app`; `how` is what all commands have in common."""
+    """Add the commands to `app`; `how` contains the options of all commands."""
     app.command(**how)(teach)
     app.command("teach-pallet", **how)(teach_pallet)
     for name, about in (

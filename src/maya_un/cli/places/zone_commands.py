@@ -12,7 +12,7 @@ Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, - an
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the commands under `app`; `how` is what all commands have in common."""
+    """Add the commands to `app`; `how` contains the options of all commands."""
     about = "Zones that the robot must not enter. Changes last until `maya up` ends. Without a command, list them."
     group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     group.callback(invoke_without_command=True, **how)(_unless_named)

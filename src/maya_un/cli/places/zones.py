@@ -1,4 +1,4 @@
-"""`maya zones`: what the running robot keeps out of. Changes hold for its run; what stays is the configuration's."""
+"""`maya zones`: the keep-out zones of the running robot. Changes last for its run; the configuration is permanent."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OF_THIS_RUN = marked(
 
 
 def listed(settings: OutputSettings) -> int:
-    """Print all zones, as `add` takes them; raises `ServiceNotRunning`."""
+    """Print all zones in the notation of `add`; raises `ServiceNotRunning`."""
     zones = ServiceClient.find().ask(requests.zones())
     head = tuple(
         translate(text, settings.language) for text in (marked("zone"), marked("kind"), marked("as it is written"))
@@ -35,9 +35,9 @@ def listed(settings: OutputSettings) -> int:
 
 
 def add(name: str, kind: str, pairs: Sequence[str], settings: OutputSettings) -> int:
-    """Keep out of one more zone, its lengths given as `key=value`; one of its name gives way.
+    """Add a keep-out zone, with its lengths given as `key=value`, or replace the zone with the same name.
 
-    Raises `InvalidCommandLine`, `InvalidValue`, `ServiceNotRunning`, and `Busy` while something moves.
+    Raises `InvalidCommandLine`, `InvalidValue`, `ServiceNotRunning`, and `Busy` during a motion.
     """
     given = [_pair(text) for text in pairs]
     if len(given) != len(dict(given)):
@@ -50,7 +50,7 @@ def add(name: str, kind: str, pairs: Sequence[str], settings: OutputSettings) ->
 
 
 def remove(name: str, settings: OutputSettings) -> int:
-    """Keep out of a zone no longer; raises `NotFound`, `ServiceNotRunning`, and `Busy` while something moves."""
+    """Remove a keep-out zone; raises `NotFound`, `ServiceNotRunning`, and `Busy` during a motion."""
     answer = ServiceClient.find().ask(requests.remove_zone(name))
     return _told(
         answer, translate("Removed zone {name}: the robot may enter it.", settings.language, name=name), settings

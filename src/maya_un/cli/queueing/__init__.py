@@ -1,1 +1,1 @@
-"""`maya queue`, `maya job`, `maya history`: what waits, what is under way, what was."""
+"""`maya queue`, `maya job`, `maya history`: waiting, running and past jobs."""

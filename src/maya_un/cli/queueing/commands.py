@@ -1,4 +1,4 @@
-"""The commands about the queue: their arguments and their help."""
+"""The commands for the queue: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Holding = Annotated[
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the commands under `app`; `how` is what all commands have in common."""
+    """Add the commands to `app`; `how` contains the options of all commands."""
     about = "Show and change the queue of jobs. Without a command, show it."
     queue = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     queue.callback(invoke_without_command=True, **how)(_shown)

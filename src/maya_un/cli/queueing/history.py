@@ -1,4 +1,4 @@
-"""`maya history`: what was done, by whom, from where, how long it took."""
+"""`maya history`: past jobs with owner, origin and duration."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
 
 USUAL = 20
-"""So many jobs are listed where nothing is said."""
+"""Default number of listed jobs."""
 
 _PAGE = 1000
 
 
 class HistoryFilter(NamedTuple):
-    """How many jobs, and which; None where nothing is said."""
+    """Number and selection of jobs; None for no restriction."""
 
     number: int = USUAL
     owner: str | None = None
@@ -32,7 +32,7 @@ class HistoryFilter(NamedTuple):
 
 
 def history(wanted: HistoryFilter, settings: OutputSettings, *, as_csv: bool) -> int:
-    """Print the last jobs, newest first, as a table, with `as_csv` as CSV; raises `InvalidCommandLine`."""
+    """Print the last jobs, newest first, as a table or with `as_csv` as CSV; raises `InvalidCommandLine`."""
     if as_csv and settings.json:
         raise InvalidCommandLine(reason="--csv and --json cannot be combined", command="maya history")
     with called({"state": "--state", "owner": "--owner", "text": "--text", "limit": "N"}):

@@ -39,7 +39,7 @@ _ACCEPTED = marked("Job {id}, {name}: {steps} steps.")
 
 
 class QueueingOptions(NamedTuple):
-    """How a job is to be queued, or what of that is to change; None where nothing was said."""
+    """Options of a job in the queue, or changes of them; None for options that are not given."""
 
     priority: int | None = None
     held: bool | None = None
@@ -50,12 +50,12 @@ class QueueingOptions(NamedTuple):
     stepwise: bool | None = None
 
     def said(self) -> dict[str, Any]:
-        """Return what was said."""
+        """Return the given options."""
         return {key: value for key, value in self._asdict().items() if value is not None}
 
 
 def submit(file: str, options: QueueingOptions, settings: OutputSettings, *, wait: bool) -> int:
-    """Append the job of a file to the queue; with `wait` follow it to its end. Return the exit code."""
+    """Append the job of a file to the queue; with `wait`, follow it to its end. Return the exit code."""
     job = load_job(Path(file))
     client = ServiceClient.find()
     since = client.ask(requests.status())["last_event"]
@@ -72,7 +72,7 @@ def submit(file: str, options: QueueingOptions, settings: OutputSettings, *, wai
 
 
 def _accepted(client: ServiceClient, accepted: dict[str, Any], settings: OutputSettings) -> str:
-    """Return that a job was accepted, and what it waits for: a student's is a proposal, and a queue may be paused."""
+    """Return that a job was accepted, and why it waits: as a student's proposal, or in a paused queue."""
     text = translate(_ACCEPTED, settings.language, **accepted)
     if settings.json:
         return text
@@ -83,7 +83,7 @@ def _accepted(client: ServiceClient, accepted: dict[str, Any], settings: OutputS
 
 
 def show(job: int, settings: OutputSettings) -> int:
-    """Print what is known of a job, step by step, also of one long ended."""
+    """Print the report of a job, step by step, also of an ended job."""
     report = ServiceClient.find().ask(requests.report(job))
     _print(report, settings)
     if not settings.json:
@@ -122,7 +122,7 @@ def _dated(line: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cancel(job: int, settings: OutputSettings) -> int:
-    """End a job early; one that runs stops on its path."""
+    """Cancel a job; a running job stops on its path."""
     report = ServiceClient.find().ask(requests.cancel(job))
     return output.answer(report, _became(report, settings.language), settings)
 
@@ -133,7 +133,7 @@ def hold(job: int, settings: OutputSettings) -> int:
 
 
 def release(job: int, version: str | None, settings: OutputSettings) -> int:
-    """Let a job wait for its turn that was held; a proposal is approved as it is shown, or in the `version` said."""
+    """Release a held job to the queue; approve a proposal in the shown version, or in `version`."""
     client = ServiceClient.find()
     report = client.ask(requests.report(job))
     line = client.ask(requests.release_job(job, version or report["version"]))
@@ -144,7 +144,7 @@ def release(job: int, version: str | None, settings: OutputSettings) -> int:
 
 
 def again(job: int, from_step: int | None, settings: OutputSettings) -> int:
-    """Queue a job that has ended once more, from a step on."""
+    """Queue an ended job again, from a step on."""
     with called({"from_step": "--from"}):
         line = ServiceClient.find().ask(requests.repeat_job(job, from_step))
     words = translate(
@@ -162,7 +162,7 @@ def notes(job: int, said: str, settings: OutputSettings) -> int:
 
 
 def edit(job: int, options: QueueingOptions, file: str | None, settings: OutputSettings) -> int:
-    """Change how a job is queued, or replace it by that of a file; where nothing is said, open it in an editor."""
+    """Change the options of a job, or replace it by that of a file; without either, open it in an editor."""
     client = ServiceClient.find()
     changes = options.said()
     if file is not None:
@@ -177,7 +177,7 @@ def edit(job: int, options: QueueingOptions, file: str | None, settings: OutputS
 
 
 def _by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> dict[str, Any]:
-    """Return what somebody changes in an editor; raises what would be raised after all his work."""
+    """Return the changes made in an editor; raises foreseeable errors before the editor opens."""
     if settings.json or not sys.stdin.isatty():
         raise InvalidCommandLine(reason="say what is to change, or --file FILE", command="maya job edit")
     state = client.ask(requests.report(job))["state"]
@@ -187,7 +187,7 @@ def _by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> dict[
 
 
 def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:
-    """Return the job as somebody leaves it in his editor ($VISUAL, $EDITOR, vi), nothing where he changes nothing."""
+    """Return the job as edited ($VISUAL, $EDITOR, vi), {} if it is unchanged."""
     import yaml
 
     written = yaml.safe_dump(dict(body), sort_keys=False, allow_unicode=True, default_flow_style=None)

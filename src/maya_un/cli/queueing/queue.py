@@ -1,4 +1,4 @@
-"""`maya queue`: shown, paused, resumed, cleared, put in order."""
+"""`maya queue`: show, pause, resume, step, clear and reorder the queue."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AT_REST = 120.0
 
 
 def show(settings: OutputSettings) -> int:
-    """Print the queue: its mode, who drives, what is under way, what waits, what is offered after a restart."""
+    """Print the queue: its mode, the driver, the running and waiting jobs, and the choices after a restart."""
     client = ServiceClient.find()
     view = client.ask(requests.queue())
     if settings.json:
@@ -29,12 +29,12 @@ def show(settings: OutputSettings) -> int:
 
 
 def pause(settings: OutputSettings, *, now: bool) -> int:
-    """Begin nothing more; with `now` hold the step under way on its path too."""
+    """Pause the queue; with `now`, also hold the running step on its path."""
     return _told(requests.pause_queue("now" if now else "after step"), settings)
 
 
 def resume(settings: OutputSettings) -> int:
-    """Let the queue go on; raises `AnswerNeeded` while an interrupted job waits for a choice."""
+    """Resume the queue; raises `AnswerNeeded` while an interrupted job waits for a decision."""
     return _told(requests.resume_queue(), settings)
 
 
@@ -44,7 +44,7 @@ def step(settings: OutputSettings) -> int:
 
 
 def clear(settings: OutputSettings) -> int:
-    """Cancel everything that waits and tell how many jobs that were."""
+    """Cancel all waiting jobs and print their number."""
     client = ServiceClient.find()
     before = sum(client.ask(requests.queue())["counts"].values())
     view = client.ask(requests.clear_queue())
@@ -53,7 +53,7 @@ def clear(settings: OutputSettings) -> int:
 
 
 def move(job: int, where: str, other: int | None, settings: OutputSettings) -> int:
-    """Put a job "first" or "last", or "before" or "after" the `other`; raises `InvalidCommandLine`."""
+    """Move a job to "first" or "last", or "before" or "after" the `other`; raises `InvalidCommandLine`."""
     if where in {"first", "last"} and other is None:
         place: dict[str, Any] = {"to": where}
     elif where in {"before", "after"} and other is not None:

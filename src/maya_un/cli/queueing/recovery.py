@@ -1,4 +1,4 @@
-"""`maya queue recover`: a person says what becomes of the job that was interrupted."""
+"""`maya queue recover`: the decision of a person about the interrupted job."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ _COMMAND = "maya queue recover"
 
 
 def recover(choice: Choice | None, holding: bool | None, settings: OutputSettings, *, pause: bool) -> int:
-    """Say what becomes of the interrupted job; what is not said is asked for where somebody sits at a terminal.
+    """Decide about the interrupted job; on a terminal, prompt for missing answers.
 
-    With `pause` the queue stays paused. Raises `InvalidCommandLine` where nobody can be asked, `AnswerNeeded`.
+    With `pause` the queue stays paused. Raises `InvalidCommandLine` if a choice is missing without a terminal, and
+    `AnswerNeeded`.
     """
     client = ServiceClient.find()
     offer = client.ask(requests.queue())["recovery"]
@@ -43,7 +44,7 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
         holding = _asked(question, (yes, no), settings.language) == yes
     view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause))
     said = text.mode(view, settings.language)
-    if view["recovery"] is not None:  # there is another one
+    if view["recovery"] is not None:  # another job is interrupted
         said = f"{said}\n\n{text.recovery(view['recovery'], settings.language)}"
     return output.answer(view, said, settings)
 
@@ -53,7 +54,7 @@ def _needs_answer(offer: Mapping[str, Any], choice: str) -> bool:
 
 
 def _asked(question: str, answers: Sequence[str], language: str) -> str:
-    """Return one of the answers, said whole or by its first letters; raises `InvalidCommandLine` at the input's end."""
+    """Return one of the answers, typed in full or abbreviated; raises `InvalidCommandLine` at the end of the input."""
     choices = ", ".join(answers)
     while True:
         try:
@@ -68,5 +69,5 @@ def _asked(question: str, answers: Sequence[str], language: str) -> str:
 
 
 def _plain(said: str) -> str:
-    """Return an answer without accents, which not every keyboard has."""
+    """Return an answer without accents, which some keyboards lack."""
     return "".join(letter for letter in unicodedata.normalize("NFD", said) if not unicodedata.combining(letter))

@@ -17,12 +17,12 @@ from maya_un.schema.encoding import to_data
 
 
 def kept() -> Path:
-    """Return where this user's queue is kept."""
+    """Return the file of this user's queue."""
     return state_folder() / FILE_NAME
 
 
 def backup(target: str, settings: OutputSettings) -> int:
-    """Copy the file to `target`, also while it is in use; raises what `backup.make` raises."""
+    """Copy the file to `target`, also while it is in use; raises the errors of `history.make`."""
     made = backups.make(kept(), Path(target))
     return output.answer(
         to_data(made),
@@ -34,7 +34,7 @@ def backup(target: str, settings: OutputSettings) -> int:
 
 
 def restore(source: str, settings: OutputSettings) -> int:
-    """Put a backup in the file's place, which is kept aside; raises `StorageInUse` while `maya up` runs."""
+    """Replace the file by a backup, and rename the old file; raises `StorageInUse` while `maya up` runs."""
     done = backups.restore(Path(source), kept())
     aside = done.aside or translate("nothing", settings.language)
     text = translate(

@@ -1,4 +1,4 @@
-"""The queue, jobs and the history as text, with dates and durations as people read them."""
+"""The queue, jobs and the history as text, with readable dates and durations."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _DAY = 86_400.0
 
 
 def clock_text(date: str) -> str:
-    """Return a date (ISO 8601) as the clock here shows it, with the day where that is another; "" for none."""
+    """Return a date (ISO 8601) as local time, with the day if it is not today; "" for none."""
     return _shown(datetime.fromisoformat(date)) if date else ""
 
 
 def clock_in(seconds: float) -> str:
-    """Return what the clock here will show in so many seconds."""
+    """Return the local time in `seconds`."""
     return _shown(datetime.now(UTC) + timedelta(seconds=seconds))
 
 
@@ -31,7 +31,7 @@ def _shown(when: datetime) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """Return a duration like 45 s, 2:05 min, 1:02:05 h; a dash where nobody knows it."""
+    """Return a duration like 45 s, 2:05 min, 1:02:05 h; a dash if it is unknown."""
     if seconds is None:
         return "–"
     whole = round(seconds)
@@ -45,7 +45,7 @@ def duration(seconds: float | None) -> str:
 
 
 Line = Mapping[str, Any]
-"""A JobLine as JSON has it."""
+"""A JobLine as JSON data."""
 
 _COLOURS = {
     "running": "green", "paused": "yellow", "held": "yellow", "interrupted": "red", "failed": "red",
@@ -54,9 +54,9 @@ _COLOURS = {
 
 
 def queue(view: Mapping[str, Any], status: Mapping[str, Any], lease: Mapping[str, Any], language: str) -> str:
-    """Return the queue as QueueView, Status and LeaseView tell of it.
+    """Return the queue as text, from QueueView, Status and LeaseView.
 
-    Its mode, who drives, what is under way, what waits, what is offered.
+    It contains the mode, the driver, the running and waiting jobs, and the choices after a restart.
     """
     under_way = [] if view["running"] is None else [view["running"]]
     jobs = [*under_way, *view["waiting"]]
@@ -108,9 +108,9 @@ _MODES = {
 
 
 def mode(view: Mapping[str, Any], language: str) -> str:
-    """Return whether the queue runs, and if not why and since when.
+    """Return whether the queue runs; if not, the reason and the start of the pause.
 
-    `resume` would be refused while a person has to say what becomes of an interrupted job, so it is not named then.
+    While an interrupted job waits for a decision, `resume` would be refused, so it is not mentioned.
     """
     why = because(view, language)
     asks = view["mode"] == "paused" and view["recovery"] is not None
@@ -119,7 +119,7 @@ def mode(view: Mapping[str, Any], language: str) -> str:
 
 
 def lines(jobs: Sequence[Line], speed: float, language: str) -> str:
-    """Return jobs of the queue, one a line; `speed` is that of the twin's clock."""
+    """Return jobs of the queue, one per line; `speed` is that of the twin's clock."""
     head = tuple(
         translate(text, language)
         for text in (
@@ -153,9 +153,9 @@ def _queued(job: Line, speed: float, language: str) -> tuple[str, ...]:
 
 
 def past(jobs: Sequence[Line], language: str) -> str:
-    """Return jobs of the history, one a line, with what they were to take and took [the robot's time].
+    """Return jobs of the history, one per line, with predicted and actual durations [the robot's time].
 
-    A homing is predicted as nothing, for no plan tells how long it takes; that is shown as not known.
+    The prediction of a homing is 0, because its duration is unknown; it is shown as unknown.
     """
     head = tuple(
         translate(text, language)
@@ -196,7 +196,7 @@ def state_word(state: str, language: str) -> str:
 
 
 def state(job: Line, language: str) -> str:
-    """Return the state of a job, with its code where it has one."""
+    """Return the state of a job, with its code if it has one."""
     text = state_word(job["state"], language)
     if job["proposal"] and job["state"] == "held":
         text = translate("{state}, proposal", language, state=text)
@@ -223,7 +223,7 @@ _CHOICES = {
 
 
 def recovery(offer: Mapping[str, Any], language: str) -> str:
-    """Return what was interrupted, where the machine is, and what may be chosen."""
+    """Return a text about an interrupted job: the interruption, the robot's position, and the choices."""
     about = {**offer, "phase": offer["phase"] or translate("begun", language), "since": clock_text(offer["since"])}
     head = translate(
         "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}). This was detected at {since}."
@@ -245,7 +245,7 @@ def recovery(offer: Mapping[str, Any], language: str) -> str:
 
 
 def place(state: Mapping[str, Any], language: str) -> str:
-    """Return where the robot is."""
+    """Return a sentence about the position of the robot."""
     if state["point"] is None:
         return translate("The robot is not homed: run `maya home` first.", language)
     x, y, z = state["point"]
@@ -253,7 +253,7 @@ def place(state: Mapping[str, Any], language: str) -> str:
 
 
 def meaning(choice: Mapping[str, Any], language: str) -> str:
-    """Return what a choice means, in our words where there are any."""
+    """Return the meaning of a choice, in translated words if available."""
     text = translate(_CHOICES.get(choice["name"], str(choice["meaning"])), language)
     return translate("{meaning} (with --holding yes|no)", language, meaning=text) if choice["needs_answer"] else text
 

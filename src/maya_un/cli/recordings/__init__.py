@@ -1,1 +1,1 @@
-"""`maya record` and `maya replay`: recordings of the robot, listed, exported and replayed."""
+"""`maya record` and `maya replay`: list, export and replay recordings of the robot."""

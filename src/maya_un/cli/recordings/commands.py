@@ -1,4 +1,4 @@
-"""The commands about recordings: their arguments and their help."""
+"""The commands for recordings: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Name = Annotated[str, typer.Argument(metavar="FILE", help="a file, or a name tha
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
-    """Put the commands under `app`; `how` is what all commands have in common."""
+    """Add the commands to `app`; `how` contains the options of all commands."""
     about = "Recordings of the last minutes: states, events and controller traffic. Without a command, list them."
     group = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     group.callback(invoke_without_command=True, **how)(_unless_named)
@@ -34,7 +34,7 @@ def listed(context: typer.Context) -> int:
 
 
 def save(context: typer.Context) -> int:
-    """Have the running robot save its last minutes now."""
+    """Let the running robot save its last minutes now."""
     from maya_un.cli.recordings import recordings
 
     return recordings.save(settings_of(context))

@@ -1,4 +1,4 @@
-"""`maya record`: recordings listed, saved, shown, and exported."""
+"""`maya record`: list, save, show and export recordings."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _SAVING = 60.0
 
 
 def folder() -> Path:
-    """Return where recordings are."""
+    """Return the folder of recordings."""
     return state_folder() / "recordings"
 
 
 def found(name: str) -> Path:
-    """Return the file of a recording: `name` is a path, else the name of one in the folder; raises `NotFound`."""
+    """Return the file of a recording; `name` is a path, or the name of a recording in the folder. Raises `NotFound`."""
     path = Path(name)
     if path.exists():
         return path
@@ -40,12 +40,12 @@ def found(name: str) -> Path:
 
 
 def shelf(settings: RecorderConfig) -> RecordingStore:
-    """Return the recordings on this computer, as many as the configuration wants."""
+    """Return the store of recordings on this computer, with the limits of the configuration."""
     return RecordingStore.of(settings, folder(), time.time_ns)
 
 
 def listed(settings: OutputSettings) -> int:
-    """Print the recordings in the folder, newest first; no robot need run."""
+    """Print the recordings in the folder, newest first; no robot is needed."""
     kept = shelf(RecorderConfig()).list()
     head = tuple(translate(text, settings.language) for text in (marked("name"), marked("reason"), marked("size")))
     rows = [(one.name, one.reason, f"{one.bytes / 1e6:.2f} MB") for one in kept]
@@ -59,13 +59,13 @@ def listed(settings: OutputSettings) -> int:
 
 
 def save(settings: OutputSettings) -> int:
-    """Have the running robot save its last minutes now; raises `ServiceNotRunning`."""
+    """Let the running robot save its last minutes now; raises `ServiceNotRunning`."""
     kept = ServiceClient.find().ask(requests.save_recording(), timeout=_SAVING)
     return output.answer(kept, translate("Saved: {name}", settings.language, name=kept["name"]), settings)
 
 
 def show(name: str, settings: OutputSettings) -> int:
-    """Print what a recording is: why and when it was saved, what of, how much is in it; raises `FileUnreadable`."""
+    """Print a summary of a recording: reason, date, origin and contents; raises `FileUnreadable`."""
     from maya_un.recorder import mcap_file
 
     path = found(name)
@@ -112,9 +112,9 @@ def show(name: str, settings: OutputSettings) -> int:
 
 
 def export(name: str, mcap: str | None, csv: str | None, wire: str | None, settings: OutputSettings) -> int:
-    """Write a recording as MCAP, its states and its wire as CSV, as far as files are named.
+    """Write a recording as MCAP, and its states and its controller traffic as CSV, to the given files.
 
-    Raises `InvalidCommandLine` where none is, `FileUnreadable` and `FileUnwritable`.
+    Raises `InvalidCommandLine` without a file, `FileUnreadable` and `FileUnwritable`.
     """
     if mcap is None and csv is None and wire is None:
         raise InvalidCommandLine(reason="--mcap, --csv or --wire is missing", command="maya record export")

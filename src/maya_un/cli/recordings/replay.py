@@ -1,10 +1,6 @@
-"""`maya replay`: run a recording again on a twin, and compare both.
+"""`maya replay`: send the commands of a recording to a new twin, and compare both.
 
-The beginning of a replay, and the state of the controller then.
-
-A fresh twin in the place of the controller that was recorded, and the recorded commands said to it again.
-
-`maya replay`: the recorded commands said to a fresh twin, and what is another there than it was.
+The twin replaces the recorded controller: it is first brought into the controller's state at the start of the replay.
 """
 
 from __future__ import annotations
@@ -50,10 +46,10 @@ _AXES, _AXIS, _STOP_CODE = 82, 36, 3
 
 @dataclass(frozen=True, slots=True)
 class ReplayScene:
-    """From where a recording is played: `pieces` from loop time `begin` [s] on, on a twin made for that instant.
+    """The start of a replay: `pieces` from loop time `begin` [s] on, for a twin in the state of that instant.
 
-    `opening` is what was said to configure the controller, long before; `record` is what the controller was at `begin`,
-    None for a twin that is played from its power-up. `lacks` has texts about differences that cannot be avoided.
+    `opening` contains earlier traffic that configured the controller; `record` is the controller's data record at
+    `begin`, None for a twin replayed from its power-up. `lacks` contains texts about unavoidable differences.
     """
 
     begin: float
@@ -65,9 +61,9 @@ class ReplayScene:
 
 
 def scene_of(recording: Recording) -> ReplayScene:
-    """Return where to begin: at the power-up of a twin that was recorded whole, else where the axes were at rest.
+    """Return the start: the power-up of a completely recorded twin, else an instant with all axes at rest.
 
-    Raises `ValueError` where they never were.
+    Raises `ValueError` if no such instant exists.
     """
     header, wire = recording.header, tuple(piece for piece in recording.wire if piece.link >= 0)
     lacks = [marked("Not compared: unsolicited data records, by UDP.")] if len(wire) < len(recording.wire) else []
@@ -109,7 +105,7 @@ def _at_rest(exchanges: Sequence[RecordedExchange]) -> RecordedExchange | None:
 
 
 def _homed(recording: Recording, time: float) -> bool:
-    """Tell whether counts meant lengths: the robot was homed, or it was later, and no homing came between."""
+    """Return whether counts were referenced: the robot was homed, or became so later without a homing in between."""
     if next((state.homed for state in reversed(recording.states) if state.time <= time), False):
         return True
     later = next((state.time for state in recording.states if state.time > time and state.homed), -inf)
@@ -154,9 +150,9 @@ def _preparation(scene: ReplayScene, config: Config) -> Iterator[str]:
 
 
 def _earlier_answers(pieces: Sequence[WirePiece]) -> Iterator[str]:
-    """Yield the commands that make what was asked of a controller, before it was told so, answer as it did.
+    """Yield the commands by which the twin gives the recorded answers to queries of values set before the recording.
 
-    That is its program (UL), and variables.
+    These are its program (UL) and variables.
     """
     told: set[str] = set()
     for exchange in talk(pieces).exchanges:
@@ -178,7 +174,7 @@ def _earlier_answers(pieces: Sequence[WirePiece]) -> Iterator[str]:
 
 
 def forget_stop_codes(exchanges: list[RecordedExchange]) -> None:
-    """Put the code of a twin that was just switched on (1) in the place of why axes stopped before the scene."""
+    """Replace the stop codes from before the replay by that of a new twin (1)."""
     moved: set[int] = set()
     for number, exchange in enumerate(exchanges):
         if not isinstance(exchange.reply, RecordReply):
@@ -192,14 +188,14 @@ def forget_stop_codes(exchanges: list[RecordedExchange]) -> None:
 
 
 _PAST = 1e-5
-"""A switch is tripped, or not, by so much [rad, m]."""
+"""Margin by which a switch is tripped or not [rad, m]."""
 
 _SETTLE = 0.01
-"""So long is waited for what the twin has to say [s, virtual]."""
+"""Waiting time for answers of the twin [s, virtual]."""
 
 
 class Replayed(NamedTuple):
-    """Both runs, taken apart, with the same times; `lacks` as in `ReplayScene`."""
+    """Both runs as exchanges, with the same times; `lacks` as in `ReplayScene`."""
 
     recorded: RecordedTalk
     replayed: RecordedTalk
@@ -208,9 +204,9 @@ class Replayed(NamedTuple):
 
 
 async def run_on_twin(recording: Recording) -> Replayed:
-    """Say the recorded commands to a fresh twin, each at its time; raises `ValueError` where there is no beginning.
+    """Send the recorded commands to a new twin, each at its time; raises `ValueError` without a possible start.
 
-    For a loop whose clock jumps.
+    Run it in a loop with a virtual clock.
     """
     scene = scene_of(recording)
     twin = _twin(recording, scene)
@@ -238,7 +234,7 @@ def _twin(recording: Recording, scene: ReplayScene) -> VirtualController:
 
 
 def _truth(source: TwinSource | None, config: Config) -> TrueConstants:
-    """Return what the twin is made of: what the recorded one was, else what the configuration says of the machine."""
+    """Return the constants of the twin: those of the recorded twin, else those of the configuration."""
     if source is not None:
         return TypeAdapter(TrueConstants).validate_python(source.truth)
     geometry, scale, axes = config.geometry, config.scale, config.axes
@@ -260,7 +256,7 @@ def _truth(source: TwinSource | None, config: Config) -> TrueConstants:
 
 
 def _start(source: TwinSource | None, scene: ReplayScene, config: Config, truth: TrueConstants) -> StartPose:
-    """Return where the twin stands: as its counts say once homed, on the switches that were active."""
+    """Return the start pose of the twin: that of its counts if homed, and consistent with its limit switches."""
     record = scene.record
     if source is not None and not scene.homed:
         return StartPose(*source.start)
@@ -273,7 +269,7 @@ def _start(source: TwinSource | None, scene: ReplayScene, config: Config, truth:
 
 
 def _beside(place: float, axis: AxisRecord, switches: tuple[float, float]) -> float:
-    """Return a place [rad or m] at which the limit switches read as the record says, next to the one given."""
+    """Return the position [rad or m] nearest to `place` at which the limit switches read as recorded."""
     reverse, forward = switches
     if axis.reverse_limit_active:
         return min(place, reverse - _PAST)
@@ -283,11 +279,11 @@ def _beside(place: float, axis: AxisRecord, switches: tuple[float, float]) -> fl
 
 
 _TURNS = 8
-"""Turns of the loop in which a twin has answered what it was told at the same instant."""
+"""Turns of the loop after which a twin has answered commands of the same instant."""
 
 
 class _Player:
-    """Says the pieces of a scene to a twin, and keeps both sides of what is said then."""
+    """Sends the pieces of a replay to a twin, and records both sides of the traffic."""
 
     def __init__(self, twin: VirtualController, scene: ReplayScene, config: Config) -> None:
         self._twin = twin
@@ -300,7 +296,7 @@ class _Player:
         self._said: list[WirePiece] = []
 
     async def play(self) -> list[WirePiece]:
-        """Return all that was said, with the times of the recording."""
+        """Return all traffic, with the times of the recording."""
         scene = self._scene
         try:
             await self._prepare()
@@ -316,9 +312,9 @@ class _Player:
         return self._said
 
     async def _prepare(self) -> None:
-        """Make the twin what the controller was: what configured it, then the state in which the scene begins.
+        """Bring the twin into the controller's state: first its configuration, then its state at the start.
 
-        It is said over the connection that the scene goes on with, for that is where programs send their messages.
+        The commands use the connection with which the replay continues, because programs send their messages there.
         """
         scene = self._scene
         if scene.record is None or not scene.pieces:
@@ -372,22 +368,22 @@ HORIZON = 1e9
 """Longest recording that is replayed [s]."""
 
 OF_A_TWIN = Tolerances(counts=2.0, seconds=0.02)
-"""How much a twin's own recording may differ from its replay; by as much more as its clock ran faster."""
+"""Allowed difference between a recording of a twin and its replay; multiplied by the speed of the twin's clock."""
 
 OF_A_LATER_TWIN = Tolerances(counts=50.0, seconds=0.02)
-"""The same where the replay does not begin at the power-up: the guard may act a sample earlier or later (44 counts)."""
+"""The same if the replay does not start at power-up: the guard may act a sample earlier or later (44 counts)."""
 
 OF_A_MACHINE = Tolerances(counts=50.0, seconds=0.1)
-"""How much a machine may differ from a twin before that is said: 50 µm of a line, a tenth of a second."""
+"""Allowed difference between a recording of a machine and its replay: 50 µm of a line, a tenth of a second."""
 
 MOST_SHOWN = 40
-"""Rows of differences on a screen; --json has all."""
+"""Maximum number of differences on the screen; --json prints all."""
 
 _LEFT_OUT = marked("Not compared: jobs, steps and the queue, because the controller does not know them.")
 
 
 class ReplayOptions(NamedTuple):
-    """Options of `maya replay`; None stands for the tolerance that belongs to the recording."""
+    """Options of `maya replay`; None is the default tolerance for the recording."""
 
     counts: float | None = None
     seconds: float | None = None
@@ -395,7 +391,7 @@ class ReplayOptions(NamedTuple):
 
 
 def replay(file: str, options: ReplayOptions, settings: OutputSettings) -> int:
-    """Replay a recording and print what differs; return 0 where nothing does, else 1.
+    """Replay a recording and print the differences; return 0 without differences, else 1.
 
     Raises `FileUnreadable`, `NotFound`, `InvalidValue`, and `FileUnwritable` for the picture.
     """
@@ -420,7 +416,7 @@ def replay(file: str, options: ReplayOptions, settings: OutputSettings) -> int:
 
 
 def tolerated(recording: Recording, options: ReplayOptions) -> Tolerances:
-    """Return what may differ: as asked, else what belongs to a twin or to a machine."""
+    """Return the allowed differences: those of the options, else the defaults for a twin or a machine."""
     header = recording.header
     of_twin = OF_A_TWIN if header.complete else OF_A_LATER_TWIN
     least = OF_A_MACHINE if header.origin.twin is None else of_twin
@@ -519,7 +515,7 @@ def _draw(recording: Recording, runs: Replayed, path: Path) -> None:
 def _course(
     records: list[RecordSample], what: str, order: list[int], scale: Floats, begin: float
 ) -> tuple[Floats, Floats]:
-    """Return times (n,) [s] since `begin`, and what records say of the axes, in °, m, m (n, 3)."""
+    """Return times (n,) [s] since `begin`, and the values of the axes in the records, in °, m, m (n, 3)."""
     times = np.array([time - begin for time, _ in records])
     counts = [[getattr(record.axes[place], what) for place in order] for _, record in records]
     return times, np.array(counts, dtype=float).reshape(len(records), 3) / scale

@@ -1,4 +1,4 @@
-"""`maya down`: end the `maya up` that runs, and wait until it has."""
+"""`maya down`: end the running `maya up`, and wait for its end."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from maya_un.errors import ServiceNotRunning
 
 
 def down(settings: OutputSettings, *, finish: bool) -> int:
-    """Ask it to end as Ctrl-C would, or with `finish` after the step under way; return when it has ended.
+    """End it as Ctrl-C would, or with `finish` after the running step; return when it has ended.
 
     Raises `ServiceNotRunning`.
     """
@@ -22,7 +22,7 @@ def down(settings: OutputSettings, *, finish: bool) -> int:
     if pid is None:
         raise ServiceNotRunning
     try:
-        process = os.pidfd_open(pid)  # stands for this process alone, whoever gets its number later
+        process = os.pidfd_open(pid)  # refers to this process only, even if its pid is reused
     except ProcessLookupError:
         raise ServiceNotRunning from None
     try:

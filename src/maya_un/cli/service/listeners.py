@@ -1,4 +1,4 @@
-"""Addresses, certificates and ports on which `maya up` serves other machines, rosbridge included."""
+"""Addresses, certificates and ports on which `maya up` serves other computers, including rosbridge."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from maya_un.edges import EndpointOptions
 
 PORT = 4134
-"""The usual port for other machines; loopback has one of its own."""
+"""The default port for other computers; loopback uses another one."""
 
 _COMMAND = "maya up"
 _ANYWHERE = {"0.0.0.0", "::"}
 
 
 class RemoteAccess(NamedTuple):
-    """The options for other machines; `listen` is None if they have no access."""
+    """The options for other computers; `listen` is None if they have no access."""
 
     listen: str | None = None
     certificate: str | None = None
@@ -34,7 +34,7 @@ class RemoteAccess(NamedTuple):
     origins: Sequence[str] = ()
 
     def check(self) -> None:
-        """Raise `InvalidCommandLine` where what is said does not fit together."""
+        """Raise `InvalidCommandLine` if the options contradict each other."""
         if (self.certificate is None) != (self.key is None):
             raise InvalidCommandLine(reason="--tls-cert and --tls-key belong together", command=_COMMAND)
         if self.plain and self.certificate is not None:
@@ -68,7 +68,7 @@ class RemoteAccess(NamedTuple):
 
 
 def require_users(*, kept: bool, listen: str | None) -> None:
-    """Raise `InvalidCommandLine` where other machines are to be let in while nobody is kept who could be told apart."""
+    """Raise `InvalidCommandLine` if other computers are to have access while no users exist."""
     if listen is not None and not kept:
         reason = (
             "other machines are let in once users are kept: start `maya up` without --listen, "
@@ -92,14 +92,14 @@ def host_and_port(text: str) -> tuple[str, int]:
 
 
 STEPS = "steps.db"
-"""The file beside the queue's in which steps of others' processes are kept."""
+"""The file of steps from remote processes, beside the file of the queue."""
 
 
 @contextmanager
 def rosbridge_at(port: int | None, journal: Path | None, remote: RemoteAccess) -> Iterator[EndpointOptions | None]:
-    """Yield where the endpoint is to be served, on loopback only, or None without a port.
+    """Yield the options of the rosbridge endpoint, on loopback only, or None without a port.
 
-    Without a `journal` what it keeps ends with the block. Raises `AddressInUse` and `InvalidValue`.
+    Without a `journal`, its file of steps is deleted at the end of the block. Raises `AddressInUse` and `InvalidValue`.
     """
     if port is None:
         yield None

@@ -1,10 +1,7 @@
-"""`maya up`: start the service, print its state, and end it well.
+"""`maya up`: run a robot in this thread, and its HTTP server in another.
 
-The banner of `maya up` once it runs: address, waiting jobs, next commands.
-
-The end of `maya up`, on the path or after the step under way, and the messages to systemd (sd_notify(3)).
-
-`maya up`: run a robot in this thread, and its HTTP server in another.
+It prints a banner (address, waiting jobs, next commands), sends messages to systemd (sd_notify(3)), and ends on the
+path or after the running step.
 """
 
 from __future__ import annotations
@@ -62,9 +59,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class StartupBanner:
-    """The content of the banner: `far` is the URL for other machines, `rosbridge` that of its endpoint.
+    """The content of the banner: `far` is the URL for other computers, `rosbridge` that of its endpoint.
 
-    `refusal` tells why a homing was not taken over.
+    `refusal` is the error that prevented the use of a stored homing.
     """
 
     url: str
@@ -78,7 +75,7 @@ class StartupBanner:
 
 
 def greet(greeting: StartupBanner, settings: OutputSettings) -> None:
-    """Say it."""
+    """Print the banner."""
     if settings.json:
         output.emit(_data(greeting, settings.language))
         return
@@ -155,7 +152,7 @@ _INTERRUPTED_BETWEEN = marked(
 
 
 def tell(words: str) -> None:
-    """Say something like "READY=1" at $NOTIFY_SOCKET; where nobody listens nothing happens."""
+    """Send a message like "READY=1" to $NOTIFY_SOCKET; do nothing if no program listens there."""
     place = os.environ.get("NOTIFY_SOCKET", "")
     if not place.startswith(("/", "@")):
         return
@@ -165,9 +162,9 @@ def tell(words: str) -> None:
 
 
 def interval() -> float | None:
-    """Return how often the supervisor wants to hear that this process lives [s, real time], None where never.
+    """Return the period of watchdog messages to systemd [s, real time], None if it expects none.
 
-    Half of $WATCHDOG_USEC, as sd_watchdog_enabled(3) advises.
+    It is half of $WATCHDOG_USEC, as sd_watchdog_enabled(3) advises.
     """
     meant = os.environ.get("WATCHDOG_PID", str(os.getpid()))
     microseconds = os.environ.get("WATCHDOG_USEC", "")
@@ -177,7 +174,7 @@ def interval() -> float | None:
 
 
 async def stay_alive(speed: float) -> None:
-    """Say again and again that the running loop, whose clock runs `speed` times as fast, is alive; until cancelled."""
+    """Send watchdog messages from the running loop, whose clock is `speed` times real time, until cancelled."""
     every = interval()
     while every is not None:
         tell("WATCHDOG=1")
@@ -192,9 +189,9 @@ _ORDINARY = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class ShutdownRequest:
-    """How the program is to end: `asked` is set with the first word, `hurried` with a second.
+    """The requested end of the program: the first signal sets `asked`, a second one `hurried`.
 
-    With `finish` the step under way is carried to its end, also where somebody asks for that.
+    With `finish`, the running step is finished first; the signal of `maya down --finish` sets it too.
     """
 
     def __init__(self, *, finish: bool) -> None:
@@ -204,7 +201,7 @@ class ShutdownRequest:
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Listen to signals while the block runs; must run in the main thread."""
+        """Handle signals while the block runs; must run in the main thread."""
         with ExitStack() as signals:
             signals.enter_context(on_end(self._end, *_ORDINARY))
             signals.enter_context(on_end(self._finish, FINISH))
@@ -220,7 +217,7 @@ class ShutdownRequest:
 
 
 async def brought_to_rest(running: Stack, ending: ShutdownRequest, settings: OutputSettings) -> None:
-    """End what runs and return when the robot is at rest and all is written down; says which way it ends."""
+    """End running jobs and return when the robot is at rest and all data are stored; print how it ends."""
     under_way = running.process.running
     finish = ending.finish and under_way is not None
     if not settings.json:
@@ -245,7 +242,7 @@ def _ending(*, finish: bool, job: int | None) -> str:
 
 
 async def _finished(running: Stack, ending: ShutdownRequest, settings: OutputSettings) -> None:
-    """Carry the step under way to its end, unless a second word comes."""
+    """Finish the running step, unless a second signal arrives."""
     closing = asyncio.ensure_future(running.process.close(finish=True))
     hurrying = asyncio.ensure_future(ending.hurried.wait())
     await asyncio.wait({closing, hurrying}, return_when=asyncio.FIRST_COMPLETED)
@@ -258,7 +255,7 @@ async def _finished(running: Stack, ending: ShutdownRequest, settings: OutputSet
 
 
 async def _come_to_rest(running: Stack) -> None:
-    """Stop on the path and wait for it; a machine that cannot be told any more is left to itself."""
+    """Stop on the path and wait for rest; give up on a machine without connection."""
     if running.controller.state.mode not in _MOVING:
         return
     with suppress(MayaError, TimeoutError):
@@ -270,22 +267,22 @@ async def _come_to_rest(running: Stack) -> None:
 
 
 ROSBRIDGE_PORT = 9090
-"""The usual port of rosbridge."""
+"""The default port of rosbridge."""
 
 MEMORY = "memory"
-"""The journal that ends with the process."""
+"""The name of the journal in memory."""
 
 
 _FILES = 24
-"""Number of files, about, that the service opens besides its connections: journal, locks, listeners, workers."""
+"""Approximate number of files that the service opens besides its connections: journal, locks, listeners, workers."""
 
 
 class UpOptions(NamedTuple):
     """Options of `maya up`; `table` is a job file whose parts stand on the twin's table.
 
-    `journal` is the file of the queue, "memory" for none, None for the usual one; `finish` ends the step under way
-    before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the controller
-    from another program that owns it. `coms` starts `maya coms` beside, which needs that endpoint.
+    `journal` is the file of the queue, "memory" for none, None for the default file; with `finish`, the running step is
+    finished before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the
+    controller from another program that owns it. `coms` also starts `maya coms`, which needs that endpoint.
     """
 
     address: str = SIM
@@ -303,9 +300,10 @@ class UpOptions(NamedTuple):
 
 
 class _Robot(NamedTuple):
-    """The robot to run: address, speed of its clock, parts on the twin's table, whether to take over a homing or more.
+    """The robot to run: address, speed of its clock, parts on the twin's table, homing, and owner of the controller.
 
-    Taught places are kept in the file `places`, the queue in the file `journal`, None for memory.
+    With `skip_home` it uses a stored homing; with `take_over` it takes the controller from another program. Taught
+    places are stored in the file `places`, the queue in the file `journal`, None for memory.
     """
 
     config: Config
@@ -320,7 +318,7 @@ class _Robot(NamedTuple):
 
 
 class _UpListeners(NamedTuple):
-    """The listeners: HTTP on loopback, to other machines, and rosbridge; None if absent."""
+    """The listeners: HTTP on loopback, HTTP for other computers, and rosbridge; None if absent."""
 
     near: socket.socket
     far: ListeningSocket | None
@@ -328,9 +326,10 @@ class _UpListeners(NamedTuple):
 
 
 def up(options: UpOptions, settings: OutputSettings) -> int:
-    """Run until Ctrl-C or SIGTERM; come to rest, give the link back, remove the runtime file.
+    """Run until Ctrl-C or SIGTERM; then come to rest, close the connection, and remove the runtime file.
 
-    Raises what starting raises: `AlreadyRunning`, `AddressInUse`, `StorageInUse`, `ConnectFailed` and their kin.
+    Raises the errors of the start: `AlreadyRunning`, `AddressInUse`, `StorageInUse`, `ConnectFailed` and related
+    errors.
     """
     reserve_descriptors(own=_FILES)
     prompt_loop()
@@ -360,7 +359,7 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
 
 
 def journal_file(named: str | None) -> Path | None:
-    """Return the file of the queue: `maya.db` in the folder of state where none is `named`, None for "memory"."""
+    """Return the file of the queue: by default `maya.db` in the state folder, None for "memory"."""
     if named == MEMORY:
         return None
     if named is None:
@@ -396,7 +395,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
 
 @asynccontextmanager
 async def _running(robot: _Robot) -> AsyncIterator[Stack]:
-    """Wire the stack on its journal and close the journal last; remove a new journal if the start fails."""
+    """Assemble the stack on its journal, and close the journal last; remove a new journal if the start fails."""
     new = robot.journal is not None and not robot.journal.exists()
     started = False
     try:
@@ -427,7 +426,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
 
 @asynccontextmanager
 async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
-    """Watch the running loop, and tell the supervisor that it lives."""
+    """Measure the lag of the running loop, and send watchdog messages to systemd."""
     tasks = [asyncio.create_task(metrics.watch_loop(speed)), asyncio.create_task(stay_alive(speed))]
     try:
         yield
@@ -440,7 +439,7 @@ async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
 def _beside(
     running: Stack, bridge: Bridge, rosbridge: EndpointOptions | None, speed: float
 ) -> AbstractAsyncContextManager[object]:
-    """Return what is served beside HTTP."""
+    """Return the context that serves rosbridge beside HTTP, if requested."""
     if rosbridge is None:
         return nullcontext()
     from maya_un.edges import edge
@@ -475,7 +474,7 @@ def _bridge(running: Stack) -> Bridge:
 
 
 async def _refusal_to_skip_home(running: Stack) -> MayaError | None:
-    """Take over the homing whose mark stands in the controller; return why not, where it is refused."""
+    """Use the homing stored in the controller; return the error that refuses it, or None."""
     try:
         await running.controller.skip_home()
     except MayaError as refusal:

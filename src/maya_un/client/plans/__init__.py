@@ -1,1 +1,1 @@
-"""Every verb of the client as a plan: what is asked of the service, in which order, and what it comes to."""
+"""Every method of the client as a plan: its requests to the service, in order, and its result."""

@@ -20,7 +20,7 @@ class StillWaiting(UserWarning):
 
 
 def remark(report: JobReport, said: str) -> Plan[str]:
-    """Warn where a job that is waited for cannot go on by itself, unless that was `said`; return what was said last."""
+    """Warn if a job cannot continue without a person, unless the reason is `said`; return the current reason or ""."""
     reason = yield from _reason(report)
     if reason and reason != said:
         warnings.warn(f"Job {report.id} waits: {reason}", StillWaiting, stacklevel=2)
@@ -50,25 +50,25 @@ def _before_it() -> Plan[str]:
 
 
 PAGE = 100
-"""Jobs of one page."""
+"""Jobs per page."""
 
 LOOK = 2.0
-"""A question for news is answered after so long that there are none [s, real time]."""
+"""Longest wait for events in one request [s, real time]."""
 
 
 class Submitted(NamedTuple):
-    """A job that the service took, and the number of the newest event before that."""
+    """An accepted job, and the number of the newest event before its submission."""
 
     job: JobAccepted
     since: int
 
 
 class SubmitOptions(TypedDict, total=False):
-    """How a job is to be queued.
+    """Options of a job in the queue.
 
-    The greater `priority` (-100 to 100) goes first. With `held` it waits for somebody to release it. It begins after
-    all jobs of `depends_on` are done. `on_failure` is what the queue does if it fails, `retries` how often a step that
-    failed is tried again where that is harmless; `stepwise` pauses the queue after every step.
+    Jobs with greater `priority` (-100 to 100) run first. A `held` job waits until it is released. A job starts after
+    all jobs of `depends_on` are done. `on_failure` is the reaction of the queue to a failure. `retries` is the number
+    of repetitions of a failed step, where repeating is safe. `stepwise` pauses the queue after every step.
     """
 
     priority: int
@@ -81,7 +81,7 @@ class SubmitOptions(TypedDict, total=False):
 
 
 def every(*, state: Sequence[str] = (), owner: str | None = None, text: str | None = None) -> StreamPlan[JobLine]:
-    """Yield all jobs, newest first, page after page."""
+    """Yield all jobs, newest first; they are read page by page."""
     below = None
     while True:
         lines = yield from requests.jobs(state=state, owner=owner, text=text or "", below=below, limit=PAGE)
@@ -93,19 +93,19 @@ def every(*, state: Sequence[str] = (), owner: str | None = None, text: str | No
 
 
 def submit(job: JobLike, *, key: str = "", **options: Unpack[SubmitOptions]) -> Plan[Submitted]:
-    """Append a job to the queue, once, however often the connection breaks meanwhile."""
+    """Append a job to the queue exactly once, even if the connection breaks meanwhile."""
     since = (yield from persistently(requests.status())).last_event
     request = requests.submit(body_of(job), key=key or new_key(), **options)
     return Submitted((yield from persistently(request)), since)
 
 
 def new_key() -> str:
-    """Return an idempotency key that nobody has used."""
+    """Return a new idempotency key."""
     return secrets.token_urlsafe(18)
 
 
 def known(number: int) -> Plan[JobAccepted]:
-    """Return what is needed of a job to ask about it; raises `NotFound`."""
+    """Return the number, name and steps of a job; raises `NotFound`."""
     found = yield from requests.report(number)
     return JobAccepted(found.id, found.name, len(found.steps))
 
@@ -113,14 +113,14 @@ def known(number: int) -> Plan[JobAccepted]:
 def wait(number: int, timeout: float | None = None) -> Plan[JobReport]:
     """Wait until a job has ended, and return its report.
 
-    Ctrl-C ends the waiting and leaves the job alone. Raises `TimeoutError` after `timeout` [s, real time], `NotFound`.
+    Ctrl-C ends the waiting, but not the job. Raises `TimeoutError` after `timeout` [s, real time], `NotFound`.
     """
     since = (yield from persistently(requests.status())).last_event
     return (yield from ended(number, since, timeout))
 
 
 def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
-    """Wait for the end of a job of which nothing before the event `since` is news."""
+    """Wait for the end of a job and return its report; `since` is the number of an event before its next change."""
     begun = yield from ReadClock()
     said = ""
     while True:
@@ -137,7 +137,7 @@ def ended(number: int, since: int, timeout: float | None = None) -> Plan[JobRepo
 
 
 def progress(number: int) -> StreamPlan[JobReport]:
-    """Yield the report of a job now, and again whenever one of its steps or the job itself goes on, to its end."""
+    """Yield the report of a job now, and after each change of its state or of a step's state, until its end."""
     since = (yield from persistently(requests.status())).last_event
     shown: object = None
     while True:
@@ -154,9 +154,9 @@ def progress(number: int) -> StreamPlan[JobReport]:
 
 
 def _news(number: int, since: int, patience: float) -> Plan[tuple[int, bool]]:
-    """Return the number of the newest event, and whether any since the last is about a job.
+    """Return the number of the newest event, and whether an event after `since` concerns a job.
 
-    No event at all counts as news, since the service may have been restarted meanwhile.
+    An empty answer also counts as news, since the service may have been restarted meanwhile.
     """
     look = requests.events(since=since, wait=patience).within(patience + TIMEOUT)
     try:

@@ -22,31 +22,31 @@ if TYPE_CHECKING:
 def teach_pallet(
     name: str, corners: Sequence[Spot], rows: int, columns: int, *, replace: bool = False
 ) -> Request[PalletInfo]:
-    """Keep a grid under `name`, spanned by three or four corners: names of poses, or points [m]."""
+    """Store a pallet under `name`, spanned by three or four corners: names of poses, or points [m]."""
     grid = {"corners": [plain(corner) for corner in corners], "rows": rows, "columns": columns}
     return requests.teach_pallet(name, grid, replace=replace)
 
 
 def keep_out(name: str, *, kind: str, **keys: object) -> Request[AnyZone]:
-    """Keep out of one more zone for this run: a "box", "cylinder" or "half_space", with its keys as configured.
+    """Add a keep-out zone for this run: a "box", "cylinder" or "half_space", with its keys as configured.
 
-    Raises `InvalidRequest` for another kind or a wrong key, and `Busy` while something moves.
+    Raises `InvalidRequest` for another kind or a wrong key, and `Busy` during a motion.
     """
     return requests.put_zone(name, {"kind": kind, **keys})
 
 
 def recovery() -> Plan[Recovery | None]:
-    """Return the interrupted job that waits for a person, None where there is none."""
+    """Return the interrupted job that waits for a decision, None if there is none."""
     return (yield from requests.queue()).recovery
 
 
 def change(number: int, *, job: JobLike | None = None, **changes: object) -> Request[JobLine]:
-    """Change a job that has not begun: its priority, notes, depends_on, on_failure, retries, stepwise, or all of it."""
+    """Change a job before its start: its priority, notes, depends_on, on_failure, retries, stepwise, or all of it."""
     return requests.change_job(number, changes if job is None else {**changes, "job": body_of(job)})
 
 
 _SHARE = 1.0 / 3.0
-"""A lease is renewed after this share of the time for which it holds."""
+"""A lease is renewed after this fraction of its duration."""
 
 
 def give_back() -> Request[LeaseView]:
@@ -55,9 +55,9 @@ def give_back() -> Request[LeaseView]:
 
 
 def kept(held: HeldLease, taken: LeaseTaken) -> Plan[None]:
-    """Renew a lease until it is lost; whoever uses the client is told by its next request.
+    """Renew a lease until it is lost; the next request of the client then raises `LeaseLost`.
 
-    A service that cannot be asked is asked again until the lease has ended by itself.
+    If the service does not answer, the renewal is repeated until the lease has expired.
     """
     until = (yield from ReadClock()) + taken.expires_in
     while True:

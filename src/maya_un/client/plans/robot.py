@@ -1,7 +1,7 @@
 """Plans that report on the robot, preview its jobs, move it or stop it. Units are m, rad, s.
 
-A primitive is waited for: its report is returned when it is done, and why it was not is raised. Ctrl-C, or the end of
-the awaiting task, cancels it, which stops the robot on its path.
+A primitive is waited for: the plan returns its report, or raises the error that refused or ended it. Ctrl-C, or the end
+of the awaiting task, cancels it, which stops the robot on its path.
 """
 
 from __future__ import annotations
@@ -31,31 +31,32 @@ def state() -> Plan[State]:
 
 
 def twin_parts() -> Plan[dict[str, Point]]:
-    """Return where the parts stand on the twin's table by its own record [m]; raises `NotFound` on a real machine."""
+    """Return the positions of the parts on the twin's table [m]; raises `NotFound` on a real machine."""
     return (yield from requests.twin()).parts
 
 
 def preview(job: JobLike) -> Request[JobPreview]:
-    """Return what a job would be from where the robot is: times, heights, and the first refusal; nothing moves."""
+    """Return the preview of a job from the current position: times, heights, and the first refusal; nothing moves."""
     return requests.preview(body_of(job))
 
 
 def inspect(job: JobLike, *, samples: int = 200) -> Request[JobInspection]:
-    """Return a job in detail: profiles of the axes, least margins, the longest stop; nothing moves.
+    """Return a job in detail: profiles of the axes, smallest margins, the longest stop; nothing moves.
 
-    Every motion has so many `samples`.
+    `samples` is the number of samples per motion.
     """
     return requests.inspect(body_of(job), samples=samples)
 
 
 INTERRUPTED = (KeyboardInterrupt, asyncio.CancelledError)
-"""Errors that end a plan because nobody waits for it any more."""
+"""Errors that interrupt a plan from outside."""
 
 
 def command(command: Mapping[str, object], *, timeout: float | None = None) -> Plan[JobReport]:
     """Carry out one primitive, like {"command": "pick", "target": [0.5, 1.1]}, and return its report.
 
-    Raises why it was refused or ended early, and `TimeoutError` after `timeout` [s, real time], whereupon it goes on.
+    Raises the error that refused or ended the primitive, and `TimeoutError` after `timeout` [s, real time]; the
+    primitive then continues.
     """
     since = (yield from persistently(requests.status())).last_event
     request = requests.task(dict(command), key=new_key())
@@ -68,13 +69,13 @@ def command(command: Mapping[str, object], *, timeout: float | None = None) -> P
 
 
 def _taken_back(request: Request[JobReport]) -> Plan[None]:
-    """Cancel a command without an answer: the repeated request's key is answered with the job that it became."""
+    """Cancel a command whose answer was lost: repeating the request with its key returns the number of its job."""
     number = (yield from request).id
     yield from requests.cancel(number)
 
 
 def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
-    """Wait for the end of a command that has no news before the event `since`; raises as `command` does."""
+    """Wait for the end of a command; `since` is the number of an event before it. Raises as `command` does."""
     try:
         report = yield from ended(number, since, timeout)
     except INTERRUPTED:
@@ -86,9 +87,9 @@ def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobR
 
 
 def jog(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) -> Plan[Jogged]:
-    """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m); tell how far it went.
+    """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m); return the distance moved.
 
-    It goes as far as the workspace allows; with `clip` false more than that is refused. Ctrl-C stops the robot.
+    It moves as far as the workspace allows; with `clip` false, a longer distance is refused. Ctrl-C stops the robot.
     """
     try:
         return (yield from requests.jog_by(axis, distance, speed=speed, clip=clip))
@@ -98,20 +99,20 @@ def jog(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) ->
 
 
 def stop() -> Plan[StopReport]:
-    """Begin to brake at once, and tell how long and how far it takes; the queue is paused where jobs wait in it.
+    """Start braking at once; return the time and distance to rest. The queue is paused if it contains jobs.
 
-    It goes over a connection of its own, behind nothing, and needs neither role nor lease.
+    It uses a separate connection, so it waits for no other request, and needs neither role nor lease.
     """
     return (yield from _urgently(requests.stop()))
 
 
 def abort() -> Plan[None]:
-    """Stop without deceleration; the motors may go off, then `recover`."""
+    """Stop without deceleration; the motors may go off, then `recover` switches them on."""
     return (yield from _urgently(requests.abort()))
 
 
 def _urgently(request: Request[Any]) -> Generator[Step, Any, Any]:
-    """Ask, and once more at once over a new connection where the old one turns out to be broken."""
+    """Send a request; if the connection turns out to be broken, send it once more at once over a new connection."""
     try:
         return (yield from request)
     except ServiceNotAnswering:

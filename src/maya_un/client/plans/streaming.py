@@ -1,4 +1,4 @@
-"""The stream of the service: events without a gap, whatever happens to the connection; states as they are."""
+"""The stream of the service: events without gaps across lost connections, and states."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from maya_un.values import State
 PATH = "/v1/stream"
 
 PATIENCE = 60.0
-"""So long it rests, all in all, for a service that is not there, before a stream ends with that error [s]."""
+"""Total waiting time for an unreachable service before a stream ends with that error [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One fact: number `seq` of the run `run` of the service, loop time [s], kind, code (0 where none), details.
+    """An event: number `seq` of the run `run` of the service, loop time [s], kind, code (0 for none), details.
 
-    Runs are counted from the first start of the service on its file; numbers begin at 1 in each.
+    Runs are counted from the first start of the service on its file; event numbers start at 1 in each run.
     """
 
     run: int
@@ -46,12 +46,12 @@ class Event:
 
 
 def events(*, since: int | None = None, run: int | None = None, patience: float = PATIENCE) -> StreamPlan[Event]:
-    """Yield every event after number `since` of `run`, in order, none twice and none left out.
+    """Yield every event after number `since` of `run`, in order, without repetition or gap.
 
-    Without `since` from now on, without `run` of the run that there is. If the connection breaks, it continues after
-    the last event; after a restart of the service it yields the new run from the beginning. Raises `EventsForgotten`
-    for what is not kept any more, and `ServiceNotRunning` or `ServiceNotAnswering` after `patience` [s, real time]
-    without one.
+    Without `since`, start with the next event; without `run`, `since` is a number of the current run. If the connection
+    breaks, it continues after the last event; after a restart of the service it yields the new run from the beginning.
+    Raises `EventsForgotten` for events that are no longer stored, and `ServiceNotRunning` or `ServiceNotAnswering`
+    after `patience` [s, real time] without a connection.
     """
     place: dict[str, int] = {key: value for key, value in (("since", since), ("run", run)) if value is not None}
     wait = _Backoff(patience)
@@ -74,9 +74,9 @@ def events(*, since: int | None = None, run: int | None = None, patience: float 
 
 
 def states(*, rate: float = 10.0, patience: float = PATIENCE) -> StreamPlan[State]:
-    """Yield the state now and then as it changes, at most `rate` times a second (0.1 to 100).
+    """Yield the changing state, at most `rate` times a second (0.1 to 100).
 
-    A slow reader gets the newest one. Raises as `events` does.
+    A slow reader gets only the newest state. Raises as `events` does.
     """
     wait = _Backoff(patience)
     while True:
@@ -93,14 +93,14 @@ def states(*, rate: float = 10.0, patience: float = PATIENCE) -> StreamPlan[Stat
 
 
 class _Backoff:
-    """Rests between tries, longer each time, until the patience is over."""
+    """Pauses between attempts, each twice as long as the last, up to a total of `patience` [s]."""
 
     def __init__(self, patience: float) -> None:
         self._left = patience
         self._rest = SHORTEST_PAUSE
 
     def after(self, error: Exception) -> Generator[Step, Any, None]:
-        """Rest after a failure, or raise it where there is no patience left."""
+        """Pause after a failure, or raise it if the total pause is used up."""
         if self._left <= 0.0:
             raise error
         pause = min(self._rest, LONGEST_PAUSE)
@@ -121,7 +121,7 @@ def _next(line: Line) -> Plan[dict[str, Any]]:
 
 
 def _newest(line: Line) -> Plan[dict[str, Any]]:
-    """Return the next message, or the last of those that have come already."""
+    """Return the next message, or the newest of those that have already arrived."""
     found = yield from _next(line)
     while (text := (yield from Receive(line, now=True))) is not None:
         found = transport.decoded_message(text)

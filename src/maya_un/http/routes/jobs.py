@@ -57,7 +57,7 @@ IdempotencyKey = Annotated[
         description="the same key and request once more are answered with the job that there is",
     ),
 ]
-"""The key that a request shows, "" without one."""
+"""The idempotency key of a request, "" without one."""
 
 
 async def _filter(
@@ -73,7 +73,7 @@ async def _filter(
 
 
 Which = Annotated[Filter, Depends(_filter)]
-"""Which jobs a request is to list."""
+"""The filter in a request's query."""
 
 
 _TAG = "jobs"

@@ -253,7 +253,7 @@ def add_pallets(routes: Routes) -> None:
 
 
 async def _taught(ask: Ask, work: Callable[[TeachingService], T]) -> T:
-    """Carry out a request to the service's teaching in its loop."""
+    """Carry out `work` on the service's teaching in the stack's loop."""
 
     async def carried_out(service: Service) -> T:
         return work(service.teaching)

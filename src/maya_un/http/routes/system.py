@@ -42,11 +42,11 @@ from maya_un.service.service import Service
 from maya_un.values import Mode, Notice
 
 READINESS_TIMEOUT = 1.0
-"""The robot's loop answers within so long, or it is not ready [s, real time]."""
+"""The robot is not ready if its loop does not answer within this time [s, real time]."""
 
 
 async def readiness(bridge: Bridge, language: str) -> Readiness:
-    """Return how the robot is; answers within `PATIENCE` also where its loop hangs."""
+    """Return whether the robot is ready, or why not; waits `READINESS_TIMEOUT` at most for each of loop and disk."""
     found = [*bridge.missing()]
     try:
         async with asyncio.timeout(READINESS_TIMEOUT):
@@ -61,7 +61,7 @@ async def readiness(bridge: Bridge, language: str) -> Readiness:
 
 
 async def _failing(bridge: Bridge) -> str:
-    """Return why the journal cannot be written, "" if it can; checked also when no request writes."""
+    """Return the reason why the journal cannot be written, "" if it can; this is tested even if no request writes."""
     if not isinstance(bridge.journal, SqliteJournal):
         return ""
     try:
@@ -72,7 +72,7 @@ async def _failing(bridge: Bridge) -> str:
 
 
 def storage_of(bridge: Bridge) -> JournalHealth:
-    """Return how the journal is; one in memory never fails."""
+    """Return the state of the journal; a journal in memory never fails."""
     journal = bridge.journal
     return JournalHealth(journal.failing, journal.commits) if isinstance(journal, SqliteJournal) else JournalHealth()
 
@@ -140,7 +140,7 @@ def add_recordings(routes: Routes) -> None:
 
     @routes.add("GET", "/v1/recordings", Operation.READ, tag=_RECORDINGS, gives=list[Kept], client="recordings.all")
     async def recordings(ask: Ask) -> Response:
-        """Return the recordings that are kept, newest first."""
+        """Return the stored recordings, newest first."""
 
         async def listed(service: Service) -> list[Kept]:
             return service.recorder.list()

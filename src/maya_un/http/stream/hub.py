@@ -1,8 +1,7 @@
 """The hub of the stream: states, events and the queue from the service to each reader.
 
-Output to one reader: every event in order from a shared ring, and the latest of everything else.
-
-The hub of the stream: its source in the stack's loop, and frames encoded once for all readers.
+It has a source in the stack's loop, and encodes each frame once for all readers. A reader gets every event in order
+from a shared ring, and only the latest value of everything else.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from maya_un.schema.robot import EventMessage
 from maya_un.values import State
 
 MOST_EVENTS = 20_000
-"""A reader may be so many events behind, and no further."""
+"""Maximum number of events by which a reader may lag."""
 
 MOST_BYTES = 16_000_000
-"""The newest events that are kept for readers are bounded by this, too [bytes]."""
+"""Maximum total size of the events stored for readers [bytes]."""
 
 
 class EventRing:
-    """Frames of events numbered `first` to `last` without a gap; the oldest go where `most` or `most_bytes` is passed.
+    """Frames of events `first` to `last` without a gap; beyond `most` events or `most_bytes`, the oldest are dropped.
 
-    It begins empty behind the event numbered `last`.
+    The ring starts empty; its first event will be number `last` + 1.
     """
 
     def __init__(self, last: int, most: int = MOST_EVENTS, most_bytes: int = MOST_BYTES) -> None:
@@ -41,7 +40,7 @@ class EventRing:
         self.last = last
 
     def add(self, frame: bytes) -> None:
-        """Keep the frame of the next event."""
+        """Store the frame of the next event."""
         self._frames.append(frame)
         self._bytes += len(frame)
         self.last += 1
@@ -50,13 +49,13 @@ class EventRing:
             self.first += 1
 
     def reaches(self, seq: int) -> bool:
-        """Tell whether every event numbered above `seq` is here."""
+        """Return whether the ring contains every event numbered above `seq`."""
         return seq >= self.first - 1
 
     def after(self, seq: int, most: int) -> tuple[int, bytes]:
         """Return frames of the events above `seq`, about `most` bytes of them, and the number of the last one.
 
-        Readers that are equally far get the same bytes. Only for a `seq` that the ring reaches.
+        Readers at the same event share the same bytes. The ring must reach `seq`.
         """
         began, upto, frames = self._shared
         if began != seq or (upto < self.last and len(frames) < most):
@@ -75,11 +74,11 @@ class EventRing:
 
 
 CHUNK = 65_536
-"""About so much of the events is written at once [bytes]."""
+"""Approximate size of one write of events [bytes]."""
 
 
 class ReaderWire(Protocol):
-    """The connection of a reader: `full` while the other side is behind; `on_room` is called when it catches up."""
+    """The connection of a reader: `full` while its buffer is full; `on_room` is called when it has space again."""
 
     on_room: Callable[[], None] | None
 
@@ -96,10 +95,10 @@ class ReaderWire(Protocol):
 class StreamReader:
     """One reader of the stream.
 
-    Values (a state, the queue) replace an older one that has not gone out yet. Events are sent out of the `ring` that
-    all share, so a reader that is behind costs nothing but its place in it; one that is farther behind than the ring
-    goes is lost, and `on_lost` is called. `seen` is the number of the last event that went out, None where it wants
-    none; with `catching` somebody else sends it the many that it lacks.
+    Values (a state, the queue) replace an older one that was not sent yet. Events are sent from the shared `ring`, so a
+    slow reader needs no memory of its own; if the ring no longer contains the reader's next event, the reader is lost,
+    and `on_lost` is called. `seen` is the number of the last event sent, None without a subscription; while `catching`,
+    another task sends it the missing events.
     """
 
     def __init__(self, outlet: ReaderWire, ring: EventRing, on_lost: Callable[[], None]) -> None:
@@ -113,28 +112,28 @@ class StreamReader:
 
     @property
     def lost(self) -> bool:
-        """Whether it is so far behind that events which it lacks have left the ring."""
+        """Whether the ring no longer contains the next event of this reader."""
         return self.seen is not None and not self.catching and not self._ring.reaches(self.seen)
 
     def show(self, kind: str, frame: bytes) -> None:
-        """Send the latest value of a kind, now or as soon as the reader takes it, if it is the latest then."""
+        """Send the latest value of a kind now, or when the reader accepts data, unless a newer value replaces it."""
         if self._outlet.full:
             self._latest[kind] = frame
         else:
             self._outlet.write(frame)
 
     def forget(self, kind: str) -> None:
-        """Send nothing of a kind that waits."""
+        """Discard the waiting value of a kind."""
         self._latest.pop(kind, None)
 
     def go_on(self) -> None:
-        """Send what waits, as far as the reader takes it."""
+        """Send waiting values and events, as far as the reader accepts them."""
         while self._latest and not self._outlet.full:
             self._outlet.write(self._latest.pop(next(iter(self._latest))))
         self.pump()
 
     def pump(self) -> None:
-        """Send the events that it lacks, as far as the reader takes them and the ring has them."""
+        """Send missing events, as far as the reader accepts them and the ring contains them."""
         while self.seen is not None and not self.catching and self.seen < self._ring.last:
             if self._outlet.full or not self._ring.reaches(self.seen):
                 return
@@ -142,35 +141,35 @@ class StreamReader:
             self._outlet.write(frames)
 
     def send_past(self, upto: int, frames: bytes) -> None:
-        """Send the events from the next that it lacks to the one numbered `upto`, wherever they are from."""
+        """Send frames of the missing events up to number `upto`, from any source."""
         self._outlet.write(frames)
         self.seen = upto
 
 
 QUEUE_PERIOD = 0.1
-"""The queue is looked at no more often than this [s, real time]."""
+"""Shortest period of reading the queue [s, real time]."""
 
 QUEUE_LOOK = 2.0
-"""While somebody wants to see the queue, it is looked at so often without an event too, for predictions [s]."""
+"""Longest period of reading the queue while it has a reader, for updated predictions [s]."""
 
 _STIRRING = (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged)
-"""Events after which the queue is another."""
+"""Events that change the queue."""
 
 
 class StreamedService(Protocol):
     """The part of the service that the tap needs."""
 
     def watch(self) -> AsyncIterator[State]:
-        """Yield the state now and every newer one; a slow reader skips to the newest."""
+        """Yield the current state and every newer one; a slow reader skips to the newest."""
         ...
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
-        """Yield every event numbered above `seq`, those past first, then as they come."""
+        """Yield every event numbered above `seq`, first the past ones, then new ones as they occur."""
         ...
 
 
 class Batch(NamedTuple):
-    """New data: events in order, the latest state, the latest view of the queue; None for unchanged ones."""
+    """New data: events in order, the latest state, the latest view of the queue; None for an unchanged one."""
 
     events: list[Event]
     state: State | None
@@ -178,10 +177,10 @@ class Batch(NamedTuple):
 
 
 class StreamSource:
-    """Lives in the stack's loop and looks at `source`; `hand_over` is called there with every batch.
+    """Follows `source` in the stack's loop; `hand_over` is called there with every batch.
 
-    `view` answers how the queue stands. `speed` is how fast the loop's clock runs. Any thread may read `latest`, the
-    newest state, and set `queue_wanted`, whether somebody wants to see the queue.
+    `view` returns the queue. `speed` is the speed of the loop's clock relative to real time. Any thread may read
+    `latest`, the newest state, and set `queue_wanted`, whether the queue has a reader.
     """
 
     def __init__(
@@ -208,7 +207,7 @@ class StreamSource:
         self.queue_wanted = False
 
     async def run(self, since: int) -> None:
-        """Look until cancelled; events are those numbered above `since`."""
+        """Follow the source until cancelled; events are those numbered above `since`."""
         self._loop = asyncio.get_running_loop()
         async with asyncio.TaskGroup() as group:
             group.create_task(self._follow_states())
@@ -216,16 +215,16 @@ class StreamSource:
             group.create_task(self._follow_queue())
 
     def want(self) -> None:
-        """Have the next state handed over that says something else than the newest of now; from any thread.
+        """Request the next state whose content differs from the current one; from any thread.
 
-        Read `latest` after this call, because states in between are not handed over.
+        Read `latest` after this call, because states in between are not passed on.
         """
         state = self.latest
         self._told = None if state is None else content(state)
         self._wanted = True
 
     def look_at_queue(self) -> None:
-        """Hand the queue over as it stands, soon; from any thread."""
+        """Pass the queue on soon; from any thread."""
         if self._loop is not None:
             with suppress(RuntimeError):  # the stack's loop has ended
                 self._loop.call_soon_threadsafe(self._stirred.set)
@@ -258,7 +257,7 @@ class StreamSource:
                 await asyncio.sleep(QUEUE_PERIOD * self._speed)
 
     def _flush_soon(self) -> None:
-        """Hand over at the end of this turn of the loop, with whatever else comes in it."""
+        """Pass data on at the end of this turn of the loop, together with further data of the same turn."""
         if not self._flushing:
             self._flushing = True
             asyncio.get_running_loop().call_soon(self._flush)
@@ -272,23 +271,23 @@ class StreamSource:
 
 
 HEARTBEAT = 10.0
-"""A state that says nothing new is sent again after so long [s]."""
+"""Period after which an unchanged state is sent again [s]."""
 
 TOLERANCE = 0.1
-"""By so much of its period a state may be early: those that come at just the rate wanted are shown as they come."""
+"""Fraction of its period by which a state may be early, so that states at exactly the requested rate are all sent."""
 
 
 class StateFrame(NamedTuple):
-    """A state as it goes out: what it says, and its frame."""
+    """A state for sending: its content, and its frame."""
 
     content: object
     frame: bytes
 
 
 class RateGroup:
-    """Readers that want states at one rate: they see the same ones at the same time.
+    """Readers with the same rate of states: they receive the same states at the same time.
 
-    `latest` answers the newest state there is, `want` asks to be offered the next that says something new.
+    `latest` returns the newest state, `want` requests a call of `offer` for the next changed one.
     """
 
     def __init__(self, rate: float, latest: Callable[[], StateFrame | None], want: Callable[[], None]) -> None:
@@ -301,7 +300,7 @@ class RateGroup:
         self.readers: set[StreamReader] = set()
 
     def join(self, reader: StreamReader) -> None:
-        """Show a reader the state of now, and every new one from here on."""
+        """Send a reader the current state, and every new one from now on."""
         self.readers.add(reader)
         if self._idle and self._look():
             return
@@ -310,18 +309,18 @@ class RateGroup:
             reader.show("state", latest.frame)
 
     def offer(self) -> None:
-        """Show what is new, unless the last was shown too short a time ago."""
+        """Send a changed state, unless the period since the last one has not passed yet."""
         if self._idle:
             self._look()
 
     def close(self) -> None:
-        """Show nothing any more."""
+        """Stop sending."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
     def _look(self) -> bool:
-        """Show what is new, or be offered what comes; asking before looking leaves no gap between the two."""
+        """Send a changed state, or wait for the next; requesting it before reading leaves no gap between the two."""
         self._want()
         latest = self._latest()
         if latest is None or latest.content == self._shown:
@@ -352,7 +351,7 @@ class RateGroup:
 
 
 class StreamHub:
-    """Sends what a tap hands over to all readers of one `run`; lives in the server's loop."""
+    """Sends the batches of a source to all readers of one `run`; runs in the server's loop."""
 
     def __init__(self, run: int, ring: EventRing) -> None:
         self.run = run
@@ -365,17 +364,17 @@ class StreamHub:
         self._snapshot: tuple[State | None, StateFrame | None] = (None, None)
 
     def open(self, tap: StreamSource) -> None:
-        """Send what `tap` hands over from now on."""
+        """Send the data of `tap` from now on."""
         self._tap = tap
 
     def close(self) -> None:
-        """Send nothing any more."""
+        """Stop sending."""
         for pace in self._paces.values():
             pace.close()
         self._paces.clear()
 
     def take(self, batch: Batch) -> None:
-        """Encode what is new, and send it."""
+        """Encode new data, and send them."""
         if batch.events:
             for event in batch.events:
                 self.ring.add(event_frame(self.run, EventMessage.of(event)))
@@ -401,7 +400,7 @@ class StreamHub:
                 reader.show("queue", frame)
 
     def show_states(self, reader: StreamReader, rate: float | None) -> None:
-        """Show states at `rate` [Hz], or with None no longer."""
+        """Send states at `rate` [Hz]; with None, stop sending them."""
         for wanted, pace in tuple(self._paces.items()):
             pace.readers.discard(reader)
             if not pace.readers:
@@ -414,7 +413,7 @@ class StreamHub:
             self._paces[rate].join(reader)
 
     def show_queue(self, reader: StreamReader, *, wanted: bool) -> None:
-        """Show how the queue stands, now and whenever that changes, or no longer."""
+        """Send the queue now and after each change, or stop sending it."""
         if wanted:
             self._watchers.add(reader)
             if self._queue is not None:
@@ -430,23 +429,23 @@ class StreamHub:
             self._tap.look_at_queue()
 
     def send_events(self, reader: StreamReader) -> None:
-        """Send a reader the events behind the last that it has seen, as far as the ring has them, then as they come."""
+        """Send a reader the events after the last one sent that the ring contains, then new ones as they occur."""
         self._followers.add(reader)
         reader.pump()
 
     def stop_events(self, reader: StreamReader) -> None:
-        """Send a reader no events any more."""
+        """Stop sending events to a reader."""
         self._followers.discard(reader)
 
     def leave(self, reader: StreamReader) -> None:
-        """Send a reader nothing any more."""
+        """Stop sending anything to a reader."""
         self.stop_events(reader)
         self.show_states(reader, None)
         if reader in self._watchers:
             self.show_queue(reader, wanted=False)
 
     def _latest(self) -> StateFrame | None:
-        """Return the newest state, encoded once however many paces show it."""
+        """Return the newest state, encoded once for all rates."""
         state = None if self._tap is None else self._tap.latest
         if state is not None and self._snapshot[0] is not state:
             self._snapshot = (state, StateFrame(content(state), state_frame(self.run, state)))

@@ -1,11 +1,8 @@
-"""Messages of the stream, and their form on the wire.
+"""Messages of the stream, and the websocket connection that carries them.
 
-The websocket's end of a connection: frames that clients share go straight to the transport.
-
-uvicorn keeps the handshake, reading, pings and closing. Only messages to many readers bypass it, since every layer
-above the transport would cost as much again for each of a hundred readers.
-
-The messages of the websocket, both ways: JSON objects that say by `type` what they are.
+Messages are JSON objects with a `type`. Frames shared by clients go directly to the transport. uvicorn handles the
+handshake, reading, pings and closing. Only messages to many readers bypass it, since every layer above the transport
+would cost as much again for each of a hundred readers.
 """
 
 from __future__ import annotations
@@ -38,7 +35,7 @@ TEXT, BINARY = 0x81, 0x82
 
 
 def framed(content: bytes, kind: int = TEXT) -> bytes:
-    """Return `content` (of a text: UTF-8) as one frame."""
+    """Return `content` (a text in UTF-8) as one frame."""
     length = len(content)
     if length < 126:
         return bytes((kind, length)) + content
@@ -54,25 +51,25 @@ LONGEST_MESSAGE = 65_536
 """Longest message that a client may send [bytes]."""
 
 HIGH_WATER, LOW_WATER = 65_536, 16_384
-"""Nothing more is written to a connection that owes the system so much, until it is down to so little [bytes]."""
+"""Upper and lower limit of a write buffer [bytes]: above the first, writing pauses until it falls below the second."""
 
 KERNEL_BUFFER = 262_144
-"""Bytes that the system may buffer for a slow reader; without a bound it keeps megabytes of old states."""
+"""Bytes that the kernel may buffer for a slow reader; without a limit it stores megabytes of old states."""
 
 PING_INTERVAL, PING_TIMEOUT = 10.0, 20.0
-"""How often a client is asked whether it is alive, and how long it may take to answer [s]."""
+"""Interval of pings, and time limit for their answer [s]."""
 
 LINGER = 2.0
-"""How long a connection that ends may take to say so, before it is cut [s]."""
+"""Time limit for the closing handshake; then the connection is cut [s]."""
 
 
 SILENT = logging.getLogger("maya_un.http.silent")
-"""The library logs whole handshakes and messages, tokens too, where debugging is on; by this logger it never does."""
+"""Disabled logger for the library, which at debug level logs whole handshakes and messages, including tokens."""
 SILENT.disabled = True
 
 
 class StreamWire(WebSocketsSansIOProtocol):
-    """One websocket connection. `on_room` is called when a reader that was behind takes more again."""
+    """One websocket connection. `on_room` is called when a slow reader accepts data again."""
 
     def __init__(
         self,
@@ -87,7 +84,7 @@ class StreamWire(WebSocketsSansIOProtocol):
         self.full = False
 
     def connection_made(self, transport: BaseTransport) -> None:
-        """Bound what is kept for a reader that is behind."""
+        """Limit the data buffered for a slow reader."""
         super().connection_made(transport)
         self.transport.set_write_buffer_limits(HIGH_WATER, LOW_WATER)
         connection = transport.get_extra_info("socket")
@@ -95,18 +92,18 @@ class StreamWire(WebSocketsSansIOProtocol):
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, KERNEL_BUFFER)
 
     def handle_connect(self, event: Request) -> None:
-        """Show the application this wire."""
+        """Pass this wire to the application."""
         super().handle_connect(event)
         if not self.close_sent:
             self.scope["extensions"][WIRE] = self  # type: ignore[typeddict-unknown-key]
 
     def pause_writing(self) -> None:
-        """Be full: the reader is behind."""
+        """Set `full`: the reader is too slow."""
         super().pause_writing()
         self.full = True
 
     def resume_writing(self) -> None:
-        """Take more again."""
+        """Clear `full`, and call `on_room`."""
         super().resume_writing()
         self.full = False
         if self.on_room is not None:
@@ -114,16 +111,16 @@ class StreamWire(WebSocketsSansIOProtocol):
 
     @property
     def over(self) -> bool:
-        """Whether nothing more can be said."""
+        """Whether nothing more can be sent."""
         return self.close_sent or self.disconnected or self.transport.is_closing()
 
     def write(self, frames: bytes) -> None:
-        """Send whole frames; never waits, and drops them where the connection is over."""
+        """Send whole frames without waiting; drop them if the connection is over."""
         if not self.over:
             self.transport.write(frames)
 
     def end(self, code: int, reason: str) -> None:
-        """Close with `code` and `reason` (at most 123 bytes), and cut a client that does not take it."""
+        """Close with `code` and `reason` (at most 123 bytes); cut the connection of a client that does not respond."""
         if self.over:
             return
         self.queue.put_nowait({"type": "websocket.disconnect", "code": code, "reason": reason})
@@ -136,17 +133,17 @@ class StreamWire(WebSocketsSansIOProtocol):
         self._linger()
 
     def handle_close(self, event: Frame) -> None:
-        """Answer a client that closes; one that does not take the answer is cut."""
+        """Answer a client that closes; cut the connection if it does not take the answer."""
         super().handle_close(event)
         self._linger()
 
     def keepalive_timeout(self) -> None:
-        """Cut a client that is dead: what is kept for it would never be taken."""
+        """Cut the connection of a client that does not answer pings; its buffered data would never be read."""
         super().keepalive_timeout()
         self.transport.abort()
 
     def shutdown(self) -> None:
-        """Close because the server ends; readers that are behind are cut."""
+        """Close because the server ends; cut the connections of slow readers."""
         super().shutdown()
         if self.full:
             self.transport.abort()
@@ -157,10 +154,10 @@ class StreamWire(WebSocketsSansIOProtocol):
 
 
 PROTOCOL = 1
-"""Version of this protocol; one that a client of an older one would misread has another."""
+"""Version of this protocol; it changes if a client of the older version would misread messages."""
 
 SLOWEST, FASTEST = 0.1, 100.0
-"""Rates at which states may be asked for [Hz]."""
+"""Range of rates of states [Hz]."""
 
 _KEYS: dict[str, frozenset[str]] = {
     "hello": frozenset({"token", "protocol"}),
@@ -173,7 +170,7 @@ _KEYS: dict[str, frozenset[str]] = {
 
 @dataclass(frozen=True, slots=True)
 class ReplayStart:
-    """From where events are wanted: those numbered above `since` (None: from now on) of `run` (None: this one)."""
+    """First event of a replay: above number `since` (None: from now on) of `run` (None: the current run)."""
 
     since: int | None = None
     run: int | None = None
@@ -183,7 +180,7 @@ class ReplayStart:
 class StreamSubscription:
     """One `subscribe`: a missing key changes nothing (`named` lists the rest).
 
-    `rate` [Hz] is None where states, `past` where events are not wanted.
+    `rate` [Hz] is None without states, `past` is None without events.
     """
 
     named: frozenset[str]
@@ -198,7 +195,7 @@ def decoded(text: str | bytes) -> dict[str, Any]:
 
 
 def kind_of(message: Mapping[str, Any]) -> str:
-    """Return what a client's message is; raises `InvalidRequest` for what is none, or has a key that it cannot have."""
+    """Return the type of a client's message; raises `InvalidRequest` for an unknown type or key."""
     kind = message.get("type")
     if not isinstance(kind, str) or kind not in _KEYS:
         raise InvalidRequest(key="type", reason=f"it must be one of {', '.join(_KEYS)}")
@@ -209,7 +206,7 @@ def kind_of(message: Mapping[str, Any]) -> str:
 
 
 def subscription(message: Mapping[str, Any]) -> StreamSubscription:
-    """Return what a `subscribe` wants; raises `InvalidRequest`."""
+    """Return the content of a `subscribe`; raises `InvalidRequest`."""
     queue = message.get("queue", False)
     if not isinstance(queue, bool):
         raise InvalidRequest(key="queue", reason="it must be true or false")
@@ -257,7 +254,7 @@ _CONTENT = attrgetter(*(field.name for field in fields(State) if field.name != "
 
 
 def content(state: State) -> object:
-    """Return what a state says besides its time: where that is the same nothing has changed."""
+    """Return the content of a state without its time; equal contents mean that nothing has changed."""
     return _CONTENT(state)
 
 
@@ -272,7 +269,7 @@ def event_frame(run: int, event: EventMessage) -> bytes:
 
 
 def queue_frame(view: object) -> bytes:
-    """Return the frame of the queue as it stands."""
+    """Return the frame of the queue."""
     return framed(b'{"type":"queue","queue":%b}' % to_json(view))
 
 
@@ -285,7 +282,7 @@ def plain_frame(kind: str, about: Mapping[str, Any] | None = None, **content: ob
 
 
 def error_frame(error: MayaError, language: str, about: Mapping[str, Any] | None = None) -> bytes:
-    """Return the frame of an error of ours: code, sentence, details."""
+    """Return the frame of an error of Maya: code, message, details."""
     details = {key: _plain(value) for key, value in error.details.items()}
     return plain_frame("error", about, code=error.code, message=error.text(language), details=details)
 

@@ -1,4 +1,4 @@
-"""The websocket /v1/stream: states at a chosen rate, events without a gap, the queue as it stands."""
+"""The websocket /v1/stream: states at a chosen rate, events without a gap, the queue."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from maya_un.service.access.operations import Caller
 from maya_un.service.service import Service
 
 NEAR_CLIENTS = 256
-"""So many of this machine's own programs may read the stream at once."""
+"""Maximum number of stream readers on this computer."""
 
 FAR_CLIENTS, FAR_CLIENTS_EACH = 128, 16
-"""So many of other machines, and of each of them, whether they have said yet who they are or not."""
+"""Maximum number of stream readers on other computers in all, and on each, signed in or not."""
 
 INTRODUCTION = 10.0
-"""How long a client may take to say who it is [s]."""
+"""Time limit for a client to sign in [s]."""
 
 
 def add_stream(app: FastAPI, bridge: Bridge, most_behind: int = MOST_EVENTS) -> None:
-    """Add /v1/stream, for a server whose websockets are a `StreamWire`; readers may be `most_behind` events behind."""
+    """Add /v1/stream, for a server whose websockets are a `StreamWire`; readers may lag by `most_behind` events."""
     stream = StreamServer(bridge, most_behind)
     app.add_api_websocket_route("/v1/stream", stream.serve)
 
 
 class StreamServer:
-    """All clients of the stream; what they share lives from the first to the last."""
+    """All clients of the stream; their shared parts exist while there is a client."""
 
     def __init__(self, bridge: Bridge, most_behind: int) -> None:
         self._bridge = bridge
@@ -62,7 +62,7 @@ class StreamServer:
             await self._serve(socket, wire, language)
         except MayaError as refusal:
             refuse(wire, refusal, language)
-        except Exception as defect:  # noqa: BLE001 - the last handler: a client gets one sentence, the log the rest
+        except Exception as defect:  # noqa: BLE001 - the last handler: a client gets a sentence, the log the traceback
             refuse(wire, written_down(defect), language)
 
     async def _serve(self, socket: WebSocket, wire: StreamWire, language: str) -> None:
@@ -96,7 +96,7 @@ class StreamServer:
                 self._close()
 
     async def _open(self) -> StreamHub:
-        """Begin to take from the service."""
+        """Start to receive data from the service."""
         service, run, last, speed = await self._bridge.asked(_facts)
         hub = StreamHub(run, EventRing(last, self._most_behind))
         loop = asyncio.get_running_loop()
@@ -116,7 +116,7 @@ class StreamServer:
     def _take(self, hub: StreamHub, batch: Batch) -> None:
         try:
             hub.take(batch)
-        except Exception as defect:  # noqa: BLE001 - nobody else is told
+        except Exception as defect:  # noqa: BLE001 - nothing else reports it
             self._fail(defect)
 
     def _tapped(self, done: asyncio.Task[None]) -> None:
@@ -124,7 +124,7 @@ class StreamServer:
             self._fail(defect)
 
     def _fail(self, defect: BaseException) -> None:
-        """Write a defect down and end all connections: they would wait for ever, or miss something."""
+        """Write a defect to the log and end all connections: they would wait forever, or miss data."""
         crash = written_down(defect)
         for wire in tuple(self._wires):
             refuse(wire, crash, "en")
@@ -147,6 +147,6 @@ async def _introduced(entrance: StreamHandshake) -> Caller | None:
 
 
 async def _facts(service: Service) -> tuple[Service, int, int, float]:
-    """Return the service itself, its run, the number of its last event, and how fast its clock runs."""
+    """Return the service, its run, the number of its last event, and the speed of its clock."""
     status = await service.status()
     return service, status.run, status.last_event, status.speed

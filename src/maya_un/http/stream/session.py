@@ -1,7 +1,7 @@
 """One client of the stream: its handshake, the replay of missed events, and its messages.
 
-A piece is a turn of the share that all readers of the past have, so however many ask for it, and however often, the
-loop is there for the others.
+Each page of a replay is a turn in the share of all readers of the past, so the loop stays free for other tasks, however
+many events are requested.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from maya_un.service.access.operations import Caller, Operation
 
 
 async def received(socket: WebSocket) -> str | bytes | None:
-    """Return the next message of a client, None where the connection is over."""
+    """Return the next message of a client, None if the connection is over."""
     message = await socket.receive()
     if message["type"] == "websocket.disconnect":
         return None
@@ -45,7 +45,7 @@ async def received(socket: WebSocket) -> str | bytes | None:
 
 
 class StreamHandshake:
-    """Names the client of `socket`; called again for every message, since a token may be revoked."""
+    """Identifies the client of `socket`; called again for every message, since a token may be revoked."""
 
     def __init__(self, socket: WebSocket, bridge: Bridge) -> None:
         self._socket = socket
@@ -53,15 +53,12 @@ class StreamHandshake:
         self._shown = socket.headers.get("authorization")
 
     async def caller(self) -> Caller:
-        """Return who is there; raises `NotSignedIn`, `TooManyRequests`."""
+        """Return the caller; raises `NotSignedIn`, `TooManyRequests`."""
         source, local = source_of(self._socket), is_local(self._socket)
         return await self._bridge.caller(self._shown, "", source, loopback=local, stopping=False)
 
     async def introduced(self) -> Caller | None:
-        """Return who is there, by the request or the first message; None where the connection is over.
-
-        Raises `NotSignedIn`, `TooManyRequests`, `InvalidRequest`.
-        """
+        """Return the caller, identified by the request or the first message; None if the connection is over."""
         try:
             return await self.caller()
         except NotSignedIn:
@@ -71,7 +68,7 @@ class StreamHandshake:
         return None if text is None else await self.meet(decoded(text))
 
     async def meet(self, message: Mapping[str, Any]) -> Caller:
-        """Return who says `hello`, by its token where it shows one; raises as `introduced` does."""
+        """Return the caller of a `hello`, by its token if it has one; raises as `introduced` does."""
         if kind_of(message) != "hello":
             raise NotSignedIn(reason="the first message is not `hello` with a token")
         if message.get("protocol", PROTOCOL) != PROTOCOL:
@@ -85,21 +82,21 @@ class StreamHandshake:
 
 
 PAGE = 250
-"""So many past events are looked up at once."""
+"""Number of past events read at once."""
 
 NEAR = 250
-"""A client that is at most this many events behind gets them at once, and then the new ones."""
+"""A client that lags by at most this many events gets them at once, and then the new ones."""
 
 LookUp = Callable[[int, int], Awaitable[list[EventMessage]]]
-"""Answers events of this run numbered above the first number, at most as many as the second, oldest first."""
+"""Returns events of this run numbered above the first argument, at most as many as the second, oldest first."""
 
 
 async def catch_up(
     reader: StreamReader, hub: StreamHub, look_up: LookUp, room: Callable[[], Awaitable[object]], share: LoopShare
 ) -> None:
-    """Send a reader the events that it lacks, out of the hub's ring or looked up, and let the hub go on from there.
+    """Send a reader its missing events from the hub's ring or from `look_up`; then the hub continues.
 
-    `room` is awaited before every piece. Raises `EventsForgotten` where one is missing, and what `look_up` raises.
+    `room` is awaited before every page. Raises `EventsForgotten` if an event is missing, and what `look_up` raises.
     """
     ring = hub.ring
     reader.catching = True
@@ -119,23 +116,23 @@ async def catch_up(
 
 
 MOST_MESSAGES, BURST = 100.0, 200
-"""How many messages of a client are answered in a second, and how many at once where it was silent before."""
+"""Messages of a client that are answered per second, and at once after a pause."""
 
 PAST_COSTS = 0.5
-"""A client that asks for past events is not read for this much longer after it has used its allowance [s]."""
+"""Delay that a request for past events adds to the client's messages beyond its allowance [s]."""
 
 _DEFECT = 1011
-"""Closing code of a defect of ours (RFC 6455, 7.4.1)."""
+"""Closing code for a defect of the server (RFC 6455, 7.4.1)."""
 
 
 def refuse(wire: StreamWire, error: MayaError, language: str) -> None:
-    """Tell why a connection ends, and end it with the code of the error."""
+    """Send the reason why a connection ends, and close it with the code of the error."""
     wire.write(error_frame(error, language))
     wire.end(error.code if 4000 <= error.code < 5000 else _DEFECT, type(error).__name__)
 
 
 class StreamSession:
-    """Converses with `caller` on `socket`, to whom `hub` sends by `wire`."""
+    """Exchanges messages with `caller` on `socket`; `hub` sends data over `wire`."""
 
     def __init__(
         self,
@@ -160,11 +157,11 @@ class StreamSession:
         self._heard_until = 0.0
 
     async def converse(self) -> None:
-        """Greet the client and answer what it says, until one side ends."""
+        """Greet the client and answer its messages, until one side ends."""
         self._greet({})
         try:
             while (text := await received(self._socket)) is not None:
-                await self._wire.writable.wait()  # a client that does not read is not listened to either
+                await self._wire.writable.wait()  # no messages of a client that does not read are processed
                 await self._hear(text)
                 await self._breathe()
         finally:
@@ -186,14 +183,14 @@ class StreamSession:
             self._caller = now
 
     async def _breathe(self) -> None:
-        """Wait before the next message of a client that says too much: it waits, and nobody else does."""
+        """Delay the next message of a client that sends too many; other clients do not wait."""
         self._charge(1.0 / MOST_MESSAGES)
         now = asyncio.get_running_loop().time()
         if self._heard_until > now:
             await asyncio.sleep(self._heard_until - now)
 
     def _charge(self, cost: float) -> None:
-        """Have the client be heard later by `cost` [s]; of what he did not use before, he has a burst left."""
+        """Add `cost` [s] to the delay of the client's next message; unused allowance adds up to `BURST` messages."""
         now = asyncio.get_running_loop().time()
         self._heard_until = max(self._heard_until, now - BURST / MOST_MESSAGES) + cost
 
@@ -238,14 +235,14 @@ class StreamSession:
             self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
 
     async def _past(self, wanted: ReplayStart | None) -> int | None:
-        """Return behind which event to begin, None where none are wanted; raises `InvalidRequest`."""
+        """Return the number after which events start, None without a subscription; raises `InvalidRequest`."""
         if wanted is None:
             return None
         if wanted.run is not None and wanted.run != self._hub.run:
             return 0
         if wanted.since is None:
             return self._hub.ring.last
-        if wanted.since > self._hub.ring.last:  # it may have been told of an event that is on its way here
+        if wanted.since > self._hub.ring.last:  # the client may know of an event that has not arrived here yet
             last = (await self._bridge.asked(lambda service: service.status())).last_event
             if wanted.since > last:
                 raise InvalidRequest(key="events.since", reason=f"the last event of this run has number {last}")
@@ -266,7 +263,7 @@ class StreamSession:
         except MayaError as error:
             self._reader.seen = None
             self._wire.write(error_frame(error, self._language))
-        except Exception as defect:  # noqa: BLE001 - nobody awaits this task; the client and the log are told
+        except Exception as defect:  # noqa: BLE001 - no code awaits this task; the client and the log get the error
             refuse(self._wire, written_down(defect), self._language)
 
     async def _look_up(self, above: int, most: int) -> list[EventMessage]:
@@ -286,7 +283,7 @@ class StreamSession:
         refuse(self._wire, StreamLagging(behind=self._hub.ring.last - seen, since=seen), self._language)
 
     async def _renew(self, message: Mapping[str, Any]) -> None:
-        """Renew a lease; one that is `bound` is given back when this connection ends."""
+        """Renew a lease; a `bound` lease is released when this connection ends."""
         lease, bound = message.get("lease"), message.get("bound", False)
         if not isinstance(lease, str) or not lease:
             raise InvalidRequest(key="lease", reason="it must be the id that taking the lease answered")
@@ -300,7 +297,7 @@ class StreamSession:
     async def _let_go(self) -> None:
         if self._bound:
             holder = replace(self._caller, lease=self._bound)
-            with suppress(MayaError):  # it has ended already
+            with suppress(MayaError):  # the lease has already ended
                 await self._bridge.call(
                     holder, Operation.LEASE, lambda service: service.lease.release(holder, lost=True)
                 )

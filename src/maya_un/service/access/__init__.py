@@ -1,1 +1,1 @@
-"""Access control: roles, the table of operations, callers, users and their tokens, the gate before the service."""
+"""Access control: roles, the table of operations, callers, users and their tokens, and the gate of the service."""

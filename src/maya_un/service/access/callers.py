@@ -1,13 +1,8 @@
-"""Callers: who sends a request, by which token, with which role, and after how many failed attempts.
+"""Callers: authentication by token or password, roles, and limits on failed attempts.
 
-Failed attempts to sign in, counted by source; all addresses of one machine are one source.
-
-Tokens as they are written: `maya_<id>_<secret>`. The id is public and says which it is; the secret is shown once.
-
-Authentication: from the credentials of a request to its caller, with secrets hashed by argon2.
-
-The hash takes tens of milliseconds and megabytes: it is worked out beside the loop, one or two at a time, and never on
-it.
+Failed attempts to sign in are counted by source; all addresses of one computer are one source. A token is written as
+`maya_<id>_<secret>`. The id is public and identifies the token; the secret is shown once. Secrets are hashed by argon2.
+A hash takes tens of milliseconds and megabytes: it is computed outside the loop, at most two at a time.
 """
 
 from __future__ import annotations
@@ -32,13 +27,13 @@ if TYPE_CHECKING:
     from argon2 import PasswordHasher
 
 LOOPBACK = "127.0.0.1"
-"""The one name of this machine for all of its loopback addresses."""
+"""The common name of all loopback addresses of this computer."""
 
 
 def counted(source: str) -> str:
     """Return the source of an address; text after a space is ignored.
 
-    All of 127.0.0.0/8 and ::1 are this machine. An IPv6 address stands for its /64, because one machine may have all
+    All of 127.0.0.0/8 and ::1 are this computer. An IPv6 address stands for its /64, because one computer may use all
     of its addresses. An IPv4 address in IPv6 form is that IPv4 address. A text that is not an address is unchanged.
     """
     text, space, rest = source.partition(" ")
@@ -54,18 +49,18 @@ def counted(source: str) -> str:
 
 
 LIMIT = 10
-"""Failed attempts of one source within `WINDOW`."""
+"""Maximum number of failed attempts of one source within `WINDOW`."""
 
 WINDOW = 60.0
-"""How long a failed attempt counts [s, real time]."""
+"""Duration for which a failed attempt counts [s, real time]."""
 
 _MOST_SOURCES = 10_000
 
 
 class Attempts:
-    """Counts attempts by source; `scale` is how fast the loop's clock runs.
+    """Counts attempts by source; `scale` is the speed of the loop's clock relative to real time.
 
-    An attempt counts from its beginning, so that many at a time are not all let in before the first has failed.
+    An attempt counts from its start, so that simultaneous attempts are limited, too.
     """
 
     def __init__(self, scale: float = 1.0) -> None:
@@ -88,7 +83,7 @@ class Attempts:
             del self._by_source[next(iter(self._by_source))]
 
     def succeeded(self, source: str) -> None:
-        """Take the latest attempt back: it was right."""
+        """Discard the latest attempt, which succeeded."""
         source = counted(source)
         past = self._by_source.get(source)
         if past:
@@ -110,40 +105,43 @@ class PresentedToken(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The token whole."""
+        """The whole token."""
         return f"{PREFIX}_{self.id}_{self.secret}"
 
 
 def new() -> PresentedToken:
-    """Return a token that nobody can guess: 192 random bits."""
+    """Return a random token of 192 bits."""
     return PresentedToken(secrets.token_hex(4), secrets.token_hex(24))
 
 
 def parse(text: str) -> PresentedToken | None:
-    """Return the parts of a token, None for what is none."""
+    """Return the parts of a token, None for an invalid text."""
     found = _FORM.fullmatch(text)
     return None if found is None else PresentedToken(found[1], found[2])
 
 
 def of_header(authorization: str | None) -> str | None:
-    """Return what `Authorization: Bearer …` carries, None where it carries nothing of the kind."""
+    """Return the token in the header `Authorization: Bearer …`, None if it contains none."""
     scheme, _, rest = (authorization or "").strip().partition(" ")
     return rest.strip() or None if scheme.lower() == _SCHEME else None
 
 
 def hidden(text: str) -> str:
-    """Return a text with the secrets of the tokens in it left out, for a log."""
+    """Return a text in which the secrets of tokens are masked, for a log."""
     return _FORM.sub(r"maya_\1_…", text)
 
 
 MEMORY = 12 * 1024
-"""Memory of one hash [KiB]; with three passes one of the sets that OWASP's cheat sheet on password storage names."""
+"""Memory of one hash [KiB]; with three passes, one of the settings of OWASP's cheat sheet on password storage."""
 
 PASSES = 3
 
 
 class Hasher:
-    """Makes and checks argon2id hashes. Tests pass less `memory` [KiB] and fewer `passes`; they read each other's."""
+    """Creates and checks argon2id hashes.
+
+    Tests use less `memory` [KiB] and fewer `passes`; the hashes are compatible.
+    """
 
     def __init__(self, memory: int = MEMORY, passes: int = PASSES) -> None:
         self._memory = memory
@@ -159,19 +157,19 @@ class Hasher:
             return await asyncio.get_running_loop().run_in_executor(None, self.hash_now, secret)
 
     async def matches(self, hashed: str, secret: str, *, ahead: bool = False) -> bool:
-        """Tell whether `hashed` is of `secret`; "", which is the hash of nothing, takes as long as any other.
+        """Return whether `hashed` is the hash of `secret`; for "", return False after the same time.
 
-        A check that is `ahead` does not wait for the others.
+        A check that is `ahead` does not wait for other checks.
         """
         async with self._ahead if ahead else self._turn:
             return await asyncio.get_running_loop().run_in_executor(None, self._matches_now, hashed, secret)
 
     def hash_now(self, secret: str) -> str:
-        """Return the hash of a secret; holds whoever calls it for as long as that takes."""
+        """Return the hash of a secret; blocks the calling thread."""
         return self._hasher().hash(_bytes(secret))
 
     def _matches_now(self, hashed: str, secret: str) -> bool:
-        from argon2.exceptions import Argon2Error, InvalidHashError  # noqa: PLC0415 - it is loaded when somebody signs in
+        from argon2.exceptions import Argon2Error, InvalidHashError  # noqa: PLC0415 - loaded at the first sign-in
 
         try:
             return self._hasher().verify(hashed or self._nobody(), _bytes(secret)) and hashed != ""
@@ -179,42 +177,42 @@ class Hasher:
             return False
 
     def _hasher(self) -> PasswordHasher:
-        from argon2 import PasswordHasher  # noqa: PLC0415 - it is loaded when somebody signs in
+        from argon2 import PasswordHasher  # noqa: PLC0415 - loaded at the first sign-in
 
         if self._made is None:
             self._made = PasswordHasher(time_cost=self._passes, memory_cost=self._memory, parallelism=1)
         return self._made
 
     def _nobody(self) -> str:
-        """Return a hash that is nobody's, of the same cost as everybody's."""
+        """Return a hash that belongs to no user, of the usual cost."""
         if not self._nobodys:
             self._nobodys = self.hash_now("")
         return self._nobodys
 
 
 def _bytes(secret: str) -> bytes:
-    """Return a secret as bytes, also where half a character is in it."""
+    """Return a secret as bytes, even if it contains a lone surrogate."""
     return secret.encode("utf-8", "surrogatepass")
 
 
 FAILURE_COSTS = 0.5
-"""How much longer a failed attempt takes than one that is right [s, real time]."""
+"""Additional time of a failed attempt compared with a successful one [s, real time]."""
 
 _MOST_KNOWN = 4096
 
 OnRefused = Callable[[str, str], None]
-"""Told the name, "" where it is not known, and the source of a failed attempt."""
+"""Called with the name ("" if unknown) and the source of a failed attempt."""
 
 
 def _unheard(_name: str, _source: str) -> None:
-    """Tell nobody."""
+    """Do nothing."""
 
 
 class Callers:
-    """Tells who asks, from the `register` of users and tokens. Lives in the stack's loop: call it there.
+    """Identifies callers by the `register` of users and tokens. Call it in the stack's loop.
 
-    A token that was found right is known again at once, by a keyed hash of it, until it is revoked or expires.
-    `speed` is how fast the loop's clock runs.
+    A verified token is recognised by a keyed hash, without argon2, until it is revoked or expires. `speed` is the speed
+    of the loop's clock relative to real time.
     """
 
     def __init__(
@@ -238,7 +236,7 @@ class Callers:
 
     @property
     def kept(self) -> bool:
-        """Whether users are kept; while none are, who sits at the machine is `LOCAL` and nobody else is let in."""
+        """Whether users exist; without users, a local caller is `LOCAL`, and remote callers are refused."""
         return bool(self._register.users)
 
     async def resolve(
@@ -251,15 +249,15 @@ class Callers:
         stopping: bool = False,
         alone: Caller = LOCAL,
     ) -> Caller:
-        """Return who asks.
+        """Return the caller of a request.
 
-        `authorization` and `lease` are the headers `Authorization` and `Maya-Lease` as they came ("" or None where they
-        did not), `source` is shown in the audit log and counted by, `loopback` says that it came from this machine and
-        from nobody behind it. With `stopping` it is for a stop or an abort, which from loopback needs no token.
-        `alone` is the principal of this machine while no users exist.
+        `authorization` and `lease` are the headers `Authorization` and `Maya-Lease` as received ("" or None without
+        them). `source` appears in the audit log, and attempts are counted by it. `loopback` is True if the request came
+        from this computer and was not forwarded. `stopping` marks a stop or an abort, which needs no token from
+        loopback. `alone` is the local caller while no users exist.
 
-        Call this for every request, on an open websocket too: a token may have been revoked meanwhile. Raises
-        `NotSignedIn`, and `TooManyRequests` for a source that was wrong too often.
+        Call this for every request, also on an open websocket: a token may have been revoked meanwhile. Raises
+        `NotSignedIn`, and `TooManyRequests` for a source with too many failed attempts.
         """
         if loopback and not self.kept:
             return replace(alone, source=source or alone.source, lease=lease)
@@ -289,7 +287,7 @@ class Callers:
         return replace(caller, role=role, implicit=caller.implicit and allowed(role, Operation.LEND))
 
     def current_of(self, asked: Sequence[Caller]) -> list[Caller | MayaError]:
-        """Return each caller with the current role, or the error if the rights have ended."""
+        """Return each caller with the current role, or the error that ended the caller's rights."""
 
         def found(caller: Caller) -> Caller | MayaError:
             try:
@@ -304,9 +302,9 @@ class Callers:
         return self._register.heard_by(listener)
 
     async def signed_in(self, name: str, password: str, source: str) -> User:
-        """Return the user whose password this is.
+        """Return the user with this name and password.
 
-        Raises `NotSignedIn`, the same and after the same time whatever was wrong, and `TooManyRequests`.
+        Raises `NotSignedIn`, with the same text and after the same time for every cause, and `TooManyRequests`.
         """
         self._attempts.begin(source, self._now())
         user = self._register.users.get(name)
@@ -318,11 +316,11 @@ class Callers:
         return still
 
     def know(self, shown: PresentedToken) -> None:
-        """Take a token that was just made for right."""
+        """Record a new token as verified."""
         self._keep(shown, self._register.tokens[shown.id])
 
     async def _verified(self, text: str, source: str) -> Token:
-        """Return the token of a text that was not seen before; several requests that show it wait for one answer."""
+        """Return the token of a text not verified before; simultaneous requests with the same text share one check."""
         digest = self._digest(f"{source} {text}")
         looked_at = self._looked_at.get(digest)
         if looked_at is None:
@@ -337,7 +335,7 @@ class Callers:
     async def _looked_up(self, text: str, source: str) -> Token:
         shown = parse(text)
         meant = None if shown is None else self._register.tokens.get(shown.id)
-        # An existing token has attempts of its own: those of others do not block a stop.
+        # An existing token has its own count of attempts: those with other tokens do not block a stop.
         counted = source if meant is None else f"{source} {meant.id}"
         self._attempts.begin(counted, self._now())
         found = await self._compared(shown, meant)
@@ -348,9 +346,9 @@ class Callers:
         return found
 
     async def _compared(self, shown: PresentedToken | None, meant: Token | None) -> Token | None:
-        """Return the token that somebody shows, None where it is not right; takes the same time either way.
+        """Return the token if its secret is right, else None; takes the same time either way.
 
-        Tokens that there are go ahead of all that is made up: a stop must not wait behind that.
+        Checks of existing tokens do not wait for those of unknown ones, which must not delay a stop.
         """
         secret = "" if shown is None else shown.secret
         right = await self._hasher.matches("" if meant is None else meant.secret, secret, ahead=meant is not None)
@@ -362,7 +360,7 @@ class Callers:
         raise NotSignedIn(reason="its token is wrong, expired or revoked")
 
     def _recalled(self, text: str) -> Token | None:
-        """Return the token of a text that was found right before, None where it was not, or is right no more."""
+        """Return the token of a text that was verified before, None if it was not, or is no longer valid."""
         digest = self._digest(text)
         known = self._known.get(digest)
         if known is None:
@@ -373,7 +371,7 @@ class Callers:
         return token
 
     def _valid(self, token: Token) -> Token | None:
-        """Return a token as it is now, None where it was revoked or has expired."""
+        """Return the current entry of a token, None if it was revoked or has expired."""
         kept = self._register.tokens.get(token.id)
         return None if kept is None or kept.secret != token.secret or self._expired(kept) else kept
 

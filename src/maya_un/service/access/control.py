@@ -1,8 +1,6 @@
-"""Access control: the users, the callers, and the audit log of the operations.
+"""Access control: the lease, the users, their callers, and the audit log.
 
-The audit log: who asked for what, from where, and what came of it.
-
-Access control as a whole: the lease, the users, their callers, and the audit log.
+The audit log records who requested which operation, from where, and the outcome.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ SIGN_IN = "sign in"
 """The operation of a failed attempt to sign in."""
 
 TOGETHER = 10.0
-"""Held jogs that follow each other within so long are written down once [s, real time]."""
+"""Repeated requests of a held jog within this time are logged once [s, real time]."""
 
 _LONGEST_DETAIL = 200
 _OFTEN = frozenset({Operation.JOG})
@@ -43,7 +41,7 @@ _MOST_CALLERS = 10_000
 
 
 class _Spell:
-    """Recent refusals and stops of one caller from one machine: their number, and when their common row began."""
+    """Recent refusals and stops of one caller from one computer: their number, and the last one only counted."""
 
     def __init__(self, length: float) -> None:
         self.length = length
@@ -54,10 +52,10 @@ class _Spell:
 
 
 class Audit:
-    """Writes rows by `note`, with the date of `now`; `speed` is how fast the loop's clock runs.
+    """Writes audit rows by `note`, with the date of `now`; `speed` is that of the loop's clock relative to real time.
 
-    A held jog asks several times a second: of one by the same caller with the same outcome the first is written.
-    Anybody may cause refusals and stops without limit, so many of them are only counted.
+    A held jog sends several requests a second: repeated requests of the same caller with the same outcome are logged
+    once. Refusals and stops can occur without limit, so many of them are only counted.
     """
 
     def __init__(self, note: Callable[[AuditRow], None], now: Callable[[], str], speed: float = 1.0) -> None:
@@ -70,7 +68,7 @@ class Audit:
         self._until = 0.0
 
     def asked(self, caller: Caller, operation: Operation, code: int, detail: str) -> None:
-        """Write down an operation that passed the gate or was refused there."""
+        """Log an operation that passed the gate or was refused there."""
         this = (caller.name, caller.source, operation, code, detail)
         time = asyncio.get_running_loop().time()
         again = operation in _OFTEN and this == self._latest and time < self._until
@@ -83,7 +81,7 @@ class Audit:
                 self._note(row)
 
     def not_signed_in(self, name: str, source: str) -> None:
-        """Write down a failed attempt to sign in, by `name` where it is known."""
+        """Log a failed attempt to sign in, by `name` if it is known."""
         self._write_or_count(self._row(name or "unknown", "", source, SIGN_IN, NotSignedIn.code, ""))
 
     def _row(self, who: str, role: str, source: str, operation: str, code: int, detail: str) -> AuditRow:
@@ -110,7 +108,7 @@ class Audit:
         asyncio.get_running_loop().call_later(spell.length * self._speed, self._end, key, spell)
 
     def _end(self, key: tuple[str, str], spell: _Spell) -> None:
-        """Write the number of further ones and begin a longer period; forget a caller without any."""
+        """Write the number of rows that were only counted, and start a longer period; forget a caller without any."""
         if spell.last is not None:
             self._note(replace(spell.last, date=self._date(), detail=f"and {spell.more} more in {spell.length:.0f} s"))
             spell.more, spell.last, spell.length = 0, None, min(2.0 * spell.length, LONGEST)
@@ -125,26 +123,26 @@ _LONGEST = 200
 
 
 def require_note(note: str) -> None:
-    """Raise `InvalidValue` for what is not one line of at most 200 characters."""
+    """Raise `InvalidValue` if a note is not one line of at most 200 characters."""
     if len(note) > _LONGEST or not note.isprintable():
         raise InvalidValue(key="note", value=repr(note), reason=f"it must be one line of at most {_LONGEST} characters")
 
 
 class FixedCalendar:
-    """The calendar of a stack that nobody shares: it always is the same day."""
+    """The calendar of a stack without shared access: its date is constant."""
 
     def now(self) -> str:
-        """Return the first day of all."""
+        """Return the constant date."""
         return "1970-01-01T00:00:00+00:00"
 
     def after(self, seconds: float) -> str:
-        """Return the same day, whatever `seconds`."""
+        """Return the constant date for any `seconds`."""
         return self.now()
 
 
 @dataclass(frozen=True, slots=True)
 class AccessControl:
-    """The caller and the driver. The gate calls `audit.asked`."""
+    """Access control: the lease, the users and the audit log. The gate calls `audit.asked`."""
 
     lease: ControlLease
     register: UserRegistry
@@ -164,9 +162,9 @@ class AccessControl:
         speed: float = 1.0,
         hasher: Hasher | None = None,
     ) -> AccessControl:
-        """Return an entrance whose users stand in `store`; `await entrance.register.open()` reads them.
+        """Return access control with the users in `store`; `await entrance.register.open()` reads them.
 
-        `note` keeps a row of the audit log. Without a store and a calendar it is for a stack that nobody shares.
+        `note` stores a row of the audit log. Without a store and a calendar, it is for a stack without shared access.
         """
         days = FixedCalendar() if calendar is None else calendar
         hasher = hasher or Hasher()
@@ -177,5 +175,5 @@ class AccessControl:
 
     @classmethod
     def alone(cls, events: EventLog, speed: float = 1.0) -> AccessControl:
-        """Return the entrance of a stack that nobody shares."""
+        """Return the access control of a stack without shared access."""
         return cls.new(ControlLease(events, speed), speed=speed)

@@ -24,12 +24,12 @@ class Role(IntEnum):
 
     @property
     def word(self) -> str:
-        """Its name as people write it."""
+        """The name of the role in lower case."""
         return self.name.lower()
 
     @classmethod
     def of(cls, word: str) -> Role:
-        """Return the role that people write like this; raises `InvalidValue`."""
+        """Return the role of this name; raises `InvalidValue`."""
         for role in cls:
             if role.word == word:
                 return role
@@ -42,12 +42,12 @@ assert set(RoleName.__args__) == {role.word for role in Role}
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """One who asks.
+    """The sender of a request.
 
-    `name` is the principal's, `source` where the request came from ("127.0.0.1", "ros", "cli"). `lease` is the control
-    lease that it shows, "" where none. An `implicit` caller has no lease and takes the free lease for the length of a
-    command: the local user while no users exist, and the ROS graph. `token` is the public part of the token it signed
-    in with, "" where with none.
+    `name` is that of the principal, `source` the origin of the request ("127.0.0.1", "ros", "cli"). `lease` is the
+    control lease in the request, "" for none. An `implicit` caller has no lease and takes the free lease for the
+    duration of a command: the local user while no users exist, and the ROS graph. `token` is the public part of the
+    caller's token, "" for none.
     """
 
     name: str
@@ -65,14 +65,14 @@ ROS = Caller("ros", Role.OPERATOR, "ros", implicit=True)
 """The ROS graph and rosbridge: one principal, which takes the free lease for each command."""
 
 BYSTANDER = Caller("local", Role.VIEWER, "local")
-"""A client on this machine without a token, though users exist: may only stop and abort."""
+"""A client on this computer without a token, though users exist: may only stop and abort."""
 
 RESERVED = frozenset({LOCAL.name, ROS.name, "maya", "queue", "unknown"})
 """Names that no user can have."""
 
 
 class Operation(StrEnum):
-    """Everything that can be asked of a running Maya, by the name that the audit log shows."""
+    """The operations of a running Maya, by their names in the audit log."""
 
     READ = "read"
     PREVIEW = "preview"
@@ -152,29 +152,29 @@ RULES: dict[Operation, AccessRule] = {
 
 
 STOPPING = frozenset({Operation.STOP, Operation.ABORT})
-"""Operations that need no token on this machine, whether users exist or not."""
+"""Operations that need no token on this computer, even if users exist."""
 
 
 def allowed(role: Role, operation: Operation) -> bool:
-    """Tell whether `role` may ask for `operation`, the lease aside."""
+    """Return whether `role` includes `operation`, without regard to the lease."""
     return role >= RULES[operation].role
 
 
 def require(caller: Caller, operation: Operation) -> None:
-    """Raise `NotAllowed` where the role of `caller` does not include `operation`."""
+    """Raise `NotAllowed` if the role of `caller` does not include `operation`."""
     if not allowed(caller.role, operation):
         needed = RULES[operation].role.word
         raise NotAllowed(who=caller.name, role=caller.role.word, operation=operation.value, needed=needed)
 
 
 OWN = frozenset({Operation.CHANGE_JOB, Operation.CANCEL})
-"""Operations on one's own jobs that the right to propose includes."""
+"""Operations on a user's own jobs that the right to propose includes."""
 
 
 def require_over(caller: Caller, operation: Operation, owner: str) -> None:
-    """Raise `NotAllowed` where `caller` may not do this to a job of `owner`: by his role, or because it is his own.
+    """Raise `NotAllowed` if neither the role nor the ownership of the job allows `caller` this operation.
 
-    Whether the job is in a state for it is another question.
+    The state of the job is checked elsewhere.
     """
     own = operation in OWN and caller.name == owner and allowed(caller.role, Operation.PROPOSE)
     if not own:

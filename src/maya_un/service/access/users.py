@@ -1,6 +1,7 @@
 """Users and tokens: their storage, a read-only view of another process's file, and the registry.
 
-Only hashes of secrets are in it. Its tables have a version of their own, for the queue's change at another pace.
+The file contains only hashes of secrets. Its tables have a separate version, because the queue's tables change
+independently.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from maya_un.service.access.operations import Operation, Role, allowed
 T = TypeVar("T")
 
 VERSION = 1
-"""Of the tables."""
+"""Version of the tables."""
 
 PATIENCE = 5.0
-"""How long a write waits for another connection's [s]."""
+"""Longest wait for the write of another connection [s]."""
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS access_schema (version INTEGER NOT NULL);
@@ -39,7 +40,7 @@ CREATE TABLE IF NOT EXISTS access_tokens (
 
 @dataclass(frozen=True, slots=True)
 class User:
-    """Somebody who may sign in; `password` is its hash, "" where he has none. `created` is a date in UTC."""
+    """A user; `password` is the hash of the password, "" for none. `created` is a date in UTC."""
 
     name: str
     role: Role
@@ -51,8 +52,8 @@ class User:
 class Token:
     """A token of a `user`; `secret` is the hash of its secret part.
 
-    `expires` is when it ends, "" where never; `used` when it was shown last, to the minute, "" where never. Those of a
-    `session` come from signing in with a password.
+    `expires` is the date of its end, `used` that of its last use, to the minute; both are "" for never. A `session`
+    token was created by signing in with a password.
     """
 
     id: str
@@ -67,9 +68,9 @@ class Token:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change to be written, all of it or nothing: new or changed users and tokens, and removed ones.
+    """A change to be written completely or not at all: new or changed users and tokens, and removed ones.
 
-    Users go by name, and their tokens with them; tokens go by id.
+    Users are removed by name, with their tokens; tokens are removed by id.
     """
 
     users: tuple[User, ...] = ()
@@ -79,39 +80,39 @@ class Change:
 
 
 class Store(Protocol):
-    """Keeps users and tokens."""
+    """Store of users and tokens."""
 
     async def load(self) -> tuple[list[User], list[Token]]:
-        """Return all there are."""
+        """Return all users and tokens."""
         ...
 
     async def apply(self, change: Change) -> None:
-        """Keep a change; it is on the disk when this returns. Raises `StorageFailed`, and then nothing was kept."""
+        """Store a change; it is on the disk when this returns. Raises `StorageFailed`, and then nothing was stored."""
         ...
 
     async def close(self) -> None:
-        """Close what is open."""
+        """Close the store."""
         ...
 
 
 class MemoryStore:
-    """Keeps nothing beyond its own life."""
+    """Store without a file: the registry holds all users and tokens."""
 
     async def load(self) -> tuple[list[User], list[Token]]:
-        """Return nobody and nothing."""
+        """Return no users and no tokens."""
         return [], []
 
     async def apply(self, change: Change) -> None:
-        """Believe whoever keeps it in mind."""
+        """Do nothing."""
 
     async def close(self) -> None:
         """Do nothing."""
 
 
 class FileStore:
-    """Keeps users and tokens in the SQLite file at `path`, by a connection of its own, beside the loop.
+    """Stores users and tokens in the SQLite file at `path`, over a separate connection, outside the loop.
 
-    The file may be the queue's, whose own connection is left alone; both wait for each other's writes.
+    The file may be the queue's, whose connection is not used; both connections wait for each other's writes.
     """
 
     def __init__(self, path: Path) -> None:
@@ -120,14 +121,14 @@ class FileStore:
         self._turn = asyncio.Lock()
 
     async def load(self) -> tuple[list[User], list[Token]]:
-        """Return all there are; makes the tables where they are missing.
+        """Return all users and tokens; create the tables if they do not exist.
 
         Raises `FileUnwritable`, `StorageDamaged` and `StorageTooNew`.
         """
         return await self._beside(self._load)
 
     async def apply(self, change: Change) -> None:
-        """Keep a change durably; raises `StorageFailed`."""
+        """Store a change durably; raises `StorageFailed`."""
         await self._beside(lambda: self._apply(change))
 
     async def close(self) -> None:
@@ -138,7 +139,7 @@ class FileStore:
                 self._connection = None
 
     async def _beside(self, work: Callable[[], T]) -> T:
-        """Do it in a thread, to its end also where whoever asked is cancelled, one after the other."""
+        """Do work in a thread, one call after the other, and to its end even if the caller is cancelled."""
 
         async def done() -> T:
             async with self._turn:
@@ -165,7 +166,7 @@ class FileStore:
 
 
 def connected(path: Path) -> sqlite3.Connection:
-    """Open the file at `path`, with the tables in it; raises `StorageTooNew` and what SQLite raises."""
+    """Open the file at `path` and create its tables if necessary; raises `StorageTooNew` and SQLite's errors."""
     connection = sqlite3.connect(path, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
     try:
         connection.execute("PRAGMA journal_mode=WAL")
@@ -190,7 +191,7 @@ def _migrate(connection: sqlite3.Connection, path: Path) -> None:
 
 @contextmanager
 def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
-    """Write all that the block writes, or nothing."""
+    """Write everything in the block, or nothing."""
     connection.execute("BEGIN IMMEDIATE")
     try:
         yield
@@ -289,19 +290,22 @@ OnChange = Callable[[], None]
 
 
 class Calendar(Protocol):
-    """The present date: no module below the edges reads a clock. Dates are ISO 8601 in UTC, to the second."""
+    """The current date; only interfaces such as HTTP and the command line read a clock.
+
+    Dates are ISO 8601 in UTC, to the second.
+    """
 
     def now(self) -> str:
-        """Return the date of now."""
+        """Return the current date."""
         ...
 
     def after(self, seconds: float) -> str:
-        """Return the date in so many seconds."""
+        """Return the date `seconds` from now."""
         ...
 
 
 class UserRegistry:
-    """Users by name and tokens by id. A caller that reads first and changes then holds `turn` meanwhile.
+    """Users by name and tokens by id. Hold `turn` to read and then change them.
 
     A removal takes effect at once, even if it cannot be written; a grant takes effect when it is on the disk.
     """
@@ -315,7 +319,7 @@ class UserRegistry:
         self._listeners: list[OnChange] = []
 
     async def open(self) -> None:
-        """Read what the store keeps; raises `StorageFailed` and its kin."""
+        """Read the store; raises `StorageFailed` and related errors."""
         users, tokens = await self._store.load()
         self.users = {user.name: user for user in users}
         self.tokens = {token.id: token for token in tokens if token.user in self.users}
@@ -330,7 +334,7 @@ class UserRegistry:
         return [token for token in self.tokens.values() if token.user == name]
 
     def drivers(self) -> list[str]:
-        """Return the names of the users who could drive, in order."""
+        """Return the names of the users whose role allows them to drive, sorted."""
         return sorted(user.name for user in self.users.values() if allowed(user.role, Operation.LEASE))
 
     def heard_by(self, listener: OnChange) -> Callable[[], None]:
@@ -361,13 +365,13 @@ class UserRegistry:
             listener()
 
     def used(self, token: Token, date: str) -> None:
-        """Note that a token was shown; it is written with the next change, or at the end."""
+        """Record the use of a token; it is written with the next change, or at the end."""
         if token.used[:_TO_THE_MINUTE] != date[:_TO_THE_MINUTE] and token.id in self.tokens:
             self.tokens[token.id] = replace(token, used=date)
             self._used[token.id] = date
 
     async def close(self) -> None:
-        """Write when tokens were used last, which is no loss where it cannot be written, and close the store."""
+        """Write the recorded uses of tokens, and close the store; a failed write is ignored."""
         async with self.turn:
             try:
                 if self._used:
