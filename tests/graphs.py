@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from maya_ros.graph.bus import Bus, BusNode
 from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.clients.robot import GraphRobot
-from maya_ros.graph.distributed import robot_floor, tasks_handed_on
+from maya_ros.graph.distributed import robot_layer, tasks_handed_on
 from maya_ros.graph.servers.controller import ControllerServer
 from maya_ros.graph.servers.sensors import SensorServer
 from maya_un.config import Config
@@ -125,7 +125,7 @@ async def layer_nodes(
     async with AsyncExitStack() as stack:
         low = await stack.enter_async_context(controller_node(bus, config=config, parts=parts, homed=homed))
         nodes = {name: bus.node(name) for name in names}
-        deciding = await stack.enter_async_context(robot_floor(nodes["robot_controller"], config))
+        deciding = await stack.enter_async_context(robot_layer(nodes["robot_controller"], config))
         await stack.enter_async_context(tasks_handed_on(nodes["primitive_server"]))
         top = nodes["process_controller"]
         controller = await stack.enter_async_context(GraphController.on(top, config))

@@ -8,12 +8,9 @@ from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM, meant, split
-from dmc41x3.twin.machine import VirtualDmc
-from dmc41x3.twin.memory import Memory
-from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
@@ -21,8 +18,6 @@ from maya_un.controller.controller import GalilController
 from maya_un.controller.protocol import Controller
 from maya_un.controller.registers import Dial
 from maya_un.events import Event, EventLog
-from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.truth import TrueConstants, legal_start
 from maya_un.process.journal.protocol import EventRow, Journal
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.process.lease import ControlLease
@@ -39,6 +34,12 @@ from maya_un.service.access.users import Calendar, FileStore, Store
 from maya_un.service.service import Gate, Service
 from maya_un.values import Point
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
+
+if TYPE_CHECKING:  # a node of another layer starts sooner without the twin
+    from dmc41x3.twin.memory import Memory
+    from dmc41x3.twin.wire.server import VirtualController
+    from maya_un.machine.mechanics import MayaMechanics
+    from maya_un.machine.truth import TrueConstants
 
 OWN_BOUNDS = ComputeLimits(seconds=60.0, most=256, each=128)
 """Bounds of the work for which the robot waits: those of a job, which is requested in pieces."""
@@ -120,6 +121,11 @@ def make_twin(
     `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m), `memory` is its
     burned memory, `firmware` the line that it returns to ^R^V.
     """
+    from dmc41x3.twin.machine import VirtualDmc  # noqa: PLC0415
+    from dmc41x3.twin.wire.server import VirtualController  # noqa: PLC0415
+    from maya_un.machine.mechanics import MayaMechanics  # noqa: PLC0415
+    from maya_un.machine.truth import TrueConstants, legal_start  # noqa: PLC0415
+
     real = truth if truth is not None else TrueConstants()
     start = legal_start(random.Random(seed), real)
     mechanics = MayaMechanics(real, start, parts=parts or {})
@@ -156,7 +162,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     rest. Raises the errors of connecting (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ControllerOwned`,
     `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`), and `MarkerMissing` if `skip_home` finds no mark.
     """
-    async with controller_floor(
+    async with controller_layer(
         config,
         address,
         seed=seed,
@@ -173,7 +179,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
         if staff is not None:
             staff.own.warm()
         robot = MayaRobot(below.controller, config, None if staff is None else staff.own)
-        async with process_floor(
+        async with process_layer(
             robot,
             below.controller,
             config,
@@ -202,7 +208,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
 
 
 @asynccontextmanager
-async def controller_floor(  # noqa: PLR0913 - every option of a controller layer is a parameter
+async def controller_layer(  # noqa: PLR0913 - every option of a controller layer is a parameter
     config: Config,
     address: str = SIM,
     *,
@@ -241,7 +247,7 @@ async def controller_floor(  # noqa: PLR0913 - every option of a controller laye
 
 
 @asynccontextmanager
-async def process_floor(  # noqa: PLR0913 - every option of a process layer is a parameter
+async def process_layer(  # noqa: PLR0913 - every option of a process layer is a parameter
     robot: Robot,
     controller: Controller,
     config: Config,

@@ -26,7 +26,7 @@ SWITCHES = {
     PROCESS: ("core_debug", "sim_mode", "skip_home", "custom_gui", "skip_firebase"),
 }
 """The arguments that are true or false."""
-FLOORS = {
+LAYERS = {
     CONTROLLER: set[str](),
     ROBOT: {"robot_controller", "primitive_server"},
     PROCESS: {
@@ -61,7 +61,7 @@ def pairwise(names: tuple[str, ...]) -> list[Choice]:
 
 def expected(file: str, choice: Mapping[str, bool]) -> set[str]:
     """Return the nodes that a choice starts, according to the manual."""
-    nodes = {"robot_state_publisher"} | FLOORS[file]
+    nodes = {"robot_state_publisher"} | LAYERS[file]
     nodes |= {"hw_simulator"} if choice.get("sim_mode", True) else {"hardware_interface", "sensor_converter"}
     nodes |= {"joint_gui", "joint_sliders"} if choice.get("gui", False) else set()
     nodes |= set() if choice.get("core_debug", file == PROCESS) else {"rviz"}
@@ -222,7 +222,7 @@ def test_robot_layer_runs_without_the_process_layer(ros: Ros) -> None:
 @pytest.mark.timeout(240)
 def test_launch_without_arguments_starts_the_whole_graph_with_any_python_first(ros: Ros, other_python: str) -> None:
     program = ros.start("roslaunch", "maya_process", "process.launch", environment={"PATH": other_python})
-    ros.until_nodes(*(f"/{name}" for name in {"hw_simulator"} | FLOORS[PROCESS]), within=START)
+    ros.until_nodes(*(f"/{name}" for name in {"hw_simulator"} | LAYERS[PROCESS]), within=START)
     program.until("maya_dashboard is left out", START)
     assert ros.param("/maya/speed") == 1.0
     check_state(ros, PROCESS, {})

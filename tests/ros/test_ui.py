@@ -28,7 +28,7 @@ PYTHON = Path("/usr/bin/python3")
 MAYA = str(Path(sys.executable).with_name("maya"))
 CUBE = [0.41, 1.13, 0.40]
 TRAY = [1.18, 0.21, 0.40]
-FLOOR = ("rosrun", "maya_controller", "hw_simulator.py")
+CONTROLLER_LAYER = ("rosrun", "maya_controller", "hw_simulator.py")
 SCRIPT = ("rosrun", "maya_ui", "maya_ui.py", "--window")
 
 
@@ -278,7 +278,7 @@ def test_dashboard_with_actionlib_1_12_leaves_without_an_error(tmp_path: Path, w
     log = tmp_path / "old.log"
     with Ros(tmp_path, workspace) as own, Screen(PYTHON, own.environment, log, "--old-actionlib") as old:
         own.set_param("/maya/speed", SPEED)
-        own.start(*FLOOR)
+        own.start(*CONTROLLER_LAYER)
         old.wait("home", enabled=True)
         own.until(lambda: "/home/goal" in own.topics(), "the dashboard's action client")
         old.ask("leave")
@@ -291,7 +291,7 @@ def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnecte
     with Ros(tmp_path, workspace) as own, screen(own) as alone:
         alone.wait("banner_text", "No robot")
         own.set_param("/maya/speed", SPEED)
-        layer = own.start(*FLOOR)
+        layer = own.start(*CONTROLLER_LAYER)
         alone.wait("home", enabled=True)
         alone.click("home")
         alone.wait("mode", "Ready")

@@ -1,8 +1,8 @@
 """The layers above the controller as nodes: each a client of the layer below and a server for the layer above.
 
-robot_floor        node robot_controller    /maya_command, /maya_move, and the task action that decides who may move
+robot_layer        node robot_controller    /maya_command, /maya_move, and the task action that decides who may move
 tasks_handed_on    node primitive_server    /task, forwarded to that action
-robot_floor_seen   check for missing nodes of the robot layer
+robot_layer_seen   check for missing nodes of the robot layer
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class DistributedLayers:
 
 
 @asynccontextmanager
-async def robot_floor(
+async def robot_layer(
     graph: Graph, config: Config, workers: Workers | None = None, *, clock: Clock | None = None, speed: float = 1.0
 ) -> AsyncGenerator[GraphController]:
     """Serve the robot layer, on the controller layer of the same graph, while the block runs.
@@ -101,7 +101,7 @@ async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
 
 
 @contextmanager
-def robot_floor_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
+def robot_layer_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
     """Yield a function that returns an error for each missing node of the robot layer."""
     actions = {_DECIDES: INNER, TASK.sources[0]: TASK.name}
     heard = {

@@ -18,7 +18,7 @@ from typing import Any
 from maya_un.cancellation import cancel_once
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog, LeaseChanged
-from maya_un.schema.bodies import PATIENCE
+from maya_un.schema.people import PATIENCE
 
 OFFER = 60.0
 """An offer, or a request for the lease, is valid for this time [s, real time]."""

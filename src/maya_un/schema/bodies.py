@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
+from maya_un.schema.people import LONGEST, PATIENCE, RoleName
 from maya_un.values import FARTHEST, JOG_AXES
 
 _ONLY_THESE = ConfigDict(extra="forbid")
@@ -21,9 +22,6 @@ Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full 
 
 
 Distance = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="rad or m", allow_inf_nan=False)]
-
-
-RoleName = Literal["viewer", "student", "operator", "admin"]
 
 
 Password = Annotated[str, Field(max_length=256, json_schema_extra={"format": "password"})]
@@ -127,14 +125,6 @@ class Recovering:
     choice: Literal["resume", "redo", "skip", "abort"]
     holding: bool | None = None
     resume_queue: bool = True
-
-
-LONGEST = 12 * 3600.0
-"""Longest time for which a lease is valid without being renewed [s]."""
-
-
-PATIENCE = 10.0
-"""A lease that is not renewed within this time ends [s, real time]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+RoleName = Literal["viewer", "student", "operator", "admin"]
+
+LONGEST = 12 * 3600.0
+"""Longest time for which a lease is valid without being renewed [s]."""
+
+PATIENCE = 10.0
+"""A lease that is not renewed within this time ends [s, real time]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,7 @@ from math import isfinite
 
 from maya_un.errors import InvalidValue, NotAllowed, NotFound, NotSignedIn, UnknownName
 from maya_un.process.lease import LeaseHolder
-from maya_un.schema.bodies import LONGEST, PATIENCE
-from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
+from maya_un.schema.people import LONGEST, PATIENCE, LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
 from maya_un.service.access import callers
 from maya_un.service.access.control import AccessControl, require_note
 from maya_un.service.access.operations import LOCAL, RESERVED, Caller, Operation, Role, allowed, require

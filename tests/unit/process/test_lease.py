@@ -11,7 +11,7 @@ import pytest
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog
 from maya_un.process.lease import LINGER, OFFER, ControlLease, LeaseUse
-from maya_un.schema.bodies import PATIENCE
+from maya_un.schema.people import PATIENCE
 from tests.virtual_time import elapse, turn
 
 

@@ -17,7 +17,7 @@ from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, Unreacha
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
-from maya_un.schema.bodies import PATIENCE
+from maya_un.schema.people import PATIENCE
 from maya_un.service.access.control import COUNTED, SINGLY, TOGETHER, Audit
 from maya_un.service.access.operations import LOCAL, OWN, ROS, RULES, Caller, Operation, Role, require_over
 from maya_un.service.service import Gate, Service

@@ -9,7 +9,7 @@ import pytest
 
 from maya_un.errors import InvalidValue, LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed, UnknownName
 from maya_un.process.process import Process
-from maya_un.schema.bodies import LONGEST
+from maya_un.schema.people import LONGEST
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.queueing import QueueService
 from tests.authentication import CallerRegistry, caller_registry, somebody

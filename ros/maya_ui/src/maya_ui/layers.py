@@ -213,7 +213,7 @@ class GoalClient:
         if goal is None:
             return
         if not self.there:
-            self.end(done=False, code="1011", message="floor_gone")
+            self.end(done=False, code="1011", message="layer_gone")
         elif goal.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK:
             self._unheard += 1
             if self._unheard > MOST_UNHEARD:

@@ -58,7 +58,7 @@ def _homed(seen: Seen) -> Reason:
 
 
 def _task(seen: Seen) -> Reason:
-    return link(seen) or ("" if seen.presence.robot else "no_robot_floor") or _homed(seen)
+    return link(seen) or ("" if seen.presence.robot else "no_robot_layer") or _homed(seen)
 
 
 def _recover(seen: Seen) -> Reason:
@@ -75,7 +75,7 @@ def _resume(seen: Seen) -> Reason:
 
 def _queue(seen: Seen) -> Reason:
     if not seen.presence.process:
-        return "no_process_floor" if seen.presence.master else "no_master"
+        return "no_process_layer" if seen.presence.master else "no_master"
     return ""
 
 

@@ -209,11 +209,11 @@ WORDS: dict[str, tuple[str, str]] = {
         "The robot's node runs but has no connection to the machine.",
         "El nodo del robot funciona, pero no tiene conexión con la máquina.",
     ),
-    "no_robot_floor": (
+    "no_robot_layer": (
         "Tasks need robot.launch; it does not run.",
         "Las tareas necesitan robot.launch; no está en marcha.",
     ),
-    "no_process_floor": (
+    "no_process_layer": (
         "The queue needs process.launch; it does not run.",
         "La cola necesita process.launch; no está en marcha.",
     ),
@@ -294,7 +294,7 @@ WORDS: dict[str, tuple[str, str]] = {
         "{count} tareas puestas en la cola como un trabajo. Espera, porque la cola está en pausa.",
     ),
     "no_answer": ("The robot did not answer.", "El robot no respondió."),
-    "floor_gone": (
+    "layer_gone": (
         "The node that carried it out is gone; check the robot's position.",
         "El nodo que lo ejecutaba ya no está; compruebe la posición del robot.",
     ),

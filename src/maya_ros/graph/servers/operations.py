@@ -6,12 +6,10 @@ the call within this process, without a socket.
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Mapping
+import asyncio
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager
-from typing import Any, Protocol
-
-from httpx import ASGITransport, AsyncClient
-from starlette.types import ASGIApp, Receive, Scope, Send
+from typing import TYPE_CHECKING, Any, Protocol
 
 from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Graph, Message
@@ -21,11 +19,14 @@ from maya_un.client.operations import request_of
 from maya_un.client.request import Request
 from maya_un.client.transport import ServiceAddress, encoded, refusal
 from maya_un.errors import InvalidRequest, MayaError
-from maya_un.http.app import create_app
-from maya_un.http.bridge import Bridge
-from maya_un.http.exchange import CALLER
 from maya_un.process.spec.json_object import decode_object
 from maya_un.service.access.operations import Caller
+
+if TYPE_CHECKING:
+    from httpx import AsyncClient
+    from starlette.types import ASGIApp, Receive, Scope, Send
+
+    from maya_un.http.bridge import Bridge
 
 LONGEST = 16_384
 """Longest arguments of a call [characters]: they are parsed in the loop. Longer jobs go over HTTP."""
@@ -46,20 +47,41 @@ class InternalApp:
     """The application of the HTTP interface on `bridge`, for requests of this process. It belongs to one loop."""
 
     def __init__(self, bridge: Bridge) -> None:
-        self._app: ASGIApp = create_app(bridge)
+        self._bridge = bridge
+        self._clients: asyncio.Future[Callable[[Caller], AsyncClient]] | None = None
 
     async def ask(self, request: Request[Any], caller: Caller) -> str:
         """Return the answer as JSON, "" for none; raises the error of the operation."""
-
-        async def with_caller(scope: Scope, receive: Receive, send: Send) -> None:
-            await self._app({**scope, CALLER: caller}, receive, send)
-
+        if self._clients is None:
+            self._clients = asyncio.get_running_loop().run_in_executor(None, _clients_of, self._bridge)
+        client_of = await asyncio.shield(self._clients)
         sent = encoded(request, _HERE, caller.lease)
-        async with AsyncClient(transport=ASGITransport(with_caller, client=_SOURCE), timeout=None) as client:
+        async with client_of(caller) as client:
             answer = await client.request(request.method, sent.url, headers=sent.headers, content=sent.content)
         if answer.is_error:
             raise refusal(answer.content)
         return answer.text
+
+
+def _clients_of(bridge: Bridge) -> Callable[[Caller], AsyncClient]:
+    """Return a function that makes the client of a caller.
+
+    For a thread: the imports take a quarter of a second, which a node does not need to start.
+    """
+    from httpx import ASGITransport, AsyncClient  # noqa: PLC0415
+
+    from maya_un.http.app import create_app  # noqa: PLC0415
+    from maya_un.http.exchange import CALLER  # noqa: PLC0415
+
+    app: ASGIApp = create_app(bridge)
+
+    def client_of(caller: Caller) -> AsyncClient:
+        async def with_caller(scope: Scope, receive: Receive, send: Send) -> None:
+            await app({**scope, CALLER: caller}, receive, send)
+
+        return AsyncClient(transport=ASGITransport(with_caller, client=_SOURCE), timeout=None)
+
+    return client_of
 
 
 class OperationServer:

@@ -11,7 +11,7 @@ from dmc41x3.address import REAL, SIM
 from maya_ros.ros1.configuration import checked, configured
 from maya_ros.ros1.controlling import log_event, offered
 from maya_ros.ros1.node import RosNode, run
-from maya_un.assembly import controller_floor, staffed
+from maya_un.assembly import controller_layer, staffed
 from maya_un.errors import InvalidValue
 
 
@@ -21,7 +21,7 @@ def main() -> int:
 
 
 async def serve(node: RosNode) -> None:
-    """Serve the controller layer of the machine until cancelled; raises as `assembly.controller_floor` does."""
+    """Serve the controller layer of the machine until cancelled; raises as `assembly.controller_layer` does."""
     address = checked(await node.parameter("address", REAL))
     if address == SIM:
         raise InvalidValue(key="address", value=address, reason="with sim_mode:=false it is that of a machine")
@@ -29,7 +29,7 @@ async def serve(node: RosNode) -> None:
     async with configured(node.graph.parameters) as config:
         with staffed(config) as staff:
             staff.own.warm()
-            async with controller_floor(
+            async with controller_layer(
                 config,
                 address,
                 take_over=take_over,

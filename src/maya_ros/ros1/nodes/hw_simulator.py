@@ -15,7 +15,7 @@ from maya_ros.ros1.configuration import checked, configured
 from maya_ros.ros1.controlling import fast_enough, log_event, offered, ros_time
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.twin import parts_on_table, serve_inspection
-from maya_un.assembly import controller_floor, staffed
+from maya_un.assembly import controller_layer, staffed
 from maya_un.errors import SpeedOnRealMachine
 
 
@@ -25,7 +25,7 @@ def main() -> int:
 
 
 async def serve(node: RosNode) -> None:
-    """Serve the controller layer of the twin until cancelled; raises as `assembly.controller_floor` does."""
+    """Serve the controller layer of the twin until cancelled; raises as `assembly.controller_layer` does."""
     address = checked(await node.parameter("address", SIM))
     if address != SIM and node.speed != 1.0:
         raise SpeedOnRealMachine(address=address)
@@ -33,7 +33,7 @@ async def serve(node: RosNode) -> None:
         job, named = str(await node.parameter("table", "")), await node.parameter("parts", {})
         with staffed(config) as staff:
             staff.own.warm()
-            async with controller_floor(
+            async with controller_layer(
                 fast_enough(config, node.speed),
                 address,
                 take_over=await node.flag("take_over"),

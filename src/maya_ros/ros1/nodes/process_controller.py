@@ -16,7 +16,7 @@ from contextlib import asynccontextmanager, suppress
 from dmc41x3.address import REAL, SIM, meant
 from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.clients.robot import GraphRobot
-from maya_ros.graph.distributed import robot_floor_seen
+from maya_ros.graph.distributed import robot_layer_seen
 from maya_ros.graph.servers.operations import InternalApp, OperationServer
 from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.ros1.configuration import awaited
@@ -24,7 +24,7 @@ from maya_ros.ros1.controlling import log_own_event, ros_time
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.rights import graph_rights
 from maya_un import runtime
-from maya_un.assembly import ProcessAssembly, keep_events, process_floor, staffed, storage
+from maya_un.assembly import ProcessAssembly, keep_events, process_layer, staffed, storage
 from maya_un.config import Config, default_path
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import AddressInUse, MayaError
@@ -49,7 +49,7 @@ async def serve(node: RosNode) -> None:
         runtime.claimed(),
         log.kept(people=False),
         await _server(node) as near,
-        robot_floor_seen(node.graph) as missing,
+        robot_layer_seen(node.graph) as missing,
     ):
         config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
         metrics = Metrics()
@@ -100,7 +100,7 @@ async def _layer(
         await controller.connected()
         with staffed(config) as staff:
             staff.own.warm()
-            async with process_floor(
+            async with process_layer(
                 GraphRobot(node.graph, controller, config, speed=node.speed),
                 controller,
                 config,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 
-from maya_ros.graph.distributed import robot_floor
+from maya_ros.graph.distributed import robot_layer
 from maya_ros.graph.permissions import PermittedGraph
 from maya_ros.ros1.configuration import awaited
 from maya_ros.ros1.controlling import ros_time
@@ -30,7 +30,7 @@ async def serve(node: RosNode) -> None:
         staff.own.warm()
         async with rights_of_node(node.speed) as rights:
             graph = PermittedGraph(node.graph, rights.permit)
-            async with robot_floor(graph, config, staff.own, clock=ros_time, speed=node.speed) as controller:
+            async with robot_layer(graph, config, staff.own, clock=ros_time, speed=node.speed) as controller:
                 await controller.connected()
                 await node.say_ready("The robot layer is offered to the graph.")
                 await asyncio.Event().wait()

@@ -7,7 +7,7 @@ from enum import IntEnum, StrEnum
 from typing import NamedTuple
 
 from maya_un.errors import InvalidValue, NotAllowed
-from maya_un.schema.bodies import RoleName
+from maya_un.schema.people import RoleName
 
 
 class Role(IntEnum):

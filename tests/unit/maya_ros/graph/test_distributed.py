@@ -8,7 +8,7 @@ import pytest
 
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.conversions import primitive_to_message
-from maya_ros.graph.distributed import INNER, robot_floor, robot_floor_seen, tasks_handed_on
+from maya_ros.graph.distributed import INNER, robot_layer, robot_layer_seen, tasks_handed_on
 from maya_ros.graph.outcome import error_of, failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
 from maya_ros.graph.table import MAYA_COMMAND, TASK
@@ -66,9 +66,9 @@ async def test_task_without_a_deciding_node_reports_it_gone() -> None:
 async def test_missing_nodes_of_the_robot_layer_are_listed() -> None:
     bus = Bus()
     deciding = bus.node("robot_controller")
-    with robot_floor_seen(bus.node("process_controller")) as missing:
+    with robot_layer_seen(bus.node("process_controller")) as missing:
         assert [error.details["node"] for error in missing()] == ["robot_controller", "primitive_server"]
-        async with robot_floor(deciding, CALM), tasks_handed_on(bus.node("primitive_server")):
+        async with robot_layer(deciding, CALM), tasks_handed_on(bus.node("primitive_server")):
             assert missing() == []
             deciding.close()
             assert [error.details["node"] for error in missing()] == ["robot_controller"]
@@ -100,7 +100,7 @@ async def test_a_cancel_goes_through_and_waits_for_rest() -> None:
 async def test_robot_layer_refuses_until_the_controller_layer_is_there() -> None:
     bus = Bus()
     somebody = bus.node("somebody")
-    async with robot_floor(bus.node("robot_controller"), CALM) as controller:
+    async with robot_layer(bus.node("robot_controller"), CALM) as controller:
         answer = await somebody.call(MAYA_COMMAND.name, HOME, MAYA_COMMAND.type)
         assert isinstance(error_of(answer), NotConnected)
         async with controller_node(bus, homed=True):
@@ -113,7 +113,7 @@ async def test_robot_layer_refuses_until_the_controller_layer_is_there() -> None
 async def test_running_command_is_at_rest_when_the_robot_layer_ends() -> None:
     bus = Bus()
     async with controller_node(bus) as low:
-        async with robot_floor(bus.node("robot_controller"), CALM) as controller:
+        async with robot_layer(bus.node("robot_controller"), CALM) as controller:
             await controller.connected()
             request = asyncio.ensure_future(bus.node("somebody").do(INNER, TASK.type, HOME))
             await elapse(20.0)

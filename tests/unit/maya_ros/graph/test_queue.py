@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from maya_ros.graph.diagnostics import DiagnosticLevel
 from maya_ros.graph.servers.process import GraphQueue, job_of
-from maya_un.assembly import ProcessAssembly, process_floor
+from maya_un.assembly import ProcessAssembly, process_layer
 from maya_un.config import Config
 from maya_un.errors import InvalidJob
 from maya_un.process.spec.tasks import expand
@@ -56,7 +56,7 @@ def test_query_is_not_a_job() -> None:
 @asynccontextmanager
 async def queue_server(controller: FakeController) -> AsyncIterator[tuple[ProcessAssembly, GraphQueue]]:
     robot = MayaRobot(controller, controller.config)
-    async with process_floor(robot, controller, Config()) as layer:
+    async with process_layer(robot, controller, Config()) as layer:
         yield layer, GraphQueue(layer.gate.call, layer.service.queue.view, controller)
 
 
