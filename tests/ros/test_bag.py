@@ -18,6 +18,7 @@ def listened_to_by(ros: Ros, name: str) -> set[str]:
     return {topic for topic, nodes in listeners if any(node.startswith(name) for node in nodes)}
 
 
+@pytest.mark.waits("12 s of homing at twenty times real speed, as rosbag lives in real time")
 @pytest.mark.timeout(240)
 def test_bag_holds_the_published_messages(ros: Ros, tmp_path: Path) -> None:
     ros.launch("maya_robot", "robot.launch")

@@ -9,6 +9,8 @@ from contextlib import asynccontextmanager
 from time import monotonic
 from typing import Any
 
+import pytest
+
 from tests.ros.harness import Ros
 from tests.rosbridge_clients import Web, web
 from tests.system.test_rosbridge_clients import ROSLIBPY, SCRIPTS, agrees, node, output_of
@@ -45,6 +47,7 @@ async def listens(url: str) -> bool:
         return False
 
 
+@pytest.mark.waits("about 16 s of homing, a pick and a place at twenty times real speed, as rospy lives in real time")
 def test_roslib_and_roslibpy_drive_the_real_graph(ros: Ros) -> None:
     url = launched(ros)
     said = output_of(node(), SCRIPTS / "client.mjs", url)
@@ -55,6 +58,7 @@ def test_roslib_and_roslibpy_drive_the_real_graph(ros: Ros) -> None:
     ]
 
 
+@pytest.mark.waits("about 16 s of homing, a pick and a place at twenty times real speed, as rospy lives in real time")
 def test_roslibpy_drives_the_real_graph(ros: Ros) -> None:
     url = launched(ros)
     said = output_of(*ROSLIBPY, url.rpartition(":")[2])

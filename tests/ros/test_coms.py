@@ -14,6 +14,7 @@ from tests.system.test_coms import call, supervisor
 pytestmark = [pytest.mark.system, pytest.mark.timeout(240)]
 
 
+@pytest.mark.waits("5 s of homing at fifty times real speed, as rospy and the broker live in real time")
 def test_a_supervisor_moves_a_robot_behind_a_master(tmp_path: Path, workspace: Workspace) -> None:
     with broker(tmp_path) as one, Ros(tmp_path, workspace) as ros, supervisor(one) as lab:
         environment = {"IP": f"ws://127.0.0.1:{ros.rosbridge_port}", "MAYA_COMS_URL": one.url}

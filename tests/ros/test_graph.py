@@ -207,6 +207,7 @@ def test_the_goals_of_a_client_that_is_gone_are_cancelled(ros: Ros, peer: Peer) 
     assert peer.says("cancelled", before)["of"] == "goal"
 
 
+@pytest.mark.waits("3 s for which `rostopic pub -1` keeps its message, as the tools of ROS do")
 def test_client_that_only_published_a_goal_may_leave(ros: Ros, peer: Peer, driver: Driver) -> None:
     before = mark(peer.said)
     results = driver.subscribe("/peer/move/result", "maya_controller/MoveActionResult")
@@ -275,6 +276,7 @@ def test_a_node_ends_by_rosnode_kill_and_for_another_of_its_name(ros: Ros, drive
     assert "/twin" not in ros.nodes()
 
 
+@pytest.mark.waits("5 s until a node that does not answer counts as one that hangs")
 def test_a_second_of_our_nodes_is_refused_until_the_first_is_dead(ros: Ros, driver: Driver) -> None:
     path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
 

@@ -62,6 +62,7 @@ def works(robot: LaunchedLayers) -> None:
     assert near(robot.twin()["point"][:2], place[:2])
 
 
+@pytest.mark.waits("5 s of homing at fifty times real speed, once for the file, as rospy lives in real time")
 def test_without_its_client_a_task_is_stopped(robot: LaunchedLayers) -> None:
     before = robot.mark()
     client = robot.ros.driver()
@@ -72,6 +73,7 @@ def test_without_its_client_a_task_is_stopped(robot: LaunchedLayers) -> None:
     works(robot)
 
 
+@pytest.mark.waits("up to 5 s until a step is sent again that the bridge refused after a stop")
 def test_death_of_firebase_bridge_stops_its_step_which_is_not_restarted(robot: LaunchedLayers) -> None:
     results = robot.driver.subscribe(STEP_RESULT.name, STEP_RESULT.type)
     before = robot.mark()
@@ -120,6 +122,7 @@ def test_death_of_robot_controller_stops_its_motion(robot: LaunchedLayers) -> No
     assert "robot_controller" not in examined(robot)
 
 
+@pytest.mark.waits("5 s of homing at fifty times real speed, as rospy lives in real time")
 def test_death_of_hw_simulator_ends_commands_with_the_code_and_needs_homing(robot: LaunchedLayers) -> None:
     goal = robot.begun("approach", robot.away())
     robot.kill("/hw_simulator")

@@ -62,6 +62,7 @@ def test_tf_agrees_with_kinematics_on_the_gripper(ros: Ros, driver: Driver, camp
         assert dist(place(driver, stamp), MECHANISM.fk(joints)) < MICROMETRE
 
 
+@pytest.mark.waits("12 s of homing at twenty times real speed, as tf lives in real time")
 def test_tf_before_homing_holds_the_two_trees_that_diagnostics_name(ros: Ros, driver: Driver) -> None:
     ros.launch("maya_controller", "controller.launch")
     states = driver.subscribe("/joint_states", "sensor_msgs/JointState")
@@ -76,6 +77,7 @@ def test_tf_before_homing_holds_the_two_trees_that_diagnostics_name(ros: Ros, dr
     assert len(place(driver, {"secs": 0, "nsecs": 0})) == 3
 
 
+@pytest.mark.waits("12 s of homing at twenty times real speed and about 2 s of motion, as tf lives in real time")
 def test_tf_follows_the_twin_and_turns_as_the_manual_says(ros: Ros, driver: Driver) -> None:
     ros.launch("maya_controller", "controller.launch")
     states = driver.subscribe("/joint_states", "sensor_msgs/JointState")
@@ -118,6 +120,7 @@ def display(ros: Ros) -> Iterator[Display]:
         yield own
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, as tf lives in real time")
 def test_sliders_draw_the_joints_until_the_robot_publishes_them(ros: Ros, driver: Driver, display: Display) -> None:
     ros.launch("maya_controller", "controller.launch", display.environment, gui=True, speed=QUICK)
     robot = driver.subscribe(ROBOT, "sensor_msgs/JointState")

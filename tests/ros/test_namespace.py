@@ -104,6 +104,7 @@ def pair(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iter
         yield pair
 
 
+@pytest.mark.waits("12 s of homing at twenty times real speed, once for the file, as rospy lives in real time")
 def test_names_of_the_first_are_the_manuals_and_those_of_the_second_below(pair: Pair) -> None:
     topics, services, nodes = pair.ros.topics(), pair.ros.services(), pair.ros.nodes()
     for space in ("", "/maya2"):

@@ -89,6 +89,7 @@ async def rosbridge_needs_a_token(robot: LaunchedLayers, token: str) -> None:
         assert (await client.answer("/rosapi/get_param", name="/maya/sim_mode"))["value"] == "true"
 
 
+@pytest.mark.waits("5 s of homing at fifty times real speed, and up to 1 s until the graph looks at its users again")
 def test_graph_with_a_token_acts_for_its_user_until_that_is_revoked(tmp_path: Path, workspace: Workspace) -> None:
     owner, first = owned(tmp_path)
     file = tmp_path / "graph-token"

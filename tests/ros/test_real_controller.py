@@ -66,6 +66,7 @@ def move(box: Box, a: float, b: float = 1.6, c: float = 1.6) -> tuple[int, str]:
     return outcome, result["code"]
 
 
+@pytest.mark.waits("about 20 s of homing: the box's clock hurries, that of the nodes does not")
 def test_without_a_mark_of_homing_the_graph_is_up_and_motion_is_refused(box: Box) -> None:
     launched = box.launch(skip_home=True)
     launched.until("skip_home: error 2106")

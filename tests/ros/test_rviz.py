@@ -50,6 +50,7 @@ def boom(picture: Picture) -> np.ndarray:
     return (light > 90) & (np.abs(share - BOOM / BOOM.max()).max(axis=2) < 0.08)
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, as rviz lives in real time")
 def test_rviz_shows_the_model_and_it_moves_with_the_twin(shown: LaunchedLayers, display: Display) -> None:
     markers = shown.driver.subscribe("/maya_markers", "visualization_msgs/MarkerArray")
     markers.until(lambda array: any(one["ns"] == "workspace" for one in array["markers"]))
@@ -63,6 +64,7 @@ def test_rviz_shows_the_model_and_it_moves_with_the_twin(shown: LaunchedLayers, 
     assert "Exception" not in shown.launched.said
 
 
+@pytest.mark.waits("about 3 s of two picks and two places at sixty times real speed, as rviz lives in real time")
 def test_rviz_lives_when_a_known_part_is_picked_and_placed(shown: LaunchedLayers, display: Display) -> None:
     shown.ready()
     for place, back in ((HERE, THERE), (THERE, HERE)):

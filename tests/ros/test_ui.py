@@ -103,6 +103,7 @@ def choose(dashboard: Screen, command: str, place: list[float]) -> None:
     dashboard.type(**{axis: f"{length * 1e3:g}" for axis, length in zip("xyz", place, strict=True)})
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, as rospy and Qt live in real time")
 def test_home_is_clicked_and_the_robot_is_homed(shown: Screen) -> None:
     shown.wait("banner_text", "press Home first")
     assert "Home first" in shown.wait("jog_x_plus", enabled=False)["tip"]
@@ -127,6 +128,7 @@ def test_unreachable_target_is_refused_with_its_sentence(ready: Screen) -> None:
     ready.ask("speak", language="en")
 
 
+@pytest.mark.waits("about 1.5 s of a pick and a place at sixty times real speed, as rospy and Qt live in real time")
 def test_a_part_is_picked_and_placed_by_the_fields(ready: Screen, driver: Driver) -> None:
     choose(ready, "task_pick", CUBE)
     ready.wait("now", enabled=True)
@@ -141,6 +143,7 @@ def test_a_part_is_picked_and_placed_by_the_fields(ready: Screen, driver: Driver
     assert twin(driver)["parts"]["cube"] == pytest.approx(TRAY, abs=2e-3)
 
 
+@pytest.mark.waits("about 1.5 s of a place and a pick at sixty times real speed, as rospy and Qt live in real time")
 def test_a_list_is_prepared_and_given_to_the_queue_as_one_job(ready: Screen, driver: Driver) -> None:
     choose(ready, "task_place", CUBE)
     ready.click("add")
@@ -248,6 +251,7 @@ def test_keys_move_the_robot_only_with_the_focus(ready: Screen) -> None:
     assert not ready.read("keys")["checked"]
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, for the second key, as the first has stopped a homing")
 @pytest.mark.parametrize("key", ["Escape", "F12"])
 def test_key_stops_any_motion(ready: Screen, key: str) -> None:
     ready.ask("focus", name="field_x")
@@ -259,6 +263,7 @@ def test_key_stops_any_motion(ready: Screen, key: str) -> None:
     assert "stopped" in words(ready)
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, as the test before has stopped one")
 def test_a_dashboard_that_dies_while_it_is_held_stops_the_robot(ready: Screen, ros: Ros, driver: Driver) -> None:
     events = driver.subscribe("/maya_event", "std_msgs/String")
     other = Screen(PYTHON, ros.environment, ros.folder / "other.log", "__name:=another")
@@ -285,6 +290,7 @@ def test_dashboard_with_actionlib_1_12_leaves_without_an_error(tmp_path: Path, w
     assert "Traceback" not in log.read_text(encoding="utf-8")
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, and 2 s until a stop counts as unconfirmed")
 def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnected(
     tmp_path: Path, workspace: Workspace
 ) -> None:

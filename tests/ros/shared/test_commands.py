@@ -23,6 +23,7 @@ def output_of(robot: LaunchedLayers, *words: str) -> str:
     return robot.ros.tool(MAYA, *words)
 
 
+@pytest.mark.waits("5 s of homing at fifty times real speed, once for the folder, as rospy lives in real time")
 def test_the_commands_find_the_robot_and_its_queue(robot: LaunchedLayers) -> None:
     assert json.loads(output_of(robot, "status", "--json"))["state"]["homed"] is True
     x, y, z = robot.away()

@@ -31,6 +31,7 @@ def test_second_node_of_a_name_is_refused_and_the_first_continues(robot: Launche
     robot.until_told("idle", before)
 
 
+@pytest.mark.waits("1 s until a node that does not answer a stop counts as one that hangs")
 def test_a_stop_against_a_node_that_hangs_names_it_and_is_not_lost(robot: LaunchedLayers) -> None:
     before = robot.moving()
     with robot.frozen("/hw_simulator"):

@@ -47,6 +47,7 @@ def stop(robot: LaunchedLayers) -> None:
     robot.driver.publish("/stop_queue", "std_msgs/Empty", {})
 
 
+@pytest.mark.waits("about 6 s until ten random instants, and 5 s of homing after each homing that was stopped")
 @pytest.mark.timeout(1200)
 def test_stop_queue_at_random_instants(robot: LaunchedLayers, campaign: Campaign) -> None:
     for case in range(campaign.size(ci=10, long=100)):
@@ -81,6 +82,7 @@ def _ended(robot: LaunchedLayers, before: int) -> bool:
     return not standing["moving"] and (not words or words[-1] in ENDS)
 
 
+@pytest.mark.waits("5 s of homing at fifty times real speed, after the test before has stopped one")
 def test_waiting_jobs_of_the_queue_end_too(robot: LaunchedLayers) -> None:
     robot.at_speed(SLOW)
     before = robot.mark()
