@@ -62,6 +62,7 @@ def test_a_day_of_a_laboratory(monkeypatch: pytest.MonkeyPatch) -> None:
         assert up.end()[0] == 0
 
 
+@pytest.mark.waits("2 s until the next heartbeat of `maya lease take` learns that the lease is lost")
 def test_the_heartbeat_is_the_command_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     owner = Shell(monkeypatch, None)
     with running(UP) as up:

@@ -136,6 +136,7 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 
+@pytest.mark.waits("about 8 s of two homings and of motion to 27 places at 150 times real speed, through HTTP")
 def test_machine_is_measured_calibrated_and_reaches_its_targets(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

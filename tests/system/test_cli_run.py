@@ -45,6 +45,7 @@ def test_dry_run_shows_everything(capsys: pytest.CaptureFixture[str]) -> None:
     assert [step["duration"] for step in found["steps"][1:]] == pytest.approx(predicted, rel=0.01)
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, which is what is tested")
 def test_scaled_run_ends_at_the_place_of_the_dry_run(capsys: pytest.CaptureFixture[str]) -> None:
     dry = report("run job.yaml --dry-run --seed 3", capsys)
     scaled = report("run job.yaml --speed 100 --seed 3", capsys)
@@ -99,6 +100,7 @@ def test_a_second_signal_does_not_cut_the_stop_short() -> None:
     assert [line.split()[-1] for line in text.splitlines() if line.startswith("cube ")] == ["–"]
 
 
+@pytest.mark.waits("2 s: twice 1 s until an owner that was killed counts as dead")
 def test_homing_is_taken_over_only_with_a_valid_mark(tmp_path: Path) -> None:
     (tmp_path / "job.yaml").write_text("steps: [{gripper: open}]")
     with running("dmc serve --port 0") as twin:
@@ -130,6 +132,7 @@ def test_interrupted_command_stops_the_running_robot() -> None:
         assert up.end()[0] == 0
 
 
+@pytest.mark.waits("about 8 s of homing, a pick and a place at fifty times real speed, through HTTP")
 def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> None:
     with running(f"up --port 0 --speed 50 --table job.yaml {CALM}") as up:
         up.until("Ctrl-C ends")

@@ -69,6 +69,7 @@ def moving(client: Client) -> None:
             return
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, and about 3 s of two picks and two places")
 def test_part_is_picked_and_placed_at_the_target(maya: Client) -> None:
     assert maya.pick(*CUBE).steps[0].state is TaskState.DONE
     assert maya.status().holding
@@ -112,6 +113,7 @@ def test_refusal_is_raised_as_its_error(maya: Client) -> None:
         maya.job(99_999)
 
 
+@pytest.mark.waits("1 s of two motions at sixty times real speed, through HTTP")
 def test_a_job_can_be_followed_to_its_end(maya: Client) -> None:
     seen = [(report.state, [step.state for step in report.steps]) for report in maya.submit(FAR)]
     assert seen[-1] == (TaskState.DONE, [TaskState.DONE, TaskState.DONE])
@@ -237,6 +239,7 @@ def test_second_client_learns_the_driver(maya: Client) -> None:
     assert maya.lease.view().holder == ""
 
 
+@pytest.mark.waits("1 s of three motions at sixty times real speed, through HTTP")
 def test_the_client_that_awaits_does_the_same(maya: Client) -> None:
     async def later() -> tuple[list[TaskState], list[int]]:
         async with AsyncClient(maya.address) as client:
@@ -328,6 +331,7 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv(name, str(tmp_path / name.lower()))
 
 
+@pytest.mark.waits("4 s of homing at sixty times real speed, through HTTP")
 @pytest.mark.usefixtures("own_places")
 def test_after_a_kill_the_same_client_finds_the_new_run_and_a_person_chooses() -> None:
     line = f"up --speed 60 --port 0 {CALM}"

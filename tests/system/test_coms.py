@@ -114,6 +114,7 @@ def coms(broker: Broker, rosbridge: str, *more: str) -> Process:
     return Process(" ".join(["coms", "--port 0", f"--url {broker.url}", f"--rosbridge {rosbridge}", *more]))
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, as the broker lives in real time")
 def test_two_robots_with_one_name_do_not_fight_for_its_session(tmp_path: Path) -> None:
     with broker(tmp_path) as one, robot() as rosbridge:
         first = coms(one, rosbridge, "--connect")
@@ -226,6 +227,7 @@ def test_no_command_reaches_the_robot_of_another_name(tmp_path: Path) -> None:
                 link.kill()
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, as the broker lives in real time")
 def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:
     with broker(tmp_path) as one, robot() as rosbridge:
         link = coms(one, rosbridge)
@@ -253,6 +255,7 @@ def test_a_supervisor_moves_the_robot_over_mqtt(tmp_path: Path) -> None:
             link.kill()
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, as the broker lives in real time")
 def test_a_command_survives_the_death_of_coms_and_runs_once(tmp_path: Path) -> None:
     with broker(tmp_path) as one, robot() as rosbridge:
         link = coms(one, rosbridge, "--connect")

@@ -69,6 +69,7 @@ class Supervisor(coms_chaos.Supervisor):
         disconnect(self._client)
 
 
+@pytest.mark.waits("about 35 s of twenty failures with waits of up to 5 s, as the broker lives in real time")
 def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Path) -> None:
     with broker(tmp_path) as one:
         server = coms_chaos.Server(one.port, one.kill, one.start)

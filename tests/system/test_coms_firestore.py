@@ -29,6 +29,7 @@ STEPS: tuple[dict[str, Any], ...] = (
 )
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, for a library in real time")
 def test_firestores_library_has_the_robot_carry_a_part() -> None:
     with realtime_database() as database, served() as robot:
         database.set_document("robots/MAYA", {"default_command": "approach"})

@@ -92,6 +92,7 @@ def _dates(document: dict[str, Any]) -> set[str]:
     return {document["createTime"], document["updateTime"]}
 
 
+@pytest.mark.waits("about 18 s of twenty failures with waits of up to 5 s, between processes in real time")
 def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Path) -> None:
     with realtime_database() as database:
         database.set_document("robots/MAYA", {})

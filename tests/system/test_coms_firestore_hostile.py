@@ -157,6 +157,7 @@ def firestore_setup(request: pytest.FixtureRequest) -> Iterator[FirestoreSetup]:
         yield one
 
 
+@pytest.mark.waits("about 16 s: the link asks Firestore every 0.5 s, and 33 commands come one after the other")
 def test_each_hostile_command_gets_its_refusal(firestore_setup: FirestoreSetup) -> None:
     coms_hostile.require_each_is_refused(firestore_setup, REFUSED)
 
@@ -193,6 +194,7 @@ def test_nonsense_in_other_documents_disturbs_nothing(nonsense: Any, firestore_s
     firestore_setup.require_well(key)
 
 
+@pytest.mark.waits("3 s: twice the time for which no step may come after a stop")
 def test_a_command_that_was_there_before_a_stop_does_not_begin_after_it(firestore_setup: FirestoreSetup) -> None:
     firestore_setup.clear()
     firestore_setup.send_all({"first": {**NEAR, "args": {**PLACE, "z": 1.0}}})
@@ -204,6 +206,7 @@ def test_a_command_that_was_there_before_a_stop_does_not_begin_after_it(firestor
     firestore_setup.require_well("after the stop")
 
 
+@pytest.mark.waits("3 s: twice the time for which no step may come after a stop")
 @pytest.mark.long  # the Realtime Database has the same test in every run
 @pytest.mark.parametrize("firestore_setup", ["server of the tests"], indirect=True)
 def test_more_commands_at_once_than_may_wait_delay_no_stop(firestore_setup: FirestoreSetup) -> None:

@@ -121,6 +121,7 @@ def there(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[Clou
             yield cloud, first, second
 
 
+@pytest.mark.waits("up to 10 s until the first robot's next heartbeat finds that another has its name")
 def test_no_command_moves_both_robots_and_the_first_gives_way(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, second = there
     first.connect()
@@ -158,6 +159,7 @@ def test_running_step_is_not_begun_by_the_second_robot(there: tuple[Cloud, Robot
     assert second.accepted() == set()
 
 
+@pytest.mark.waits("24 s of homing at ten times real speed, between processes in real time")
 @pytest.mark.long
 def test_link_of_a_robot_reconnects_after_a_crash(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, _ = there
@@ -173,6 +175,7 @@ def test_link_of_a_robot_reconnects_after_a_crash(there: tuple[Cloud, Robot, Rob
     assert first.accepted() == {"before", "meanwhile"}
 
 
+@pytest.mark.waits("up to 10 s until the first robot's next heartbeat finds that another has its name")
 @pytest.mark.long
 def test_a_robot_that_gave_way_takes_the_name_back_at_connect(there: tuple[Cloud, Robot, Robot]) -> None:
     cloud, first, second = there

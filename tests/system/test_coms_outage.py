@@ -116,6 +116,7 @@ async def linked(place: Place, folder: Path) -> None:
                 await running
 
 
+@pytest.mark.waits("3 s for ten minutes at 200 times real speed, and up to 10 s until the link tries again")
 @pytest.mark.parametrize("there", [mqtt, rtdb, firestore])
 def test_commands_survive_ten_minutes_without_a_server(
     there: Callable[[Path], AbstractContextManager[Place]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -60,6 +60,7 @@ def wait(holds: Callable[[], bool]) -> None:
     eventually(holds, "what the test waits for")
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, for a library in real time")
 def test_firebases_library_has_the_robot_carry_a_part() -> None:
     with realtime_database() as database, served() as robot:
         database.set(f"{ROBOT}/document", {"default_command": "approach"})
@@ -89,6 +90,7 @@ def test_firebases_library_has_the_robot_carry_a_part() -> None:
     assert results[1]["states"][-1] == "executing"
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, between processes in real time")
 def test_commands_survive_the_death_of_coms_and_each_has_one_result() -> None:
     with realtime_database(RULES) as database, served() as robot:
         environment = admit(database)

@@ -43,6 +43,7 @@ class Supervisor(coms_chaos.Supervisor):
         return [(path[3], value) for path, value in writes if path[:3] == (*ROBOT, "results")]
 
 
+@pytest.mark.waits("about 18 s of twenty failures with waits of up to 5 s, between processes in real time")
 def test_no_command_is_lost_and_none_runs_twice(campaign: Campaign, tmp_path: Path) -> None:
     with realtime_database(RULES) as database:
         environment = admit(database, "{port}")

@@ -113,5 +113,6 @@ def test_nonsense_in_place_of_all_commands_disturbs_nothing(nonsense: Any, rtdb_
     rtdb_setup.require_well(f"after {type(nonsense).__name__}")
 
 
+@pytest.mark.waits("3 s: twice the time for which no step may come after a stop")
 def test_more_commands_at_once_than_may_wait_delay_no_stop(rtdb_setup: RtdbSetup) -> None:
     coms_hostile.require_no_stop_is_delayed(rtdb_setup)

@@ -41,6 +41,7 @@ def test_a_program_that_runs_is_not_replaced(tmp_path: Path) -> None:
         assert done(f"dmc download {address} {file}")[0] == 0
 
 
+@pytest.mark.waits("1 s in which a twin at real speed is recorded")
 def test_ctrl_c_ends_a_recording_and_keeps_it(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     with running("dmc serve --port 0") as twin:

@@ -66,6 +66,7 @@ def test_the_python_example_ends_with_the_cube_on_the_tray(
     assert f"the cube stands at ({tray.x}, {tray.y}, {tray.z})" in capsys.readouterr().out
 
 
+@pytest.mark.waits("about 7 s of homing, a pick and a place at fifty times real speed, through HTTP")
 @pytest.mark.system
 @pytest.mark.timeout(180)
 def test_the_client_example_ends_with_the_cube_on_the_tray(

@@ -121,6 +121,7 @@ def begun(observer: Observer, step: str, state: Path) -> None:
     observer.until(holds)
 
 
+@pytest.mark.waits("about 13 s of four homings and thirty motions at a hundred times real speed, between processes")
 def test_process_of_thirty_steps_survives_the_death_of_every_program(tmp_path: Path) -> None:
     file = tmp_path / "thirty.json"
     state = tmp_path / "thirty.json.state"
@@ -173,6 +174,7 @@ SHORT = {
 }
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, as the broker lives in real time")
 def test_interrupted_run_continues_and_asks_about_a_failed_step(tmp_path: Path) -> None:
     file = tmp_path / "short.json"
     file.write_text(json.dumps(SHORT))

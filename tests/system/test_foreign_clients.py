@@ -56,6 +56,7 @@ def udp_handles(machine: VirtualDmc) -> int:
     return sum(handle is not None and handle.kind is HandleProtocol.UDP for handle in machine.unit.handles)
 
 
+@pytest.mark.waits("about 4 s of motion of a twin at real speed, for a program that knows no other")
 def test_qcodes_drives_motors_planes_and_the_probe_arm(tmp_path: Path) -> None:
     with served() as twin:
         said = output_of("qcodes_client.py", twin, tmp_path)
@@ -105,6 +106,7 @@ def test_qcodes_drives_motors_planes_and_the_probe_arm(tmp_path: Path) -> None:
     assert by_udp == 0
 
 
+@pytest.mark.waits("about 9 s: the foreign driver waits up to 0.2 s before each command")
 def test_the_observatorys_driver_sets_up_gears_and_moves_axes(tmp_path: Path) -> None:
     with served(4) as twin:
         twin.do(lambda controller: controller.machine.unit.analog.__setitem__(0, 1.25))
@@ -143,6 +145,7 @@ def test_the_observatorys_driver_sets_up_gears_and_moves_axes(tmp_path: Path) ->
     assert refused == []
 
 
+@pytest.mark.waits("about 10 s: the foreign driver waits up to 0.2 s before each command, its agent 1 s twice")
 def test_the_observatorys_agent_runs_its_tasks_and_publishes(tmp_path: Path) -> None:
     with served() as twin:
         said = output_of("socs_agent.py", twin, tmp_path, str(tmp_path))

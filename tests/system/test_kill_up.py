@@ -47,6 +47,7 @@ def require_offer(robot: Running, job: int) -> dict[str, Any] | None:
     return offer
 
 
+@pytest.mark.waits("about 10 s: three kills within 2.5 s each, and steps of 0.5 s of a twin at real speed")
 def test_maya_up_killed_repeatedly_finishes_its_job(
     campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -359,6 +359,7 @@ def delays_text(late: list[float]) -> str:
     return f"median {share(late, 0.5):.4f} s, 99 of 100 within {share(late, 0.99):.4f} s, worst {late[-1]:.4f} s"
 
 
+@pytest.mark.waits("about 10 s: fifty people pause for up to 1.5 s after each of twelve requests, at real speed")
 def test_fifty_people_race_over_http(campaign: Campaign) -> None:
     """At the gate 50 ms are asked for, and of a machine with nothing else to do over HTTP too, one in a hundred aside.
 

@@ -91,6 +91,7 @@ async def nothing(lab: Supervisor) -> None:
     del lab
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, as the broker lives in real time")
 def test_a_supervisor_commands_its_robot_over_tls_and_no_other(folder: Path) -> None:
     with ruled(folder) as one, robot() as rosbridge:
         link = Process(f"coms --port 0 --connect --rosbridge {rosbridge}", env=surroundings(one, folder, "MAYA"))
@@ -145,6 +146,7 @@ def test_a_stranger_is_refused_and_no_secret_is_shown(folder: Path) -> None:
             run_story(nothing, surroundings(one, folder, "anna", MAYA_COMS_CA=str(folder / "none.crt")))
 
 
+@pytest.mark.waits("10 s until the MQTT library gives up a connection that the broker has refused")
 def test_client_certificate_is_requested(folder: Path) -> None:
     with ruled(folder, "require_certificate true") as one:
         anna = surroundings(one, folder, "anna")
@@ -154,6 +156,7 @@ def test_client_certificate_is_requested(folder: Path) -> None:
         run_story(nothing, anna | certificate)
 
 
+@pytest.mark.waits("1 s in which the step of a robot that is not there gets no answer")
 def test_a_refused_step_raises_and_the_next_one_is_sent(folder: Path) -> None:
     async def story(lab: Supervisor) -> None:
         with pytest.raises(BrokerRefused):

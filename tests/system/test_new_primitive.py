@@ -80,6 +80,7 @@ def python(program: str, tree: Path, environment: dict[str, str]) -> str:
     return ended.stdout
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, once for the file, through HTTP")
 @pytest.mark.usefixtures("rosbridge")
 def test_command_line_has_it(environment: dict[str, str]) -> None:
     code, said = done("tap --help", env=environment)

@@ -151,6 +151,7 @@ def cube(service: str) -> list[float]:
     return found
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, for Node-RED in real time")
 def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path) -> None:
     (tmp_path / "red").mkdir()
     with broker(tmp_path) as one, observing(one) as observer, running(TABLE) as up:
@@ -172,6 +173,7 @@ def test_node_red_connects_uploads_a_process_and_sees_its_results(tmp_path: Path
         assert {id_: dates for id_, dates in observer.executions().items() if len(dates) != 1} == {}
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, for Node-RED in real time")
 def test_node_red_carries_out_a_process_over_a_database_with_rules(tmp_path: Path) -> None:
     with realtime_database(RULES) as database, running(TABLE) as up:
         service, rosbridge = url_in(up.until("Service:")), url_in(up.until("ws://"))

@@ -13,6 +13,7 @@ from tests.conventions.source import ROOT
 NOTEBOOKS = sorted((ROOT / "docs").rglob("*.ipynb"))
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed at least, as a kernel of Jupyter lives in real time")
 @pytest.mark.system
 @pytest.mark.timeout(300)
 def test_notebooks_show_their_stored_output() -> None:

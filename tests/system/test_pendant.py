@@ -54,6 +54,7 @@ def idle_at(name: str, wanted: float, slack: float = 0.15) -> Callable[[str], bo
     return lambda picture: "idle" in picture and abs(value(picture, name) - wanted) < slack
 
 
+@pytest.mark.waits("5 s of homing at fifty times real speed and 1 s of motion, for a real screen")
 def test_keys_move_by_the_step_that_was_chosen(pendant: Pane) -> None:
     x = value(pendant.picture(), "x")
     pendant.press("X")

@@ -322,6 +322,7 @@ async def at_rest(stack: Stack) -> None:
             return
 
 
+@pytest.mark.waits("1 s until a connection looks at its token again")
 def test_rosbridge_connection_closes_when_its_token_expires(robot: SharedRobot) -> None:
     token = newcomer(robot, "guest", "operator")
 

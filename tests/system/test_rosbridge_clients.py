@@ -95,6 +95,7 @@ def output_of(*command: object) -> dict[str, Any]:
     return said
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, for a library in real time")
 @pytest.mark.parametrize("way", ["roslibpy header", "roslibpy auth", "roslib auth"])
 def test_client_libraries_sign_in_with_a_token(way: str) -> None:
     library, how = way.split()
@@ -139,6 +140,7 @@ def agrees(said: dict[str, Any]) -> None:
     assert said["cancelled"]["code"] == "2202"
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, for a library in real time")
 def test_roslibpy_asks_talks_serves_and_moves_a_part() -> None:
     if not ROSLIBPY[0].exists():
         pytest.fail("there is no .venv-clients: `./test` sets it up")
@@ -153,6 +155,7 @@ def test_roslibpy_asks_talks_serves_and_moves_a_part() -> None:
     assert stands_on_the_tray(cube)
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, for a library in real time")
 def test_roslib_asks_talks_serves_acts_and_moves_a_part() -> None:
     if not (SCRIPTS / "node_modules").exists():
         pytest.fail(f"there is no {SCRIPTS / 'node_modules'}: `./test` sets it up")
@@ -195,6 +198,7 @@ def test_the_libraries_of_compressions_are_loaded_by_the_first_client_that_needs
         asyncio.run(story())
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, and up to 1 s until a library connects again")
 @pytest.mark.parametrize(
     "command",
     [
@@ -267,6 +271,7 @@ def block(kind: str) -> str:
     return found[1]
 
 
+@pytest.mark.waits("about 3 s of homing, a pick and a place at a hundred times real speed, for a library in real time")
 def test_the_script_of_the_page_moves_a_part(tmp_path: Path) -> None:
     with served() as one:
         script = tmp_path / "script.py"
@@ -287,6 +292,7 @@ def test_the_script_of_the_page_moves_a_part(tmp_path: Path) -> None:
     assert stands_on_the_tray(cube)
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, for a page in real time")
 def test_the_page_shows_the_robot_and_its_buttons_work() -> None:
     found = re.search(r'<script type="module">(.*?)</script>', block("html"), re.DOTALL)
     assert found is not None

@@ -34,11 +34,13 @@ def assert_same(one: dict[str, Any], other: dict[str, Any]) -> None:
         assert first["end_counts"] == pytest.approx(second["end_counts"], abs=SETTLED)
 
 
+@pytest.mark.waits("about 7 s and 19 s of two whole jobs at fifty times real speed, which is what is tested")
 @pytest.mark.parametrize("path", [PICK, SORT], ids=lambda path: path.stem)
 def test_scaled_is_as_dry(path: Path) -> None:
     assert_same(report(f"{path} --dry-run --seed 7"), report(f"{path} --speed 50 --seed 7"))
 
 
+@pytest.mark.waits("about 350 s of a whole job in real time, which is what is tested")
 @pytest.mark.long
 @pytest.mark.timeout(900)
 def test_real_time_over_tcp_is_as_dry() -> None:

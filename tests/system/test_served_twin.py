@@ -179,6 +179,7 @@ def _following(path: Path) -> Iterator[Iterator[dict[str, Any]]]:
             tail.kill()
 
 
+@pytest.mark.waits("about 4 s until a line of a twin at real speed comes to its end")
 def test_record_is_read_while_the_twin_runs_and_is_whole_after_a_kill(tmp_path: Path) -> None:
     record = tmp_path / "mechanics.jsonl"
     with running(f"dmc serve --port 0 --seed 3 --record {record}") as process:

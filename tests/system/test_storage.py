@@ -71,6 +71,7 @@ def paused_at_rest(robot: Running) -> Any:
     return robot.ask("GET", "/v1/queue")[1]
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, between processes in real time")
 @pytest.mark.parametrize("kind", kinds())
 def test_on_a_full_disk_the_step_under_way_ends_and_none_begins(state: Path, kind: str) -> None:
     with disk(kind, state) as place:
@@ -191,6 +192,7 @@ def test_a_damaged_file_is_refused_and_left_as_it_is(state: Path) -> None:
     assert "error 5008" in refused()[1]
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, between processes in real time")
 @pytest.mark.parametrize("what", ["moved", "cut short"])
 def test_file_lost_in_use_is_reported_and_nothing_more_begins(state: Path, what: str) -> None:
     with up(TWIN) as robot:

@@ -61,6 +61,7 @@ async def presence(lab: Supervisor, name: str, state: str) -> None:
             return
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed and 1 s of a pick, over a real broker")
 def test_a_step_returns_its_result_or_raises_its_error(broker_setup: BrokerSetup) -> None:
     async def story() -> None:
         async with Supervisor(broker_setup.broker.url) as lab:
@@ -98,6 +99,7 @@ def test_the_presence_of_a_robot_that_dies_is_broken(broker_setup: BrokerSetup) 
         link.kill()
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, as the broker lives in real time")
 def test_a_step_for_a_robot_that_the_broker_never_knew_waits_for_it(broker_setup: BrokerSetup, tmp_path: Path) -> None:
     async def story() -> None:
         with broker(tmp_path) as one:
@@ -113,6 +115,7 @@ def test_a_step_for_a_robot_that_the_broker_never_knew_waits_for_it(broker_setup
     run_story(story)
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, as the broker lives in real time")
 def test_a_step_survives_a_broker_that_forgets_everything(broker_setup: BrokerSetup, tmp_path: Path) -> None:
     async def story() -> None:
         with broker(tmp_path, "persistence false") as one:

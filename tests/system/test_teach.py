@@ -60,6 +60,7 @@ def driven_to(say: Say, x: float, y: float, name: str | None = None) -> None:
         assert json_of(say, f"teach {name}")["point"] == pytest.approx([x, y, 0.4], abs=1e-3)
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed and about 4 s of motion, through HTTP")
 def test_places_are_taught_and_a_job_finds_them(say: Say) -> None:
     assert say("teach above").startswith("Taught above: ")
     driven_to(say, 0.5, 1.1, "shelf")
@@ -77,6 +78,7 @@ def test_places_are_taught_and_a_job_finds_them(say: Say) -> None:
     assert "rows 1 to 2 and columns 1 to 2" in say("approach tray[3,1]", 2)
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, through HTTP")
 def test_poses_taught_to_one_robot_are_known_to_the_next(say: Say) -> None:
     say("teach above")
     book = Path(os.environ["XDG_CONFIG_HOME"]) / "maya" / "poses.toml"
@@ -87,6 +89,7 @@ def test_poses_taught_to_one_robot_are_known_to_the_next(say: Say) -> None:
     assert "error 4003: There is no 'above'. Choose one of: ledge." in say("run next.yaml --dry-run", 2)
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, through HTTP")
 def test_a_pallet_is_taught_by_driving_to_its_corners(say: Say, monkeypatch: pytest.MonkeyPatch) -> None:
     driven_to(say, 0.47, 1.1, "right")
     driven_to(say, 0.23, 1.1)

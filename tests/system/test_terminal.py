@@ -136,6 +136,7 @@ def test_keys_clear_the_line_and_hide_the_axes(terminal: Pane) -> None:
     terminal.until("velocity")
 
 
+@pytest.mark.waits("1 s in which a program of a twin at real speed prints fifty lines")
 def test_messages_of_programs_do_not_tear_the_line(terminal: Pane, tmp_path: Path) -> None:
     lines = ["#TALK", "n=0", "#L", 'MG "line",n', "n=n+1", "WT 20", "JP #L,n<50", "EN"]
     (tmp_path / "talk.dmc").write_text("\n".join(lines) + "\n", encoding="ascii")

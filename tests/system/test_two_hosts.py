@@ -41,6 +41,7 @@ def at_rest(twin: Twin) -> tuple[float, ...]:
     return tuple(twin.mechanics.true_joints())
 
 
+@pytest.mark.waits("1 s until an owner that was killed counts as dead, by the clock of a twin at real speed")
 def test_second_maya_up_is_refused_and_the_watchdog_of_the_first_works(tmp_path: Path) -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
@@ -78,6 +79,7 @@ def test_a_second_host_cannot_move_the_gripper(tmp_path: Path) -> None:
             assert (wire.numbers("_OP0"), twin.mechanics.record.gripper_closed) == before
 
 
+@pytest.mark.waits("about 20 s of a motion of a twin at real speed, which several processes share")
 def test_refused_maya_run_leaves_the_running_job_and_its_watchdog_alone(tmp_path: Path) -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)
@@ -124,6 +126,7 @@ def test_reading_tool_is_never_refused_and_writes_nothing(tool: str, tmp_path: P
         assert written(wire) == before
 
 
+@pytest.mark.waits("about 20 s of motion of a twin at real speed, which several processes share")
 def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
         mark(twin, wire)

@@ -253,6 +253,7 @@ def pass_time(seconds: float) -> None:
     select.select([], [], [], seconds)
 
 
+@pytest.mark.waits("about 3 s: two kills within 1.5 s each, and 1 s until a killed owner counts as dead")
 @pytest.mark.system
 @pytest.mark.parametrize("race", range(RACES))
 def test_two_hosts_that_are_killed_at_random_never_own_the_controller_together(campaign: Campaign, race: int) -> None:

@@ -108,6 +108,7 @@ def test_running_job_waits_for_a_person_and_waiting_jobs_stay(job: str) -> None:
         assert ask("GET /v1/status")[1]["state"]["mode"] == "not_homed"
 
 
+@pytest.mark.waits("2.4 s of homing at a hundred times real speed, between processes in real time")
 @pytest.mark.parametrize("how", ["maya up --on-exit finish", "maya down --finish"])
 def test_running_step_is_finished_on_request(how: str, job: str) -> None:
     option = " --on-exit finish" if "exit" in how else ""

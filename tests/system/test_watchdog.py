@@ -101,6 +101,7 @@ def test_axes_brake_on_their_path_when_the_host_is_gone(death: signal.Signals) -
                 assert not twin.mechanics.record.drops
 
 
+@pytest.mark.waits("1.5 s: 0.5 s until the guard stops the axes, and 1 s until the killed owner counts as dead")
 @pytest.mark.system
 def test_pause_of_a_dead_host_does_not_resume_under_another() -> None:
     with served(seed=5) as (twin, address), Wire(address) as wire:
