@@ -31,6 +31,7 @@ def test_third(): pass
 """
 
 
+@pytest.mark.waits("2 s or 4 s until the last limits of one test or two tests are over")
 @pytest.mark.parametrize("workers", ["-n0", "-n1"])
 def test_that_never_ends_is_ended_and_named(workers: str, tmp_path: Path) -> None:
     (tmp_path / "test_stubborn.py").write_text(STUBBORN)

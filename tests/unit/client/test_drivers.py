@@ -147,6 +147,7 @@ class Leasing:
                 return STOPPING
 
 
+@pytest.mark.waits("1 s until a lease of 1.5 s is renewed twice, by a thread in real time")
 def test_inside_the_block_the_lease_is_shown_and_renewed_and_given_back_at_its_end() -> None:
     leasing = Leasing(99)
     with service(leasing) as stand, Client(stand.url) as client:
@@ -164,6 +165,7 @@ def test_inside_the_block_the_lease_is_shown_and_renewed_and_given_back_at_its_e
     assert given_back.headers["maya-lease"] == "lease 1"
 
 
+@pytest.mark.waits("1 s until a lease of 1.5 s is renewed twice, by a thread in real time")
 def test_lost_lease_is_raised_by_the_next_request() -> None:
     leasing = Leasing(1)
     with (
@@ -212,6 +214,7 @@ def test_block_does_not_begin_when_another_holds_the_lease() -> None:
         pytest.fail("the block ran")
 
 
+@pytest.mark.waits("1.5 s until a lease of 1.5 s is renewed three times, over a real socket")
 def test_a_task_keeps_the_lease_of_a_client_that_awaits() -> None:
     leasing = Leasing(2)
 

@@ -81,6 +81,7 @@ def test_events_continue_after_the_last_one_when_the_connection_breaks() -> None
         assert run(later(url)) == [11, 12, 13, 14, 15, 16]
 
 
+@pytest.mark.waits("2 s: two clients give a stream 1 s each to close")
 def test_a_stream_that_is_left_in_the_middle_leaves_nothing_open() -> None:
     async def later(url: str) -> State:
         async with AsyncClient(url) as client:
@@ -164,6 +165,7 @@ def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+@pytest.mark.waits("2 s: two clients give a stream 1 s each to close")
 def test_self_signed_certificate_is_trusted_when_named(certificate: Path) -> None:
     secret = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     secret.load_cert_chain(certificate)

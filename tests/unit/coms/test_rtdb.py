@@ -355,6 +355,7 @@ def test_a_stream_that_falls_silent_ends(database: RealtimeDatabase) -> None:
     run_story(story, Rtdb(database.url, silence=0.5))
 
 
+@pytest.mark.waits("1.5 s: three times the silence after which a real socket counts as dead")
 def test_keep_alives_keep_a_stream(database: RealtimeDatabase) -> None:
     database.rest.keep_alive = 0.05
 

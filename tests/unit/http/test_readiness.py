@@ -79,6 +79,7 @@ async def test_a_probe_reads_it_from_the_status() -> None:
     assert (bad.status_code, bad.json()["reasons"][0]["code"]) == (503, 1010)
 
 
+@pytest.mark.waits("1 s until a thread whose loop hangs counts as not ready")
 def test_process_lives_and_is_not_ready_while_the_loop_of_the_robot_hangs() -> None:
     loop, hanging = asyncio.new_event_loop(), threading.Event()
     loop.call_soon(hanging.wait)

@@ -247,6 +247,7 @@ def test_a_small_frame_does_not_wait_for_the_acknowledgement_of_the_one_before()
         assert listener.proto == socket.IPPROTO_TCP
 
 
+@pytest.mark.waits("1 s in which a hundred messages beyond the allowance are answered, over a real socket")
 def test_a_flood_of_messages_is_answered_in_order_and_not_faster_than_the_robot_can_bear() -> None:
     async def story(_: Watched, client: Client) -> None:
         began = asyncio.get_running_loop().time()
@@ -363,6 +364,7 @@ def test_a_client_may_become_another_by_a_token() -> None:
     run(main())
 
 
+@pytest.mark.waits("1 s until a connection looks at its token again, over a real socket")
 def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
     async def main() -> None:
         watched = Watched()
@@ -402,6 +404,7 @@ def test_stream_of_a_demoted_user_goes_on_with_the_lower_role() -> None:
     run(main())
 
 
+@pytest.mark.waits("1 s by which requests for the past beyond the allowance are delayed, over a real socket")
 def test_repeated_requests_for_the_past_are_throttled() -> None:
     async def main() -> float:
         loop = asyncio.get_running_loop()

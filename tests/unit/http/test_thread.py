@@ -75,6 +75,7 @@ def test_invalid_http_is_answered_with_a_code(request_: bytes) -> None:
     assert json.loads(body)["code"] == 4005
 
 
+@pytest.mark.waits("1 s that a server gives a request that is half sent, over a real socket")
 def test_an_end_with_requests_half_sent_is_quiet(capfd: pytest.CaptureFixture[str]) -> None:
     async def main() -> None:
         loop = asyncio.get_running_loop()

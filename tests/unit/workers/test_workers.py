@@ -116,6 +116,7 @@ def test_a_closed_worker_refuses_and_leaves_no_process() -> None:
     run(main())
 
 
+@pytest.mark.waits("2 s of patience with a process that hangs")
 @pytest.mark.parametrize("size", [1, 4_000_000])
 def test_worker_that_hangs_is_replaced_and_its_request_refused(size: int) -> None:
     """A stopped process computes nothing, so that no limit of its computing ends it; a long request fills its pipe."""
@@ -134,6 +135,7 @@ def test_worker_that_hangs_is_replaced_and_its_request_refused(size: int) -> Non
     run(main())
 
 
+@pytest.mark.waits("2 s of patience with a process that hangs")
 def test_worker_that_hangs_delays_others_and_refuses_none_of_them() -> None:
     async def main() -> None:
         with working(ComputeLimits(patience=2.0)) as workers:

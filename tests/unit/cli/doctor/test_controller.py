@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 
+import pytest
+
 from dmc41x3.driver import Driver
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import TcpTransport
@@ -108,6 +110,7 @@ def test_silent_or_other_device_is_reported() -> None:
         assert findings(twin.address).keys() == {"controller_wrong"}
 
 
+@pytest.mark.waits("2.75 s: each of eleven looks observes a controller's clock in real time for 0.25 s")
 def test_its_handle_is_given_back() -> None:
     with served() as twin:
         findings(twin.address)

@@ -86,6 +86,7 @@ def test_a_controller_without_differences_is_0(
     assert capsys.readouterr().out.startswith("2 answers are right, 0 differ. 2 checks were skipped")
 
 
+@pytest.mark.waits("3 s with --bench: what does not come is awaited for 1 s each time, on a real socket")
 @pytest.mark.parametrize(("options", "asked"), [([], 2), (["--moves"], 3), (["--bench"], 4)])
 def test_no_more_than_allowed_is_sent(
     run: Run, table: list[Vector], options: list[str], asked: int, capsys: pytest.CaptureFixture[str]
@@ -97,6 +98,7 @@ def test_no_more_than_allowed_is_sent(
     assert sum(report["left_out"].values()) == 4 - asked
 
 
+@pytest.mark.waits("2 s: twice, an answer that does not come is awaited for 1 s, on a real socket")
 def test_difference_exits_with_1_and_shows_its_source(
     run: Run, table: list[Vector], capsys: pytest.CaptureFixture[str]
 ) -> None:
