@@ -25,6 +25,7 @@ LONG_TIMEOUT = 1200.0
 LONG = os.environ.get("MAYA_TEST_LONG", "") not in {"", "0"}
 LEDGER = pytest.StashKey[Ledger]()
 SEED = pytest.StashKey[int]()
+WAITING = pytest.StashKey[dict[str, str]]()
 
 Test = Callable[..., Coroutine[Any, Any, None]]
 
@@ -59,6 +60,7 @@ def pytest_configure(config: pytest.Config) -> None:
     seed = _seed()
     config.stash[SEED] = seed
     config.stash[LEDGER] = Ledger()
+    config.stash[WAITING] = {}
     if LONG and config.getoption("timeout", None) is None:
         config.option.timeout = LONG_TIMEOUT
     if config.getoption("hypothesis_seed", None) is None:
@@ -81,7 +83,11 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Say sizes and seed again, with the campaigns that ran."""
+    """Say sizes and seed again, with the campaigns that ran; with `-m waits --collect-only`, list the reasons first."""
+    if config.option.collectonly and "waits" in config.option.markexpr:
+        terminalreporter.section("real time that tests wait for")
+        for test, reason in config.stash[WAITING].items():
+            terminalreporter.line(f"{test}: {reason}")
     terminalreporter.section("campaigns")
     for name, size in config.stash[LEDGER].sizes.items():
         terminalreporter.line(f"{size:>7}  {name}")
@@ -121,6 +127,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         from tests.scheduling import in_order
 
         items[:] = in_order(items)
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Note what the selected tests wait for; cases of one test wait for the same."""
+    marks = {item.nodeid.partition("[")[0]: item.get_closest_marker("waits") for item in session.items}
+    session.config.stash[WAITING] = {test: " ".join(mark.args) for test, mark in marks.items() if mark is not None}
 
 
 @pytest.hookimpl(optionalhook=True)
