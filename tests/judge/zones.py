@@ -15,9 +15,10 @@ import numpy as np
 
 from tests.judge.mechanism import Floats, Frame, from_cylinder, places
 
-_POINTS = (3, 9, 17)
-"""Numbers of points of a segment that are looked at, the next where those before leave a doubt."""
+_COARSE = (3, 9)
+"""Numbers of points of a segment to look at first; most segments are far off."""
 
+_POINTS = 17
 _ROUNDS = 32
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 
@@ -106,16 +107,23 @@ def clearances(frame: Frame, zone: Solid, joints: Floats, near: float = 0.0) -> 
 def _closest(zone: Solid, start: Floats, end: Floats, near: float) -> Floats:
     lengths = np.sqrt(((end - start) ** 2).sum(axis=1))
     found, doubt = np.empty(len(start)), np.arange(len(start))
-    for count in _POINTS:
-        shares = np.linspace(0.0, 1.0, count)
-        points = start[doubt] + shares[:, None, None] * (end - start)[doubt]
+
+    def look(count: int) -> Floats:
+        """Return the distances of so many points of each doubtful segment; forget those that are certainly far off."""
+        nonlocal doubt
+        points = start[doubt] + np.linspace(0.0, 1.0, count)[:, None, None] * (end - start)[doubt]
         seen = zone.distance(points.reshape(-1, 3)).reshape(count, -1)
-        least, at = seen.min(axis=0), seen.argmin(axis=0)
-        found[doubt] = least - 0.5 * lengths[doubt] / (count - 1)  # a point of the segment may be so much nearer
+        found[doubt] = seen.min(axis=0) - 0.5 * lengths[doubt] / (count - 1)  # a point between may be so much nearer
         close = found[doubt] < near
-        doubt, least, at = doubt[close], least[close], at[close]
-    low, high = shares[np.maximum(at - 1, 0)], shares[np.minimum(at + 1, count - 1)]
-    found[doubt] = np.minimum(least, _narrowed(zone, start[doubt], end[doubt], low, high))
+        doubt = doubt[close]
+        return seen[:, close]
+
+    for count in _COARSE:
+        look(count)
+    seen = look(_POINTS)
+    shares, at = np.linspace(0.0, 1.0, _POINTS), seen.argmin(axis=0)
+    low, high = shares[np.maximum(at - 1, 0)], shares[np.minimum(at + 1, _POINTS - 1)]
+    found[doubt] = np.minimum(seen.min(axis=0), _narrowed(zone, start[doubt], end[doubt], low, high))
     return found
 
 

@@ -251,7 +251,7 @@ class Execution:
         found = state_builder.cause(record, self._monitor.order, run.members)
         if found is not None:
             raise found
-        astray = self._monitor.reckoning.astray(run.places, self._monitor.standing())
+        astray = self._monitor.reckoning.astray(run.move.polyline, self._monitor.standing())
         if astray is not None:
             self._monitor.displace(astray)
             raise astray

@@ -284,7 +284,7 @@ class FaultMonitor:
             return found
         strange: MachineError | None = state_builder.foreign(record, monitor.order)
         if strange is None and run is not None:
-            strange = monitor.reckoning.astray(run.places, monitor.standing())
+            strange = monitor.reckoning.astray(run.move.polyline, monitor.standing())
         if strange is not None:
             monitor.displace(strange)
         return strange

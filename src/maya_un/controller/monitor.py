@@ -45,8 +45,9 @@ from maya_un.errors import (
     PositionChanged,
 )
 from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, PhaseBegun
-from maya_un.kinematics.mechanism import Floats, Mechanism
+from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
+from maya_un.motion.polyline import Polyline
 from maya_un.values import AXES, Joints, Mode, Progress, State
 
 _SLACK = 0.035
@@ -253,23 +254,13 @@ class PositionReckoner:
         way = abs(counts) / self._units.per_unit[axis]
         return f"{way * 57.29577951308232:.2f} deg" if axis == 0 else f"{way * 1000.0:.2f} mm"
 
-    def astray(self, places: Floats, here: Counts) -> PositionChanged | None:
-        """Return the error for a reference `here` that is not on the path through `places` (n, 3) [counts]."""
-        away = _off(places, np.asarray(here, dtype=np.float64))
+    def astray(self, path: Polyline, here: Counts) -> PositionChanged | None:
+        """Return the error for a reference `here` that is not on `path` [counts]."""
+        away = path.nearest(np.asarray(here, dtype=np.float64)).away
         for i, counts in enumerate(away.tolist()):
             if abs(counts) > max(SETTLED, self._config.axes[i].error_limit_counts // _ON_PATH):
                 return self.changed(i, counts)
         return None
-
-
-def _off(places: Floats, here: Floats) -> Floats:
-    """Return the distance of `here` from the nearest point of the chords through `places`, by axis [counts]."""
-    starts, ways = places[:-1], np.diff(places, axis=0)
-    lengths = np.einsum("ij,ij->i", ways, ways)
-    shares = np.einsum("ij,ij->i", here - starts, ways) / np.where(lengths > 0.0, lengths, 1.0)
-    away = here - (starts + np.clip(shares, 0.0, 1.0)[:, np.newaxis] * ways)
-    nearest = int(np.einsum("ij,ij->i", away, away).argmin())
-    return away[nearest]
 
 
 OFF_SWITCH = (0.002, 0.001, 0.001)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf
 from typing import Protocol
 
@@ -144,11 +143,6 @@ class MotionRun:
         self._passed = 0
         if factor != 1.0:
             self._drive(0.0, factor)
-
-    @cached_property
-    def places(self) -> Floats:
-        """The path: positions of the axes at its start and at the end of every segment, of shape (n, 3) [counts]."""
-        return np.array(self.move.places, dtype=np.float64)
 
     @property
     def end(self) -> float:

@@ -20,6 +20,7 @@ from maya_un.controller import monitor, registers, state_builder
 from maya_un.controller.monitor import PositionReckoner
 from maya_un.controller.registers import Torque
 from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
+from maya_un.motion.polyline import Polyline
 from maya_un.values import AXES
 
 Pause = Callable[[float], Awaitable[None]]
@@ -170,13 +171,14 @@ class Seeker:
             if before.at(axis, ahead):
                 raise self.contradiction(axis, ahead, "it reads active where the axis cannot be at that end")
         end = self._clock() + await self._begin(counts, speed)
+        path = _path(before, counts)
         halted = False
         while True:
             await self._pause(min(self._clock() + poll, max(end, self._clock() + 0.005)))
             look = await self.look()
             await self._require_ours(look)
             await self._examine(before, look, counts)
-            self._require_on_way(before, look, counts)
+            self._require_on_way(path, before, look, counts)
             if not look.moving:
                 await self._ended(look, counts, halted=halted)
                 self._known = look.reference
@@ -226,13 +228,14 @@ class Seeker:
             await self.settle()
             raise foreign
 
-    def _require_on_way(self, before: AxesReading, look: AxesReading, counts: Mapping[int, int]) -> None:
+    def _require_on_way(
+        self, path: Polyline, before: AxesReading, look: AxesReading, counts: Mapping[int, int]
+    ) -> None:
         """Raise `PositionChanged` if the reference leaves the path of the step; other axes must not change."""
         for axis in set(range(3)) - counts.keys():
             if look.reference[axis] != before.reference[axis]:
                 raise self._reckoning.changed(axis, look.reference[axis] - before.reference[axis])
-        ends = [here + counts.get(axis, 0) for axis, here in enumerate(before.reference)]
-        astray = self._reckoning.astray(np.array([before.reference, ends], dtype=np.float64), look.reference)
+        astray = self._reckoning.astray(path, look.reference)
         if astray is not None:
             raise astray
 
@@ -312,6 +315,12 @@ class Seeker:
             if axis == stall.axis:
                 return self.contradiction(axis, side, "it reads active, yet the axis stands against its other end")
         return HomingStalled(axis=AXES[stall.axis], reason=reason)
+
+
+def _path(before: AxesReading, counts: Mapping[int, int]) -> Polyline:
+    """Return the path of a step: from a reading by `counts` of some axes (0 to 2) [counts]."""
+    ends = [here + counts.get(axis, 0) for axis, here in enumerate(before.reference)]
+    return Polyline(np.array([before.reference, ends], dtype=np.float64))
 
 
 def _limit(error: MayaError) -> bool:

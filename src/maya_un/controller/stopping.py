@@ -70,7 +70,7 @@ class MotionStopper:
         monitor = self._monitor
         if monitor.run is None or state_builder.grave(record, monitor.order) is not None:
             return
-        astray = monitor.reckoning.astray(monitor.run.places, monitor.standing())
+        astray = monitor.reckoning.astray(monitor.run.move.polyline, monitor.standing())
         if astray is not None:
             monitor.displace(astray)
 

@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from maya_un.config import Units
 from maya_un.kinematics import Floats, Mechanism
 from maya_un.motion.path import BezierPieces, Path, Space, boom_angles, to_joints
+from maya_un.motion.polyline import Polyline
 from maya_un.motion.profile import Limits, SpeedProfile
 from maya_un.values import Joints
 
@@ -329,6 +330,11 @@ class CoordinatedMove:
         return (self.start, *((a, b, c) for a, b, c in (ways + np.array(self.start)).tolist()))
 
     @cached_property
+    def polyline(self) -> Polyline:
+        """The path as chords between `places` [counts]."""
+        return Polyline(np.array(self.places, dtype=np.float64))
+
+    @cached_property
     def ways(self) -> tuple[float, ...]:
         """The way along the path at every segment's end [counts]."""
         return tuple(np.cumsum(self.segments.lengths).tolist())
@@ -361,6 +367,16 @@ class CoordinatedMove:
     def position_at(self, t: float) -> Joints:
         """Return the position of the axes at time `t` [s] after the start (rad, m, m)."""
         return self._joints(self.profile.at(t)[0])
+
+    def nearest_way(self, place: Floats, first: float, last: float) -> float:
+        """Return the way from `first` to `last` along the path [counts] that is nearest to `place` (3,) [counts].
+
+        Of ways that are equally near to a count, as there and back, it is the first.
+        """
+        begin, end = (min(bisect_right(self.ways, way), len(self.ways) - 1) for way in (first, last))
+        found = self.polyline.nearest(place, slice(begin, end + 1), same=1.0)
+        way = self.ways[found.chord] - (1.0 - found.share) * float(self.segments.lengths[found.chord])
+        return min(max(way, first), last)
 
     def speed_at(self, t: float) -> float:
         """Return the speed along the path at time `t` [counts/s]."""

@@ -10,6 +10,7 @@ from maya_un.config import Config
 from maya_un.controller.monitor import SETTLED, PositionReckoner
 from maya_un.errors import Faulted, ForeignMotion, MachineError, NotHomed, PositionChanged, PositionNotKept
 from maya_un.events import FaultEntered
+from maya_un.motion.polyline import Polyline
 from maya_un.testing import faults
 from maya_un.values import Mode
 from tests.calm import SELDOM_BEATING
@@ -70,11 +71,11 @@ def test_moving_axis_is_found_unless_it_moved_from_the_start() -> None:
 
 def test_reference_off_its_path_is_found() -> None:
     reckoning = PositionReckoner(Config(), (0, 1, 2))
-    places = np.array([[0.0, 0.0, 0.0], [0.0, 10_000.0, -10_000.0], [100.0, 20_000.0, -10_000.0]])
+    path = Polyline(np.array([[0.0, 0.0, 0.0], [0.0, 10_000.0, -10_000.0], [100.0, 20_000.0, -10_000.0]]))
     for here in ([0, 5_000, -5_000], [50, 15_000, -10_000], [100, 20_400, -10_000]):
-        assert reckoning.astray(places, here) is None
+        assert reckoning.astray(path, here) is None
     for here in ([0, 5_000, -7_000], [100, 20_600, -10_000], [120, 5_000, -5_000]):
-        assert isinstance(reckoning.astray(places, here), PositionChanged)
+        assert isinstance(reckoning.astray(path, here), PositionChanged)
 
 
 async def test_position_defined_at_rest_makes_the_homing_void() -> None:

@@ -11,7 +11,9 @@ import asyncio
 import json
 from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
-from math import dist, isclose
+from math import isclose
+
+import numpy as np
 
 from maya_ros.graph.clients.watch import SETTLES, ControllerWatch
 from maya_ros.graph.conversions import path_to_message
@@ -31,13 +33,11 @@ from maya_un.motion.path import Path, Route
 from maya_un.schema.robot import Jogged
 from maya_un.values import Joints, Mode, Progress, State, StopReport
 
-_PLACES = 48
-"""Number of positions checked between the last one and the farthest possible."""
-
 _SLACK = 0.5
 """Longest transport time of a message [s]."""
 
-_ROUNDING = 1e-6
+_ROUNDING = 0.5
+"""Greatest error of a way that is found from whole counts [counts]."""
 
 
 class Vias:
@@ -48,40 +48,32 @@ class Vias:
 
     def __init__(self, plan: MotionPlan, units: Units, on_via: OnVia, began: float) -> None:
         self._move = plan.move
-        self._times = () if plan.move is None else plan.move.via_times()
+        self._ways = () if plan.move is None else plan.move.via_ways
         self._scale = units.per_unit
         self._on_via = on_via
-        self._gone = 0.0
+        self._way = 0.0
         self._looked = began
         self._passed = 0
 
     def at(self, joints: Joints, now: float) -> None:
         """Take the position of the robot (rad, m, m) at loop time `now` [s]."""
-        if self._move is None or self._passed >= len(self._times):
+        if self._move is None or self._passed >= len(self._ways):
             return
-        farthest = min(self._move.duration, self._gone + (now - self._looked) + _SLACK)
-        times = [self._gone + (farthest - self._gone) * place / _PLACES for place in range(_PLACES + 1)]
-        self._gone = min(times, key=lambda time: self._away(time, joints))
+        latest = self._move.profile.when(self._way) + (now - self._looked) + _SLACK
+        here = np.array([value * scale for value, scale in zip(joints, self._scale, strict=True)])
+        self._way = self._move.nearest_way(here, self._way, self._move.profile.at(latest)[0])
         self._looked = now
-        while self._passed < len(self._times) and self._times[self._passed] <= self._gone + _ROUNDING:
+        while self._passed < len(self._ways) and self._ways[self._passed] <= self._way + _ROUNDING:
             self._tell()
 
     def finish(self) -> None:
         """Report the remaining waypoints: the robot has reached the end."""
-        while self._passed < len(self._times):
+        while self._passed < len(self._ways):
             self._tell()
 
     def _tell(self) -> None:
         self._passed += 1
         self._on_via(self._passed - 1)
-
-    def _away(self, time: float, joints: Joints) -> float:
-        assert self._move is not None
-        place = self._move.position_at(time)
-        return dist(
-            [value * scale for value, scale in zip(place, self._scale, strict=True)],
-            [value * scale for value, scale in zip(joints, self._scale, strict=True)],
-        )
 
 
 HEARD = 1.0
