@@ -15,9 +15,10 @@ fail() {
     exit 1
 }
 
-# A Python that is new enough and can make environments, or nothing.
+# A Python that is new enough and can make environments, or nothing. The system's is the first choice: distributions
+# build it with profile-guided optimization, and one that pyenv builds is a third slower.
 find_python() {
-    for candidate in python3 python3.14 python3.13 python3.12 python3.11 /usr/bin/python3; do
+    for candidate in /usr/bin/python3 python3 python3.14 python3.13 python3.12 python3.11; do
         if "$candidate" -c 'import sys, ensurepip, venv; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
             command -v "$candidate"
             return
