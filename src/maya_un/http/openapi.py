@@ -166,17 +166,17 @@ GRID = TypeAdapter(Grid).json_schema(ref_template=REFERENCE)
 Json = dict[str, Any]
 
 _ABOUT = """\
-Everything that can be asked of a running Maya. Lengths in m, angles in rad, times in s; points are [x, y, z], joints
+The interface of a running Maya. Lengths in m, angles in rad, times in s; points are [x, y, z], joints are
 [a, b, c].
 
-While no users exist, clients on this machine (loopback) need no token. Else every request shows one as
+While no users exist, clients on this machine (loopback) need no token. Otherwise each request carries one as
 `Authorization: Bearer maya_...`; stop and abort from loopback never need one. Requests that drive the robot need the
-control lease as `Maya-Lease`. A refusal is `application/problem+json` with one of our codes.
+control lease as `Maya-Lease`. An error is `application/problem+json` with a code of Maya.
 """
 _PROBLEM_TYPE = "application/problem+json"
 _PROBLEM: Json = {
     "title": "Problem",
-    "description": "A refusal: RFC 9457, with our code and what its sentence names.",
+    "description": "An error: RFC 9457, with the code of Maya and the details of its sentence.",
     "type": "object",
     "required": ["type", "title", "status", "code", "detail", "details"],
     "properties": {

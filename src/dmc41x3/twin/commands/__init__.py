@@ -33,37 +33,37 @@ class Coverage(NamedTuple):
     code: ErrorCode | None = None
 
 
-_SERVO = "kept and told; the plant follows its reference by a law of its own, whatever the servo's filter"
-_CURRENT = "kept and told; the plant's motors have no current"
-_SERIAL = "nothing is connected to a second serial port"
-_PHASE = "kept and told; the plant's motors have no phases"
-_MODBUS = "no Modbus device is on the wire"
+_SERVO = "stored and reported; the filter of the servo does not change how the plant follows its reference"
+_CURRENT = "stored and reported; the motors of the plant have no current"
+_SERIAL = "no device is connected to the second serial port"
+_PHASE = "stored and reported; the motors of the plant have no phases"
+_MODBUS = "no Modbus device is connected"
 
 _REASONS: dict[str, str] = {
     **dict.fromkeys(("DV", "FA", "FV", "IL", "KD", "KI", "KP", "NB", "NF", "NZ", "PL"), _SERVO),
     **dict.fromkeys(("AG", "AU", "LC"), _CURRENT),
     **dict.fromkeys(("BD", "BM"), _PHASE),
     **dict.fromkeys(("CC", "CI", "P2CD", "P2CH", "P2NM", "P2ST", "US", "#COMINT"), _SERIAL),
-    **dict.fromkeys(("ME", "MW"), f"kept and told; {_MODBUS}"),
-    "AF": "kept and told; no analog signal carries a position",
-    "AQ": "kept and told; an analog input reads the volts it is given",
-    "AZ": "no amplifier error is latched: a fault shows as long as it lasts",
-    "BI": "0 is taken; there are no Hall sensors, so that others are refused with 110",
-    "BR": "kept and told; the amplifier drives any motor",
-    "CE": "kept and told; encoders are read as they are",
-    "EI": "kept and told; no packets of events are sent",
-    "KS": "kept and told; pulses come without delay",
-    "QH": "tells 0; there are no Hall sensors",
-    "QQ": "no sample ever takes too long",
-    "UI": "no packets of events are sent",
-    "#FWERR": "no sample ever takes too long",
+    **dict.fromkeys(("ME", "MW"), f"stored and reported; {_MODBUS}"),
+    "AF": "stored and reported; no analog signal carries a position",
+    "AQ": "stored and reported; an analog input returns the voltage that was set",
+    "AZ": "no amplifier error is latched: a fault is reported as long as it lasts",
+    "BI": "only 0 is accepted; without Hall sensors, other values are refused with 110",
+    "BR": "stored and reported; the amplifier drives any motor",
+    "CE": "stored and reported; it does not change how encoders are read",
+    "EI": "stored and reported; no event packets are sent",
+    "KS": "stored and reported; step pulses have no delay",
+    "QH": "returns 0; there are no Hall sensors",
+    "QQ": "no sample takes too long",
+    "UI": "no event packets are sent",
+    "#FWERR": "no sample takes too long",
 }
 
 _REFUSED: dict[str, tuple[ErrorCode, str]] = {
     "AO": (ErrorCode.HANDLE_CLOSED, _MODBUS),
     "BC": (ErrorCode.NO_HALLS, "there are no Hall sensors"),
     "MB": (ErrorCode.HANDLE_CLOSED, _MODBUS),
-    "REM": (ErrorCode.PROGRAM_ONLY, "a remark of the programs on a host; the controller reads RE"),
+    "REM": (ErrorCode.PROGRAM_ONLY, "a remark that programs on a host remove; the controller accepts RE"),
 }
 
 

@@ -33,15 +33,15 @@ _NUMBER = Annotated[int, Field(ge=1, le=MOST)]
 
 
 async def _options(
-    priority: Annotated[int, Query(ge=-100, le=100, description="the greater goes first")] = 0,
-    held: Annotated[bool, Query(description="waits for somebody to release it")] = False,
+    priority: Annotated[int, Query(ge=-100, le=100, description="a job of higher priority starts first")] = 0,
+    held: Annotated[bool, Query(description="the job waits until it is released")] = False,
     depends_on: Annotated[
-        list[_NUMBER], Query(max_length=100, description="begins after these jobs are done; may be repeated")
+        list[_NUMBER], Query(max_length=100, description="number of a job that must be done first; may be repeated")
     ] = [],  # noqa: B006
     notes: Annotated[str, Query(max_length=1000)] = "",
-    on_failure: Annotated[OnFailure, Query(description="what the queue does after it failed")] = OnFailure.CONTINUE,
-    retries: Annotated[int, Query(ge=0, le=10, description="of a step that is harmless to repeat")] = 0,
-    stepwise: Annotated[bool, Query(description="the queue pauses after every step")] = False,
+    on_failure: Annotated[OnFailure, Query(description="action of the queue if the job fails")] = OnFailure.CONTINUE,
+    retries: Annotated[int, Query(ge=0, le=10, description="number of retries of a step that is safe to repeat")] = 0,
+    stepwise: Annotated[bool, Query(description="pause the queue after each step")] = False,
 ) -> JobOptions:
     return JobOptions(priority, held, tuple(depends_on), notes, on_failure, retries, stepwise)
 
@@ -54,19 +54,19 @@ IdempotencyKey = Annotated[
     Header(
         alias="Idempotency-Key",
         max_length=200,
-        description="the same key and request once more are answered with the job that there is",
+        description="a repeated request with the same key returns the existing job",
     ),
 ]
 """The idempotency key of a request, "" without one."""
 
 
 async def _filter(
-    state: Annotated[list[TaskState], Query(max_length=20, description="in these states; may be repeated")] = [],  # noqa: B006
-    owner: Annotated[str | None, Query(max_length=200, description="of this owner")] = None,
-    text: Annotated[str, Query(max_length=200, description="with this in their name or notes")] = "",
-    below: Annotated[int | None, Query(ge=0, le=MOST, description="numbered below")] = None,
-    above: Annotated[int | None, Query(ge=0, le=MOST, description="numbered above")] = None,
-    limit: Annotated[int, Query(ge=1, le=1000, description="so many at most")] = 100,
+    state: Annotated[list[TaskState], Query(max_length=20, description="state of the jobs; may be repeated")] = [],  # noqa: B006
+    owner: Annotated[str | None, Query(max_length=200, description="name of the owner")] = None,
+    text: Annotated[str, Query(max_length=200, description="text in the name or the notes")] = "",
+    below: Annotated[int | None, Query(ge=0, le=MOST, description="only entries with a lower number")] = None,
+    above: Annotated[int | None, Query(ge=0, le=MOST, description="only events with a higher number")] = None,
+    limit: Annotated[int, Query(ge=1, le=1000, description="greatest number of entries")] = 100,
     order: Literal["newest", "oldest"] = "newest",
 ) -> Filter:
     return Filter(tuple(state), owner, text, below, above, order == "oldest", limit)

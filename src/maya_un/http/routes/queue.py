@@ -39,7 +39,9 @@ PausingBody = Annotated[Pausing, sent(Pausing, optional=True)]
 RecoveringBody = Annotated[Recovering, sent(Recovering)]
 MovingBody = Annotated[Moving, sent(Moving)]
 AgainBody = Annotated[Again, sent(Again, optional=True)]
-Version = Annotated[str, Query(max_length=64, description="of the report of this job; another is not released")]
+Version = Annotated[
+    str, Query(max_length=64, description="version in the report of the job; another version is not released")
+]
 ChangesBody = Annotated[dict[str, Any], sent_as_written(CHANGES)]
 
 

@@ -29,7 +29,7 @@ from maya_un.schema.robot import HeldJog, Jogged
 from maya_un.service.access.operations import Operation
 from maya_un.values import StopReport
 
-TakeOver = Annotated[bool, Query(description="take the controller, at rest, from the program that owns it")]
+TakeOver = Annotated[bool, Query(description="claim the controller from the program that owns it, if the axes rest")]
 _TAG = "moving"
 
 AnyJog = Annotated[JogBy | JogHold | JogRelease, sent(JogBy, JogHold, JogRelease, choose=kind_of_jog)]

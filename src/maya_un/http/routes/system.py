@@ -102,10 +102,14 @@ def add_reading(routes: Routes) -> None:
     @routes.add("GET", "/v1/events", Operation.READ, tag=_STATUS, gives=list[EventMessage], refuses=(EventsForgotten,))
     async def events(
         ask: Ask,
-        since: Annotated[int, Query(ge=0, le=MOST, description="numbered above")] = 0,
-        wait: Annotated[float, Query(ge=0, le=LONGEST_WAIT, description="for one, where there is none [s]")] = 0.0,
-        run: Annotated[int | None, Query(ge=1, le=MOST, description="of this run; without it, of the present")] = None,
-        limit: Annotated[int, Query(ge=1, le=MOST_EVENTS, description="so many at most")] = MOST_EVENTS,
+        since: Annotated[int, Query(ge=0, le=MOST, description="only events with a higher number")] = 0,
+        wait: Annotated[
+            float, Query(ge=0, le=LONGEST_WAIT, description="longest wait for an event if there is none yet [s]")
+        ] = 0.0,
+        run: Annotated[
+            int | None, Query(ge=1, le=MOST, description="number of the run; by default the current run")
+        ] = None,
+        limit: Annotated[int, Query(ge=1, le=MOST_EVENTS, description="greatest number of entries")] = MOST_EVENTS,
     ) -> Response:
         """Return the events numbered above `since`, oldest first.
 
@@ -184,8 +188,8 @@ def add_keeping(routes: Routes) -> None:
     @routes.add("GET", "/v1/audit", Operation.AUDIT, tag=_ADMIN, gives=list[AuditLine], client="history.audit")
     async def audit(
         ask: Ask,
-        below: Annotated[int | None, Query(ge=0, le=MOST, description="numbered below")] = None,
-        limit: Annotated[int, Query(ge=1, le=1000, description="so many at most")] = 100,
+        below: Annotated[int | None, Query(ge=0, le=MOST, description="only entries with a lower number")] = None,
+        limit: Annotated[int, Query(ge=1, le=1000, description="greatest number of entries")] = 100,
     ) -> Response:
         """Return the audit log, newest first. With `below`, return only rows with a lower number."""
         return answer(await ask(lambda service: service.history.audit(below, limit)))
