@@ -63,9 +63,9 @@ def status(settings: OutputSettings, *, site: Path | None = None) -> int:
     if found is None:
         text = f"There is no gclib here. `{settings.site.command} gclib install` puts one."
     elif not ours:
-        text = f"{found} is somebody else's."
+        text = f"Another package installed {found}."
     else:
-        text = f"{found} is ours{'' if current else ', of another version: install it again'}."
+        text = f"This package installed {found}{'' if current else ', in another version: install it again'}."
     return console.answer(says, text, settings)
 
 

@@ -50,7 +50,7 @@ def burned(file: str | None) -> Memory:
         return Memory(None)
     path = Path(file).absolute()
     if not os.access(path.parent, os.W_OK):
-        raise FileUnwritable(path=file, reason="its folder is not there or not ours to write to")
+        raise FileUnwritable(path=file, reason="its folder does not exist or is not writable")
     writable_place(path)
     return Memory(path)
 

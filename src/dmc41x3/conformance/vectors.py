@@ -23,8 +23,8 @@ class Demand(Enum):
     MOVES = "switches motors on and off, turns them by a few thousand counts, defines positions"
     OUTPUTS = "switches digital outputs"
     PROGRAM = "replaces the program in memory, and runs it"
-    CLIENTS = "ends the connections of others"
-    FRESH = "expects factory settings, no program, idle inputs, and nobody else connected"
+    CLIENTS = "ends the connections of other clients"
+    FRESH = "expects factory settings, no program, idle inputs, and no other client"
     BURNS = "writes to EEPROM, or resets the controller"
 
 

@@ -76,7 +76,7 @@ class ArgumentForm(Enum):
 
     AXES = "letters, or values by axis"
     PLAIN = "values that belong to no axis"
-    VERBATIM = "left to whoever executes it"
+    VERBATIM = "text that the command reads itself"
 
 
 def _table() -> MappingProxyType[str, ArgumentForm]:

@@ -125,7 +125,7 @@ def page(name: str) -> str:
         mnemonic = name[1:3].upper()
         found = CATALOGUE.get(f"_{mnemonic}m") or CATALOGUE.get(mnemonic)
     if found is None:
-        return f"{name} is no command of the DMC-41x3. `:help` tells about the terminal."
+        return f"{name} is no command of the DMC-41x3. `:help` describes the terminal."
     facts = [*_facts(found)]
     return f"{found.name}  {found.purpose}" + (f"\n    {'; '.join(facts)}" if facts else "")
 

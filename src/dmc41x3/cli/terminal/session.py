@@ -459,7 +459,7 @@ async def _value(driver: Driver, expression: str) -> str:
 def _elsewhere(command: str) -> str | None:
     """Return why the terminal does not send a command: its data or answer has no clear end. None if it sends it."""
     if command.startswith("MG") and re.search(r"\{N\}\s*$", command):
-        return "an answer without a line end cannot be told from the next"
+        return "an answer without a line end cannot be separated from the next"
     for name, reason in _ELSEWHERE.items():
         if command.startswith(name) and command[2:].strip() not in {"?", "=?"} and "=" not in command:
             return reason
