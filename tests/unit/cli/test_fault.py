@@ -68,11 +68,11 @@ def test_without_a_name_faults_are_listed(capsys: pytest.CaptureFixture[str]) ->
     assert main(["dmc", "fault"]) == 0
     said = capsys.readouterr().out
     assert [fault.name for fault in TABLE if f"{fault.name}\n  {fault.words}\n" not in said] == []
-    assert "    jitter    0      s   up to" in said
+    assert "    jitter    0      s   largest" in said
     assert main(["dmc", "fault", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)["faults"]
     assert [fault["name"] for fault in data] == [fault.name for fault in TABLE]
-    assert data[0]["parameters"][0] == {"name": "seconds", "default": 0.05, "unit": "s", "words": "how late"}
+    assert data[0]["parameters"][0] == {"name": "seconds", "default": 0.05, "unit": "s", "words": "delay"}
     assert {fault["name"] for fault in data if not fault["lasts"]} == {"cut", "reset"}
 
 
