@@ -127,7 +127,7 @@ def _connected_client(action: str, type: str) -> ActionClient:
         if _clients[action].wait_for_server(rospy.Duration.from_sec(PATIENCE / 2)):
             return _clients[action]
         _clients.pop(action).stop()
-    raise LookupError(f"nobody serves {action}")
+    raise LookupError(f"no node serves {action}")
 
 
 def _when_it_goes_on(name: str) -> Callable[[Any, Any], None]:

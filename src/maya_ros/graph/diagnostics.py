@@ -119,7 +119,7 @@ def process(
         return DiagnosticStatus("maya: process", DiagnosticLevel.ERROR, "1011 the robot layer is not there", values)
     if paused:
         return DiagnosticStatus(
-            "maya: process", DiagnosticLevel.WARN, f"the queue is paused: {reason or 'somebody said so'}", values
+            "maya: process", DiagnosticLevel.WARN, f"the queue is paused: {reason or 'no reason given'}", values
         )
     return DiagnosticStatus(
         "maya: process", DiagnosticLevel.OK, f"at {running}" if running else "the queue is empty", values

@@ -59,19 +59,19 @@ HARDWARE = ("hw_simulator", "hardware_interface")
 SENSOR = ("hw_simulator", "sensor_converter")
 
 EVENT = Row(
-    "/maya_event", Kind.TOPIC, "std_msgs/String", Layer.CONTROLLER, "what has happened, and how everything stands now",
+    "/maya_event", Kind.TOPIC, "std_msgs/String", Layer.CONTROLLER, "events, each with the current state of the robot",
     HARDWARE, ("robot_controller", "maya_dashboard"), latch=True,
 )  # fmt: skip
 POSITION = Row(
-    "/maya_position", Kind.TOPIC, "geometry_msgs/Point", Layer.SENSORS, "the gripper point [m], once homed",
+    "/maya_position", Kind.TOPIC, "geometry_msgs/Point", Layer.SENSORS, "the gripper point [m], after homing",
     SENSOR, ("robot_controller", "maya_dashboard"), latch=True, queue_size=1, rate=50.0,
 )  # fmt: skip
 SENSORS = Row(
-    "/hardware_sensor", Kind.TOPIC, "maya_controller/RawSensorData", Layer.SENSORS, "what the controller measures",
+    "/hardware_sensor", Kind.TOPIC, "maya_controller/RawSensorData", Layer.SENSORS, "measurements of the controller",
     ("sensor_converter",), ("sensor_converter",), queue_size=1, rate=50.0,
 )  # fmt: skip
 JOINTS = Row(
-    "/joint_states", Kind.TOPIC, "sensor_msgs/JointState", Layer.SENSORS, "a, b, c and the joints that are drawn",
+    "/joint_states", Kind.TOPIC, "sensor_msgs/JointState", Layer.SENSORS, "a, b, c and the joints of the shown model",
     SENSOR, ("robot_state_publisher",), queue_size=1, rate=50.0, manual=False,
 )  # fmt: skip
 DIAGNOSTICS = Row(
@@ -94,27 +94,27 @@ OUTPUT = Row(
     asks=Operation.COMMAND,
 )  # fmt: skip
 HOME = Row(
-    "/home", Kind.ACTION, "maya_controller/Home", Layer.CONTROLLER, "find the switches",
+    "/home", Kind.ACTION, "maya_controller/Home", Layer.CONTROLLER, "home the axes",
     HARDWARE, ("robot_controller",),
     asks=Operation.COMMAND,
 )  # fmt: skip
 MOVE = Row(
-    "/move", Kind.ACTION, "maya_controller/Move", Layer.CONTROLLER, "go to joints a, b, c [rad, m, m]",
+    "/move", Kind.ACTION, "maya_controller/Move", Layer.CONTROLLER, "move to joints a, b, c [rad, m, m]",
     HARDWARE, ("robot_controller",),
     asks=Operation.COMMAND,
 )  # fmt: skip
 FOLLOW = Row(
-    "/controller/follow", Kind.ACTION, "maya_controller/Follow", Layer.CONTROLLER, "go along a path",
+    "/controller/follow", Kind.ACTION, "maya_controller/Follow", Layer.CONTROLLER, "follow a path",
     HARDWARE, ("robot_controller",),
     asks=Operation.COMMAND,
 )  # fmt: skip
 COMMAND = Row(
     "/controller/command", Kind.TOPIC, "trajectory_msgs/JointTrajectory", Layer.CONTROLLER,
-    "go along a path; refusals are told on /maya_event", (), HARDWARE, heard=True, queue_size=1, manual=False,
+    "follow a path; /maya_event reports refusals", (), HARDWARE, heard=True, queue_size=1, manual=False,
     asks=Operation.COMMAND,
 )  # fmt: skip
 STOP = Row(
-    "/controller/stop", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "brake on the path, at once",
+    "/controller/stop", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "brake on the path at once",
     HARDWARE, ("robot_controller",),
     asks=Operation.STOP,
 )  # fmt: skip
@@ -129,7 +129,7 @@ PAUSE = Row(
     asks=Operation.PAUSE,
 )  # fmt: skip
 RESUME = Row(
-    "/controller/resume", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "let motion go on after a pause",
+    "/controller/resume", Kind.SERVICE, "std_srvs/Trigger", Layer.CONTROLLER, "resume motion after a pause",
     HARDWARE, ("robot_controller",), manual=False,
     asks=Operation.RESUME,
 )  # fmt: skip
@@ -144,17 +144,17 @@ SPEED = Row(
     asks=Operation.SPEED,
 )  # fmt: skip
 PRIMITIVE = Row(
-    "/maya_move", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.ROBOT, "do a primitive; the topic form of /task",
+    "/maya_move", Kind.TOPIC, "maya_robot/MayaPrimitive", Layer.ROBOT, "execute a primitive; the topic form of /task",
     (), ("robot_controller",), heard=True, queue_size=10,
     asks=Operation.COMMAND,
 )  # fmt: skip
 MAYA_COMMAND = Row(
     "/maya_command", Kind.SERVICE, "maya_robot/MayaCommand", Layer.ROBOT,
-    "can_teleop answers at once, other primitives when they are done", ("robot_controller",), ("process_controller",),
+    "execute a primitive, then answer; can_teleop answers at once", ("robot_controller",), ("process_controller",),
     asks=Operation.COMMAND,
 )  # fmt: skip
 TASK = Row(
-    "/task", Kind.ACTION, "maya_robot/Task", Layer.ROBOT, "do a primitive", ("primitive_server",),
+    "/task", Kind.ACTION, "maya_robot/Task", Layer.ROBOT, "execute a primitive", ("primitive_server",),
     ("process_controller",),
     asks=Operation.COMMAND,
 )  # fmt: skip
@@ -170,7 +170,7 @@ START_QUEUE = Row(
 )  # fmt: skip
 STOP_QUEUE = Row(
     "/stop_queue", Kind.TOPIC, "std_msgs/Empty", Layer.PROCESS,
-    "stop all motion, homing included, and cancel all jobs; from a role without `clear`: stop, and pause the queue",
+    "stop all motion, homing included, and cancel all jobs; for a role without `clear`: stop, and pause the queue",
     ("maya_dashboard",), ("process_controller",), heard=True,
     asks=Operation.STOP,
 )  # fmt: skip
@@ -190,7 +190,7 @@ RECOVER_QUEUE = Row(
 )  # fmt: skip
 CALL_OPERATION = Row(
     "/call_operation", Kind.SERVICE, "maya_process/CallOperation", Layer.PROCESS,
-    "call any operation of the service by its name; the right is that of the operation", ("process_controller",),
+    "call any operation of the service by its name; it needs the right to that operation", ("process_controller",),
     manual=False,
     asks=Operation.READ,
 )  # fmt: skip
@@ -200,15 +200,15 @@ STEP_COMMAND = Row(
     asks=Operation.COMMAND,
 )  # fmt: skip
 STEP_RESULT = Row(
-    RESULT_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "how a step ended, as JSON",
+    RESULT_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "the result of a step, as JSON",
     ("firebase_bridge",), ("ros_coms",),
 )  # fmt: skip
 STEP_STATUS = Row(
-    STATUS_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "a step is accepted or begins, as JSON",
+    STATUS_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "the acceptance or start of a step, as JSON",
     ("firebase_bridge",), ("ros_coms",), manual=False,
 )  # fmt: skip
 STEP_ROBOT = Row(
-    ROBOT_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "which robot carries out steps, as JSON",
+    ROBOT_TOPIC, Kind.TOPIC, TEXT_TYPE, Layer.BRIDGE, "the robot that carries out steps, as JSON",
     ("firebase_bridge",), ("ros_coms",), latch=True, queue_size=1, manual=False,
 )  # fmt: skip
 

@@ -131,7 +131,7 @@ async def looked(speed: float = 1.0) -> AsyncGenerator[FolderTokenChecker]:
     """
     found = FolderTokenChecker(speed)
     await found.open()
-    following = asyncio.create_task(found.follow(), name="users that are kept")
+    following = asyncio.create_task(found.follow(), name="follow stored users")
     try:
         yield found
     finally:

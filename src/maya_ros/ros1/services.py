@@ -251,7 +251,7 @@ class _Proxy(rospy.ServiceProxy):
         try:
             return _located(self.resolved_name, self._addresses)
         except rosgraph.MasterException:
-            raise rospy.ServiceException("nobody serves it") from None
+            raise rospy.ServiceException("no node serves it") from None
         except MasterGone as gone:
             if self.resolved_name not in self._addresses:
                 raise rospy.ServiceException(str(gone)) from None

@@ -208,7 +208,7 @@ class _Action:
         status = fields.whole("status", SUCCEEDED, 0, 255)
         if not fields.flag("result", default=True) or status not in (SUCCEEDED, CANCELED):
             reason = fields.get("values")
-            told = reason if isinstance(reason, str) and reason else "its server says so"
+            told = reason if isinstance(reason, str) and reason else "its server gave no reason"
             ended.set_exception(ServiceFailed(service=self._action, reason=told[:500]))
         elif status == CANCELED:
             ended.set_exception(Cancelled())
@@ -261,7 +261,7 @@ class ClientActions:
         if one is None:
             self._client.tell(StatusLevel.warning, f"{said} is not carried out by this client", fields.id)
             return
-        one.close("whoever carried it out does so no more")
+        one.close("its server unadvertised it")
         self._client.tell(StatusLevel.info, f"unadvertised action {said}", fields.id)
 
     def action_feedback(self, fields: Fields) -> None:
@@ -283,5 +283,5 @@ class ClientActions:
     def close(self) -> None:
         """Stop serving all actions."""
         for one in self._actions.values():
-            one.close("whoever carried it out has gone")
+            one.close("its server disconnected")
         self._actions.clear()

@@ -196,7 +196,7 @@ class ClientServices:
         if one is None:
             self._client.tell(StatusLevel.warning, f"{said} is not served by this client", fields.id)
             return
-        one.close("whoever answered it does so no more")
+        one.close("its server unadvertised it")
         self._client.tell(StatusLevel.info, f"unadvertised service {said}", fields.id)
 
     def service_response(self, fields: Fields) -> None:
@@ -210,11 +210,11 @@ class ClientServices:
             asked.set_result(fields.record("values"))
         else:
             reason = fields.get("values")
-            said_why = reason if isinstance(reason, str) and reason else "its server says so"
+            said_why = reason if isinstance(reason, str) and reason else "its server gave no reason"
             asked.set_exception(ServiceFailed(service=service, reason=said_why[:500]))
 
     def close(self) -> None:
         """Stop serving all services."""
         for one in self._services.values():
-            one.close("whoever answered it has gone")
+            one.close("its server disconnected")
         self._services.clear()

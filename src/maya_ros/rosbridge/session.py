@@ -187,7 +187,7 @@ class RosbridgeSession:
         if not isinstance(value, dict) or "op" not in value:
             return self._next_of_several(text)
         self._objects.forget()
-        self._client.refuse(InvalidRequest(key="message", reason="it is incomplete, and the next one has begun"))
+        self._client.refuse(InvalidRequest(key="message", reason="it is incomplete, and the next message has begun"))
         return value
 
     def _next_of_several(self, text: str, error: ValueError | None = None) -> dict[str, Any] | None:
