@@ -184,7 +184,7 @@ def test_invalid_job_file_leaves_the_list_unchanged(screen: Screen, tmp_path: Pa
         assert name in screen.text("note")
     screen.ask("file", how="load", path=str(tmp_path / "none.yaml"))
     screen.ask("file", how="save", path=str(tmp_path / "no" / "folder.yaml"))
-    assert "cannot be written" in screen.text("note")
+    assert "Writing folder.yaml failed" in screen.text("note")
     assert screen.rows("task_list") == ["1.  Home"]
 
 
@@ -209,7 +209,7 @@ def test_lost_robot_is_shown_and_releases_held_keys(screen: Screen) -> None:
     screen.ask("press", name="jog_z_plus")
     screen.tell("Presence", master=True)
     assert screen.text("mode") == "Disconnected"
-    assert "nothing publishes /maya_event" in screen.text("banner_text")
+    assert "no node publishes /maya_event" in screen.text("banner_text")
     assert [name for name, *_ in screen.asked()] == ["jog", "end_jog"]
     for name in ("home", "now", "send", "start", "jog_z_plus", "pause", "speed_choice"):
         assert not screen.read(name)["enabled"]
@@ -285,7 +285,7 @@ def test_speed_and_pause_are_sent_and_shown(screen: Screen) -> None:
     assert screen.text("speed_choice") == "25 %"
     screen.click("pause")
     stand(screen, "paused")
-    assert screen.text("pause") == "Go on"
+    assert screen.text("pause") == "Resume"
     screen.click("pause")
     assert screen.asked() == [["speed", 0.5], ["pause"], ["resume"]]
 

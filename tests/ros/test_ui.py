@@ -314,7 +314,7 @@ def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnecte
         alone.wait("note", "Stop: done.", kind="good")
         layer.send(signal.SIGSTOP)
         alone.click("stop")
-        alone.wait("note", "Nobody confirmed the stop", kind="bad")
+        alone.wait("note", "No node confirmed the stop", kind="bad")
         layer.send(signal.SIGCONT)
         layer.close()
         alone.wait("mode", "Disconnected")

@@ -106,7 +106,7 @@ def _located(service: str) -> str:
         patience = LOOKUP if service in _addresses else REACH
         _addresses[service] = master(rospy.get_name(), patience).lookupService(service)
     except rosgraph.MasterException:
-        raise rospy.ServiceException(f"nobody serves {service}") from None
+        raise rospy.ServiceException(f"no node serves {service}") from None
     except NO_ANSWER:
         if service not in _addresses:
             raise rospy.ServiceException("the ROS master does not answer") from None
