@@ -146,7 +146,7 @@ def _own_folder() -> Path:
     except OSError as error:
         raise FileUnwritable(path=place, reason=error.strerror) from error
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
-        raise FileUnwritable(path=place, reason="it belongs to somebody else")
+        raise FileUnwritable(path=place, reason="it is not a folder of this user")
     if found.st_mode & stat.S_IWOTH:
-        raise FileUnwritable(path=place, reason="everybody may write to it, and so command the robot")
+        raise FileUnwritable(path=place, reason="all users can write to it, and so command the robot")
     return place

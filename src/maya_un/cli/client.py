@@ -99,7 +99,7 @@ class ServiceClient:
             connection.request(request.method, request.target, payload, shown)
             response = connection.getresponse()
             if response.getheader("Maya") is None:
-                raise ServiceNotAnswering(reason="somebody else answers in its place")
+                raise ServiceNotAnswering(reason="another program answers at its address")
             return _decode(response, response.read())
         except NotSignedIn as refusal:
             raise _named(refusal) from refusal

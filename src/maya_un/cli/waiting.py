@@ -24,7 +24,7 @@ _REASONS = {
 }
 """Reasons why a queue is paused."""
 
-_BY_UNKNOWN = {"asked": marked("somebody paused it"), "stop": marked("somebody stopped the robot")}
+_BY_UNKNOWN = {"asked": marked("a pause command"), "stop": marked("a stop command")}
 """The same for an unknown user."""
 
 

@@ -134,7 +134,7 @@ T = TypeVar("T")
 VERSION_HEADER = "Maya"
 """Every answer of a Maya service has this header; it reveals another program that answers at an old port."""
 
-_NOBODY = "somebody else answers in its place"
+_NOBODY = "another program answers at its address"
 
 
 class EncodedRequest(NamedTuple):

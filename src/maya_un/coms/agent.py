@@ -216,7 +216,7 @@ class Agent:
 
     async def _serve_robot(self) -> None:
         async with self._robot.connected() as link:
-            self._troubles["robot"] = "firebase_bridge, which does not say on /step_robot which robot this is"
+            self._troubles["robot"] = "firebase_bridge, which does not publish the name of the robot on /step_robot"
             here = asyncio.Event()
             for one in self._pending.values():
                 if not one.ended:

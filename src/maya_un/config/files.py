@@ -185,7 +185,7 @@ def alone(path: Path) -> Iterator[None]:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield
     except BlockingIOError as error:
-        raise FileUnwritable(path=path, reason="somebody else is writing it just now; try again") from error
+        raise FileUnwritable(path=path, reason="another program is writing it; try again") from error
     finally:
         os.close(handle)
 

@@ -69,10 +69,10 @@ Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)
 """x, y, z [m]."""
 
 Name = Annotated[
-    str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$", description="its own: letters, digits, - and _")
+    str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$", description="unique: letters, digits, - and _")
 ]
-Margin = Annotated[float, Field(ge=0.0, le=1.0, description="kept clear around it, for gripper and part [m]")]
-Lines = Annotated[bool, Field(description="the two lines keep out too, not only the gripper")]
+Margin = Annotated[float, Field(ge=0.0, le=1.0, description="clearance around it for gripper and part [m]")]
+Lines = Annotated[bool, Field(description="keep the two lines out too, not only the gripper")]
 
 
 class BoxConfig(ConfigSection):

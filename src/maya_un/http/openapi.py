@@ -135,7 +135,7 @@ def _changes() -> dict[str, Any]:
     options["properties"] = {key: _without_default(one) for key, one in options["properties"].items()}
     options["properties"]["job"] = {"$ref": REFERENCE.format(model="Job")}
     options |= {"title": "Changes", "additionalProperties": False, "minProperties": 1}
-    options["description"] = "Changes of a job: its options in the queue, or, as `job`, its steps that have not begun."
+    options["description"] = "Changes of a job: its options in the queue, or its steps that have not begun (`job`)."
     return options
 
 

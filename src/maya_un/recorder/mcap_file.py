@@ -303,7 +303,7 @@ def _read_event(found: dict[str, Any]) -> Event:
 def _read_piece(found: dict[str, Any]) -> WirePiece:
     side = found["from"]
     if side not in {"client", "controller"}:
-        raise ValueError(f"nobody is called {side!r}")
+        raise ValueError(f"unknown sender {side!r}")
     event = str(found.get("event", ""))
     data = b"" if event else str(found["data"]).encode("latin-1")
     return WirePiece(float(found["t"]), int(found["link"]), side, data, event)

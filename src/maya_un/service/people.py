@@ -73,7 +73,7 @@ class UserService:
             first = not self._register.users
             made = await self._give(User(name, chosen, self._calendar.now(), hashed), "first", "", new=True)
         if first:
-            self._ended("", LOCAL.name, "users are kept now")
+            self._ended("", LOCAL.name, "users exist now")
         return made
 
     async def change(
@@ -237,7 +237,7 @@ class UserService:
 def checked_name(name: str) -> str:
     """Return a valid user name; raises `InvalidValue` for an invalid one."""
     if _NAME.fullmatch(name) is None or name in RESERVED:
-        reason = "it has up to 32 of a to z, 0 to 9, . _ and -, begins with a letter, and is not kept for ourselves"
+        reason = "it must have at most 32 characters (a to z, 0 to 9, . _ -), begin with a letter, and not be reserved"
         raise InvalidValue(key="name", value=repr(name), reason=reason)
     return name
 

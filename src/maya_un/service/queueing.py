@@ -201,7 +201,7 @@ class QueueService:
         """
         require(by, Operation.CHANGE_JOB)
         if sum(one is not None for one in (before, after, to)) != 1:
-            raise InvalidRequest(key="to", reason="say one of before, after and to")
+            raise InvalidRequest(key="to", reason="give one of before, after and to")
         if to is not None:
             if to not in _ENDS:
                 raise InvalidValue(key="to", value=repr(to), reason=f"it must be {' or '.join(_ENDS)}")

@@ -83,7 +83,7 @@ def test_unintelligible_refusal_is_no_answer(content: bytes) -> None:
 
 
 def test_other_program_at_an_old_port_is_detected() -> None:
-    with pytest.raises(ServiceNotAnswering, match="somebody else"):
+    with pytest.raises(ServiceNotAnswering, match="another program"):
         transport.decoded(get("/", int), 200, {"server": "nginx"}, b"1")
 
 

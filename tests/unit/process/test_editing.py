@@ -91,7 +91,7 @@ async def test_steps_that_begin_while_a_change_waits_for_its_turn_stay_as_they_a
         layer.journal.slow = 0.5
         note = asyncio.create_task(layer.process.change(1, {"notes": "slow"}))
         await elapse(0.1)
-        with pytest.raises(InvalidJob, match="1 have begun"):
+        with pytest.raises(InvalidJob, match="steps up to 1 have begun"):
             await layer.process.change(1, {"job": {"steps": [{"gripper": "open"}, "home"]}})
         await note
         assert len(layer.journal.now(1)[0].body["steps"]) == 2

@@ -345,7 +345,7 @@ async def test_waiting_steps_of_a_paused_job_are_replaced() -> None:
         steps = ["home", {"gripper": "open"}, "home"]
         await process.submit(job(*steps), submit_request(stepwise=True))
         await elapse(LONG)
-        with pytest.raises(InvalidJob, match="1 have begun"):
+        with pytest.raises(InvalidJob, match="steps up to 1 have begun"):
             await process.change(1, {"job": {"steps": [{"gripper": "open"}, "home"]}})
         await process.change(1, {"job": {"steps": ["home", {"gripper": "close"}]}, "stepwise": False})
         await process.turns.resume("ana")

@@ -156,7 +156,7 @@ def remove(name: str, settings: OutputSettings) -> int:
 def make_token(name: str | None, note: str, expires: str, lasts: float | None, settings: OutputSettings) -> int:
     """Create a token, by default for the caller, and show it; raises `UnknownName`, `NotAllowed`, `InvalidValue`."""
     if expires and lasts is not None:
-        raise InvalidCommandLine(reason="--expires and --for say the same", command="maya user token")
+        raise InvalidCommandLine(reason="give either --expires or --for", command="maya user token")
     if lasts is not None:
         expires = _in(lasts)
     client = ServiceClient.find()

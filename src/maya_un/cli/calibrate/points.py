@@ -364,7 +364,7 @@ def _already(path: Path, config: Config) -> Floats:
         raise
     datum = measured.datum
     if measured.head != HEAD or datum is None or dist(datum, datum_of(config)) > _WHOLE:
-        reason = "it was not begun by this command with this configuration; begin another file"
+        reason = "another command or configuration created it; give another file"
         raise InvalidValue(key="FILE", value=str(path), reason=reason)
     return measured.observations.counts / np.array(Units.of(config).per_unit)
 

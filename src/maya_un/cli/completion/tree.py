@@ -51,7 +51,7 @@ def _walk(command: Any, path: str) -> Iterator[CompletionCommand]:
         path, _about(command), tuple(sorted(named.items())), tuple(dict.fromkeys(options)), tuple(arguments)
     )
     if path == "maya":
-        stop = CompletionOption("--address", valued=True, values="real", about="tell the controller directly")
+        stop = CompletionOption("--address", valued=True, values="real", about="stop the controller directly")
         common = tuple(option for option in options if option.name in EVERYWHERE)
         yield CompletionCommand("maya status", named["status"], (), common, ())
         yield CompletionCommand("maya stop", named["stop"], (), (stop, *common), ())

@@ -90,7 +90,7 @@ def _end(port: int, certificate: bytes) -> float:
             found = spoken.getpeercert()
             assert found is not None
             return float(ssl.cert_time_to_seconds(str(found["notAfter"])))
-    raise OSError("nobody listens any more")
+    raise OSError("the port no longer accepts connections")
 
 
 PATIENCE = 3.0

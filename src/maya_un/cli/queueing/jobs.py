@@ -179,7 +179,7 @@ def edit(job: int, options: QueueingOptions, file: str | None, settings: OutputS
 def _by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> dict[str, Any]:
     """Return the changes made in an editor; raises foreseeable errors before the editor opens."""
     if settings.json or not sys.stdin.isatty():
-        raise InvalidCommandLine(reason="say what is to change, or --file FILE", command="maya job edit")
+        raise InvalidCommandLine(reason="give the options to change, or --file FILE", command="maya job edit")
     state = client.ask(requests.report(job))["state"]
     if state not in _CHANGEABLE:
         raise WrongState(number=job, state=state, action="changed")

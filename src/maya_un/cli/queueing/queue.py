@@ -59,7 +59,7 @@ def move(job: int, where: str, other: int | None, settings: OutputSettings) -> i
     elif where in {"before", "after"} and other is not None:
         place = {where: other}
     else:
-        reason = "say first or last, or before JOB or after JOB"
+        reason = "give first, last, before JOB or after JOB"
         raise InvalidCommandLine(reason=reason, command="maya queue move")
     line = ServiceClient.find().ask(requests.move_job(job, **place))
     return output.answer(

@@ -43,7 +43,7 @@ class RemoteAccess(NamedTuple):
             reason = "--tls-cert, --tls-key and --plain are for --listen; loopback needs no TLS"
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
         if self.listen is not None and not self.plain and self.certificate is None:
-            reason = "--listen needs --tls-cert and --tls-key; say --plain where everybody on the network is trusted"
+            reason = "--listen needs --tls-cert and --tls-key; use --plain only on a trusted network"
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
 
     def listener(self) -> ListeningSocket | None:
@@ -71,8 +71,8 @@ def require_users(*, kept: bool, listen: str | None) -> None:
     """Raise `InvalidCommandLine` if other computers are to have access while no users exist."""
     if listen is not None and not kept:
         reason = (
-            "other machines are let in once users are kept: start `maya up` without --listen, "
-            "say `maya user add NAME --role admin`, and start it again"
+            "--listen needs at least one user: start `maya up` without --listen, run "
+            "`maya user add NAME --role admin`, and start `maya up` again"
         )
         raise InvalidCommandLine(reason=reason, command=_COMMAND)
 

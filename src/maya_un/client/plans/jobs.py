@@ -30,9 +30,9 @@ def remark(report: JobReport, said: str) -> Plan[str]:
 def _reason(report: JobReport) -> Plan[str]:
     match report.state:
         case TaskState.HELD:
-            return "it is held, for somebody to release it."
+            return "it is held until a user releases it."
         case TaskState.INTERRUPTED:
-            return "it was interrupted, and somebody has to say what becomes of it (queue.recovery, queue.recover)."
+            return "it was interrupted; decide how it continues (queue.recovery, queue.recover)."
         case TaskState.QUEUED | TaskState.PAUSED:
             return (yield from _before_it())
         case _:
@@ -42,7 +42,7 @@ def _reason(report: JobReport) -> Plan[str]:
 def _before_it() -> Plan[str]:
     queue = yield from requests.queue()
     if queue.mode is QueueMode.PAUSED:
-        return f"the queue is paused ({queue.reason}); queue.resume() lets it go on."
+        return f"the queue is paused ({queue.reason}); queue.resume() continues it."
     lease = yield from requests.lease()
     if lease.holder and not lease.yours and not lease.implicit:
         return f"{lease.holder} drives the robot."

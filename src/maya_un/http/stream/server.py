@@ -143,7 +143,7 @@ async def _introduced(entrance: StreamHandshake) -> Caller | None:
         async with asyncio.timeout(INTRODUCTION):
             return await entrance.introduced()
     except TimeoutError:
-        raise NotSignedIn(reason=f"nobody said `hello` with a token for {INTRODUCTION:g} s") from None
+        raise NotSignedIn(reason=f"no `hello` with a token arrived within {INTRODUCTION:g} s") from None
 
 
 async def _facts(service: Service) -> tuple[Service, int, int, float]:

@@ -131,8 +131,8 @@ class Calibration:
         if self.observations.sigma is None or self.noise <= _POOR:
             return ""
         return (
-            f"The points are {self.noise:.1f} times as far off as their sigma says: either it is too small, or the "
-            "machine bends in ways that these constants do not describe. The errors named here are too small then."
+            f"The points deviate by {self.noise:.1f} times their sigma. Either sigma is too small, or the machine "
+            "bends in ways that these constants do not describe. In both cases the errors given here are too small."
         )
 
     def _about_outliers(self) -> str:

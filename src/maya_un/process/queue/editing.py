@@ -472,7 +472,7 @@ class JobEditor:
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
         new = [task.primitive for task in written.expansion.tasks[:begun]]
         if new != [task.primitive for task in old.tasks[:begun]]:
-            raise InvalidJob(key="steps", reason=f"{begun} have begun, and these must stay as they are")
+            raise InvalidJob(key="steps", reason=f"steps up to {begun} have begun and must not change")
 
     def _changed(
         self,

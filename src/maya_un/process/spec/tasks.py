@@ -189,7 +189,7 @@ class NameResolver:
 
     def _part(self, name: str, place: Point | None, key: str) -> Point:
         if place is None:
-            raise InvalidJob(key=key, reason=f"nobody knows where {name!r} is since the gripper was opened on it")
+            raise InvalidJob(key=key, reason=f"the place of {name!r} is unknown after the gripper was opened on it")
         return place
 
     def _pose(self, name: str, key: str) -> Point:

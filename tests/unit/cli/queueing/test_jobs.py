@@ -244,7 +244,7 @@ def test_without_a_terminal_no_editor_opens(
     edited(monkeypatch, tmp_path, f"touch {tmp_path}/opened")
     monkeypatch.setattr(sys.stdin, "isatty", lambda: False)
     service = serve()
-    assert "say what is to change" in printed(["job", "edit", "7"], capsys, 2)
+    assert "give the options to change" in printed(["job", "edit", "7"], capsys, 2)
     assert service.asked == []
     assert not (tmp_path / "opened").exists()
 
