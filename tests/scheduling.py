@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-TOGETHER = "tests/ros/shared/"
-"""A folder that one worker runs: its files share a launch."""
+TOGETHER = ("tests/ros/shared/", "tests/conventions/")
+"""Folders that one worker runs: their files share a launch, and the parsed source."""
 
 FIRST = ("tests/ros/", "tests/system/")
 """Folders whose tests start programs and wait for them: up to minutes a file. Shorter files fill the end."""
@@ -50,7 +50,7 @@ def _folder(scope: str) -> str:
 
 
 def _scope(nodeid: str) -> str:
-    return TOGETHER if nodeid.startswith(TOGETHER) else nodeid.partition("::")[0]
+    return next((folder for folder in TOGETHER if nodeid.startswith(folder)), nodeid.partition("::")[0])
 
 
 def scheduler(config: Any, log: Any) -> Rooms:
