@@ -93,6 +93,7 @@ class TerminalLink:
         self._on_loss = on_loss
         self._driver: Driver | None = None
         self._marked = 2.0
+        self._receiver = _SERIAL
         self._one_at_a_time = asyncio.Lock()
         self.messages = False
 
@@ -129,6 +130,7 @@ class TerminalLink:
     async def take_messages(self) -> None:
         """Direct the programs' messages to this link (CF I, CW 1), even if another client receives them."""
         self._marked = await _number(self.driver, "_CW", 2)
+        self._receiver = int(await _number(self.driver, "_CF", _SERIAL))
         await self.driver.subscribe()
         self.messages = True
 
@@ -143,10 +145,14 @@ class TerminalLink:
         await driver.close()
 
     async def _give_back(self, driver: Driver) -> None:
+        """Return the messages to their former receiver, or to the serial port if that has disconnected."""
+        receiver = chr(self._receiver)
         try:
-            await driver.batch(["CF S", f"CW {self._marked:.0f}"])
+            if receiver in LETTERS and await driver.value(f"_IH{receiver}2") == 0.0:
+                receiver = chr(_SERIAL)
+            await driver.batch([f"CF {receiver}", f"CW {self._marked:.0f}"])
         except CodedError:
-            return  # the controller restores CF itself when the handle closes
+            return  # the controller itself changes CF when the handle closes
 
     def _lost(self, lost: asyncio.Future[MachineError]) -> None:
         if not lost.cancelled():

@@ -217,8 +217,23 @@ async def test_messages_of_other_ports_are_left_until_requested() -> None:
         await session.link.take_messages()
         assert await session.link.driver.value("_CF") == ord("B")
         await session.close()
-        assert await other.value("_CF") == ord("S")
+        assert await other.value("_CF") == ord("A")
         await other.close()
+
+
+async def test_messages_go_to_no_former_receiver_that_has_left() -> None:
+    async with benched() as bench:
+        other = await Driver.open(await bench.dial(), timeout=5.0)
+        await other.subscribe()
+        session = TerminalSession(bench.dial, "bench", Heard())
+        await session.connect()
+        await session.link.take_messages()
+        await other.close()
+        await elapse(0.1)
+        await session.close()
+        third = await Driver.open(await bench.dial(), timeout=5.0)
+        assert [await third.value("_CF"), await third.value("_CW")] == [ord("S"), 1.0]
+        await third.close()
 
 
 async def test_taken_settings_are_given_back() -> None:
