@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 from maya_un.client.building import PrimitiveSteps
 from maya_un.client.targets import Spot, plain
+from maya_un.errors import InvalidJob
 
 if TYPE_CHECKING:
     from maya_un.process.spec.job import Job
@@ -69,7 +70,7 @@ JobLike: TypeAlias = "Mapping[str, Any] | JobBuilder | Job | str | os.PathLike[s
 
 
 def body_of(job: JobLike) -> dict[str, Any]:
-    """Return a job as plain data; raises `FileUnreadable` and `InvalidJob` for a bad file."""
+    """Return a job as plain data; raises `FileUnreadable`, and `InvalidJob` for a bad file or another object."""
     if isinstance(job, JobBuilder):
         return job.body()
     if isinstance(job, Mapping):
@@ -78,4 +79,6 @@ def body_of(job: JobLike) -> dict[str, Any]:
         from maya_un.process.spec.job import load_job  # noqa: PLC0415 - few clients read files
 
         job = load_job(Path(job))
+    if not hasattr(job, "model_dump"):
+        raise InvalidJob(key="job", reason=f"{type(job).__name__} is no job: pass a mapping, a JobBuilder or a file")
     return job.model_dump(mode="json", exclude_none=True, warnings=False)

@@ -21,6 +21,7 @@ from maya_un import credentials, runtime
 from maya_un.client.request import Answer, Request, get
 from maya_un.errors import (
     CertificateRefused,
+    InvalidRequest,
     InvalidValue,
     LeaseLost,
     MayaError,
@@ -146,7 +147,9 @@ class EncodedRequest(NamedTuple):
 
 
 def identity(token: str) -> dict[str, str]:
-    """Return the header that carries a token, {} for ""."""
+    """Return the header that carries a token, {} for ""; raises `InvalidRequest` for one that a header cannot carry."""
+    if not (token.isascii() and token.isprintable()):
+        raise InvalidRequest(key="token", reason="it contains a character that no token has; copy the token again")
     return {"Authorization": f"Bearer {token}"} if token else {}
 
 

@@ -14,6 +14,7 @@ from maya_un.client.transport import ServiceAddress
 from maya_un.errors import (
     Busy,
     InternalError,
+    InvalidRequest,
     ServiceNotAnswering,
     StreamLagging,
     UnknownName,
@@ -33,6 +34,14 @@ def test_request_goes_to_its_path_with_its_credentials() -> None:
     assert headers["Maya-Lease"] == "lease 1"
     assert headers["Idempotency-Key"] == "k1"
     assert json.loads(content) == {"steps": ["home"]}
+
+
+@pytest.mark.parametrize("token", ["maya_é", "maya_t\n", "maya_t\r\nMaya-Lease: 1"])
+def test_token_that_a_header_cannot_carry_is_refused_and_not_repeated(token: str) -> None:
+    with pytest.raises(InvalidRequest) as refused:
+        transport.encoded(get("/v1/status", int), ServiceAddress(SERVICE.url, token), "")
+    assert refused.value.details["key"] == "token"
+    assert "maya_" not in str(refused.value)
 
 
 def test_own_lease_takes_precedence_over_that_of_the_shell() -> None:

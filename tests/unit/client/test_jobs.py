@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
 from maya_un import JobBuilder
 from maya_un.client.jobs import body_of
-from maya_un.errors import FileUnreadable
+from maya_un.errors import FileUnreadable, InvalidJob
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.tasks import expand
 
@@ -58,3 +59,9 @@ def test_file_mapping_and_parsed_job_are_equivalent(tmp_path: Path) -> None:
 def test_missing_file_is_reported_at_once(tmp_path: Path) -> None:
     with pytest.raises(FileUnreadable, match="No such file"):
         body_of(tmp_path / "nothing.yaml")
+
+
+def test_object_that_is_no_job_is_refused_by_its_type() -> None:
+    with pytest.raises(InvalidJob) as refused:
+        body_of(cast("Any", object()))
+    assert "object is no job" in str(refused.value)
