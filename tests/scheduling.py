@@ -11,8 +11,8 @@ from xdist.scheduler import LoadScopeScheduling
 TOGETHER = ("tests/ros/shared/", "tests/conventions/")
 """Folders that one worker runs: their files share a launch, and the parsed source."""
 
-FIRST = ("tests/ros/", "tests/system/")
-"""Folders whose tests start programs and wait for them: up to minutes a file. Shorter files fill the end."""
+FIRST = ("tests/conventions/", "tests/ros/", "tests/system/")
+"""Folders of long scopes: one worker runs all conventions, and the others start programs. Short files fill the end."""
 
 
 class Rooms(LoadScopeScheduling):

@@ -87,14 +87,18 @@ def test_the_command_hands_seed_and_size_on_and_keeps_the_rest(words: list[str],
 
 
 def test_workers_share_files_and_mix_those_that_start_programs() -> None:
-    found = ["unit/a.py::a", "system/a.py::b", "system/b.py::c", "ros/a.py::d", "ros/shared/b.py::e", "unit/a.py::f"]
+    found = [
+        "unit/a.py::a", "system/a.py::b", "system/b.py::c", "ros/a.py::d", "ros/shared/b.py::e", "unit/a.py::f",
+        "conventions/a.py::g", "conventions/b.py::h",
+    ]  # fmt: skip
     items: list[Any] = [SimpleNamespace(nodeid=f"tests/{nodeid}") for nodeid in found]
-    assert [item.nodeid[-1] for item in in_order(items)] == ["d", "b", "e", "c", "a", "f"]
+    assert "".join(item.nodeid[-1] for item in in_order(items)) == "ghdbecaf"
     shared = scheduler(SimpleNamespace(option=SimpleNamespace(), getvalue=lambda _: ["popen"]), None)
     scopes = [shared._split_scope(item.nodeid) for item in in_order(items)]
     assert (
         scopes
-        == [f"tests/{name}" for name in ("ros/a.py", "system/a.py", "ros/shared/", "system/b.py")]
+        == ["tests/conventions/"] * 2
+        + [f"tests/{name}" for name in ("ros/a.py", "system/a.py", "ros/shared/", "system/b.py")]
         + ["tests/unit/a.py"] * 2
     )
 

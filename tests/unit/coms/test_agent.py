@@ -475,6 +475,7 @@ def test_results_of_steps_that_no_supervisor_sent_do_not_pile_up(tmp_path: Path)
         async with robot.bridge(), robot.rosbridge():
             await until(lambda: agent.status()["robot"]["connected"])
             results = robot.bus.node("firebase_bridge").advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=10)
+            await until(lambda: results.readers)  # the agent subscribes once it knows the robot
             for number in range(1010):
                 results.publish({"data": StepEnd(f"s{number}", None, None, dates.now(), dates.now()).text})
                 if number % 10 == 9:  # as many as wait

@@ -294,7 +294,7 @@ def test_foreign_file_is_not_continued(
 ) -> None:
     file.write_text(text)
     assert collect(monkeypatch, file, THERE) == 2
-    assert "begin another file" in capsys.readouterr().err
+    assert "give another file" in capsys.readouterr().err
     assert (file.read_text(), scripted_robot.told) == (text, [])
 
 
