@@ -133,8 +133,13 @@ def _narrowed(zone: Solid, start: Floats, end: Floats, low: Floats, high: Floats
     def distance(share: Floats) -> Floats:
         return zone.distance(start + share[:, None] * (end - start))
 
+    left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    at_left, at_right = distance(left), distance(right)
     for _ in range(_ROUNDS):
-        left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        falls = distance(left) > distance(right)
+        falls = at_left > at_right
         low, high = np.where(falls, left, low), np.where(falls, high, right)
+        new = np.where(falls, low + _GOLDEN * (high - low), high - _GOLDEN * (high - low))
+        at_new = distance(new)
+        left, right = np.where(falls, right, new), np.where(falls, new, left)
+        at_left, at_right = np.where(falls, at_right, at_new), np.where(falls, at_new, at_left)
     return distance(0.5 * (low + high))
