@@ -23,13 +23,12 @@ from maya_un.controller.planner import Planner
 from maya_un.controller.seek import SETTLE
 from maya_un.kinematics import Workspace
 from maya_un.motion.path import Path
-from maya_un.robot.gripper import GripperState
 from maya_un.robot.plan_builder import PlanBuilder, Pose, TravelAction
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
 from maya_un.testing import Rig
-from maya_un.values import Joints, Point
+from maya_un.values import GripperState, Joints, Point
 from tests.judge.mechanism import Floats, places
 from tests.judge.paths import Cut, Way, deviations, drawn
 from tests.judge.trajectory import Trajectory

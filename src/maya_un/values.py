@@ -44,6 +44,19 @@ class Point(NamedTuple):
     z: float
 
 
+class GripperState(StrEnum):
+    """The known state of the gripper.
+
+    `found`: closed since before this connection, as a controller's outputs are at power-up, and homed since; it counts
+    as empty, like a gripper that a user has seen to be empty. `closed`: closed by command, or found closed under an
+    adopted homing; it may hold a part.
+    """
+
+    OPEN = "open"
+    FOUND = "found"
+    CLOSED = "closed"
+
+
 class Mode(StrEnum):
     """The activity of the controller layer; one at a time."""
 

@@ -43,8 +43,11 @@ print(json.dumps(sorted(sys.modules)), file=sys.stderr)
 
 
 FREQUENT = ["--help", "--version", "status", "stop", "stop --address 127.0.0.1:1", "fk 0.5 1.5 1.5", "ik 0.5 1.1 0.9"]
-PARSED = ["queue", "job list", "pick 0.5 1.1", "config --help"]
-"""Command lines that need the parser of all commands, and a service or nothing."""
+PARSED = ["queue", "job list", "pick 0.5 1.1"]
+"""Command lines that need the parser of all commands, and a service."""
+
+ONLY_PARSED = ["run --help", "config --help", "pick"]
+"""Command lines that need nothing but the parser."""
 
 
 @pytest.mark.parametrize("line", FREQUENT)
@@ -56,6 +59,11 @@ def test_a_frequent_command_imports_nothing_heavy(line: str, tmp_path: Path) -> 
 @pytest.mark.parametrize("line", PARSED)
 def test_a_parsed_command_imports_nothing_of_the_robot(line: str, tmp_path: Path) -> None:
     assert heavy(line, tmp_path) - {"asyncio", "typer"} == set()
+
+
+@pytest.mark.parametrize("line", ONLY_PARSED)
+def test_help_of_a_command_imports_only_the_parser(line: str, tmp_path: Path) -> None:
+    assert heavy(line, tmp_path) == {"typer"}
 
 
 def heavy(line: str, tmp_path: Path) -> set[str]:

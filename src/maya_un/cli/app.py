@@ -221,7 +221,7 @@ def jog(
     Without AXIS and DISTANCE, the terminal shows the position and the nearest limits, and you move the robot with
     keys.
     """
-    from maya_un.cli import primitives
+    from maya_un.cli import moving
 
     if axis is None and sys.stdin.isatty() and sys.stdout.isatty():
         from maya_un.cli.pendant import screen
@@ -233,7 +233,7 @@ def jog(
     if axis not in JOG_AXES:
         raise UnknownName(name=axis, known=", ".join(JOG_AXES))
     way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")
-    return primitives.jog(axis, way, settings_of(context))
+    return moving.jog(axis, way, settings_of(context))
 
 
 @app.command(**_HOW)
@@ -242,25 +242,25 @@ def abort(context: typer.Context) -> int:
 
     Motors may switch off; then run `maya recover`. To stop normally, use `maya stop`.
     """
-    from maya_un.cli import primitives
+    from maya_un.cli import moving
 
-    return primitives.abort(settings_of(context))
+    return moving.abort(settings_of(context))
 
 
 @app.command(**_HOW)
 def pause(context: typer.Context) -> int:
     """Pause all motion until `maya resume`: the robot decelerates along the path and waits."""
-    from maya_un.cli import primitives
+    from maya_un.cli import moving
 
-    return primitives.pause(settings_of(context))
+    return moving.pause(settings_of(context))
 
 
 @app.command(**_HOW)
 def resume(context: typer.Context) -> int:
     """Continue after `maya pause`."""
-    from maya_un.cli import primitives
+    from maya_un.cli import moving
 
-    return primitives.resume(settings_of(context))
+    return moving.resume(settings_of(context))
 
 
 @app.command(**_HOW)
@@ -274,17 +274,17 @@ def speed(
 
     It also applies to the motion in progress.
     """
-    from maya_un.cli import primitives
+    from maya_un.cli import moving
 
-    return primitives.speed(share(ratio, "RATIO"), settings_of(context))
+    return moving.speed(share(ratio, "RATIO"), settings_of(context))
 
 
 @app.command(**_HOW)
 def recover(context: typer.Context, take_over: TakeOver = False) -> int:
     """Clear a fault. Remove its cause first. Nothing moves."""
-    from maya_un.cli import primitives
+    from maya_un.cli import moving
 
-    return primitives.recover(settings_of(context), take_over=take_over)
+    return moving.recover(settings_of(context), take_over=take_over)
 
 
 @app.command(**_HOW)

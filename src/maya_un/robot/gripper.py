@@ -2,23 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 from maya_un.events import Event, EventLog, GripperClosed, GripperOpened, HomingBegun
-from maya_un.values import State
-
-
-class GripperState(StrEnum):
-    """The known state of the gripper.
-
-    `found`: closed since before this connection, as a controller's outputs are at power-up, and homed since; it counts
-    as empty, like a gripper that a user has seen to be empty. `closed`: closed by command, or found closed under an
-    adopted homing; it may hold a part.
-    """
-
-    OPEN = "open"
-    FOUND = "found"
-    CLOSED = "closed"
+from maya_un.values import GripperState, State
 
 
 class GripperTracker:

@@ -21,10 +21,9 @@ from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Limit, Reason, Workspace
 from maya_un.motion.path import Path, Route
-from maya_un.robot.gripper import GripperState
 from maya_un.robot.transfer import TransferPlanner
 from maya_un.schema.previews import PhasePreview
-from maya_un.values import Joints, Point
+from maya_un.values import GripperState, Joints, Point
 
 
 class Pose(NamedTuple):

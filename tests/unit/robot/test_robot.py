@@ -25,12 +25,11 @@ from maya_un.events import PhaseBegun
 from maya_un.kinematics import Box
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion import Path, Space, between
-from maya_un.robot.gripper import GripperState
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
 from maya_un.robot.primitives.line import Line
 from maya_un.robot.robot import MayaRobot
-from maya_un.values import FARTHEST, Joints, Mode, Point
+from maya_un.values import FARTHEST, GripperState, Joints, Mode, Point
 from tests.campaign import Campaign
 from tests.fakes import HOMING_TIME, FakeController, state_of
 from tests.virtual_time import elapse

@@ -12,11 +12,11 @@ from maya_ros.graph.table import TASK
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.events import Event, GripperClosed
-from maya_un.robot.gripper import GripperState
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.gripper import Gripper
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.robot import OnPhase, PlanningRobot
+from maya_un.values import GripperState
 
 AGAIN = 0.2
 """Period of retries while another client's command is under way [s, real time]."""

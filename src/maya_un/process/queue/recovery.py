@@ -25,12 +25,11 @@ from maya_un.process.queue.report import JobRecord, StepRecord
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue_order import QueueOrder
 from maya_un.process.spec.tasks import Task
-from maya_un.robot.gripper import GripperState
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import PartEffect
 from maya_un.schema.jobs import Choice, Recovery, TaskState
-from maya_un.values import Mode
+from maya_un.values import GripperState, Mode
 
 QUESTION = marked("Does the gripper hold a part?", "AnswerNeeded.question")
 

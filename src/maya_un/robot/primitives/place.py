@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from maya_un.errors import GripperEmpty
-from maya_un.robot.gripper import GripperState
 from maya_un.robot.primitives.primitive import GRASP, PartEffect, Primitive
-from maya_un.values import Point
+from maya_un.values import GripperState, Point
 
 if TYPE_CHECKING:
     from maya_un.robot.plan_builder import PlanBuilder
