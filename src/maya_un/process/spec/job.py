@@ -142,6 +142,14 @@ BARE = frozenset(name for name in COMMANDS if not PRIMITIVES[name].argument.key)
 """Steps that may be written as a single word."""
 
 
+def step_text(command: str, argument: Any) -> str:
+    """Return a step as text, like `pick 0.5 1.1`; `argument` is the value of its key."""
+    if argument is True:
+        return command
+    shown = argument if isinstance(argument, str) else " ".join([f"{number:g}" for number in argument])
+    return f"{command} {shown}"
+
+
 class _Step(BaseModel):
     """One step: exactly one of its keys is set.
 
@@ -162,11 +170,7 @@ class _Step(BaseModel):
         return getattr(self, self.command)
 
     def __str__(self) -> str:
-        argument = self.argument
-        if argument is True:
-            return self.command
-        shown = argument if isinstance(argument, str) else " ".join(f"{number:g}" for number in argument)
-        return f"{self.command} {shown}"
+        return step_text(self.command, self.argument)
 
     @model_validator(mode="before")
     @classmethod

@@ -30,7 +30,7 @@ from math import dist
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
 from maya_un.errors import InvalidJob, InvalidValue, UnknownName
-from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Grid, Job, Step, point_of
+from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Grid, Job, Step, point_of, step_text
 from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
 from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
 from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
@@ -365,14 +365,17 @@ class _PartTracker:
 
     def _primitive(self, planned: _Planned) -> tuple[Primitive, str]:
         """Return the primitive of a step and its label, with the cells of pallets by their numbers."""
-        step = planned.step
-        primitive = PRIMITIVES[step.command]
-        label, value = str(step), step.argument
+        command = planned.step.command
+        primitive, value = PRIMITIVES[command], getattr(planned.step, command)
+        label = step_text(command, value)
         match primitive.argument:
+            case Target() if isinstance(value, str):
+                value, name = self._names.spot(value, self.parts, planned.loop, f"{planned.key}.{command}", command)
+                label = f"{command} {name}"
             case Target():
-                value, label = self._spot(step.argument, planned)
+                value = point_of(value, self._grasp_height)
             case JointTarget() if isinstance(value, str):
-                value = self._names.joints(value, f"{planned.key}.{step.command}")
+                value = self._names.joints(value, f"{planned.key}.{command}")
             case Switch(on=on):
                 value = value == on
             case _:
@@ -397,14 +400,6 @@ class _PartTracker:
         if self._held is not None:
             self._standing.put(self._held, where)
         self._held = None
-
-    def _spot(self, spot: str | Coordinates, planned: _Planned) -> tuple[Point, str]:
-        step = planned.step
-        if not isinstance(spot, str):
-            return point_of(spot, self._grasp_height), str(step)
-        key = f"{planned.key}.{step.command}"
-        point, name = self._names.spot(spot, self.parts, planned.loop, key, step.command)
-        return point, f"{step.command} {name}"
 
 
 def job_of_command(request: Mapping[str, object]) -> Job | None:
