@@ -87,7 +87,7 @@ def reach(point: Point, settings: OutputSettings) -> int:
     else 1; both are valid results.
     """
     from maya_un.schema.encoding import to_data
-    from maya_un.service.previews import reach_of
+    from maya_un.service.reachability import reach_of
 
     found = reach_of(_workspace(_in_force(settings)), point)
     joints = None if found.joints is None else found.joints._asdict()

@@ -12,39 +12,17 @@ from typing import Any, TypeVar
 from maya_un.config import Config
 from maya_un.controller import planner
 from maya_un.controller.protocol import Controller
-from maya_un.errors import InvalidValue, Unreachable
-from maya_un.kinematics.limits import Limit, unit
+from maya_un.errors import InvalidValue
 from maya_un.kinematics.workspace import Workspace
 from maya_un.process import computation
 from maya_un.process.computation import JobComputer
 from maya_un.robot.plan_builder import Pose
 from maya_un.schema.encoding import to_json
-from maya_un.schema.previews import Broken, Distance, Reach
+from maya_un.schema.previews import Reach
 from maya_un.service.access.operations import LOCAL, Caller
+from maya_un.service.reachability import reach_of
 from maya_un.values import Joints, Point
 from maya_un.workers import Work, Workers
-
-
-def reach_of(workspace: Workspace, point: Point) -> Reach:
-    """Return the reachability of `point` [m] in `workspace`."""
-    reasons = workspace.all_reasons(point)
-    if reasons:
-        broken = tuple(Broken(one.limit, one.zone, one.excess, one.unit, one.text) for one in reasons)
-        return Reach(False, None, str(reasons[0]), _nearest(workspace, point), broken=broken)
-    joints = workspace.require(point)
-    found = workspace.margins(joints)
-    distances = [Distance(limit, "", margin, unit(limit)) for limit, margin in found.limits.items()]
-    distances += [Distance(Limit.ZONE, zone, clearance, "m") for zone, clearance in found.zones]
-    pulls = (workspace.tension_limit - found.tension_b, workspace.tension_limit - found.tension_c)
-    return Reach(True, joints, None, point, tuple(distances), pulls)
-
-
-def _nearest(workspace: Workspace, point: Point) -> Point | None:
-    try:
-        return workspace.nearest(point)
-    except Unreachable:
-        return None
-
 
 T = TypeVar("T")
 

@@ -38,8 +38,9 @@ from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Op
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
-from maya_un.service.previews import PreviewService, reach_of, require_samples
+from maya_un.service.previews import PreviewService, require_samples
 from maya_un.service.queueing import HistoryService, QueueService, RecordingService
+from maya_un.service.reachability import reach_of
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
 
