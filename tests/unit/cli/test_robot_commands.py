@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from maya_un import runtime
-from maya_un.cli import primitives
+from maya_un.cli import moving
 from maya_un.cli.main import main
 from maya_un.cli.progress import Display
 from maya_un.cli.settings import OutputSettings
@@ -43,7 +43,7 @@ def test_a_jog_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     def chosen(_: OutputSettings) -> Display:
         return display
 
-    monkeypatch.setattr(primitives, "chosen", chosen)
+    monkeypatch.setattr(moving, "chosen", chosen)
     with http_service(says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
         assert main(["jog", "b", "20mm"]) == 0
@@ -83,7 +83,7 @@ def test_a_jog_says_how_far_and_why_no_farther(
 ) -> None:
     def nothing(*_: object) -> None: ...
 
-    monkeypatch.setattr(primitives, "animate", nothing)
+    monkeypatch.setattr(moving, "animate", nothing)
     assert output_of(monkeypatch, capsys, ["jog", "r", "-2000mm"], answer) == (
         text,
         [("/v1/jog", {"axis": "r", "distance": -2.0})],
@@ -142,7 +142,7 @@ def test_ctrl_c_stops_a_jog(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(primitives, "animate", interrupted)
+    monkeypatch.setattr(moving, "animate", interrupted)
     with http_service(says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
         assert main(["jog", "b", "20mm"]) == 130
