@@ -20,11 +20,21 @@ def wait_for_motion(wire: Wire, *, moving: bool, within: float) -> None:
         assert wire.time < latest, f"still not {'moving' if moving else 'at rest'}"
 
 
+def wait_for_a_long_motion(wire: Wire, seconds: float, within: float) -> None:
+    """Ask until the path under way lasts for `seconds` more; fails after `within` seconds of the controller's clock."""
+    latest = wire.time + within
+    while True:
+        length, gone, speed = wire.numbers("_LES,_AVS,_VSS")
+        if length - gone > seconds * speed > 0.0:
+            return
+        assert wire.time < latest, f"still no path of {seconds:g} s: {length - gone:g} counts are left at {speed:g}"
+
+
 def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """300 ms are asked for, of a machine with nothing else to do; the short run shares its processors.
 
-    Without the guard, which would stop the axes of a hanging service by itself. The homing is slow, so that its first
-    motion still lasts when a busy machine has started the command.
+    Without the guard, which would stop the axes of a hanging service by itself. The homing is slow: its first step takes
+    less than a second, its second 21 s, so that this one still lasts when a busy machine has started the command.
     """
     config = tmp_path / "unguarded.toml"
     config.write_text("[safety]\nguard_time = 0.0\n[homing]\nspeed = 0.002\n")
@@ -36,7 +46,7 @@ def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monk
             up.until("maya home")
             with running("home") as home:
                 home.until("running")
-                wait_for_motion(wire, moving=True, within=20.0)
+                wait_for_a_long_motion(wire, 15.0, within=30.0)
                 up.send(signal.SIGSTOP)
                 told = wire.time
                 code, text = done("stop", cold=True)

@@ -13,7 +13,7 @@ from maya_ui.words import WORDS, word
 
 
 class PanelContext:
-    """What every part uses: the widgets, the robot, its known state, and the language."""
+    """The objects that all panels share: the widgets, the robot, its known state, and the language."""
 
     def __init__(self, ui: Any, robot: Robot, seen: Seen, language: str) -> None:
         self.ui = ui
