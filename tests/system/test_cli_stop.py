@@ -33,8 +33,8 @@ def wait_for_a_long_motion(wire: Wire, seconds: float, within: float) -> None:
 def test_stop_past_a_service_that_hangs(campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """300 ms are asked for, of a machine with nothing else to do; the short run shares its processors.
 
-    Without the guard, which would stop the axes of a hanging service by itself. The homing is slow: its first step takes
-    less than a second, its second 21 s, so that this one still lasts when a busy machine has started the command.
+    Without the guard, which would stop the axes of a hanging service by itself. The homing is slow: its first step
+    takes less than a second, its second 21 s, which still lasts when a busy machine has started the command.
     """
     config = tmp_path / "unguarded.toml"
     config.write_text("[safety]\nguard_time = 0.0\n[homing]\nspeed = 0.002\n")

@@ -57,9 +57,9 @@ class _Conversation:
         self._heard = False
 
     def stop(self) -> StopOutcome:
-        self._say("ST S")
+        self._say("ST S", "QR")  # in one packet: a slow motion is at rest a few milliseconds after ST
         self._prompt()
-        self._say("QR")
+        self._command = "QR"
         moving, coordinated = _motion(self._record())
         outcome = StopOutcome(
             coordinated="".join(axis for axis in moving if axis in coordinated),
@@ -71,10 +71,10 @@ class _Conversation:
                 raise UnexpectedReply(command=self._command, reply="?")
         return outcome
 
-    def _say(self, command: str) -> None:
-        self._command = command
+    def _say(self, *commands: str) -> None:
+        self._command = commands[0]
         try:
-            self._connection.sendall(f"{command}\r".encode())
+            self._connection.sendall("".join(f"{command}\r" for command in commands).encode())
         except OSError as error:
             raise self._failure(error) from error
 

@@ -104,7 +104,7 @@ def test_a_controller_that_hangs_up_is_a_lost_link() -> None:
 
 
 def test_a_controller_that_says_nothing_is_given_up() -> None:
-    with controller({"ST S": b""}) as (port, _), pytest.raises(LinkTimeout, match="ST S"):
+    with controller({"ST S": b"", "QR": b""}) as (port, _), pytest.raises(LinkTimeout, match="ST S"):
         emergency.stop("127.0.0.1", port, 0.05)
 
 
