@@ -24,8 +24,8 @@ def wait_for_a_long_motion(wire: Wire, seconds: float, within: float) -> None:
     """Ask until the path under way lasts for `seconds` more; fails after `within` seconds of the controller's clock."""
     latest = wire.time + within
     while True:
-        length, gone, speed = wire.numbers("_LES,_AVS,_VSS")
-        if length - gone > seconds * speed > 0.0:
+        runs, length, gone, speed = wire.numbers("_BGS,_LES,_AVS,_VSS")
+        if runs and length - gone > seconds * speed:
             return
         assert wire.time < latest, f"still no path of {seconds:g} s: {length - gone:g} counts are left at {speed:g}"
 

@@ -68,6 +68,24 @@ def test_the_sequence_stops_on_its_path_and_the_others_by_name(
     assert heard == commands
 
 
+def test_record_is_requested_in_the_packet_of_the_stop() -> None:
+    """Else a slow motion could be at rest before the record is taken, and would not be reported."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        packets: list[bytes] = []
+
+        def serve() -> None:
+            connection, _ = listener.accept()
+            with connection:
+                packets.append(connection.recv(1000))
+                connection.sendall(b":" + record(IN_SEQUENCE))
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        assert emergency.stop("127.0.0.1", listener.getsockname()[1], 5.0).coordinated == "A"
+        thread.join()
+    assert packets == [b"ST S\rQR\r"]
+
+
 def test_a_controller_without_a_sequence_may_refuse_to_stop_it() -> None:
     with controller({"ST S": b"?", "QR": record(MOVING), "ST A": b":"}) as (port, _):
         assert emergency.stop("127.0.0.1", port, 5.0).decelerating == "A"
