@@ -25,6 +25,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from io import FileIO
 from pathlib import Path
@@ -92,7 +93,8 @@ class _Forked:
     def send_signal(self, number: int) -> None:
         """Send a signal if the program runs."""
         if self.poll() is None:
-            os.kill(self.pid, number)
+            with suppress(ProcessLookupError):  # it ended, and its exit code is on the way
+                os.kill(self.pid, number)
 
     def kill(self) -> None:
         """Kill the program if it runs."""

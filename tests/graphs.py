@@ -20,7 +20,8 @@ from maya_un.process.process import Process
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
 from tests.calm import CALM
-from tests.unit.controller.bench import HERE, _take_over
+from tests.homing_mark import take_over
+from tests.unit.controller.bench import HERE
 from tests.virtual_time import turn
 
 
@@ -65,7 +66,7 @@ async def bench_of(
     start = StartPose(*HERE) if homed else None
     async with rig(config, parts=parts, start=start, live=True) as bench:
         if homed:
-            await _take_over(bench)
+            await take_over(bench.controller, bench.virtual, HERE)
             await bench.controller.gripper(open_=True)
         yield bench
 

@@ -20,6 +20,7 @@ from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
+from tests.homing_mark import take_over
 from tests.judge.mechanism import Frame
 from tests.judge.paths import Opinion, judged
 from tests.judge.zones import Behind, Block, Column, Solid
@@ -242,7 +243,7 @@ def _zone(rng: Random, machine: Machine, number: int) -> dict[str, object]:
 async def homed(machine: Machine, place: Joints) -> AsyncIterator[Rig]:
     """Give a rig of the machine that stands at `place`, homed without moving, whose mechanics keep samples."""
     async with rig(machine.config, truth=machine.truth, start=StartPose(*place), trace=True) as bench:
-        await take_over(bench, machine, place)
+        await take_over(bench.controller, bench.virtual, place, machine.truth)
         yield bench
 
 
@@ -250,23 +251,3 @@ def twin_of(machine: Machine, place: Joints) -> tuple[VirtualController, MayaMec
     """Return the machine's twin, switched on at `place`, and its mechanics, which keep samples."""
     mechanics = MayaMechanics(machine.truth, StartPose(*place), trace=True)
     return VirtualController(VirtualDmc(mechanics)), mechanics
-
-
-async def take_over(bench: Rig, machine: Machine, place: Joints) -> None:
-    """Leave what a homing which ended at `place` leaves, and have the robot take it over."""
-    virtual = bench.virtual.machine
-    handle = virtual.connect()
-    assert handle is not None
-    for command in _mark(machine, place):
-        assert b"?" not in virtual.receive(handle, f"{command}\r".encode(), virtual.now)
-    await bench.controller.skip_home()
-
-
-def _mark(machine: Machine, place: Joints) -> list[str]:
-    """Return the commands with which a homing that ended at `place` leaves its mark."""
-    axes, units = machine.config.axes, Units.of(machine.config)
-    a, b, c = units.to_counts(place)
-    short = units.to_counts(Joints(axes.a.minimum, axes.b.minimum, axes.c.minimum))
-    _, long_b, long_c = units.to_counts(Joints(0.0, *(ends[1] for ends in machine.truth.switches[1:])))
-    datum = [f"mayamin{name}={count}" for name, count in zip("abc", short, strict=True)]
-    return [f"DP {a},{b},{c}", *datum, f"mayaendb={long_b}", f"mayaendc={long_c}", "ZAA=7;mayahome=7"]

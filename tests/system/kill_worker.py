@@ -41,7 +41,8 @@ from maya_un.process.spec.job import Job
 from maya_un.schema.jobs import QueueMode, QueueView, Recovery, TaskState
 from maya_un.service.access.operations import LOCAL
 from maya_un.values import Joints
-from tests.machines import Machine, _mark
+from tests.homing_mark import mark
+from tests.machines import Machine
 from tests.virtual_time import elapse
 
 JOBS = 4
@@ -200,9 +201,9 @@ def standing(jobs: Plan, ledger: Ledger, *, powered: bool) -> Twin:
     if powered:
         handle = virtual.machine.connect()
         assert handle is not None
-        counts, *mark = _mark(MACHINE, stand)
+        counts, *homed = mark(MACHINE.config, stand, MACHINE.truth)
         jaws = "SB 1" if ledger.jaws_open or not ledger.lines else "CB 1"
-        for command in [counts, *(mark if ledger.homed else []), jaws]:
+        for command in [counts, *(homed if ledger.homed else []), jaws]:
             assert b"?" not in virtual.machine.receive(handle, f"{command}\r".encode(), virtual.machine.now), command
         virtual.machine.disconnect(handle)
     noting(mechanics._table, ledger)

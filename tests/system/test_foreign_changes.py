@@ -23,6 +23,7 @@ from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
 from tests.calm import SELDOM_BEATING
 from tests.campaign import Campaign
+from tests.homing_mark import take_over
 from tests.virtual_time import elapse
 
 HERE, FAR = Joints(0.3, 1.5, 1.3), Joints(1.0, 1.2, 1.6)
@@ -168,10 +169,7 @@ async def _robot(phase: str) -> AsyncIterator[Rig]:
     start = StartPose(1.0, 1.5, 1.6) if phase == "in homing" else StartPose(*HERE)
     async with rig(SELDOM_BEATING, start=start, live=True) as bench:
         if phase != "in homing":
-            a, b, c = bench.controller.units.to_counts(HERE)
-            mark = (f"DP {a},{b},{c}", "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
-            assert b"?" not in _say(bench, *mark)
-            await bench.controller.skip_home()
+            await take_over(bench.controller, bench.virtual, HERE)
         yield bench
 
 

@@ -27,6 +27,7 @@ from maya_un.schema.jobs import QueueMode
 from maya_un.service.access.operations import ROS
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
+from tests.homing_mark import stand_homed
 from tests.virtual_time import elapse
 
 pytestmark = pytest.mark.system
@@ -89,7 +90,7 @@ async def graph_stack(*, homed: bool = True) -> AsyncIterator[GraphStack]:
     async with AsyncExitStack() as held:
         layers = await held.enter_async_context(stack(Config(), live=False, parts={"cube": CUBE}))
         if homed:
-            await layers.controller.home()
+            await stand_homed(layers)
         bus = Bus()
         bridge = Bridge(asyncio.get_running_loop(), layers.service, gate=layers.gate)
         echo = await held.enter_async_context(echoed(bridge, 1.0))

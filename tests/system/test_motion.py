@@ -11,9 +11,10 @@ from dmc41x3.loops import run_virtual
 from maya_un.config import Config
 from maya_un.errors import PathRefused, Stopped, Unreachable
 from maya_un.events import MotionStopped
-from maya_un.testing import Rig, rig
+from maya_un.testing import Rig
 from maya_un.values import Joints, Mode
 from tests.campaign import Campaign
+from tests.unit.controller.bench import homed
 from tests.virtual_time import elapse
 
 ROUNDING = 1e-5
@@ -40,8 +41,7 @@ def assert_inside(bench: Rig, mark: int, config: Config) -> None:
 async def _moves_and_stops(rng: Random, moves: int) -> int:
     config = Config()
     accepted = 0
-    async with rig(config) as bench:
-        await bench.controller.home()
+    async with homed(config) as bench:
         for _ in range(moves):
             mark = bench.mechanics.record.mark()
             target = drawn_joints(rng, config)
@@ -66,8 +66,7 @@ def test_accepted_paths_and_their_stops_stay_inside(campaign: Campaign) -> None:
 
 
 async def test_a_stop_keeps_to_the_line() -> None:
-    async with rig() as bench:
-        await bench.controller.home()
+    async with homed() as bench:
         start = bench.controller.state.joints
         assert start is not None
         move = asyncio.create_task(bench.controller.move(Joints(1.0, 1.2, 1.9)))
@@ -86,8 +85,7 @@ async def test_a_stop_keeps_to_the_line() -> None:
 
 
 async def test_motion_agrees_with_the_prediction() -> None:
-    async with rig() as bench:
-        await bench.controller.home()
+    async with homed() as bench:
         here = bench.controller.state.joints
         assert here is not None
         target = Joints(1.2, 1.0, 1.8)
@@ -105,8 +103,7 @@ async def _predictions(rng: Random, moves: int) -> None:
     """The planner's closed form and the twin's own, written apart from each other, agree."""
     config = Config()
     loop = asyncio.get_running_loop()
-    async with rig(config) as bench:
-        await bench.controller.home()
+    async with homed(config) as bench:
         for _ in range(moves):
             here, target = bench.controller.state.joints, drawn_joints(rng, config)
             assert here is not None

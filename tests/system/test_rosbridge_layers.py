@@ -25,6 +25,7 @@ from maya_un.service.access.operations import Caller, Operation, Role
 from maya_un.values import Mode, Point
 from tests.calm import CALM
 from tests.campaign import Campaign
+from tests.homing_mark import stand_homed
 from tests.rosbridge_clients import DATE, BusClient, Said
 from tests.virtual_time import elapse
 
@@ -114,9 +115,11 @@ def seldom(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @asynccontextmanager
-async def robot(folder: Path) -> AsyncIterator[Robot]:
+async def robot(folder: Path, *, homed: bool = False) -> AsyncIterator[Robot]:
     """Yield a robot of its own."""
     async with stack(CALM, parts={"cube": START}) as running:
+        if homed:
+            await stand_homed(running)
         bridge = Bridge(asyncio.get_running_loop(), running.service, gate=running.gate)
         async with graph_of(running, bridge, folder / "steps.db", now=asyncio.get_running_loop().time) as bus:
             one = Robot(running, bus, bridge)
@@ -134,12 +137,12 @@ async def by_command(one: Robot) -> None:
 
 
 async def by_task(one: Robot) -> None:
-    for step in (task("home"), task("pick", START), task("place", TRAY)):
+    for step in (task("pick", START), task("place", TRAY)):
         one.talker.say("send_action_goal", id=step["command"], action="/task", args={"task": step}, feedback=True)
         ended = await one.until(lambda message, name=step["command"]: is_end_of(message, name))
         assert (ended["status"], ended["values"]["success"]) == (4, True)
     phases = [said["values"]["phase"] for said in one.talker.mouth.said if said["op"] == "action_feedback"]
-    assert {"homing", "approach", "down", "close", "up"} & set(phases)
+    assert {"approach", "down", "close", "up"} & set(phases)
 
 
 def is_end_of(message: Said, name: str) -> bool:
@@ -148,14 +151,14 @@ def is_end_of(message: Said, name: str) -> bool:
 
 async def by_goal_topic(one: Robot) -> None:
     await one.talker.ask("subscribe", topic="/task/result", type="maya_robot/TaskActionResult")
-    for number, step in enumerate((task("home"), task("pick", START), task("place", TRAY))):
+    for number, step in enumerate((task("pick", START), task("place", TRAY))):
         one.talker.say("publish", topic="/task/goal", msg={"goal_id": {"id": f"{number}"}, "goal": {"task": step}})
         ended = await one.until(lambda message, name=f"{number}": message["msg"]["status"]["goal_id"]["id"] == name)
         assert ended["msg"]["status"]["status"] == GoalStatus.SUCCEEDED
 
 
 async def by_move(one: Robot) -> None:
-    for step in (task("home"), task("pick", START), task("place", TRAY)):
+    for step in (task("pick", START), task("place", TRAY)):
         one.talker.say("publish", topic="/maya_move", msg=step)
         await elapse(0.5)
         while one.stack.service.direct.doing:
@@ -163,10 +166,10 @@ async def by_move(one: Robot) -> None:
 
 
 async def by_send_task(one: Robot) -> None:
-    for step in (task("home"), task("pick", START), task("place", TRAY)):
+    for step in (task("pick", START), task("place", TRAY)):
         one.talker.say("publish", topic="/send_task", msg=step)
     await elapse(0.5)
-    assert len(one.stack.service.queue.view().waiting) == 2, "each is a job"
+    assert len(one.stack.service.queue.view().waiting) == 1, "each is a job"
     await one.idle()
 
 
@@ -193,7 +196,7 @@ async def by_operation(one: Robot) -> None:
     "way", [by_command, by_task, by_goal_topic, by_move, by_send_task, by_start_queue, by_operation]
 )
 async def test_part_is_moved_by_every_interface(way: Callable[[Robot], object], tmp_path: Path) -> None:
-    async with robot(tmp_path) as one:
+    async with robot(tmp_path, homed=way not in (by_command, by_start_queue, by_operation)) as one:
         assert not stands_on_the_tray(one.cube)
         await way(one)  # type: ignore[misc]
         assert stands_on_the_tray(one.cube)
@@ -245,8 +248,7 @@ async def test_second_command_is_refused_with_a_code_and_the_first_unharmed(tmp_
 
 
 async def test_cancel_stops_on_the_path_and_is_reported_at_rest(tmp_path: Path) -> None:
-    async with robot(tmp_path) as one:
-        await one.command("home")
+    async with robot(tmp_path, homed=True) as one:
         one.talker.say(
             "send_action_goal", id="far", action="/task", args={"task": task("approach", TRAY)}, feedback=True
         )
@@ -259,8 +261,7 @@ async def test_cancel_stops_on_the_path_and_is_reported_at_rest(tmp_path: Path) 
 
 
 async def test_client_that_vanishes_stops_its_command(tmp_path: Path) -> None:
-    async with robot(tmp_path) as one:
-        await one.command("home")
+    async with robot(tmp_path, homed=True) as one:
         other = one.come()
         other.say("call_service", service="/maya_command", args={"task": task("approach", TRAY)})
         while not one.stack.controller.state.moving:
@@ -295,8 +296,7 @@ async def test_stop_queue_ends_everything_at_any_instant_a_homing_included(tmp_p
 
 
 async def test_stop_and_pause_are_services_past_a_running_command(tmp_path: Path) -> None:
-    async with robot(tmp_path) as one:
-        await one.command("home")
+    async with robot(tmp_path, homed=True) as one:
         one.talker.say("send_action_goal", id="far", action="/task", args={"task": task("approach", TRAY)})
         while not one.stack.controller.state.moving:
             await elapse(0.05)

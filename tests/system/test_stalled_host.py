@@ -26,10 +26,11 @@ from maya_un.motion.path import Path
 from maya_un.testing import Rig
 from maya_un.values import Joints, Point
 from tests.campaign import Campaign
+from tests.homing_mark import take_over
 from tests.judge.mechanism import Floats, places
 from tests.judge.paths import Cut, Way, deviations, drawn
 from tests.judge.trajectory import PARTS, Trajectory
-from tests.machines import Machine, take_over, twin_of
+from tests.machines import Machine, twin_of
 from tests.virtual_time import elapse
 
 MACHINE = Machine.of(parse({"controller": {"timeout": 10.0}}))
@@ -113,7 +114,7 @@ async def stallable() -> AsyncIterator[Stallable]:
     controller.tap(lambda way, data: bench.sent.extend(data) if way == "tx" else None)
     await controller.open()
     try:
-        await take_over(bench, MACHINE, HERE)
+        await take_over(controller, virtual, HERE, MACHINE.truth)
         yield Stallable(bench, lines)
     finally:
         await controller.close()

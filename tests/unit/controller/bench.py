@@ -14,7 +14,6 @@ from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
 from maya_un.config.files import parse
-from maya_un.controller import monitor
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import operands, wanted
 from maya_un.events import Event
@@ -22,6 +21,7 @@ from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints
+from tests.homing_mark import take_over
 from tests.virtual_time import elapse
 
 HERE = Joints(0.3, 1.5, 1.3)
@@ -45,7 +45,7 @@ async def homed(
 ) -> AsyncIterator[Rig]:
     """Give a robot that stands at `HERE` and takes over the mark of a homing, which costs nothing."""
     async with rig(config, truth=truth, start=StartPose(*HERE), live=live) as bench:
-        await _take_over(bench)
+        await take_over(bench.controller, bench.virtual, HERE)
         yield bench
 
 
@@ -54,7 +54,7 @@ async def far_away(latency: float, rate: float) -> AsyncIterator[Rig]:
     """Give a homed robot whose answers take `latency` [s]; its record is read at `rate` [Hz]."""
     config = parse({"controller": {"stream_rate": rate}})
     async with _plugged(MayaMechanics(start=StartPose(*HERE)), config, latency=latency, live=True) as bench:
-        await _take_over(bench)
+        await take_over(bench.controller, bench.virtual, HERE)
         yield bench
 
 
@@ -88,13 +88,6 @@ async def _plugged(
     finally:
         await controller.close()
         await virtual.close()
-
-
-async def _take_over(bench: Rig) -> None:
-    a, b, c = bench.controller.units.to_counts(HERE)
-    datum = [monitor.datum(bench.controller.config, bench.controller.units, axis) for axis in range(3)]
-    await foreign(bench, f"DP {a},{b},{c}", *datum, "mayaendb=2260000", "mayaendc=2300000", "ZAA=7", "mayahome=7")
-    await bench.controller.skip_home()
 
 
 async def foreign(bench: Rig, *commands: str) -> list[str]:

@@ -18,6 +18,7 @@ from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import TaskState
 from maya_un.values import Point
 from maya_un.workers import WorkerSet
+from tests.homing_mark import stand_homed
 from tests.virtual_time import turn
 
 JOB = {
@@ -77,7 +78,7 @@ async def test_a_worker_refuses_in_the_words_of_the_loop(job: object) -> None:
 async def test_stop_while_a_step_is_planned_prevents_it() -> None:
     with staff() as kept:
         async with stack(Config(), live=False, staff=kept) as robot:
-            await robot.controller.home()
+            await stand_homed(robot)
             before = robot.controller.state.counts
             running = asyncio.ensure_future(robot.robot.run(Approach(Point(0.5, 1.1, 0.4))))
             await turn()
@@ -98,7 +99,7 @@ async def test_an_inspection_of_too_many_samples_is_refused() -> None:
 async def test_a_target_out_of_reach_is_refused_by_a_worker_with_the_nearest() -> None:
     with staff() as kept:
         async with stack(Config(), live=False, staff=kept) as robot:
-            await robot.controller.home()
+            await stand_homed(robot)
             with pytest.raises(Unreachable, match="nearest reachable point"):
                 await robot.robot.run(Approach(Point(5.0, 5.0, 0.4)))
 

@@ -20,6 +20,7 @@ from maya_un.service.access.operations import ROS, Operation
 from maya_un.service.service import Service
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
+from tests.homing_mark import stand_homed
 from tests.virtual_time import elapse
 
 CUBE = Point(0.5, 1.1, 0.4)
@@ -39,7 +40,7 @@ REQUESTS: dict[str, Request] = {
 async def robot(*, homed: bool = True) -> AsyncIterator[Stack]:
     async with stack(Config(), live=False, parts={"cube": CUBE}) as layers:
         if homed:
-            await layers.service.direct.home()
+            await stand_homed(layers)
         yield layers
 
 

@@ -21,11 +21,13 @@ from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose
 from maya_un.kinematics.workspace import Workspace
+from maya_un.machine.truth import StartPose
 from maya_un.motion.path import Path
 from maya_un.testing.faults import abort_input
 from maya_un.testing.rig import rig
 from maya_un.values import Joints, Mode, State
 from tests.calm import CALM
+from tests.homing_mark import take_over
 from tests.virtual_time import elapse, turn
 
 HOMED = homed_pose(Config())
@@ -87,9 +89,10 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
     """Put a controller behind its server; a `homed` one is at the pose where homing ends."""
     bus = Bus()
     client = bus.node("somebody")
-    async with rig(CALM, live=live) as layer:
+    place = homed_pose(CALM)
+    async with rig(CALM, start=StartPose(*place) if homed else None, live=live) as layer:
         if homed:
-            await layer.controller.home()
+            await take_over(layer.controller, layer.virtual, place)
         async with ControllerServer(layer.controller, address="twin").open(bus.node("hw_simulator")):
             seen = Behind(layer.controller, layer.virtual, bus, client)
             client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
