@@ -25,7 +25,7 @@ async def take_over(
 
 
 async def stand_homed(layers: Stack) -> None:
-    """Take over a homing at the place of power-up, and move to the pose where a homing ends.
+    """Take over a homing at the place of power-up, move to the pose where a homing ends, and open the gripper.
 
     For tests of other things: a homing takes 260 s of virtual time, and thirty times the processor time of this.
     """
@@ -33,6 +33,7 @@ async def stand_homed(layers: Stack) -> None:
     assert twin is not None
     await take_over(layers.controller, twin.controller, Joints(*twin.mechanics.true_joints()), twin.mechanics.truth)
     await layers.controller.move(homed_pose(layers.config))
+    await layers.controller.gripper(open_=True)
 
 
 def mark(config: Config, place: Joints, truth: TrueConstants) -> list[str]:
