@@ -134,14 +134,24 @@ class Ros:
     @contextmanager
     def asking(self, service: str) -> Iterator[socket.socket]:
         """Give a connection to a service, ready for a request, which is hung up when the block ends."""
+        with self._connected(service) as (link, _):
+            yield link
+
+    def service_type(self, service: str) -> str:
+        """Return the type of a service, as `rosservice type` asks its node for it."""
+        with self._connected(service, "probe=1") as (_, fields):
+            return fields["type"]
+
+    @contextmanager
+    def _connected(self, service: str, *extra: str) -> Iterator[tuple[socket.socket, dict[str, str]]]:
+        """Give a connection to a service, and the fields of the header that its node sends."""
         at = urlsplit(self.ask_master("lookupService", service))
-        fields = [f"service={service}", "md5sum=*", "callerid=/test"]
+        fields = [f"service={service}", "md5sum=*", "callerid=/test", *extra]
         header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
         with socket.create_connection((at.hostname or "", at.port or 0), 40.0) as link:
             link.sendall(struct.pack("<I", len(header)) + header)
             (length,) = struct.unpack("<I", link.recv(4, socket.MSG_WAITALL))
-            link.recv(length, socket.MSG_WAITALL)
-            yield link
+            yield link, _fields(link.recv(length, socket.MSG_WAITALL))
 
     def until(self, fact: Callable[[], object], what: str, within: float = 40.0) -> None:
         """Return as soon as something of the graph is so; fails where that takes longer [s]."""
@@ -173,3 +183,13 @@ def places(folder: Path) -> dict[str, str]:
         "PYTHONUNBUFFERED": "1",
         "PYTHONPYCACHEPREFIX": str(BYTECODE),
     }
+
+
+def _fields(header: bytes) -> dict[str, str]:
+    """Return the fields of a header of the TCPROS protocol."""
+    found: dict[str, str] = {}
+    while header:
+        (length,) = struct.unpack_from("<I", header)
+        name, _, value = header[4 : 4 + length].decode().partition("=")
+        found[name], header = value, header[4 + length :]
+    return found

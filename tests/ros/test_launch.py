@@ -143,7 +143,7 @@ WINDOWS = {"rviz", "maya_dashboard", "joint_sliders"}
 OUTSIDE = {"ros_coms"}
 """Programs of a launch file that are no nodes: they reach the graph by rosbridge."""
 LIVE = ("sim_mode", "skip_home", "custom_gui", "core_debug", "display")
-TRIED = 3
+TRIED = 2
 """So many choices are launched, those with the most pairs of values; all of them only in the long run."""
 
 

@@ -9,9 +9,11 @@ signatures.
 from __future__ import annotations
 
 import asyncio
+import functools
 import json
 import logging
 import os
+import ssl
 from collections.abc import AsyncGenerator, AsyncIterator, Collection, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -28,6 +30,12 @@ _EARLY = 60.0
 
 _TOOLKIT = "identitytoolkit.googleapis.com"
 _TOKENS = "securetoken.googleapis.com"
+
+
+@functools.cache
+def tls_context() -> ssl.SSLContext:
+    """Return the TLS settings of all HTTP clients: reading the certificates takes 20 ms, too long at each connect."""
+    return httpx.create_ssl_context()
 
 
 class NoToken(Exception):
@@ -207,7 +215,7 @@ class Database:
         self._base = where_of(url).rstrip("/")
         self._namespace = {key: values[0] for key, values in parse_qs(parts.query).items() if key == "ns"}
         self._credentials = credentials
-        self._http = httpx.AsyncClient(timeout=httpx.Timeout(patience))
+        self._http = httpx.AsyncClient(timeout=httpx.Timeout(patience), verify=tls_context())
         self._stream_timeout = httpx.Timeout(patience, read=silence)
 
     @property

@@ -28,7 +28,7 @@ from urllib.parse import quote, urlsplit
 import httpx
 
 from maya_un.coms.agent import LONGEST
-from maya_un.coms.database import NoToken, TokenSource, data_of, message_of
+from maya_un.coms.database import NoToken, TokenSource, data_of, message_of, tls_context
 from maya_un.coms.rtdb import HEARTBEAT, MOST_AT_ONCE, Rtdb, as_id, beat_with, beside, leaving, robot_path
 from maya_un.coms.session import SessionClaims, SupervisorSession
 from maya_un.coms.settings import where_of
@@ -64,7 +64,7 @@ class Documents:
         self._base = f"{host}/v1/{quote(self._root)}"
         self.where = where
         self._tokens = tokens
-        self._http = httpx.AsyncClient(timeout=_PATIENCE)
+        self._http = httpx.AsyncClient(timeout=_PATIENCE, verify=tls_context())
 
     async def close(self) -> None:
         """Close every connection."""

@@ -72,7 +72,7 @@ def test_the_row_is_in_the_graph_with_its_type_at_its_node(row: Row, robot: Laun
             assert {f"/{name}" for name in (row.sinks if row.heard else row.sources)} & set(nodes)
         case Kind.SERVICE:
             assert {f"/{name}" for name in row.sources} & set(served[row.name])
-            assert robot.ros.tool("rosservice", "type", row.name).strip() == row.type
+            assert robot.ros.service_type(row.name) == row.type
         case Kind.ACTION:
             for part, ending in ACTION_TOPICS.items():
                 expected = f"{row.type}{ending}" if ending else "actionlib_msgs/Goal"

@@ -27,6 +27,7 @@ from maya_un.errors import (
 )
 from maya_un.testing import Rig, faults, rig
 from maya_un.values import Mode
+from tests.calm import CALM
 from tests.unit.controller.bench import BEAT, FAR, HERE, commands_in, far_away, foreign, homed, now, when_sent
 from tests.virtual_time import elapse
 
@@ -351,7 +352,7 @@ async def test_a_download_cut_off_anywhere_leaves_the_users_program() -> None:
 
 @pytest.mark.parametrize("after", [5.0, 60.0, 150.0])
 async def test_homing_stopped_by_another_host_does_not_go_on(after: float) -> None:
-    async with rig(live=True) as bench:
+    async with rig(CALM, live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(after)
         await foreign(bench, "STABC")
@@ -363,7 +364,7 @@ async def test_homing_stopped_by_another_host_does_not_go_on(after: float) -> No
 
 
 async def test_delayed_homing_learns_of_the_watchdog() -> None:
-    async with rig(live=True) as bench:
+    async with rig(CALM, live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(150.0)
         guard = bench.controller._lookout._guard
@@ -375,7 +376,7 @@ async def test_delayed_homing_learns_of_the_watchdog() -> None:
 
 
 async def test_watchdog_killed_in_homing_is_not_taken_for_a_limit() -> None:
-    async with rig(live=True) as bench:
+    async with rig(CALM, live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(60.0)  # axis a has met its reverse switch by then
         await foreign(bench, "HX7")
