@@ -43,7 +43,7 @@ def _load_profile() -> None:
     common = hypothesis.settings(
         deadline=None, print_blob=True, suppress_health_check=[hypothesis.HealthCheck.too_slow]
     )
-    hypothesis.settings.register_profile("ci", common, max_examples=100, database=None)
+    hypothesis.settings.register_profile("ci", common, max_examples=50, database=None)
     hypothesis.settings.register_profile("long", common, max_examples=2_000)
     hypothesis.settings.load_profile("long" if LONG else "ci")
 

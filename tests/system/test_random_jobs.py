@@ -38,7 +38,7 @@ from tests.judge.trajectory import PARTS, Trajectory
 from tests.machines import Machine, anywhere, drawn_machine, edge_place, homed
 from tests.virtual_time import elapse
 
-SHARDS = 8
+SHARDS = 4
 REQUESTS = 4
 LAG = 0.1
 """The axes are at rest at the latest so long after what they follow is [s]."""
@@ -86,7 +86,7 @@ class Trial(NamedTuple):
 @pytest.mark.parametrize("shard", range(SHARDS))
 def test_motions_keep_to_their_word(shard: int, campaign: Campaign) -> None:
     tally = Counter[str]()
-    for case in range(campaign.size(ci=12, long=1250)):
+    for case in range(campaign.size(ci=25, long=2500)):
         run_virtual(_job(campaign.rng(case), tally))
     assert tally["done"] > 0.2 * tally["requests"]
     assert tally["refused"] > 0.05 * tally["requests"]

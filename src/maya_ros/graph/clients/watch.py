@@ -19,6 +19,7 @@ from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.config import Config, Units
 from maya_un.controller.monitor import StateBroadcaster
+from maya_un.controller.protocol import Controller
 from maya_un.errors import MayaError, NodeGone
 from maya_un.events import Connected, Disconnected, EventLog, event_of
 from maya_un.kinematics.mechanism import Mechanism
@@ -30,6 +31,9 @@ LOOK = 0.1
 
 SETTLES = 0.5
 """Longest time until the topics show the end of a command [s, real time]."""
+
+LOCATES = 5.0
+"""Longest time that a command waits for the position of a homed robot [s, real time]."""
 
 SILENT = 5.0
 """A layer's node publishes its status every second; a node without one for this time hangs [s, real time]."""
@@ -227,3 +231,16 @@ class ControllerWatch:
             fault=standing.fault,
             override=standing.override,
         )
+
+
+async def located(controller: Controller, speed: float) -> None:
+    """Wait until the position of a homed robot is known, for `LOCATES` at most; the clock runs `speed` times as fast.
+
+    The position has a topic of its own: a node may hear that another client homed the robot before it hears where the
+    robot is.
+    """
+    with suppress(TimeoutError):
+        async with asyncio.timeout(LOCATES * max(1.0, speed)):
+            async for state in controller.watch():
+                if state.joints is not None or not state.homed or state.mode is Mode.DISCONNECTED:
+                    return
