@@ -12,7 +12,6 @@ from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
 from maya_ros.graph.clients.controller import GraphController
-from maya_ros.graph.clients.watch import located
 from maya_ros.graph.outcome import cancel_on_stop, error_of
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalStatus, Graph, Message
 from maya_ros.graph.servers.robot import RobotServer
@@ -35,11 +34,10 @@ _DECIDES = "robot_controller"
 
 @dataclass(frozen=True, slots=True)
 class DistributedLayers:
-    """A robot layer and the layer below, as a server uses them; `speed` is how fast the loop's clock runs."""
+    """A robot layer and the layer below, as a server uses them."""
 
     robot: Robot
     controller: Controller
-    speed: float = 1.0
 
     @property
     def state(self) -> State:
@@ -57,11 +55,7 @@ class DistributedLayers:
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
         """Execute a primitive; a stop ends it also between two of its motions."""
-        await cancel_on_stop(self.controller.events, self._run(primitive, on_phase))
-
-    async def _run(self, primitive: Primitive, on_phase: OnPhase | None) -> None:
-        await located(self.controller, self.speed)
-        await self.robot.run(primitive, on_phase)
+        await cancel_on_stop(self.controller.events, self.robot.run(primitive, on_phase))
 
 
 @asynccontextmanager
@@ -74,7 +68,7 @@ async def robot_layer(
     """
     async with GraphController.on(graph, config, speed=speed) as controller:
         server = RobotServer(
-            DistributedLayers(MayaRobot(controller, config, workers), controller, speed), clock=clock, speed=speed
+            DistributedLayers(MayaRobot(controller, config, workers), controller), clock=clock, speed=speed
         )
         async with server.commands(graph), server.task(graph, INNER):
             yield controller

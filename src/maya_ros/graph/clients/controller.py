@@ -15,7 +15,7 @@ from math import isclose
 
 import numpy as np
 
-from maya_ros.graph.clients.watch import SETTLES, ControllerWatch, located
+from maya_ros.graph.clients.watch import SETTLES, ControllerWatch
 from maya_ros.graph.conversions import path_to_message
 from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
 from maya_ros.graph.protocol import Feedback, Graph, Message
@@ -245,7 +245,6 @@ class GraphController:
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Go to `target` (rad, m, m), straight in joint space; `speed` scales the limits."""
-        await located(self, self._speed)
         if speed != 1.0:
             await self.follow([self._here(), target], speed=speed)
             return
@@ -273,7 +272,6 @@ class GraphController:
         Returns the distance of the motion and what limited it. Raises `UnknownName` for another axis.
         """
         self._require_there()
-        await located(self, self._speed)
         here, gone = self._here(), Jogged(axis, distance)
         if clip:
             gone = self._jogging.within(self.workspace, axis, here, distance)

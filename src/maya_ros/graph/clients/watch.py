@@ -1,8 +1,9 @@
 """Watch a controller layer over a graph: its state, its events in order, and whether its nodes are alive.
 
 The last event gives the condition of the layer (`graph.events`), /joint_states the position of the axes, /maya_position
-the gripper point. No topic reports limit switches, motors and stop codes: they count as in order while there is no
-fault. Events and joints may come from two nodes; if one of them is gone or hangs, the layer counts as disconnected.
+the gripper point. A robot at rest counts as homed once its position is known. No topic reports limit switches, motors
+and stop codes: they count as in order while there is no fault. Events and joints may come from two nodes; if one of
+them is gone or hangs, the layer counts as disconnected.
 """
 
 from __future__ import annotations
@@ -19,7 +20,6 @@ from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
 from maya_un.config import Config, Units
 from maya_un.controller.monitor import StateBroadcaster
-from maya_un.controller.protocol import Controller
 from maya_un.errors import MayaError, NodeGone
 from maya_un.events import Connected, Disconnected, EventLog, event_of
 from maya_un.kinematics.mechanism import Mechanism
@@ -31,9 +31,6 @@ LOOK = 0.1
 
 SETTLES = 0.5
 """Longest time until the topics show the end of a command [s, real time]."""
-
-LOCATES = 5.0
-"""Longest time that a command waits for the position of a homed robot [s, real time]."""
 
 SILENT = 5.0
 """A layer's node publishes its status every second; a node without one for this time hangs [s, real time]."""
@@ -157,6 +154,8 @@ class ControllerWatch:
             self.workspace = Workspace.of(self._config, standing.strokes).with_zones(self.workspace.zones)
             self._strokes = standing.strokes
         self._standing = standing
+        if not standing.homed:
+            self._joints = self._point = None
         self.renew()
 
     def _hear_joints(self, message: Message) -> None:
@@ -212,11 +211,15 @@ class ControllerWatch:
 
     def _compose(self) -> State:
         standing = self._standing
-        joints, powered = self._joints if standing.homed else None, self.there and standing.fault is None
+        joints = self._joints if standing.homed else None
+        powered = self.there and standing.fault is None
+        mode = standing.mode if self._sensing else Mode.DISCONNECTED
+        if unlocated := mode is Mode.IDLE and joints is None:  # the event of a homing may come before the position
+            mode = Mode.NOT_HOMED
         return State(
             time=self._loop.time(),
-            mode=standing.mode if self._sensing else Mode.DISCONNECTED,
-            homed=standing.homed,
+            mode=mode,
+            homed=standing.homed and not unlocated,
             counts=(0, 0, 0) if joints is None else self._units.to_counts(joints),
             joints=joints,
             point=None if joints is None else self._point,
@@ -231,16 +234,3 @@ class ControllerWatch:
             fault=standing.fault,
             override=standing.override,
         )
-
-
-async def located(controller: Controller, speed: float) -> None:
-    """Wait until the position of a homed robot is known, for `LOCATES` at most; the clock runs `speed` times as fast.
-
-    The position has a topic of its own: a node may hear that another client homed the robot before it hears where the
-    robot is.
-    """
-    with suppress(TimeoutError):
-        async with asyncio.timeout(LOCATES * max(1.0, speed)):
-            async for state in controller.watch():
-                if state.joints is not None or not state.homed or state.mode is Mode.DISCONNECTED:
-                    return

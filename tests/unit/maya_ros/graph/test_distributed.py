@@ -13,12 +13,9 @@ from maya_ros.graph.outcome import error_of, failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
 from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
-from maya_un.robot.primitives.approach import Approach
 from maya_un.robot.primitives.home import Home
-from maya_un.values import Joints, Point
 from tests.calm import CALM
 from tests.graphs import controller_node
-from tests.homing_mark import take_over
 from tests.virtual_time import elapse
 
 HOME = {"task": primitive_to_message(Home())}
@@ -124,16 +121,3 @@ async def test_running_command_is_at_rest_when_the_robot_layer_ends() -> None:
         assert not low.rig.controller.state.moving
         ended = await request
         assert (ended.outcome, ended.result["code"]) == (GoalStatus.PREEMPTED, str(Cancelled.code))
-
-
-async def test_command_waits_for_the_position_of_a_robot_that_another_client_homed() -> None:
-    bus = Bus()
-    async with controller_node(bus) as low, robot_layer(bus.node("robot_controller"), CALM) as controller:
-        await controller.connected()
-        await take_over(low.rig.controller, low.rig.virtual, Joints(*low.mechanics.true_joints()))
-        async for state in controller.watch():
-            if state.homed:
-                break
-        assert controller.state.joints is None
-        task = {"task": primitive_to_message(Approach(Point(0.5, 1.1, 0.5)))}
-        assert (await bus.node("somebody").do(INNER, TASK.type, task)).outcome is GoalStatus.SUCCEEDED

@@ -124,6 +124,16 @@ async def test_joints_are_unknown_before_homing() -> None:
         assert (teller.watch.state.joints, teller.watch.state.point) == (None, None)
 
 
+async def test_homed_robot_counts_as_such_when_its_position_is_known() -> None:
+    async with watched() as teller:
+        for _ in range(2):
+            await teller.says("homed", IDLE)
+            assert (teller.watch.state.mode, teller.watch.state.homed) == (Mode.NOT_HOMED, False)
+            await teller.measures(place())
+            assert (teller.watch.state.mode, teller.watch.state.homed) == (Mode.IDLE, True)
+            await teller.says("not_homed", replace(IDLE, mode=Mode.NOT_HOMED, homed=False, strokes=None))
+
+
 async def test_late_subscriber_knows_all_from_the_last_event() -> None:
     async with watched() as teller:
         fault = Notice(2301, "limit switch b")
@@ -176,6 +186,7 @@ async def test_invalid_positions_change_nothing() -> None:
 async def test_strokes_with_which_nothing_is_reachable_change_nothing() -> None:
     async with watched() as teller:
         await teller.says("idle", IDLE)
+        await teller.measures(place())
         before = teller.watch.workspace
         await teller.says("fault", replace(IDLE, mode=Mode.FAULT, strokes=((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))))
         assert teller.watch.state.mode is Mode.IDLE
@@ -199,6 +210,7 @@ async def test_hanging_node_counts_as_disconnected_until_it_continues() -> None:
         teller.is_well()
         await elapse(0.3)
         assert teller.watch.there
+        await teller.measures(place())
         assert (teller.watch.state.mode, kinds(teller.watch)[-1]) == (Mode.IDLE, Connected)
 
 
