@@ -66,7 +66,8 @@ provide_system() {
 provide_clients() {
     clients=$root/.venv-clients
     made_from=$(printf '%s\n' "$root" && cksum "$root/requirements-clients.lock")
-    if [ -f "$clients/stamp" ] && [ "$(cat "$clients/stamp")" = "$made_from" ]; then
+    if [ -f "$clients/stamp" ] && [ "$(cat "$clients/stamp")" = "$made_from
+$(readlink -f "$clients/bin/python")" ]; then
         return
     fi
     provide_system
@@ -77,7 +78,7 @@ provide_clients() {
     name_certificates
     $pip install --require-hashes --only-binary :all: --no-deps -r "$root/requirements-clients.lock"
     printf '%s\n' "$root/src" >"$("$clients/bin/python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"])')/maya-un.pth"
-    printf '%s\n' "$made_from" >"$clients/stamp"
+    { printf '%s\n' "$made_from" && readlink -f "$clients/bin/python"; } >"$clients/stamp"
 }
 
 # provide_scripts FOLDER: its node_modules hold what tests/system run, at the versions and hashes of its lock, by the
@@ -118,9 +119,10 @@ provide_broker() {
     )
 }
 
-# What an environment was made from; a change of any of it makes the environment anew.
+# What an environment was made from, its Python included; a change of any of it makes the environment anew.
 fingerprint() {
     printf '%s\n' "$root"
+    readlink -f "$venv/bin/python"
     cksum "$root/pyproject.toml" "$root/$1"
 }
 

@@ -47,7 +47,7 @@ def stop(host: str, port: int, timeout: float) -> StopOutcome:
 
 
 class _Conversation:
-    """The few requests of a stop, one after the other."""
+    """The few requests of a stop; the first two are in one packet."""
 
     def __init__(self, connection: socket.socket, address: str, timeout: float) -> None:
         self._connection = connection

@@ -17,6 +17,7 @@ import ssl
 from collections.abc import AsyncGenerator, AsyncIterator, Collection, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NoReturn, Protocol
 from urllib.parse import parse_qs, quote, urljoin, urlsplit
 
@@ -32,10 +33,26 @@ _TOOLKIT = "identitytoolkit.googleapis.com"
 _TOKENS = "securetoken.googleapis.com"
 
 
-@functools.cache
 def tls_context() -> ssl.SSLContext:
-    """Return the TLS settings of all HTTP clients: reading the certificates takes 20 ms, too long at each connect."""
+    """Return the TLS settings of an HTTP client of this package. Certificates are read again only if they change.
+
+    Reading takes 20 ms, in which the loop could do nothing else at each connect.
+    """
+    places = (os.environ.get("SSL_CERT_FILE", ""), os.environ.get("SSL_CERT_DIR", ""))
+    return _context_of(tuple((place, _changed(place)) for place in places))
+
+
+@functools.lru_cache(maxsize=1)
+def _context_of(_certificates: tuple[tuple[str, int], ...]) -> ssl.SSLContext:
     return httpx.create_ssl_context()
+
+
+def _changed(place: str) -> int:
+    """Return when a file or folder was last changed [ns], 0 if there is none."""
+    try:
+        return Path(place).stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 class NoToken(Exception):

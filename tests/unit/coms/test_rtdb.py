@@ -5,17 +5,19 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import os
 from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from random import Random
 from typing import Any
 
+import certifi
 import httpx
 import pytest
 
 from dmc41x3.loops import run
 from maya_un.coms.agent import LONGEST
-from maya_un.coms.database import FirebaseUser, FixedToken, NoToken
+from maya_un.coms.database import FirebaseUser, FixedToken, NoToken, tls_context
 from maya_un.coms.rtdb import Rtdb
 from maya_un.coms.selection import transport_of
 from maya_un.coms.settings import AgentSettings
@@ -690,3 +692,13 @@ def test_error_names_the_missing_permission_of_older_rules(
     with pytest.raises(SupervisorsNotReached, match="it answers PUT robots/MAYA/session with 401: Permission denied"):
         run(main())
     assert guarded.get(f"{ROBOT}/presence") is None
+
+
+def test_certificates_are_read_again_once_they_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "site.pem"
+    file.write_text(Path(certifi.where()).read_text())
+    monkeypatch.setenv("SSL_CERT_FILE", str(file))
+    first = tls_context()
+    assert tls_context() is first
+    os.utime(file, ns=(0, 1))
+    assert tls_context() is not first

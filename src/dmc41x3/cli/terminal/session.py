@@ -129,8 +129,9 @@ class TerminalLink:
 
     async def take_messages(self) -> None:
         """Direct the programs' messages to this link (CF I, CW 1), even if another client receives them."""
-        self._marked = await _number(self.driver, "_CW", 2)
-        self._receiver = int(await _number(self.driver, "_CF", _SERIAL))
+        if not self.messages:
+            self._marked = await _number(self.driver, "_CW", 2)
+            self._receiver = int(await _number(self.driver, "_CF", _SERIAL))
         await self.driver.subscribe()
         self.messages = True
 

@@ -52,7 +52,7 @@ class InternalApp:
 
     async def ask(self, request: Request[Any], caller: Caller) -> str:
         """Return the answer as JSON, "" for none; raises the error of the operation."""
-        if self._clients is None:
+        if self._clients is None or (self._clients.done() and self._clients.exception() is not None):
             self._clients = asyncio.get_running_loop().run_in_executor(None, _clients_of, self._bridge)
         client_of = await asyncio.shield(self._clients)
         sent = encoded(request, _HERE, caller.lease)
@@ -66,7 +66,7 @@ class InternalApp:
 def _clients_of(bridge: Bridge) -> Callable[[Caller], AsyncClient]:
     """Return a function that makes the client of a caller.
 
-    For a thread: the imports take a quarter of a second, which a node does not need to start.
+    For a thread: this takes a quarter of a second, which a node that nobody calls does not need.
     """
     from httpx import ASGITransport, AsyncClient  # noqa: PLC0415
 

@@ -236,10 +236,13 @@ async def test_messages_go_to_no_former_receiver_that_has_left() -> None:
         await third.close()
 
 
-async def test_taken_settings_are_given_back() -> None:
+@pytest.mark.parametrize("again", [False, True])
+async def test_taken_settings_are_given_back(*, again: bool) -> None:
     async with benched() as bench:
         session = TerminalSession(bench.dial, "bench", Heard())
         await session.connect()
+        if again:
+            await session.link.take_messages()
         other = await Driver.open(await bench.dial(), timeout=5.0)
         assert [await other.value("_CF"), await other.value("_CW")] == [ord("A"), 1.0]
         await session.close()
