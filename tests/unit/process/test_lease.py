@@ -242,6 +242,18 @@ async def test_taking_the_lease_takes_over_the_job() -> None:
         assert changes(events) == ["taken ann", "taken bob", "released", "taken ann"]
 
 
+async def test_direct_command_outlives_its_lease_beside_the_job_of_another() -> None:
+    async with leased() as (lease, _):
+        with lease.driving("ann", ""):
+            held = lease.take("bob", "")
+            with lease.driving("bob", "", direct=True) as command:
+                lease.release(held.id, "bob")
+                assert (command.lost, held_by(lease)) == ("", "bob")
+                with pytest.raises(LeaseHeld):
+                    lease.take("ann", "")
+            assert held_by(lease) == "ann"
+
+
 async def test_without_a_lease_no_command_runs_beside_a_job() -> None:
     async with leased() as (lease, _):
         with lease.driving("ann", "job 1"):
