@@ -95,7 +95,7 @@ def _phrase(package: str, layer: str) -> str:
 
 def _row(axes: Axes, package: str, names: Sequence[str], x: float, y: float, width: float, height: float) -> None:
     if len(names) > 3:
-        _box(axes, (x, y, width, 0.8 * height), "", " · ".join(names))
+        _box(axes, (x + 0.003, y, width - 0.006, 0.8 * height), "", " · ".join(names))
         return
     each = width / len(names)
     for index, name in enumerate(names):

@@ -86,10 +86,10 @@ def configuration_page() -> str:
     """Return the configuration file with every key at its default, its meaning and its unit."""
     return (
         f"{NOTE}\n# Configuration\n\n"
-        "A TOML file changes single keys; whatever it does not name keeps the value below, which is the manual's\n"
-        "where the manual has one. Lengths are metres, angles radians, times seconds; keys that end in `_counts` are\n"
-        "registers of the motion controller. `maya config init` writes this file, `maya config check` reads one,\n"
-        "`maya config show` prints what is in force.\n\n"
+        "A TOML file sets single keys. Keys that the file omits have the defaults below. Most defaults come from the\n"
+        "manual. Lengths are in metres, angles in radians, times in seconds. Keys that end in `_counts` are registers\n"
+        "of the motion controller. `maya config init` writes this file, `maya config check` checks a file, and\n"
+        "`maya config show` prints the values in force.\n\n"
         f"```toml\n{template()}```\n"
     )
 
@@ -135,7 +135,8 @@ def decisions_page() -> str:
     return (
         f"{NOTE}\n# Decisions\n\n"
         "Each record describes a decision about the architecture: its context, the decision, the consequences. A\n"
-        "changed decision gets a new record, which names the old one.\n\n"
+        "changed decision gets a new record, which names the old one. Old records use the words of their time; the\n"
+        "[glossary](../explanation/glossary.md) has the present ones.\n\n"
         f"{index}\n"
     )
 

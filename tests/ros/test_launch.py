@@ -33,6 +33,8 @@ LAYERS = {
         "robot_controller", "primitive_server", "process_controller", "firebase_bridge", "rosbridge",
     },
 }  # fmt: skip
+RVIZ_CRASH = re.compile(r"\[rviz-\d+\] process has died \[pid \d+, exit code -11\b")
+"""On a busy machine without a graphics card, rviz itself may crash while it ends."""
 START = 55.0
 """Longest time for the whole start [s] on a busy machine."""
 
@@ -182,7 +184,7 @@ def check(ros: Ros, file: str, choice: Choice, display: Mapping[str, str]) -> No
     assert {name.lstrip("/") for name in ros.nodes()} == stay | {"rosout"}
     check_state(ros, file, choice)
     assert program.end() == 0
-    assert "has died" not in program.said
+    assert "has died" not in RVIZ_CRASH.sub("", program.said)
     assert "Traceback" not in program.said
 
 

@@ -21,11 +21,11 @@ def large() -> Recording:
 
 def main(folder: Path) -> None:
     """Save for ever; say each name once it is kept."""
-    shelf = RecordingStore(folder, 5, 1_000_000_000, lambda: UTC)
+    store = RecordingStore(folder, 5, 1_000_000_000, lambda: UTC)
     recording = large()
     print("begun", flush=True)
     while True:
-        print(shelf.save(recording).name, flush=True)
+        print(store.save(recording).name, flush=True)
 
 
 if __name__ == "__main__":

@@ -102,11 +102,11 @@ async def operate(folder: Path, minutes: float) -> list[Health]:
     journal = await SqliteJournal.open(folder / "maya.db", CONFIG.storage)
     ledger = Ledger(folder)
     twin = standing({"job": [Carry("part", HERE, THERE)]}, ledger, powered=True)
-    shelf = RecordingStore.of(CONFIG.recorder, folder / "recordings", time.time_ns)
+    store = RecordingStore.of(CONFIG.recorder, folder / "recordings", time.time_ns)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "make_twin", lambda **_: twin)
         patch.setattr(entries, "REMEMBERED", REMEMBERED)
-        async with assembly.stack(CONFIG, journal=journal, skip_home=True, recordings=shelf) as robot:
+        async with assembly.stack(CONFIG, journal=journal, skip_home=True, recordings=store) as robot:
             await fill(robot)
             found: list[Health] = []
             for number in range(WARM + round(minutes * MINUTE / ROUND)):

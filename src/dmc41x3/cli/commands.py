@@ -7,12 +7,16 @@ from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import typer
+from typer.core import TyperCommand
 
 from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
-from dmc41x3.cli.console import OutputSettings, settings_of
+from dmc41x3.cli.console import ALONE, OutputSettings, Site, settings_of
 
-_HOST = "sim (a new twin that ends with the command), real (the controller of the configuration), or HOST[:PORT]"
+_REAL = "{real}"
+"""Stands in a help text for what `real` means; the site of the group supplies it."""
+
+_HOST = f"sim (a new twin that ends with the command), real ({_REAL}), or HOST[:PORT]"
 Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
 OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=_HOST)]
 Rate = Annotated[float, typer.Option(metavar="RATE", help="samples a second")]
@@ -43,10 +47,7 @@ class OwnCommands(NamedTuple):
 
 def send(
     context: typer.Context,
-    host: Annotated[
-        str,
-        typer.Argument(metavar="HOST[:PORT]", help="address of the controller; real is the one of the configuration"),
-    ],
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help=f"address of the controller, or real ({_REAL})")],
     commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A", "SH;TP"')],
 ) -> int:
     """Send commands to a controller and print its replies.
@@ -145,10 +146,7 @@ def capture(
 
 def conform(
     context: typer.Context,
-    host: Annotated[
-        str,
-        typer.Argument(metavar="HOST[:PORT]", help="address of the controller; real is the one of the configuration"),
-    ],
+    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help=f"address of the controller, or real ({_REAL})")],
     moves: Annotated[
         bool, typer.Option("--moves", help="check motion too: motors turn by a few thousand counts")
     ] = False,
@@ -171,15 +169,30 @@ def conform(
     return command.conform(host, moves, bench, settings_of(context))
 
 
-def add_to(group: typer.Typer, own: OwnCommands, how: dict[str, Any], of_groups: dict[str, Any]) -> None:
+def add_to(group: typer.Typer, own: OwnCommands, site: Site, how: dict[str, Any], of_groups: dict[str, Any]) -> None:
     """Add the tools and the group's `own` commands to a group, in the order of its help.
 
     `how` holds the options of all commands, `of_groups` those of all groups.
     """
+    command_class = _command_class(site)
     tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform)
     for command in (*own.twin, *tools):
-        group.command(**how)(command)
+        group.command(cls=command_class, **how)(command)
     group.add_typer(_gclib_group(how, of_groups), name="gclib")
+
+
+def _command_class(site: Site) -> type[TyperCommand]:
+    """Return a class of commands; their help explains `real` for `site`."""
+
+    class SiteCommand(TyperCommand):
+        def __init__(self, *arguments: Any, **options: Any) -> None:
+            super().__init__(*arguments, **options)
+            parameters: list[Any] = list(self.params)
+            for parameter in parameters:
+                if parameter.help:
+                    parameter.help = parameter.help.replace(_REAL, site.real)
+
+    return SiteCommand
 
 
 def _gclib_group(how: dict[str, Any], group: dict[str, Any]) -> typer.Typer:
@@ -233,7 +246,7 @@ def gclib_run(
 
 _EVERYWHERE = (
     "Every command also takes --json (print the answer as JSON) and --lang en|es (language of messages; "
-    "help is in English). real is the controller at $DMC_ADDRESS."
+    "help is in English)."
 )
 # Unknown options become arguments, so that a command may begin with a minus sign.
 _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}
@@ -256,7 +269,7 @@ def group() -> typer.Typer:
         no_args_is_help=True,
         context_settings={"help_option_names": ["--help", "-h"]},
     )
-    add_to(dmc, OwnCommands((serve,), download, replay), _HOW, _GROUP)
+    add_to(dmc, OwnCommands((serve,), download, replay), ALONE, _HOW, _GROUP)
     return dmc
 
 

@@ -64,6 +64,11 @@ class Site(Protocol):
         """The words before the name of a tool on the command line."""
         ...
 
+    @property
+    def real(self) -> str:
+        """The meaning of the address `real`, for the help of the tools."""
+        ...
+
     def meant(self, address: str, config: str | None) -> str:
         """Return `address`, or the address of the configured controller for `real`.
 
@@ -88,6 +93,7 @@ class Alone:
     """The site of the command `dmc`: the twin is a bench, and no program owns a controller."""
 
     command = "dmc"
+    real = f"the controller at ${ADDRESS}"
 
     def meant(self, address: str, config: str | None) -> str:
         """Return `address`, or for `real` the one in $DMC_ADDRESS; raises `InvalidValue` if that is not set."""

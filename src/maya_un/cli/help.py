@@ -36,6 +36,8 @@ Robot (commands to the robot that `maya up` runs; lengths in m or like 120mm, an
   jog                                          jog with the keys of the terminal
   teach NAME      teach-pallet NAME            store the position of the gripper, store a pallet
   zones [list]    zones add|remove NAME ...    zones that the robot must not enter, until `maya up` ends
+  record save                                  save a recording of the last minutes
+  calibrate collect FILE                       move to poses and ask for measured points
 
 Queue
   queue           queue pause|resume|step      show the queue; pause it, continue it, do one step
@@ -58,14 +60,13 @@ Information (no robot needed)
   fk A B C        ik X Y Z                     show the gripper position for joints; the joints for a position
   reach X Y Z                                  check whether the gripper can reach a point
   poses [remove|rename]   pallets [...]        list, remove or rename taught poses and pallets
-  record [list]   record save|show|export      list, save, show or export recordings of the last minutes
+  record [list]   record show|export           list, show or export recordings
   replay FILE                                  repeat a recording on a twin
   plot workspace [--point X Y Z]               draw the workspace; plot job JOB: draw a job
   config show|check|init                       show, check or create the configuration file
   doctor          logs [--follow]              find faults and remedies; show events and log
   completion bash|zsh|fish                     complete commands in the shell
   calibrate FILE [--apply]                     fit the machine's constants to measured points
-  calibrate collect FILE                       measure the points
 
 Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
   dmc serve [--port N] [--speed X]             serve a twin, a virtual DMC-41x3, on TCP and UDP

@@ -21,7 +21,7 @@ from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places
 from maya_un.cli.progress import Display, chosen, tell
 from maya_un.cli.quantities import clock_factor, target_address
-from maya_un.cli.recordings.recordings import shelf
+from maya_un.cli.recordings.recordings import store
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import INTERRUPTION, follow
@@ -194,7 +194,7 @@ class _JobRun:
             take_over=self._take_over,
             speed=self._factor,
             places=taught_places(self._settings),
-            recordings=shelf(config.recorder),
+            recordings=store(config.recorder),
         ) as robot:
             if self._home_first:
                 await robot.controller.home()

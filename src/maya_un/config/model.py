@@ -69,9 +69,9 @@ Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)
 """x, y, z [m]."""
 
 Name = Annotated[
-    str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$", description="unique: letters, digits, - and _")
+    str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$", description="unique name of letters, digits, - and _")
 ]
-Margin = Annotated[float, Field(ge=0.0, le=1.0, description="clearance around it for gripper and part [m]")]
+Margin = Annotated[float, Field(ge=0.0, le=1.0, description="clearance around the zone for gripper and part [m]")]
 Lines = Annotated[bool, Field(description="keep the two lines out too, not only the gripper")]
 
 
@@ -118,7 +118,7 @@ class HalfSpaceConfig(ConfigSection):
     name: Name
     kind: Annotated[Literal["half_space"], Field(description="box, cylinder or half_space")]
     point: Annotated[Place, Field(description="x, y, z of any place on the plane [m]")]
-    normal: Annotated[Place, Field(description="direction out of the forbidden side, of any length")]
+    normal: Annotated[Place, Field(description="vector that points out of the forbidden side, of any length")]
     margin: Margin = 0.05
     lines: Lines = False
 
@@ -159,30 +159,47 @@ class ComsConfig(ConfigSection):
 
     name: RobotName = Field(
         default_factory=robot_name,
-        description="the robot's name for its supervisors; by default MAYA, or the ROS namespace in capitals",
+        description="name of the robot for its supervisors; default: MAYA, or the ROS namespace in capitals",
     )
     server_address: Annotated[
-        str, Field(pattern=r"^https?://[^\s/]+$", description="where `maya coms` is (the manual's COMS_SERVER_ADDRESS)")
+        str,
+        Field(pattern=r"^https?://[^\s/]+$", description="address of `maya coms` (COMS_SERVER_ADDRESS in the manual)"),
     ] = "http://localhost:3000"
 
 
 class RecorderConfig(ConfigSection):
     """The flight recorder: how much of the past it holds in memory, and how many recordings stay on the disk."""
 
-    enabled: Annotated[bool, Field(description="keep the last minutes in memory, and save them after a fault")] = True
-    seconds: Annotated[float, Field(ge=20.0, le=86_400.0, description="how much of the past is held [s]")] = 600.0
-    megabytes: Annotated[int, Field(ge=1, le=1024, description="memory it may take; the oldest goes first [MB]")] = 40
-    after: Annotated[float, Field(ge=0.0, le=60.0, description="after a fault it is saved so much later [s]")] = 5.0
-    files: Annotated[int, Field(ge=1, le=10_000, description="recordings kept; the oldest is removed")] = 50
-    disk_megabytes: Annotated[int, Field(ge=1, le=1_000_000, description="disk that they may take [MB]")] = 500
+    enabled: Annotated[bool, Field(description="record the last minutes in memory, and save them after a fault")] = True
+    seconds: Annotated[float, Field(ge=20.0, le=86_400.0, description="duration that memory holds [s]")] = 600.0
+    megabytes: Annotated[
+        int, Field(ge=1, le=1024, description="limit of memory; above it, the oldest data is removed [MB]")
+    ] = 40
+    after: Annotated[float, Field(ge=0.0, le=60.0, description="delay between a fault and the saving [s]")] = 5.0
+    files: Annotated[
+        int, Field(ge=1, le=10_000, description="limit of recordings; above it, the oldest is removed")
+    ] = 50
+    disk_megabytes: Annotated[
+        int,
+        Field(ge=1, le=1_000_000, description="limit of disk space; above it, the oldest recording is removed [MB]"),
+    ] = 500
 
 
 class StorageConfig(ConfigSection):
-    """The file of the queue: events and audit entries beyond this are dropped, the oldest first; jobs never are."""
+    """Limits for events and audit entries in the file of the queue; jobs are never removed."""
 
-    events: Annotated[int, Field(ge=1000, le=10_000_000, description="events kept")] = 200_000
-    audit: Annotated[int, Field(ge=1000, le=10_000_000, description="entries of the audit log kept")] = 100_000
-    days: Annotated[int, Field(ge=1, le=36_500, description="and none older than so many days before the newest")] = 365
+    events: Annotated[
+        int, Field(ge=1000, le=10_000_000, description="limit of events; above it, the oldest are removed")
+    ] = 200_000
+    audit: Annotated[
+        int, Field(ge=1000, le=10_000_000, description="limit of audit entries; above it, the oldest are removed")
+    ] = 100_000
+    days: Annotated[
+        int,
+        Field(
+            ge=1, le=36_500, description="remove events and audit entries that are this many days older than the newest"
+        ),
+    ] = 365
 
 
 Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
@@ -203,12 +220,12 @@ Address = Annotated[str, AfterValidator(_host_and_port)]
 class ControllerConfig(ConfigSection):
     """Address of the motion controller, and time limits for it."""
 
-    address: Annotated[Address, Field(description="HOST or HOST:PORT that `--address real` means")] = "192.168.1.156"
+    address: Annotated[Address, Field(description="address for `--address real`: HOST or HOST:PORT")] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
-    stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records a second [Hz]")] = 20.0
+    stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records per second [Hz]")] = 20.0
     outputs: Annotated[
         tuple[Annotated[int, Field(ge=1, le=8)], ...],
-        Field(strict=False, max_length=7, description="digital outputs that primitives may switch; there are none"),
+        Field(strict=False, max_length=7, description="digital outputs that primitives may switch; default: none"),
     ] = ()
 
 
@@ -218,9 +235,9 @@ class Geometry(ConfigSection):
     height: Annotated[Metres, Field(description="H, height of the anchors above the table [m]")] = manual.HEIGHT
     length: Annotated[Metres, Field(description="D, distance of anchor c from axis a [m]")] = manual.LENGTH
     delta: Annotated[Metres, Field(description="distance of anchor b from axis a [m]")] = manual.DELTA
-    gripper_height: Annotated[Metres, Field(description="Phi, lines' meeting point to gripper point [m]")] = (
-        manual.GRIPPER_HEIGHT
-    )
+    gripper_height: Annotated[
+        Metres, Field(description="Phi, height of the meeting point of the lines above the gripper point [m]")
+    ] = manual.GRIPPER_HEIGHT
 
     @property
     def width(self) -> float:
@@ -240,24 +257,30 @@ class Geometry(ConfigSection):
 class Scale(ConfigSection):
     """Encoder counts per unit of motion (manual, constants PULSES_PER_M and PULSES_PER_DEG)."""
 
-    pulses_per_metre: Annotated[float, Field(gt=1e3, le=1e9, description="counts per metre of line b, c")] = 1e6
+    pulses_per_metre: Annotated[float, Field(gt=1e3, le=1e9, description="counts per metre of lines b and c")] = 1e6
     pulses_per_degree: Annotated[float, Field(gt=1.0, le=1e6, description="counts per degree of axis a")] = 371.06
 
 
 class AxisConfig(ConfigSection):
     """One axis: its letter on the controller, its stroke, its registers."""
 
-    letter: Annotated[Letter, Field(description="its letter on the controller")]
-    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="short end of the stroke (rad or m)")]
-    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="long end of the stroke (rad or m)")]
+    letter: Annotated[Letter, Field(description="letter of the axis on the controller")]
+    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke (rad or m)")]
+    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke (rad or m)")]
     speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
-    acceleration_counts: Annotated[Register, Field(ge=1024, description="AC [counts/s2]")]
-    deceleration_counts: Annotated[Register, Field(ge=1024, description="DC [counts/s2]")]
-    stop_deceleration_counts: Annotated[Register, Field(ge=1024, description="VD and DC of a stop [counts/s2]")]
-    limit_deceleration_counts: Annotated[Register, Field(ge=1024, description="SD, at a limit [counts/s2]")]
-    error_limit_counts: Annotated[int, Field(ge=1, le=2_147_483_647, description="ER, following error [counts]")]
+    acceleration_counts: Annotated[Register, Field(ge=1024, description="AC, acceleration [counts/s2]")]
+    deceleration_counts: Annotated[Register, Field(ge=1024, description="DC, deceleration [counts/s2]")]
+    stop_deceleration_counts: Annotated[
+        Register, Field(ge=1024, description="VD and DC, deceleration of a stop [counts/s2]")
+    ]
+    limit_deceleration_counts: Annotated[
+        Register, Field(ge=1024, description="SD, deceleration at a limit switch [counts/s2]")
+    ]
+    error_limit_counts: Annotated[
+        int, Field(ge=1, le=2_147_483_647, description="ER, limit of the following error [counts]")
+    ]
     jerk_counts: Annotated[
-        int | None, Field(ge=1024, le=2_147_483_647, description="limit of jerk [counts/s3], none if left out")
+        int | None, Field(ge=1024, le=2_147_483_647, description="limit of the jerk [counts/s3]; default: none")
     ] = None
 
     @model_validator(mode="after")
@@ -329,29 +352,39 @@ class GripperConfig(ConfigSection):
     """The gripper's output on the controller (manual: CB1 closes, SB1 opens)."""
 
     output: Annotated[int, Field(ge=1, le=8, description="number of the digital output")] = 1
-    closed_by: Annotated[Literal["clear", "set"], Field(description="bit command that closes it")] = "clear"
-    settle_time: Annotated[float, Field(ge=0.0, le=10.0, description="wait after switching [s]")] = 0.5
+    closed_by: Annotated[Literal["clear", "set"], Field(description="bit command that closes the gripper")] = "clear"
+    settle_time: Annotated[float, Field(ge=0.0, le=10.0, description="wait after each switching [s]")] = 0.5
 
 
 class WiringConfig(ConfigSection):
     """How the switches are wired: register CN."""
 
-    limit_active_level: Annotated[Literal[-1, 1], Field(description="CN n0: -1 low, 1 high when active")] = -1
+    limit_active_level: Annotated[
+        Literal[-1, 1], Field(description="CN n0, level of an active limit switch: -1 low, 1 high")
+    ] = -1
 
 
 class SafetyConfig(ConfigSection):
     """Limits that the manual lacks, but physics requires (errata 1, 5, 6)."""
 
-    tension_limit: Annotated[float, Field(gt=1.0, le=20.0, description="line tension, multiple of the load")] = (
-        manual.TENSION_LIMIT
-    )
+    tension_limit: Annotated[
+        float, Field(gt=1.0, le=20.0, description="limit of the line tension, as a multiple of the load")
+    ] = manual.TENSION_LIMIT
     emergency_tension: Annotated[
-        float, Field(ge=1.0, le=5.0, description="what a fault may take tension to, multiple of tension_limit")
+        float, Field(ge=1.0, le=5.0, description="limit of the tension during a fault, as a multiple of tension_limit")
     ] = 1.2
-    self_locking: Annotated[bool, Field(description="drums hold the load with motors off")] = True
-    off_on_error: Annotated[Literal[0, 1] | None, Field(description="OE; default 1 where self_locking, else 0")] = None
+    self_locking: Annotated[bool, Field(description="true: the drums hold the load while the motors are off")] = True
+    off_on_error: Annotated[
+        Literal[0, 1] | None,
+        Field(description="OE, 1: an error switches the motor off; default: 1 if self_locking, else 0"),
+    ] = None
     guard_time: Annotated[
-        float, Field(ge=0.0, le=10.0, description="silence after which the controller stops the axes [s]; 0: never")
+        float,
+        Field(
+            ge=0.0,
+            le=10.0,
+            description="the controller stops the axes if the host is silent for this time [s]; 0: never",
+        ),
     ] = 0.5
 
     @property
@@ -371,18 +404,29 @@ class SafetyConfig(ConfigSection):
 class HomingConfig(ConfigSection):
     """Speeds and limits of homing (errata, "Homing, in numbers")."""
 
-    speed: Annotated[float, Field(gt=0.0, le=0.2, description="travel of the lines [m/s]")] = 0.03
-    slow_speed: Annotated[float, Field(gt=0.0, le=0.02, description="probing and final approach [m/s]")] = 0.002
-    torque_per_load: Annotated[float, Field(gt=0.0, le=9.9, description="motor command that lifts the load [V]")] = 0.5
-    stroke_tolerance: Annotated[float, Field(ge=0.0, le=0.2, description="long end against configuration")] = 0.03
+    speed: Annotated[float, Field(gt=0.0, le=0.2, description="speed of the lines during travel [m/s]")] = 0.03
+    slow_speed: Annotated[
+        float, Field(gt=0.0, le=0.02, description="speed of the lines during probing and final approach [m/s]")
+    ] = 0.002
+    torque_per_load: Annotated[float, Field(gt=0.0, le=9.9, description="motor command per load on a line [V]")] = 0.5
+    stroke_tolerance: Annotated[
+        float,
+        Field(
+            ge=0.0,
+            le=0.2,
+            description="allowed difference between the measured and the configured stroke, as a fraction",
+        ),
+    ] = 0.03
 
 
 class CellConfig(ConfigSection):
     """The table under the robot: heights above its top [m] (errata, "The cell")."""
 
-    grasp_height: Annotated[Metres, Field(description="gripper point when it grasps a standard part [m]")] = 0.40
-    clearance: Annotated[Metres, Field(description="approach this far above pick and place [m]")] = 0.10
-    smooth: Annotated[bool, Field(description="pass the points above pick and place without a stop")] = True
+    grasp_height: Annotated[
+        Metres, Field(description="height of the gripper point when it grasps a standard part [m]")
+    ] = 0.40
+    clearance: Annotated[Metres, Field(description="height of the approach point above pick and place [m]")] = 0.10
+    smooth: Annotated[bool, Field(description="true: pass the points above pick and place without a stop")] = True
 
 
 class Config(ConfigSection):
@@ -405,7 +449,7 @@ class Config(ConfigSection):
         Field(
             strict=False,
             max_length=MOST_ZONES,
-            description="what to keep out of, each in a [[zones]] of its own; there are none",
+            description="keep-out zones, one [[zones]] table each; default: none",
         ),
     ] = ()
 

@@ -16,6 +16,7 @@ from math import atan2, cos, hypot, isfinite, pi, sin, sqrt, tau
 from typing import TYPE_CHECKING, Self
 
 from maya_un.errors import Unreachable
+from maya_un.kinematics.limits import above_anchors
 from maya_un.values import Joints, Point
 
 if TYPE_CHECKING:
@@ -110,8 +111,6 @@ def no_lines(point: Point, h: float) -> Unreachable:
     finite = isfinite(h) and isfinite(point.x) and isfinite(point.y)
     return Unreachable(
         target=f"({point.x:.4f}, {point.y:.4f}, {point.z:.4f}) m",
-        reason=f"its lines would have to meet {-h * 1e3:.3g} mm above their anchors"
-        if finite
-        else "it is not a place: not finite",
+        reason=above_anchors(-h).text if finite else "it is not a place: a coordinate is not finite",
         nearest="none",
     )

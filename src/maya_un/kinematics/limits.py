@@ -114,8 +114,8 @@ class ReasonBounds:
     def _words(self, limit: Limit, excess: float, joints: Joints) -> str:
         match limit:
             case Limit.BOOM:
-                side = _side(joints.a, self.boom, "before its start", "past its end")
-                return f"the boom would have to turn to {degrees(joints.a):z.1f}°, {degrees(excess):.3g}° {side}"
+                side = _side(joints.a, self.boom, "below its minimum", "above its maximum")
+                return f"the boom would have to turn to {degrees(joints.a):z.1f}°, {_digits(degrees(excess))}° {side}"
             case Limit.LINE_B:
                 return _line_words("b", excess, joints.b, self.line_b)
             case Limit.LINE_C:
@@ -123,11 +123,11 @@ class ReasonBounds:
             case Limit.TENSION_B | Limit.TENSION_C:
                 pull = self.tension_limit + excess
                 return (
-                    f"line {limit[-1]} would carry {pull:.4g} times the load, more than the {self.tension_limit:g} "
-                    "allowed, because the lines would be too straight"
+                    f"line {limit[-1]} would carry {_digits(pull)} times the load; "
+                    f"the limit is {self.tension_limit:g} times the load"
                 )
             case _:
-                return _WORDS[limit].format(_mm(excess))
+                return _WORDS[limit].format(length_text(excess))
 
 
 def no_number() -> Reason:
@@ -137,36 +137,43 @@ def no_number() -> Reason:
 
 def above_anchors(height: float) -> Reason:
     """Return the reason for a place whose lines would have to meet `height` [m] above the anchors."""
-    return Reason(Limit.ANCHORS, height, "m", _WORDS[Limit.ANCHORS].format(_mm(height)))
+    return Reason(Limit.ANCHORS, height, "m", _WORDS[Limit.ANCHORS].format(length_text(height)))
 
 
 def in_zone(name: str, margin: float, clearance: float) -> Reason:
     """Return the reason for a place whose `clearance` of a zone with this `margin` [m] is negative."""
     distance = margin + clearance
     if distance >= 0.0:
-        where = f"{_mm(distance)} from zone {name}, which asks for {_mm(margin)}"
+        where = f"{length_text(distance)} from zone {name}, whose margin is {length_text(margin)}"
     else:
-        where = f"{_mm(-distance)} inside zone {name}"
-    return Reason(Limit.ZONE, -clearance, "m", f"robot or lines would be {where}", name)
+        where = f"{length_text(-distance)} inside zone {name}"
+    return Reason(Limit.ZONE, -clearance, "m", f"the gripper or a line would be {where}", name)
 
 
 _WORDS = {
     Limit.COUPLING: "lines b and c together are {} too short to meet",
     Limit.ANCHORS: "its lines would have to meet {} above their anchors",
-    Limit.INNER: "it lies {} inside the inner anchor, where line c would hang slack",
-    Limit.OUTER: "it lies {} outside the outer anchor, where line b would hang slack",
+    Limit.INNER: "it lies {} nearer to the boom's axis than the inner anchor, so line c would be slack",
+    Limit.OUTER: "it lies {} farther from the boom's axis than the outer anchor, so line b would be slack",
     Limit.FLOOR: "it lies {} below the table top",
 }
 
 
 def _line_words(line: str, excess: float, length: float, stroke: Stroke) -> str:
-    side = _side(length, stroke, "shorter", "longer")
-    return f"line {line} would have to be {length * 1e3:.1f} mm long, {_mm(excess)} {side} than it can be"
+    side = _side(length, stroke, "shorter than its minimum", "longer than its maximum")
+    return f"line {line} would have to be {length_text(length)} long, {length_text(excess)} {side}"
 
 
 def _side(value: float, stroke: Stroke, below: str, above: str) -> str:
     return below if value < stroke[0] else above
 
 
-def _mm(length: float) -> str:
-    return f"{length * 1e3:.4g} mm"
+def length_text(length: float) -> str:
+    """Return a length [m] with four digits: in m from 1 m upward, otherwise in mm."""
+    return f"{_digits(length)} m" if length >= 1.0 else f"{_digits(length * 1e3)} mm"
+
+
+def _digits(value: float) -> str:
+    """Return a positive number with four digits and no exponent."""
+    text = f"{value:.4g}"
+    return f"{value:.0f}" if "e+" in text else f"{value:.6f}" if "e-" in text else text

@@ -55,19 +55,19 @@ class RecordedController(Protocol):
 
 
 class Recorder:
-    """Holds the last minutes of the robot of `origin` in memory, and saves them to `shelf`.
+    """Holds the last minutes of the robot of `origin` in memory, and saves them to `store`.
 
     Connections to the controller pass through `recorded`, states and events come while `watching`. Without a store
     nothing is saved and no date is needed; `taken` returns the recorded data.
     """
 
-    def __init__(self, settings: RecorderConfig, origin: RecordingOrigin, shelf: RecordingStore | None = None) -> None:
+    def __init__(self, settings: RecorderConfig, origin: RecordingOrigin, store: RecordingStore | None = None) -> None:
         self._loop = asyncio.get_running_loop()
         self._after = settings.after
         self._ring = RecorderRing(settings.seconds, settings.megabytes * _MEGABYTE)
         self._origin = origin
         self._software = Software.running()
-        self.shelf = shelf
+        self.store = store
         self._source: RecordedController | None = None
         self._links = 0
         self._opening: tuple[WirePiece, ...] = ()
@@ -76,8 +76,8 @@ class Recorder:
         self._timer: asyncio.TimerHandle | None = None
         self._savers: set[asyncio.Task[None]] = set()
         self._saving = asyncio.Lock()
-        if shelf is not None:
-            shelf.clean()
+        if store is not None:
+            store.clean()
 
     @property
     def ring(self) -> RecorderRing:
@@ -124,12 +124,12 @@ class Recorder:
 
         Raises `FileUnwritable`, and `InternalError` for a defect; the event reports both too.
         """
-        if self.shelf is None:
+        if self.store is None:
             return None
         header, entries = self._header(reason, cause), self._ring.entries()
         try:
             async with self._saving:
-                work = self._loop.run_in_executor(None, self._write, self.shelf, header, entries)
+                work = self._loop.run_in_executor(None, self._write, self.store, header, entries)
                 kept = await asyncio.shield(work)
         except MayaError as error:
             self._tell(RecordingSaved(reason, str(error), code=error.code))
@@ -141,9 +141,9 @@ class Recorder:
         self._tell(RecordingSaved(reason, name=kept.name, bytes=kept.bytes))
         return kept
 
-    def _write(self, shelf: RecordingStore, header: Header, entries: list[Entry]) -> Kept:
+    def _write(self, store: RecordingStore, header: Header, entries: list[Entry]) -> Kept:
         with _giving_way():
-            return shelf.save(self._composed(header, self._ring.contents(entries)))
+            return store.save(self._composed(header, self._ring.contents(entries)))
 
     def _tell(self, event: RecordingSaved) -> None:
         if self._source is not None:
@@ -198,10 +198,10 @@ class Recorder:
 
     def _last_words(self, reason: str, cause: SavingCause) -> None:
         """Save at once, in this thread, as far as possible: the loop may be at its end."""
-        if self.shelf is None:
+        if self.store is None:
             return
         try:
-            kept = self.shelf.save(self.taken(reason, cause))
+            kept = self.store.save(self.taken(reason, cause))
         except Exception as error:  # noqa: BLE001 - another error comes first, and must be reported
             code = error.code if isinstance(error, MayaError) else InternalError.code
             self._tell(RecordingSaved(reason, str(error), code=code))
@@ -212,7 +212,7 @@ class Recorder:
         return Header(
             reason=reason,
             saved=self._loop.time(),
-            utc=0 if self.shelf is None else self.shelf.utc(),
+            utc=0 if self.store is None else self.store.utc(),
             whole=0.0,
             complete=False,
             firmware="" if self._source is None else self._source.firmware,

@@ -18,6 +18,7 @@ from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Inspection, Preview, require_output
 from maya_un.errors import NotHomed, PathRefused, TrajectoryRefused, Unreachable
+from maya_un.kinematics.limits import length_text
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Limit, Reason, Workspace
 from maya_un.motion.path import Path, Route
@@ -209,7 +210,7 @@ class ApproachTarget:
         reason = own or self.workspace.why_not(self.above(target))
         if reason is None or reason is own or reason.limit is Limit.NUMBER:
             return reason
-        return replace(reason, text=f"its approach point is {self.clearance * 1e3:.4g} mm higher, and there {reason}")
+        return replace(reason, text=f"its approach point is {length_text(self.clearance)} higher, and there {reason}")
 
     def candidates(self, target: Point, inside: Point | None) -> Iterator[Point]:
         """Yield reachable targets, the one nearest to `target` first, then deeper and deeper towards `inside`.
@@ -289,10 +290,10 @@ class PlanBuilder:
 
     def _go_above(self, phase: str, approach_target: ApproachTarget, target: Point, down: str | None) -> None:
         cell, above = self._config.cell, approach_target.above(target)
-        floor = max(above.z, cell.grasp_height + cell.clearance)
+        transfer_height = max(above.z, cell.grasp_height + cell.clearance)
         goal = self._ground.workspace.require(above if down is None else target)
         planner = TransferPlanner(self._config, self._ground.mechanism, smooth=cell.smooth)
-        transfer = planner.plan(self._ground.preview, self.here(), goal, floor)
+        transfer = planner.plan(self._ground.preview, self.here(), goal, transfer_height)
         turn = None if down is None or transfer.arrival is None else (transfer.arrival, down)
         only = down if down is not None and transfer.arrival is None else phase
         self._travel(only, transfer.path, transfer.preview, turn)

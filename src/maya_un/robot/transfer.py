@@ -70,15 +70,15 @@ class TransferPlanner:
         self._limits = Limits.of(config)
         self._smooth = smooth
 
-    def plan(self, check: Check, start: Joints, goal: Joints, floor: float) -> Transfer:
-        """Return a path from `start` to `goal` that crosses above `floor` [m], and its preview by `check`.
+    def plan(self, check: Check, start: Joints, goal: Joints, transfer_height: float) -> Transfer:
+        """Return a path from `start` to `goal` that crosses above `transfer_height` [m], and its preview by `check`.
 
         Raises the error of `check` for the first path tried.
         """
         here = from_joints(Space.CYLINDRICAL, self._mechanism, start)
         there = from_joints(Space.CYLINDRICAL, self._mechanism, goal)
         refusal: PathRefused | Unreachable | TrajectoryRefused | None = None
-        for path, arrival in self._ways(here, there, floor):
+        for path, arrival in self._ways(here, there, transfer_height):
             try:
                 return Transfer(path, check(path), arrival)
             except (PathRefused, Unreachable, TrajectoryRefused) as error:
@@ -86,45 +86,45 @@ class TransferPlanner:
         assert refusal is not None, "there is always a first way to try"
         raise refusal
 
-    def _ways(self, here: Waypoint, there: Waypoint, floor: float) -> Iterator[tuple[Path, int | None]]:
+    def _ways(self, here: Waypoint, there: Waypoint, transfer_height: float) -> Iterator[tuple[Path, int | None]]:
         across = _apart(here, there)
         if across < TOLERANCE:
             yield Path.swing(here, there), None
             return
         widths = _WIDTHS if self._smooth else (0.0,)
         for lift in _LIFTS:
-            if lift > 0.0 and floor + lift >= self._mechanism.reach_down:
+            if lift > 0.0 and transfer_height + lift >= self._mechanism.reach_down:
                 return
             for width in widths:
-                yield self._over(here, there, floor + lift, across, width)
+                yield self._over(here, there, transfer_height + lift, across, width)
 
     def _over(
-        self, here: Waypoint, there: Waypoint, floor: float, across: float, width: float
+        self, here: Waypoint, there: Waypoint, transfer_height: float, across: float, width: float
     ) -> tuple[Path, int | None]:
-        """Return the path above `floor` with corners of `width`, and the number of its via above the end."""
+        """Return the path above `transfer_height` with corners of `width`, and the number of its via above the end."""
         first, last = here, there
         begin, finish = SHARP, SHARP
-        rises, falls = floor - here[2] > TOLERANCE, floor - there[2] > TOLERANCE
+        rises, falls = transfer_height - here[2] > TOLERANCE, transfer_height - there[2] > TOLERANCE
         if rises:
-            begin = self._corner(here, there, floor, across, width)
-            first = (here[0], here[1], floor + begin.before)
+            begin = self._corner(here, there, transfer_height, across, width)
+            first = (here[0], here[1], transfer_height + begin.before)
         if falls:
-            finish = reversed_blend(self._corner(there, here, floor, across, width))
-            last = (there[0], there[1], floor + finish.after)
+            finish = reversed_blend(self._corner(there, here, transfer_height, across, width))
+            last = (there[0], there[1], transfer_height + finish.after)
         corners = [(first, begin)] * rises + [(last, finish)] * falls
         waypoints = (here, *(corner for corner, _ in corners), there)
         blends = tuple(blend for _, blend in corners)
         return Path(Space.CYLINDRICAL, waypoints, blends), len(blends) - 1 if falls else None
 
-    def _corner(self, low: Waypoint, far: Waypoint, floor: float, across: float, width: float) -> Blend:
+    def _corner(self, low: Waypoint, far: Waypoint, transfer_height: float, across: float, width: float) -> Blend:
         """Return the blend between straight up from `low` and the swing towards `far`."""
-        if width == 0.0 or floor >= self._mechanism.reach_down:
+        if width == 0.0 or transfer_height >= self._mechanism.reach_down:
             return SHARP
-        top = (low[0], low[1], floor)
-        upwards = self._pace(top, (low[0], low[1], floor + 0.01), 0.01)
-        onwards = self._pace(top, (far[0], far[1], floor), across)
+        top = (low[0], low[1], transfer_height)
+        upwards = self._pace(top, (low[0], low[1], transfer_height + 0.01), 0.01)
+        onwards = self._pace(top, (far[0], far[1], transfer_height), across)
         width *= max(_LEAST_WIDTH, 1.0 - onwards.lines)
-        return overlap(upwards, upwards.after(floor - low[2]), onwards, 0.5 * across).scaled(width)
+        return overlap(upwards, upwards.after(transfer_height - low[2]), onwards, 0.5 * across).scaled(width)
 
     def _pace(self, start: Waypoint, end: Waypoint, length: float) -> LegLimits:
         return pace(Space.CYLINDRICAL, start, end, length, self._mechanism, self._units, self._limits)

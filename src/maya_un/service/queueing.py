@@ -33,8 +33,8 @@ class RecordingService:
 
     def list(self) -> list[Kept]:
         """Return the stored recordings, newest first, each with name, date, reason and size [bytes]."""
-        shelf = None if self._recorder is None else self._recorder.shelf
-        return [] if shelf is None else shelf.list()
+        store = None if self._recorder is None else self._recorder.store
+        return [] if store is None else store.list()
 
     async def save(self, by: Caller = LOCAL) -> Kept:
         """Save the last minutes now and return the entry of the recording.
@@ -49,10 +49,10 @@ class RecordingService:
 
     def path(self, name: str) -> Path:
         """Return the file of a recording (MCAP); raises `NotFound`."""
-        shelf = None if self._recorder is None else self._recorder.shelf
-        if shelf is None:
+        store = None if self._recorder is None else self._recorder.store
+        if store is None:
             raise NotFound(what="recording", number=name)
-        return shelf.path(name)
+        return store.path(name)
 
 
 MOST_EVENTS = 1000

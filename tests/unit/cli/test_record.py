@@ -21,7 +21,7 @@ from tests.unit.recorder.recordings import RECORDING
 
 @pytest.fixture
 def name() -> str:
-    return recordings.shelf(RecorderConfig()).save(RECORDING).name
+    return recordings.store(RecorderConfig()).save(RECORDING).name
 
 
 def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str:

@@ -52,14 +52,16 @@ def test_a_refusal_names_the_limit_and_by_how_much(target: Point | Joints, limit
     ("target", "words"),
     [
         (Point(0.0, 1.3, -0.05), "50 mm below the table top"),
-        (Point(-1.0, 0.0, 1.0), "turn to -90.0°, 90° before its start"),
-        (Point(-1e-5, 1.0, 1.0), "turn to 0.0°, 0.000573° before its start"),
-        (Point(0.0, 1.3, 0.05), "line b would have to be 2325.9 mm long, 65.94 mm longer than it can be"),
-        (Point(0.0, 1.3, 2.10), "line b would carry 10.01 times the load, more than the 5 allowed"),
+        (Point(-1.0, 0.0, 1.0), "turn to -90.0°, 90° below its minimum"),
+        (Point(-1e-5, 1.0, 1.0), "turn to 0.0°, 0.000573° below its minimum"),
+        (Point(0.0, 1.3, 0.05), "line b would have to be 2.326 m long, 65.94 mm longer than its maximum"),
+        (Point(0.0, 1.3, 2.10), "line b would carry 10.01 times the load; the limit is 5 times the load"),
+        (Point(9.0, 9.0, 0.4), "it lies 10.43 m farther from the boom's axis than the outer anchor"),
+        (Point(0.0, 1.3, 2.1499999), "line b would carry 5058521 times the load"),
         (Joints(0.0, 0.6, 0.6), "lines b and c together are 800 mm too short to meet"),
     ],
 )
-def test_the_words_are_in_millimetres_and_degrees(target: Point | Joints, words: str) -> None:
+def test_the_words_are_in_metres_millimetres_and_degrees(target: Point | Joints, words: str) -> None:
     assert words in str(WORKSPACE.why_not(target))
 
 
@@ -189,11 +191,11 @@ def test_a_zone_that_is_broken_is_named() -> None:
     assert reason is not None
     assert (reason.limit, reason.unit, reason.zone) == (Limit.ZONE, "m", "tower")
     assert reason.excess == pytest.approx(0.03, abs=1e-6)
-    assert str(reason) == "robot or lines would be 20 mm from zone tower, which asks for 50 mm"
+    assert str(reason) == "the gripper or a line would be 20 mm from zone tower, whose margin is 50 mm"
 
 
 def test_depth_inside_a_zone_is_given() -> None:
-    assert str(GUARDED.why_not(Point(0.6, 1.1, 0.55))) == "robot or lines would be 50 mm inside zone tower"
+    assert str(GUARDED.why_not(Point(0.6, 1.1, 0.55))) == "the gripper or a line would be 50 mm inside zone tower"
 
 
 def test_all_broken_limits_are_listed_in_order() -> None:

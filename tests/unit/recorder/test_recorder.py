@@ -23,13 +23,13 @@ THERE = Joints(0.4, 1.45, 1.35)
 
 
 def saved(robot: Recorded) -> list[Kept]:
-    assert robot.recorder.shelf is not None
-    return robot.recorder.shelf.list()
+    assert robot.recorder.store is not None
+    return robot.recorder.store.list()
 
 
 def read(robot: Recorded, kept: Kept) -> Recording:
-    assert robot.recorder.shelf is not None
-    return mcap_file.read(robot.recorder.shelf.path(kept.name))
+    assert robot.recorder.store is not None
+    return mcap_file.read(robot.recorder.store.path(kept.name))
 
 
 def events_of(robot: Recorded) -> list[Event]:

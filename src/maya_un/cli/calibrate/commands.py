@@ -83,8 +83,8 @@ def collect(
 ) -> int:
     """Move to the most informative poses, and ask you for the position of the gripper.
 
-    The robot that `maya up` runs moves. You measure the position at each pose. Enter s to skip a pose and q to quit.
-    FILE already contains the points that you entered.
+    The robot that `maya up` runs moves. You measure the position at each pose. s skips a pose; q ends. The command
+    writes each point to FILE at once.
     """
     from maya_un.cli.calibrate import points as command
 

@@ -9,6 +9,7 @@ import typer
 from dmc41x3.address import SIM
 from dmc41x3.cli import commands as tools
 from dmc41x3.cli.commands import AlsoPorts, File, Firmware, Host, Label, MemoryFile, OwnOrHost, Port, Tolerance, Udp
+from maya_un.cli.dmc_tools.site import MAYA
 from maya_un.cli.settings import settings_of
 
 Speed = Annotated[
@@ -16,6 +17,12 @@ Speed = Annotated[
     typer.Option(
         metavar="FACTOR",
         help="factor of the twin's clock against real time, up to 1000; not for a real controller  [default: 1]",
+    ),
+]
+TwinSpeed = Annotated[
+    float | None,
+    typer.Option(
+        "--speed", metavar="FACTOR", help="factor of the twin's clock against real time, up to 1000  [default: 1]"
     ),
 ]
 Seed = Annotated[
@@ -27,7 +34,7 @@ Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of
 def group(how: dict[str, Any], of_groups: dict[str, Any]) -> typer.Typer:
     """Return the group; `how` and `of_groups` are the options of all commands and groups."""
     dmc = typer.Typer(**of_groups, help="Serve a virtual DMC-41x3, and use tools for any DMC-41x3.")
-    tools.add_to(dmc, tools.OwnCommands((serve, fault), download, replay), how, of_groups)
+    tools.add_to(dmc, tools.OwnCommands((serve, fault), download, replay), MAYA, how, of_groups)
     return dmc
 
 
@@ -45,7 +52,7 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     ] = None,
     memory: MemoryFile = None,
     firmware: Firmware = None,
-    speed: Speed = None,
+    speed: TwinSpeed = None,
     seed: Seed = None,
     table: Table = None,
     record: Annotated[str | None, typer.Option(metavar="FILE", help="append a record of the mechanics")] = None,

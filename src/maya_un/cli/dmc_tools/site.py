@@ -33,6 +33,7 @@ class MayaSite:
     """The site (`dmc41x3.cli.console.Site`) of the tools in `maya dmc`."""
 
     command = "maya dmc"
+    real = "the controller of the configuration"
 
     def meant(self, address: str, config: str | None) -> str:
         """Return `address`, or for `real` the one in the configuration; raises `FileUnreadable`, `InvalidConfig`."""

@@ -33,6 +33,32 @@ Retries = Annotated[
         metavar="N", min=0, max=10, help="how often to repeat a failed step that is safe to repeat  [default: 0]"
     ),
 ]
+NewPriority = Annotated[
+    int | None,
+    typer.Option(
+        "--priority",
+        metavar="N",
+        min=-100,
+        max=100,
+        help="priority; jobs with greater numbers run first  [default: unchanged]",
+    ),
+]
+NewOnFailure = Annotated[
+    Literal["continue", "pause"] | None,
+    typer.Option(
+        "--on-failure", help="if the job fails: continue with the next job, or pause the queue  [default: unchanged]"
+    ),
+]
+NewRetries = Annotated[
+    int | None,
+    typer.Option(
+        "--retries",
+        metavar="N",
+        min=0,
+        max=10,
+        help="how often to repeat a failed step that is safe to repeat  [default: unchanged]",
+    ),
+]
 Stepwise = Annotated[bool | None, typer.Option(help="pause after every step")]
 Holding = Annotated[
     Literal["yes", "no"] | None,
@@ -256,11 +282,11 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     file: Annotated[
         str | None, typer.Option("--file", metavar="FILE", help="replace the steps of the job by those of this file")
     ] = None,
-    priority: Priority = None,
+    priority: NewPriority = None,
     after: After = None,
     notes: Notes = None,
-    on_failure: OnFailure = None,
-    retries: Retries = None,
+    on_failure: NewOnFailure = None,
+    retries: NewRetries = None,
     stepwise: Stepwise = None,
 ) -> int:
     """Change a job that has not begun.

@@ -35,18 +35,18 @@ def found(name: str) -> Path:
     if path.exists():
         return path
     if path.name == name:
-        return shelf(RecorderConfig()).path(name)
+        return store(RecorderConfig()).path(name)
     raise NotFound(what="recording", number=name)
 
 
-def shelf(settings: RecorderConfig) -> RecordingStore:
+def store(settings: RecorderConfig) -> RecordingStore:
     """Return the store of recordings on this computer, with the limits of the configuration."""
     return RecordingStore.of(settings, folder(), time.time_ns)
 
 
 def listed(settings: OutputSettings) -> int:
     """Print the recordings in the folder, newest first; no robot is needed."""
-    kept = shelf(RecorderConfig()).list()
+    kept = store(RecorderConfig()).list()
     head = tuple(translate(text, settings.language) for text in (marked("name"), marked("reason"), marked("size")))
     rows = [(one.name, one.reason, f"{one.bytes / 1e6:.2f} MB") for one in kept]
     text = (

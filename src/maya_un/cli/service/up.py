@@ -35,7 +35,7 @@ from maya_un.cli import output
 from maya_un.cli.coms.run import coms_beside
 from maya_un.cli.configure import configuration, on_the_table, require_twin, taught_places
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
-from maya_un.cli.recordings.recordings import shelf
+from maya_un.cli.recordings.recordings import store
 from maya_un.cli.service.listeners import RemoteAccess, require_users, rosbridge_at, url_of
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import because
@@ -413,7 +413,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
                     journal=kept.journal,
                     calendar=dates,
                     users=kept.users,
-                    recordings=shelf(robot.config.recorder),
+                    recordings=store(robot.config.recorder),
                     staff=staff,
                 ) as running,
             ):

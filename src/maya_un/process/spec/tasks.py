@@ -42,7 +42,7 @@ SAME_PLACE = 1e-6
 """Places nearer to each other than this [m] are equal: the gripper moves less by one count of any axis."""
 
 COMMAND_KEY = "wish"
-"""Key of a single primitive in the journal. Journals of version 1 have it, so it cannot change."""
+"""Key of a single primitive in the journal. Its name is old: journals of version 1 have it, so it cannot change."""
 
 _GRAIN = 1e-4
 _FAR = 1e6

@@ -51,6 +51,16 @@ def test_no_page_of_help_names_maya(capsys: pytest.CaptureFixture[str]) -> None:
     assert "maya" not in capsys.readouterr().out.lower()
 
 
+@pytest.mark.parametrize("name", ["send", "terminal", "conform"])
+def test_help_says_what_real_means_for_a_command_without_a_configuration(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([name, "--help"]) == 0
+    page = " ".join(capsys.readouterr().out.split())
+    assert "real (the controller at $DMC_ADDRESS)" in page
+    assert "configuration" not in page
+
+
 def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"version": __version__}
