@@ -334,7 +334,7 @@ class _Problem:
         units = identify.typical(free)
         by_constants = model.jacobian(self.at(step), self._seen.counts)[:, :, identify.columns(free)]
         weighted = (by_constants * units * self._seen.weights[:, None, None])[inliers].reshape(-1, len(free))
-        if identify.unknown(weighted / spread, free):
+        if spread == 0.0 or identify.unknown(weighted / spread, free):  # points of one place may fit exactly
             return None
         normal = np.linalg.inv(weighted.T @ weighted)
         move = -normal @ weighted.T @ self.residuals(step)[inliers].ravel()
