@@ -175,6 +175,9 @@ _FINEST = 1e-7
 
 _ROUNDS = 8
 _EXACT, _ROUGH = 1e-12, 1e-6
+_LEAST_NOISE = 1e-12
+"""Smallest noise that is assumed [m]: points of one place may fit exactly."""
+
 _MEDIAN = 0.6744897501960817
 """Median size of a normal deviate of standard deviation 1."""
 
@@ -280,7 +283,7 @@ class _Problem:
         kept = self.residuals(step)[inliers]
         freedom = kept.size - len(self._free)
         noise = float(np.sqrt(np.sum(kept * kept) / freedom))
-        spread = noise if self._seen.sigma is None else 1.0
+        spread = max(noise, _LEAST_NOISE) if self._seen.sigma is None else 1.0
         rows = self.jacobian(step)[inliers].reshape(-1, len(self._free))
         covariance = spread * spread * np.linalg.inv(rows.T @ rows) * np.outer(self._units, self._units)
         missed = self.residuals(np.zeros(len(self._free)))
@@ -334,7 +337,7 @@ class _Problem:
         units = identify.typical(free)
         by_constants = model.jacobian(self.at(step), self._seen.counts)[:, :, identify.columns(free)]
         weighted = (by_constants * units * self._seen.weights[:, None, None])[inliers].reshape(-1, len(free))
-        if spread == 0.0 or identify.unknown(weighted / spread, free):  # points of one place may fit exactly
+        if identify.unknown(weighted / spread, free):
             return None
         normal = np.linalg.inv(weighted.T @ weighted)
         move = -normal @ weighted.T @ self.residuals(step)[inliers].ravel()
